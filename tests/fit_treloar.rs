@@ -92,7 +92,12 @@ fn laws_are_ranked_by_what_they_predict() {
     println!("{table}");
     assert_eq!(
         table.laws.len(),
-        fittable_laws().iter().flat_map(|e| &e.fit).map(|f| f.term_counts.len()).sum::<usize>()
+        fittable_laws()
+            .iter()
+            .flat_map(|e| &e.fit)
+            .filter(|f| !f.compressible)
+            .map(|f| f.term_counts.len())
+            .sum::<usize>()
     );
     let scores: Vec<(bool, f64)> = table.laws.iter().filter_map(|c| Some((!c.lost.is_empty(), c.score?))).collect();
     let ranked = |w: &[(bool, f64)]| !w[0].0 && w[1].0 || (w[0].0 == w[1].0 && w[0].1 <= w[1].1 + 1e-3);
@@ -181,7 +186,7 @@ fn silicone_tables_take_every_law() {
     let folder = tools::shared("data/tensile");
     let tables = ["dragon-skin-20", "dragon-skin-30", "dragon-skin-fx-pro-slacker", "ecoflex-00-30", "ecoflex-00-50"];
     for name in tables.into_iter().chain(["mold-star-16-fast", "rtv615"]) {
-        for law in fittable_laws() {
+        for law in fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible)) {
             let start = std::time::Instant::now();
             let r = fit(&FitRequest::new(folder.join(format!("{name}.csv")), law.info.name))
                 .unwrap_or_else(|e| panic!("{name}, {}: {e}", law.info.name));

@@ -53,6 +53,7 @@ const FIT: FitForm = FitForm {
     parameters: KEYS.split_at(2).1,
     term_counts: &[1],
     default_count: 1,
+    compressible: false,
     terms: FitTerms::Separable(ShapedTerm {
         tau: |b, s| of_invariants(&Demiray { mu: 1.0, b, flaw: 1.0 }, s).tau,
         tau_by_shape: |b, s| {

@@ -57,7 +57,8 @@ pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
 pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
     let choice = choose(experiment, options)?;
     let mut laws = Vec::new();
-    for law in fittable_laws() {
+    // Foams need Poisson's ratio, and predict other lateral stretches than those of the other laws
+    for law in fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible)) {
         for terms in law.fit.iter().flat_map(|f| f.term_counts) {
             let model = Model::new(law.info.name, Some(*terms)).expect("a number of the list");
             laws.push(one(experiment, options, &choice, model)?);

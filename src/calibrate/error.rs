@@ -14,6 +14,14 @@ fn lines(numbers: &[u64]) -> String {
 
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
+    #[error(
+        "law {law} needs Poisson's ratio: a column of lateral strain next to the strain, or --nu (0 of a foam that does not spread); {reason}"
+    )]
+    NoPoisson { law: &'static str, reason: String },
+    #[error(
+        "the interval of Poisson's ratio by the lateral strain is {low:.4} and above, up to 0.5: the material keeps its volume, and is none for law {law}; fit ogden"
+    )]
+    NoFoam { law: &'static str, low: f64 },
     #[error("--slack yes: {reason}; pass --slack no")]
     Slack { reason: &'static str },
     #[error("{}: cannot be read: {source}", path.display())]

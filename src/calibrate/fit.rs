@@ -7,20 +7,23 @@ use super::judgement::specimen::scatter;
 use super::judgement::statistics::extent;
 use super::judgement::{predictions, slack_hint, systematic, validity, warnings};
 use super::judgement::{profile, slack};
+use super::poisson;
 use super::result::interval_assumption;
 use super::solve::{LawFit, LawSetting, pattern_beyond, solve, solve_untested};
 use super::solve::{noise, offset};
 use super::{
     AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
-    Otherwise, RangeRow, Sample, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    Otherwise, RangeRow, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use std::borrow::Cow;
 
 /// Reads a table and fits a law to it.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
-    Model::new(&request.options.law, request.options.terms)?;
-    fit_experiment(&read(request)?, &request.options)
+    let model = Model::new(&request.options.law, request.options.terms)?;
+    let experiment = read(request)?;
+    let poisson = poisson::of_request(request, model)?;
+    fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })
 }
 
 /// The tables of a request as one.
@@ -38,8 +41,8 @@ pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
 
 /// Fits a law to a table that was read already.
 pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<FitResult, FitError> {
-    let model = Model::new(&options.law, options.terms)?;
-    let partner = options.partner.map(|p| p.check()).transpose()?;
+    let (model, poisson) = poisson::of_options(options, Model::new(&options.law, options.terms)?)?;
+    let partner = options.partner.filter(|_| poisson.is_none()).map(|p| p.check()).transpose()?;
     let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
     let (experiment, slack) = without_slack(experiment, options, model)?;
     let experiment = &*experiment;
@@ -57,7 +60,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
     let range_dependence = range_dependence(experiment, &modes, range.from, &setting, &answer);
-    let principal = |s: &Sample| s.stretches().into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
+    let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
     let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, experiment, options)?;
@@ -84,6 +87,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         noise: setting.noise.clone(),
         loss: options.loss,
         in_use: in_use(&parameters, &answer),
+        covariance: covariance(&answer, parameters.len()),
         parameters,
         errors: answer.errors.model,
         degrees: answer.errors.free,
@@ -95,6 +99,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         unidentified: answer.identified.directions.clone(),
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
+        poisson,
         volumetric,
         misfit,
         validity: validity(&all, &own, &modes, options.tolerance),
@@ -127,10 +132,19 @@ pub(super) fn headline(
     let mut found = answer.identified.estimates.clone();
     let ends = profile::intervals(setting, fitted, answer).unwrap_or_default();
     found.iter_mut().zip(ends).for_each(|(e, ends)| e.interval = ends);
-    let accuracy = options.accuracy.or(&experiment.accuracy);
+    let mut accuracy = options.accuracy.or(&experiment.accuracy);
+    if let Some(half) = options.poisson.as_ref().filter(|p| p.measured).map(|p| p.ratio.half_width()) {
+        accuracy.0.insert(SharedError::Poisson, half);
+    }
     let stated = measurement::contributions(setting, fitted, answer, &accuracy, experiment.dimensions)?;
     measurement::widen(&mut found, &stated.contributions);
     Ok((found, stated))
+}
+
+/// Covariance of the first constants, those of the law.
+fn covariance(answer: &LawFit, count: usize) -> Vec<Vec<f64>> {
+    let c = &answer.errors.covariance;
+    (0..count).map(|a| (0..count).map(|b| c[(a, b)]).collect()).collect()
 }
 
 /// The intervals, wider by the shift of each constant that a departure from the law as large as that of the data can cause: |δθⱼ| ≤ ‖δ‖√((JᵀJ)⁻¹)ⱼⱼ.

@@ -24,6 +24,8 @@ impl FitResult {
         for e in &self.parameters {
             root.insert(e.name.into(), quantity(e.value, e.unit));
         }
+        let terms = self.poisson.iter().flat_map(|p| (1..=self.terms).map(move |n| (n, p.ratio.value)));
+        terms.for_each(|(n, nu)| drop(root.insert(format!("nu{n}"), nu.into())));
         match self.partner {
             Some(Partner::Nu(nu)) => drop(root.insert("nu".into(), nu.into())),
             Some(Partner::Kappa(kappa)) => drop(root.insert("kappa".into(), quantity(kappa, "Pa"))),
@@ -60,6 +62,11 @@ impl FitResult {
         for e in &self.parameters {
             let ends: Vec<Value> = e.interval.iter().map(|x| quantity(*x, e.unit)).collect();
             p.insert(format!("{}_interval", e.name), ends.into());
+        }
+        if let Some(poisson) = &self.poisson {
+            let from = if poisson.measured { "lateral strain" } else { "given" };
+            p.insert("poisson".into(), from.into());
+            p.insert("poisson_interval".into(), poisson.ratio.interval.to_vec().into());
         }
         for (e, [low, high]) in self.parameters.iter().zip(&self.range_spread) {
             let ends = vec![quantity(*low, e.unit), quantity(*high, e.unit)];

@@ -79,6 +79,12 @@ fn listed(path: &Path) -> Option<ListedLaw> {
         .copied()
         .find(|n| Model::new(entry.info.name, Some(*n)).is_ok_and(|m| m.parameters().len() == given.len()))?;
     let model = Model::new(entry.info.name, Some(terms)).ok()?;
+    let ratios: Vec<f64> = model.poisson_keys().filter_map(|k| values.get(&k).copied()).collect();
+    // Terms of different ratios are no fit of this program
+    if ratios.windows(2).any(|w| w[0] != w[1]) {
+        return None;
+    }
+    let model = ratios.first().map_or(model, |nu| model.with_poisson(*nu));
     // Ogden's constants are those of the fit in its own convention only
     let other = table.get("convention").is_some_and(|c| c.as_str() != Some("ogden"));
     let pascal = |v: &toml::Value| match v {
@@ -100,7 +106,7 @@ fn listed(path: &Path) -> Option<ListedLaw> {
     // Of a whole specimen, whose parts stretch from rest to the largest value
     let reached = || provenance.get("largest_stretch").and_then(toml::Value::as_float).map(|largest| [1.0, largest]);
     let fitted_stretch = provenance.get("fitted_stretch").and_then(pair).or_else(reached);
-    let modulus = model.stress(&given, Mode::Uniaxial, 1.0 + 1e-6) / 3e-6;
+    let modulus = model.stress(&given, Mode::Uniaxial, 1.0 + 1e-6) / (2e-6 * (1.0 + model.nu));
     let reach = fitted_stretch.map_or(2.0, |[low, high]| high.max(1.0 / low));
     let stable = certificate(model, &given, modulus, reach).into_iter().find(|r| r.mode == "uniaxial")?;
     let stress = model.stress(&given, Mode::Uniaxial, 2.0);

@@ -1,4 +1,4 @@
-//! Homogeneous modes of deformation of an incompressible test piece.
+//! Homogeneous modes of deformation of a test piece.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -65,6 +65,21 @@ impl Mode {
             Self::Equibiaxial => [l, l, 1.0 / (l * l)],
             Self::Planar | Self::SimpleShear => [l, 1.0, 1.0 / l],
             Self::Biaxial => [l, second, 1.0 / (l * second)],
+        }
+    }
+
+    /// The same of a material whose stress-free directions follow a constant logarithmic Poisson's ratio ν: e₃ = −ν e₁ where directions 2 and 3 are free, else
+    /// −ν(e₁ + e₂)/(1 − ν) with e = ln λ. ν = ½ keeps the volume.
+    pub fn stretches_with(self, nu: f64, l: f64, second: f64) -> [f64; 3] {
+        let plane = -nu / (1.0 - nu);
+        match self {
+            _ if nu == 0.5 => self.stretches(l, second),
+            Self::Uniaxial => [l, l.powf(-nu), l.powf(-nu)],
+            Self::Equibiaxial => [l, l, l.powf(2.0 * plane)],
+            Self::Planar => [l, 1.0, l.powf(plane)],
+            // Simple shear keeps the volume of every material
+            Self::SimpleShear => self.stretches(l, second),
+            Self::Biaxial => [l, second, (l * second).powf(plane)],
         }
     }
 

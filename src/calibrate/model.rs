@@ -18,6 +18,8 @@ pub struct Model {
     pub law: &'static LawEntry,
     pub form: &'static FitForm,
     pub terms: usize,
+    /// Poisson's ratio that the lateral stretches of a test follow: ½ where the law is fitted as incompressible
+    pub nu: f64,
 }
 
 impl Model {
@@ -31,10 +33,16 @@ impl Model {
             .ok_or_else(|| unknown(name, &known))?;
         let terms = terms.unwrap_or(form.default_count);
         if form.term_counts.contains(&terms) {
-            Ok(Self { law, form, terms })
+            Ok(Self { law, form, terms, nu: 0.5 })
         } else {
             Err(FitError::Terms { law: law.info.name, terms, known: form.term_counts })
         }
+    }
+
+    /// The same where the lateral stretches follow this Poisson's ratio, which all terms then have; only of a law that is fitted as compressible.
+    #[must_use]
+    pub fn with_poisson(self, nu: f64) -> Self {
+        if self.form.compressible { Self { nu, ..self } } else { self }
     }
 
     /// Name of the law.
@@ -61,12 +69,12 @@ impl Model {
 
     /// Nominal stress P \[Pa\] with these constants \[SI\] at λ \[–\]; of a biaxial test both stretches count: [`Model::at`].
     pub fn stress(&self, values: &[f64], mode: Mode, stretch: f64) -> f64 {
-        self.nominal(values, mode, mode.stretches(stretch, 1.0))
+        self.nominal(values, mode, mode.stretches_with(self.nu, stretch, 1.0))
     }
 
     /// P \[Pa\] where a sample was taken.
     pub fn at(&self, values: &[f64], sample: &Sample) -> f64 {
-        self.nominal(values, sample.mode, sample.stretches())
+        self.nominal(values, sample.mode, sample.stretches(self.nu))
     }
 
     fn nominal(&self, values: &[f64], mode: Mode, s: [f64; 3]) -> f64 {
@@ -87,7 +95,7 @@ impl Model {
 
     /// ∂P/∂value of each constant where a sample was taken.
     pub fn sensitivities(&self, values: &[f64], sample: &Sample) -> Vec<f64> {
-        let (mode, s) = (sample.mode, sample.stretches());
+        let (mode, s) = (sample.mode, sample.stretches(self.nu));
         match &self.form.terms {
             FitTerms::Linear(derivatives) => {
                 (0..values.len()).map(|k| mode.nominal(derivatives(k, s).tau, s[0])).collect()
@@ -106,10 +114,17 @@ impl Model {
         }
     }
 
-    /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\].
+    /// Keys of Poisson's ratio in the terms of a law that is fitted as compressible.
+    pub fn poisson_keys(&self) -> impl Iterator<Item = String> + use<> {
+        let count = if self.form.compressible { self.terms } else { 0 };
+        (1..=count).map(|n| format!("nu{n}"))
+    }
+
+    /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\], which a law that is fitted as compressible has already.
     pub fn law(&self, values: &[f64], kappa: f64) -> Result<Box<dyn Law>, LawSpecError> {
         let named = self.parameters().iter().map(|p| p.name.to_string()).zip(values.iter().copied());
-        let values: Values = named.chain([("kappa".to_string(), kappa)]).collect();
+        let kappa = (!self.form.compressible).then(|| ("kappa".to_string(), kappa));
+        let values: Values = named.chain(kappa).chain(self.poisson_keys().map(|k| (k, self.nu))).collect();
         let volumetric = self.law.info.choices.iter().find(|c| c.name == "volumetric" && c.default.is_none());
         let options: BTreeMap<_, _> =
             volumetric.map(|c| (c.name.to_string(), "quadratic".to_string())).into_iter().collect();

@@ -1,6 +1,6 @@
 //! The request for a fit.
 
-use super::{Accuracy, ColumnChoice, FitError, Mode, Preparation, SlackChoice};
+use super::{Accuracy, Bounded, ColumnChoice, FitError, Mode, Preparation, SlackChoice};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -72,6 +72,17 @@ impl Partner {
     }
 }
 
+/// Poisson's ratio of a law that is fitted as compressible.
+#[derive(Clone, PartialEq, Debug, Serialize)]
+pub struct Poisson {
+    /// Without an interval where it was given without its accuracy
+    pub ratio: Bounded,
+    /// From lateral strain; else as given
+    pub measured: bool,
+    /// Limits of its use, in words
+    pub doubts: Vec<String>,
+}
+
 /// Measure of the error of one data point.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -138,6 +149,8 @@ pub struct FitOptions {
     pub stable: Option<StretchRange>,
     /// `None`: the law file lacks the constant and the scene has to add it
     pub partner: Option<Partner>,
+    /// Poisson's ratio of a law that is fitted as compressible, where it was found already; else `partner` gives it
+    pub poisson: Option<Poisson>,
     /// Volumetric part of the law file; `None`: the scene has to add it
     pub volumetric: Option<String>,
     /// 95 % half-widths of the errors that all data points share, in addition to those of the card
@@ -160,6 +173,7 @@ impl FitOptions {
             loss: Loss::Squares,
             stable: None,
             partner: None,
+            poisson: None,
             volumetric: None,
             accuracy: Accuracy::default(),
             slack: SlackChoice::Auto,

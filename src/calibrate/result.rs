@@ -5,7 +5,7 @@ use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
     Audit, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner,
-    Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
+    Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
 };
 use crate::storage;
 use serde::Serialize;
@@ -118,6 +118,8 @@ pub struct FitResult {
     pub noise: Vec<ModeNoise>,
     pub loss: Loss,
     pub parameters: Vec<Estimate>,
+    /// Of the constants by the scatter of the data, without the stated errors of the measurement \[SI²\]
+    pub covariance: Vec<Vec<f64>>,
     pub interval_assumption: String,
     /// 95 % of each constant where the law is used over the fitted range: with its misfit
     pub in_use: Vec<[f64; 2]>,
@@ -138,6 +140,8 @@ pub struct FitResult {
     /// Range of material stability, by mode
     pub stability: Vec<StableRange>,
     pub partner: Option<Partner>,
+    /// Poisson's ratio of a law that is fitted as compressible
+    pub poisson: Option<Poisson>,
     /// Volumetric part of the law file, as given
     pub volumetric: Option<String>,
     pub misfit: Misfit,
@@ -235,6 +239,14 @@ impl FitResult {
     /// Basis of the intervals, slack, specimens and shorter ranges.
     fn write_intervals(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "intervals: {}", self.interval_assumption)?;
+        match &self.poisson {
+            Some(p) if p.measured => writeln!(f, "Poisson's ratio by the lateral strain: {}", p.ratio.words("–"))?,
+            Some(p) if p.ratio.half_width() > 0.0 => {
+                writeln!(f, "Poisson's ratio: {} as given", p.ratio.words("–"))?;
+            }
+            Some(p) => writeln!(f, "Poisson's ratio: {} as given, taken as exact", p.ratio.value)?,
+            None => {}
+        }
         for c in &self.measurement {
             let one = |(e, by): (&Estimate, &f64)| format!("{} ± {}", e.symbol, e.print(*by));
             let all: Vec<String> = self.parameters.iter().zip(&c.moves).map(one).collect();

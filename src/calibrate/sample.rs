@@ -25,9 +25,9 @@ impl Sample {
         self.stretch != 1.0 || self.second != 1.0 || self.stress != 0.0
     }
 
-    /// Principal stretches \[–\]: loaded, second, free.
-    pub fn stretches(&self) -> [f64; 3] {
-        self.mode.stretches(self.stretch, self.second)
+    /// Principal stretches \[–\] where the free directions follow this Poisson's ratio, ½ of incompressible materials: loaded, second, free.
+    pub fn stretches(&self, nu: f64) -> [f64; 3] {
+        self.mode.stretches_with(nu, self.stretch, self.second)
     }
 }
 

@@ -28,9 +28,12 @@ Examples:
   durometer fit pairs.csv --law yeoh --mode uniaxial --test 2
   durometer fit cycles.csv --law ogden --terms 1 --mode uniaxial --cycle last-loading
   durometer fit cycles.csv --law yeoh --mode uniaxial --softening
+  durometer fit foam.csv --law hyperfoam --terms 2 --mode uniaxial --positive compression
+  durometer fit foam.csv --law hyperfoam --mode uniaxial --nu 0 --accuracy poisson=0.02
 
 A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
-Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann.
+Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann; of foams
+hyperfoam (1 to 3), whose Poisson's ratio is that of a column of lateral strain or --nu.
 
 Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (the output names them).")]
 pub struct Args {
@@ -40,7 +43,7 @@ pub struct Args {
     /// Name of the law, e.g. neo_hookean; `all` compares every law by what it predicts, and writes compare.json and a page only
     #[arg(long)]
     law: String,
-    /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4) [default: 2, 3, 3]
+    /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4), hyperfoam (1 to 3) [default: 2, 3, 3, 1]
     #[arg(long)]
     terms: Option<usize>,
     /// Folder of the results [default: reports/fit-<name of the table>-<law>]
@@ -64,7 +67,8 @@ pub struct Args {
     /// Stretches over which mooney_rivlin and yeoh are kept stable in every mode [default: fitted modes, fitted range]
     #[arg(long)]
     stable: Option<StretchRange>,
-    /// Poisson's ratio of the law file: tensile data of an incompressible fit do not give it
+    /// Poisson's ratio of the law file: tensile data of an incompressible fit do not give it. Of hyperfoam the one of the test, where no lateral strain was
+    /// measured
     #[arg(long, conflicts_with = "kappa")]
     nu: Option<f64>,
     /// Bulk modulus of the law file instead of --nu, e.g. "2 GPa"
@@ -91,6 +95,12 @@ pub struct Args {
     /// Second stress column of a biaxial test
     #[arg(long)]
     stress_column_2: Option<String>,
+    /// Column of the strain across the load, for hyperfoam
+    #[arg(long)]
+    lateral_column: Option<String>,
+    /// Unit of that column: % or 1
+    #[arg(long)]
+    lateral_unit: Option<String>,
     /// Content of the strain column: stretch, engineering, true (logarithmic) or displacement
     #[arg(long)]
     strain_kind: Option<StrainKind>,
@@ -134,7 +144,7 @@ pub struct Args {
     #[arg(long)]
     compliance: Option<String>,
     /// Half-width of the 95 % interval of an error that all data points share: stress_zero, force_zero, stress_scale, strain_zero, strain_scale,
-    /// compliance; e.g. --accuracy stress_scale=2% --accuracy force_zero=0.05N
+    /// compliance, poisson (of hyperfoam); e.g. --accuracy stress_scale=2% --accuracy force_zero=0.05N
     #[arg(long, value_name = "ERROR=VALUE")]
     accuracy: Vec<Accuracy>,
     /// Rows of a table that loads and unloads: first-loading, last-loading, a number from 1 on, all [default: first-loading, with a warning]
@@ -165,6 +175,7 @@ pub fn main(args: Args) -> CommandResult {
     request.columns.stress_unit = args.stress_unit;
     request.columns.strain_2 = args.strain_column_2;
     request.columns.stress_2 = args.stress_column_2;
+    (request.columns.lateral, request.columns.lateral_unit) = (args.lateral_column, args.lateral_unit);
     request.columns.stress_kind = args.stress_kind;
     request.columns.decimal = args.decimal;
     (request.columns.test, request.columns.positive) = (args.test, args.positive);

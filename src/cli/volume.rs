@@ -1,9 +1,10 @@
-//! `durometer volume CSV --experiment KIND`
+//! `durometer volume CSV… --experiment KIND`
 
 use super::arguments::contents;
 use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::volume::{VolumeRequest, VolumeTest, fit_volume};
+use durometer::calibrate::{Sign, StretchRange};
 use std::path::PathBuf;
 
 /// Fit Poisson's ratio to lateral strain, or the bulk modulus to pressure over volume (CSV), and write volume.toml with the keys for a law
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   durometer volume pull.csv --experiment lateral
+  durometer volume one.csv two.csv three.csv --experiment lateral --range 1..1.3
   durometer volume compression.csv --experiment bulk --volumetric logarithmic
   durometer volume dic.csv --experiment lateral --column strain=eyy --column lateral=exx --unit strain=1 --unit lateral=1
 
@@ -18,8 +20,9 @@ Columns: strain and lateral (\"transverse strain\", \"Querdehnung\"), or pressur
 
 Exit codes: 0 done, 2 bad input, 3 the data give a bound only, as where the interval of Poisson's ratio reaches 0.5.")]
 pub struct Args {
-    /// Table of the test (CSV)
-    csv: PathBuf,
+    /// Table of the test (CSV); several files are specimens of the same test
+    #[arg(required = true)]
+    csv: Vec<PathBuf>,
     /// Kind of test: lateral (strain along and across the load), bulk (pressure over volume)
     #[arg(long, value_name = "KIND")]
     experiment: VolumeTest,
@@ -32,6 +35,12 @@ pub struct Args {
     /// Unit of a column: strain=%, pressure=bar
     #[arg(long, value_name = "CONTENT=UNIT")]
     unit: Vec<String>,
+    /// Stretches along the load that are fitted, e.g. 1..1.3 [default: every data point]
+    #[arg(long)]
+    range: Option<StretchRange>,
+    /// Load whose strain the table counts as positive: tension or compression [default: tension, unless the column is called compressive]
+    #[arg(long, value_name = "LOAD")]
+    positive: Option<Sign>,
     /// Folder of the results [default: reports/volume-<name of the table>]
     #[arg(long)]
     out: Option<PathBuf>,
@@ -41,11 +50,12 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
-    let Args { csv: data, experiment: test, volumetric, column, unit, out, json } = args;
+    let Args { csv, experiment: test, volumetric, column, unit, range, positive, out, json } = args;
     let (columns, units) = (contents(&column)?, contents(&unit)?);
+    let (data, more) = (csv[0].clone(), csv[1..].to_vec());
     let stem = data.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = out.unwrap_or_else(|| PathBuf::from("reports").join(format!("volume-{stem}")));
-    let fit = fit_volume(&VolumeRequest { data, test, columns, units, volumetric })?;
+    let fit = fit_volume(&VolumeRequest { data, more, test, columns, units, volumetric, range, positive })?;
     files::make_folder(&out)?;
     fit.write_keys(&out.join("volume.toml"))?;
     fit.write_json(&out.join("volume.json"))?;

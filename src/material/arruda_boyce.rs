@@ -70,6 +70,7 @@ const FIT: FitForm = FitForm {
     parameters: KEYS.split_at(2).1,
     term_counts: &[1],
     default_count: 1,
+    compressible: false,
     terms: FitTerms::Separable(ShapedTerm {
         tau: |limit, s| of_invariants(&ArrudaBoyce { mu: 1.0, limit }, s).tau,
         tau_by_shape: |limit, s| {

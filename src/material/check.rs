@@ -171,7 +171,7 @@ impl Random {
             let options: Vec<_> = info.choices.iter().map(|c| option(c, self.unit())).collect();
             match entry.build_with(&values, &options) {
                 Ok(law) => return Ok(law),
-                Err(LawSpecError::NotStable { .. }) => {}
+                Err(LawSpecError::NotStable { .. } | LawSpecError::NoBulk { .. }) => {}
                 // Half of a pair (μ, α) is left
                 Err(LawSpecError::Missing { .. }) if absent > 0 => {}
                 Err(e) => return Err(format!("{e} from {values:?}, which are inside their bounds")),

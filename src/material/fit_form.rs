@@ -1,4 +1,4 @@
-//! The form in which a law is fitted to tests with homogeneous, incompressible deformation.
+//! The form in which a law is fitted to tests with homogeneous deformation: incompressible, or with a constant logarithmic Poisson's ratio.
 //!
 //! P = Σ_k m_k φ_k(λ): linear in the factors m of its terms. Where a law has shape constants θ (an exponent, a limit of the chains) each
 //! term has one of them.
@@ -18,6 +18,8 @@ pub struct FitForm {
     pub term_counts: &'static [usize],
     /// The number of terms taken where none is chosen
     pub default_count: usize,
+    /// The lateral stretches of a test follow a Poisson's ratio ν, the keys `nu1`, `nu2`, … of the terms; else the volume stays
+    pub compressible: bool,
     pub terms: FitTerms,
 }
 

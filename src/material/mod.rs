@@ -11,6 +11,7 @@ pub mod entry;
 pub mod fibre_family;
 pub mod fit_form;
 pub mod gent;
+pub mod hyperfoam;
 pub mod isochoric;
 pub mod keywords;
 pub mod kinematics;

@@ -55,6 +55,7 @@ const FIT: FitForm = FitForm {
     parameters: KEYS.split_at(2).1,
     term_counts: &[2, 3, 5],
     default_count: 2,
+    compressible: false,
     terms: FitTerms::Linear(|k, s| {
         let mut c = [0.0; 5];
         c[k] = 1.0;

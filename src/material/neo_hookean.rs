@@ -52,6 +52,7 @@ const FIT: FitForm = FitForm {
     }],
     term_counts: &[1],
     default_count: 1,
+    compressible: false,
     // C10 = ½μ of Yeoh's first term
     terms: FitTerms::Linear(|_, s| of_invariants(&Yeoh { c: [0.5, 0.0, 0.0], terms: 1 }, s)),
 };

@@ -86,14 +86,17 @@ const FIT: FitForm = FitForm {
     parameters: KEYS.split_at(2).1,
     term_counts: &[1, 2, 3, 4],
     default_count: 3,
-    terms: FitTerms::Separable(ShapedTerm {
-        // w = (Σ λ^α − 3)/α², so that τᵢ = λᵢ^α/α; less 1/α, which is a pressure: smooth where α changes its sign
-        tau: |alpha, s| s.map(|x| power(alpha, x)),
-        tau_by_shape: |alpha, s| s.map(|x| power_by_alpha(alpha, x)),
-        shape: |x, _| (x, 1.0),
-        grid: &[-12.0, -8.0, -5.0, -3.0, -2.0, -1.0, 0.6, 1.3, 2.0, 3.0, 4.5, 6.5, 9.0, 13.0, 18.0],
-        factor: |alpha| (1.0 / alpha, -1.0 / (alpha * alpha)),
-    }),
+    compressible: false,
+    terms: FitTerms::Separable(ShapedTerm { factor: |alpha| (1.0 / alpha, -1.0 / (alpha * alpha)), ..POWERS }),
+};
+
+/// Terms w = (Σ λ^α − 3)/α² with factors μα, so that τᵢ = λᵢ^α/α; less 1/α, which is a pressure: smooth where α changes its sign.
+pub(super) const POWERS: ShapedTerm = ShapedTerm {
+    tau: |alpha, s| s.map(|x| power(alpha, x)),
+    tau_by_shape: |alpha, s| s.map(|x| power_by_alpha(alpha, x)),
+    shape: |x, _| (x, 1.0),
+    grid: &[-12.0, -8.0, -5.0, -3.0, -2.0, -1.0, 0.6, 1.3, 2.0, 3.0, 4.5, 6.5, 9.0, 13.0, 18.0],
+    factor: |_| (1.0, 0.0),
 };
 
 /// Constants of W.
@@ -110,6 +113,30 @@ pub struct Ogden {
 }
 
 impl Ogden {
+    /// Of μ_n of μ_n/α_n \[Pa\] and α_n, at most [`TERMS`] of them.
+    pub(super) fn of_terms(terms: &[[f64; 2]]) -> Self {
+        let mut law = Self {
+            given: [0.0; TERMS],
+            mu: [0.0; TERMS],
+            alpha: [1.0; TERMS],
+            terms: terms.len(),
+            convention: "ogden",
+        };
+        for (n, [mu, alpha]) in terms.iter().enumerate() {
+            (law.given[n], law.mu[n], law.alpha[n]) = (*mu, *mu, *alpha);
+        }
+        law
+    }
+
+    /// ∂W/∂θ with these rates of each term.
+    pub(super) fn along_terms(self, rates: &[[f64; 2]]) -> Along {
+        let mut along = Along { law: self, mu: [0.0; TERMS], alpha: [0.0; TERMS] };
+        for (n, [mu, alpha]) in rates.iter().enumerate() {
+            (along.mu[n], along.alpha[n]) = (*mu, *alpha);
+        }
+        along
+    }
+
     fn terms(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.mu.iter().copied().zip(self.alpha.iter().copied()).take(self.terms)
     }
@@ -156,22 +183,22 @@ impl Part for Ogden {
     }
 
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        let mut along = Along { law: *self, mu: [0.0; TERMS], alpha: [0.0; TERMS] };
-        for (n, rates) in rates.chunks_exact(2).enumerate() {
+        let rate = |(n, rates): (usize, &[f64])| {
             let ([given, dalpha], mu, alpha) = ([rates[0], rates[1]], self.mu[n], self.alpha[n]);
-            along.alpha[n] = dalpha;
-            along.mu[n] = match self.convention {
+            let dmu = match self.convention {
                 "abaqus" => (2.0 * given - mu * dalpha) / alpha,
                 "febio" => (given - mu * dalpha) / alpha,
                 _ => given,
             };
-        }
-        spectral::response(&along, u, f, want)
+            [dmu, dalpha]
+        };
+        let rates: Vec<[f64; 2]> = rates.chunks_exact(2).enumerate().map(rate).collect();
+        spectral::response(&self.along_terms(&rates), u, f, want)
     }
 }
 
 impl ValanisLandel for Ogden {
-    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): what is added to (μ/α) e^{αē} cancels in the sum since Σē = 0.
+    /// w = (μ/α)(e^{αē} − 1 − αē) and w′ = μ(e^{αē} − 1): what is added to (μ/α) e^{αē} cancels in the sum where Σē = 0.
     #[inline(always)]
     fn sums(&self, e: &[f64; 3]) -> Sums {
         let mut s = Sums { w: 0.0, dw: [0.0; 3], d2w: [0.0; 3] };
@@ -194,7 +221,8 @@ impl ValanisLandel for Ogden {
 }
 
 /// ∂W/∂θ with the rates of μ_n of μ_n/α_n and of α_n.
-struct Along {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Along {
     law: Ogden,
     mu: [f64; TERMS],
     alpha: [f64; TERMS],

@@ -123,6 +123,10 @@ match &given[..] {
         "law `{law}` has the shear modulus {mu} Pa at F = I with these constants; it must be positive, check their signs"
     )]
     NotStable { law: &'static str, mu: f64 },
+    #[error(
+        "law `{law}` has the bulk modulus {kappa} Pa at F = I with these constants; it must be positive, check their signs"
+    )]
+    NoBulk { law: &'static str, kappa: f64 },
     #[error("`{key} = 0`: the term vanishes; remove it")]
     ZeroExponent { key: &'static str },
     #[error("`{key}` is not given, so nothing depends on it; give it a value, or take one of {}", given.join(", "))]

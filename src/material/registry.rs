@@ -7,7 +7,7 @@ use super::entry::LawEntry;
 use super::law::Law;
 use super::parameter::{LawSpecError, Parameter, Values, hint};
 use super::{
-    arruda_boyce, corotational, gent, linear, mooney_rivlin, neo_hookean, neo_hookean_split, ogden,
+    arruda_boyce, corotational, gent, hyperfoam, linear, mooney_rivlin, neo_hookean, neo_hookean_split, ogden,
     st_venant_kirchhoff, stable_neo_hookean, veronda_westmann, yeoh,
 };
 use crate::math::units::{self, Dimension, UnitError};
@@ -26,6 +26,7 @@ pub static LAWS: &[LawEntry] = &[
     gent::ENTRY,
     arruda_boyce::ENTRY,
     veronda_westmann::ENTRY,
+    hyperfoam::ENTRY,
 ];
 
 /// Laws that programs have added to those of the library.

@@ -1,6 +1,6 @@
-//! Isochoric parts in principal stretches, of the Valanis–Landel form W = Σᵢ w(ēᵢ), ēᵢ = ln λᵢ − ⅓ ln J.
+//! Parts in principal stretches, of the Valanis–Landel form W = Σᵢ w(ēᵢ), ēᵢ = ln λᵢ − ⅓ ln J, or W = Σᵢ w(eᵢ), eᵢ = ln λᵢ.
 //!
-//! With λᵢ the principal stretches, F = U diag(λ) Vᵀ, τᵢ = w′(ēᵢ) − ⅓Σⱼ w′(ēⱼ) and pᵢ = τᵢ/λᵢ:
+//! With λᵢ the principal stretches, F = U diag(λ) Vᵀ, τᵢ = w′(ēᵢ) − ⅓Σⱼ w′(ēⱼ), or w′(eᵢ), and pᵢ = τᵢ/λᵢ:
 //!
 //! P = U diag(p) Vᵀ
 //!
@@ -32,7 +32,7 @@ pub struct Sums {
 
 /// A part given by w(ē).
 pub trait ValanisLandel {
-    /// W, w′ and w″ at ē \[–\], Σē = 0
+    /// W, w′ and w″ at ē or e \[–\], both with W = 0 and w′ = 0 at rest
     fn sums(&self, e: &[f64; 3]) -> Sums;
     /// \[w′(a) − w′(b)\]/(e^{a−b} − 1) \[Pa\], for a ≥ b also where they coincide
     fn quotient(&self, a: f64, b: f64) -> f64;
@@ -120,38 +120,62 @@ fn eigen(mut a: Mat3) -> ([f64; 3], Mat3) {
     (x, v)
 }
 
-/// ψ = W + U, P and A at F.
+/// ψ = Σ w(ēᵢ) + U(J), P and A at F.
 #[inline(always)]
 pub fn response<W: ValanisLandel>(part: &W, vol: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
     let k = Invariants::of_positive(f)?;
+    let (energy, du, d2u) = vol.at(k.x);
+    Ok(sum::<W, true>(part, &k, [energy, du * k.j, (d2u * k.j + du) * k.j], f, want))
+}
+
+/// ψ = Σ w(eᵢ) + g(ln J), P and A at F, with g, g′ and g″ at ln J.
+pub fn coupled<W: ValanisLandel>(
+    part: &W,
+    g: impl Fn(f64) -> [f64; 3],
+    f: &Mat3,
+    want: Want,
+) -> Result<Response, LawError> {
+    let k = Invariants::of_positive(f)?;
+    Ok(sum::<W, false>(part, &k, g(k.ln_j()), f, want))
+}
+
+/// The sum of w over ēᵢ where it is `ISOCHORIC`, else over eᵢ, and of a function of ln J with its derivatives.
+#[inline(always)]
+fn sum<W: ValanisLandel, const ISOCHORIC: bool>(
+    part: &W,
+    k: &Invariants,
+    [energy, pressure, stiffness]: [f64; 3],
+    f: &Mat3,
+    want: Want,
+) -> Response {
     let d = Principal::of(f);
-    let mean = (d.e[0] + d.e[1] + d.e[2]) / 3.0;
+    let third = |x: [f64; 3], n: f64| if ISOCHORIC { (x[0] + x[1] + x[2]) / n } else { 0.0 };
+    let mean = third(d.e, 3.0);
     let e = d.e.map(|e| e - mean);
     let Sums { w, dw, d2w } = part.sums(&e);
-    let (energy, du, d2u) = vol.at(k.x);
     let mut r = Response::energy(w + energy);
     if want < Want::Residual {
-        return Ok(r);
+        return r;
     }
     let g = k.cof / k.j;
-    let pressure = du * k.j;
-    let middle = (dw[0] + dw[1] + dw[2]) / 3.0;
+    let middle = third(dw, 3.0);
     let tau = dw.map(|x| x - middle);
     let s = d.s;
     let p = [tau[0] / s[0], tau[1] / s[1], tau[2] / s[2]];
     r.p = d.u * Mat3::from_diagonal(&Vec3::from(p)) * d.v.transpose() + g * pressure;
     if want < Want::Tangent {
-        return Ok(r);
+        return r;
     }
-    r.a = isotropic(0.0, (d2u * k.j + du) * k.j, -pressure, &rows(&g));
+    r.a = isotropic(0.0, stiffness, -pressure, &rows(&g));
     let n = [0, 1, 2].map(|i| d.mode(i, i, 0.0));
-    let all = (d2w[0] + d2w[1] + d2w[2]) / 9.0;
+    let all = third(d2w, 9.0);
     for i in 0..3 {
-        // ∂τᵢ/∂eⱼ = w″ᵢδᵢⱼ − ⅓(w″ᵢ + w″ⱼ) + (1/9)Σw″, and ∂pᵢ/∂λⱼ = (∂τᵢ/∂eⱼ − τᵢδᵢⱼ)/(λᵢλⱼ)
+        // ∂τᵢ/∂eⱼ = w″ᵢδᵢⱼ − ⅓(w″ᵢ + w″ⱼ) + (1/9)Σw″, or w″ᵢδᵢⱼ, and ∂pᵢ/∂λⱼ = (∂τᵢ/∂eⱼ − τᵢδᵢⱼ)/(λᵢλⱼ)
         let mut row = [0.0; 9];
         for j in 0..3 {
             let own = if i == j { d2w[i] - tau[i] } else { 0.0 };
-            let x = (own - (d2w[i] + d2w[j]) / 3.0 + all) / (s[i] * s[j]);
+            let mixed = if ISOCHORIC { (d2w[i] + d2w[j]) / 3.0 } else { 0.0 };
+            let x = (own - mixed + all) / (s[i] * s[j]);
             for (row, n) in row.iter_mut().zip(&n[j]) {
                 *row += x * n;
             }
@@ -165,5 +189,5 @@ pub fn response<W: ValanisLandel>(part: &W, vol: &Volumetric, f: &Mat3, want: Wa
         add_dyad(&mut r.a, 0.5 * flip, &plus, &plus);
         add_dyad(&mut r.a, 0.5 * twist, &minus, &minus);
     }
-    Ok(r)
+    r
 }

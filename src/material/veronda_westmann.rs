@@ -57,6 +57,7 @@ const FIT: FitForm = FitForm {
     parameters: KEYS.split_at(2).1,
     term_counts: &[1],
     default_count: 1,
+    compressible: false,
     terms: FitTerms::Separable(ShapedTerm {
         tau: |beta, s| of_invariants(&VerondaWestmann { c1: 1.0, beta }, s).tau,
         tau_by_shape: |beta, s| {

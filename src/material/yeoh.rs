@@ -53,6 +53,7 @@ const FIT: FitForm = FitForm {
     parameters: KEYS.split_at(2).1,
     term_counts: &[1, 2, 3],
     default_count: 3,
+    compressible: false,
     terms: FitTerms::Linear(|k, s| {
         let mut c = [0.0; 3];
         c[k] = 1.0;

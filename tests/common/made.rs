@@ -25,8 +25,10 @@ pub fn truth(law: &str, terms: usize) -> Vec<f64> {
     }
 }
 
+/// Every law that is fitted as incompressible, with all its numbers of terms.
 pub fn models() -> Vec<Model> {
-    let all = fittable_laws().into_iter().flat_map(|e| {
+    let rubbers = fittable_laws().into_iter().filter(|e| e.fit.is_some_and(|f| !f.compressible));
+    let all = rubbers.flat_map(|e| {
         let counts = e.fit.iter().flat_map(|f| f.term_counts);
         counts.map(|n| Model::new(e.info.name, Some(*n)).expect("registered"))
     });

@@ -23,17 +23,20 @@ pub enum SharedError {
     StrainScale,
     /// Compliance of machine and grips: e − δ PA/L \[m/N\]
     Compliance,
+    /// Poisson's ratio of a foam \[–\]
+    Poisson,
 }
 
 impl SharedError {
     /// Every one with its key, its dimension and its name
-    pub const ALL: [(Self, &'static str, Dimension, &'static str); 6] = [
+    pub const ALL: [(Self, &'static str, Dimension, &'static str); 7] = [
         (Self::StressZero, "stress_zero", Dimension::PRESSURE, "zero of the stress"),
         (Self::ForceZero, "force_zero", Dimension::FORCE, "zero of the force"),
         (Self::StressScale, "stress_scale", Dimension::NONE, "scale of the stress"),
         (Self::StrainZero, "strain_zero", Dimension::NONE, "zero of the strain"),
         (Self::StrainScale, "strain_scale", Dimension::NONE, "scale of the strain"),
         (Self::Compliance, "compliance", Dimension::COMPLIANCE, "compliance of the machine"),
+        (Self::Poisson, "poisson", Dimension::NONE, "Poisson's ratio"),
     ];
 
     /// SI unit of its half-width
@@ -41,7 +44,7 @@ impl SharedError {
         match self {
             Self::StressZero => "Pa",
             Self::ForceZero => "N",
-            Self::StressScale | Self::StrainZero | Self::StrainScale => "–",
+            Self::StressScale | Self::StrainZero | Self::StrainScale | Self::Poisson => "–",
             Self::Compliance => "m/N",
         }
     }

@@ -41,6 +41,9 @@ pub struct ColumnChoice {
     /// Strain and stress of the second direction of a biaxial test
     pub strain_2: Option<String>,
     pub stress_2: Option<String>,
+    /// Strain across the load, of which only foams make use
+    pub lateral: Option<String>,
+    pub lateral_unit: Option<String>,
     pub mode: Option<String>,
     pub time: Option<String>,
     pub decimal: Option<Decimal>,
@@ -69,6 +72,8 @@ impl ColumnChoice {
             stress_unit: text(&self.stress_unit, &other.stress_unit),
             strain_2: text(&self.strain_2, &other.strain_2),
             stress_2: text(&self.stress_2, &other.stress_2),
+            lateral: text(&self.lateral, &other.lateral),
+            lateral_unit: text(&self.lateral_unit, &other.lateral_unit),
             mode: text(&self.mode, &other.mode),
             time: text(&self.time, &other.time),
             decimal: self.decimal.or(other.decimal),

@@ -3,7 +3,7 @@
 
 use super::answer::Gauge;
 use super::{Measured, SceneModel};
-use crate::calibrate::{Experiment, FitOptions, Mode, Model, Sample, Weighting, fit_experiment};
+use crate::calibrate::{Experiment, FitOptions, Mode, Model, Partner, Sample, Weighting, fit_experiment};
 use crate::material::registry::given;
 
 /// `None` where the law has no closed form here, or none of its constants is looked for.
@@ -31,7 +31,9 @@ pub fn fit(
     };
     let samples = measured.x.iter().zip(&measured.y).zip(&measured.lines).map(sample).collect();
     let experiment = Experiment::of_samples(&measured.file, &measured.sha256, samples);
-    let options = FitOptions { terms: Some(terms), weighting, ..FitOptions::new(entry.info.name) };
+    let nu = Model { terms, ..fitted }.poisson_keys().find_map(|k| values.get(&k).copied());
+    let options =
+        FitOptions { terms: Some(terms), weighting, partner: nu.map(Partner::Nu), ..FitOptions::new(entry.info.name) };
     let answer = fit_experiment(&experiment, &options).ok()?;
     let of = |key: &str| answer.parameters.iter().find(|e| e.name == key).map(|e| e.value);
     let values =

@@ -213,19 +213,31 @@ pub fn directions(jacobian: &DMatrix<f64>) -> Directions {
 
 /// `jacobian` and `residual` are weighted, (n, p) and (n); `rounding`: the residual is none.
 pub fn of(jacobian: &DMatrix<f64>, residual: &DVector<f64>, samples: &[Sample], rounding: bool) -> Errors {
-    let curves = curves(samples);
-    let specimens = samples.iter().map(|s| s.specimen).collect::<std::collections::BTreeSet<_>>();
+    let specimens: Vec<usize> = samples.iter().map(|s| s.specimen).collect();
+    of_specimens(jacobian, residual, &specimens, &curves(samples), rounding)
+}
+
+/// The same with the specimen of each row; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
+/// its own, count as constants of all.
+pub fn of_specimens(
+    jacobian: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    specimen: &[usize],
+    curves: &[Vec<usize>],
+    rounding: bool,
+) -> Errors {
+    let specimens = specimen.iter().copied().collect::<std::collections::BTreeSet<_>>();
     let (n, p) = jacobian.shape();
     let k = specimens.len();
     if k < 2 || n <= p {
-        return of_curves(jacobian, residual, &curves, rounding);
+        return of_curves(jacobian, residual, curves, rounding);
     }
     let directions = directions(jacobian);
     let u = &directions.u;
     let mut sum = DMatrix::zeros(u.ncols(), u.ncols());
     let mut alone = residual.clone();
     for one in specimens {
-        let own: Vec<usize> = (0..n).filter(|i| samples[*i].specimen == one).collect();
+        let own: Vec<usize> = (0..n).filter(|i| specimen[*i] == one).collect();
         let (rows, errors) = (u.select_rows(&own), residual.select_rows(&own));
         let pull = rows.transpose() * &errors;
         sum += &pull * pull.transpose();
@@ -234,7 +246,7 @@ pub fn of(jacobian: &DMatrix<f64>, residual: &DVector<f64>, samples: &[Sample], 
         let kept = &errors - &rows * inverse * &pull;
         own.iter().zip(kept.iter()).for_each(|(i, r)| alone[*i] = *r);
     }
-    let smooth = if rounding { 0.0 } else { smooth(&alone, &curves) };
+    let smooth = if rounding { 0.0 } else { smooth(&alone, curves) };
     let model = ErrorModel::Specimens { specimens: k };
     directions.errors(model, &(sum * (k as f64 / (k - 1) as f64)), k - 1, 0.0, smooth)
 }

@@ -14,7 +14,7 @@ use crate::calibrate::intake::accuracy::{Accuracy, SharedError};
 use crate::calibrate::intake::dimensions::Dimensions;
 use crate::calibrate::judgement::errors::{curves, directions};
 use crate::calibrate::solve::{LawFit, LawSetting, jacobian, offset};
-use crate::calibrate::{ErrorModel, Estimate, FitError, Sample};
+use crate::calibrate::{ErrorModel, Estimate, FitError, Model, Sample};
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -69,6 +69,7 @@ pub fn contributions(
             SharedError::StressScale => Box::new(law),
             SharedError::StrainZero => Box::new(slope),
             SharedError::StrainScale => Box::new(|s| slope(s) * s.mode.strain(s.stretch)),
+            SharedError::Poisson => Box::new(|s| by_poisson(setting.model, &answer.values, s)),
             SharedError::Compliance => {
                 let by = area()? / dimensions.needed_length(*kind)?;
                 Box::new(move |s| slope(s) * law(s) * by)
@@ -93,6 +94,13 @@ pub fn contributions(
         }
     }
     Ok(stated)
+}
+
+/// −∂P/∂ν \[Pa\], what an error of ν leaves in the residuals: central differences, to 1e-8.
+fn by_poisson(model: Model, values: &[f64], s: &Sample) -> f64 {
+    const H: f64 = 1e-5;
+    let at = |nu: f64| model.with_poisson(nu).at(values, s);
+    (at(model.nu - H) - at(model.nu + H)) / (2.0 * H)
 }
 
 /// The constants with wider intervals and standard errors.

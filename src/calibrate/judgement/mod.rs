@@ -139,6 +139,8 @@ pub fn warnings(
     found.extend(shear.and_then(|mu| stiffness(mu, &experiment.stress_unit)));
     let doubts = [AuditKind::Doubt, AuditKind::Slack].into_iter().flat_map(|kind| experiment.audit.of(kind));
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
+    let lateral = result.poisson.iter().flat_map(|p| p.doubts.iter().cloned());
+    found.extend(lateral.map(|message| FitWarning::Data { message }));
     found.extend(compressible(result, model, shear));
     found
 }
@@ -260,6 +262,9 @@ const STIFFNESS_CHANGE: f64 = 0.01;
 
 /// A compressible law with the fitted shear modulus μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
 fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<FitWarning> {
+    if model.form.compressible {
+        return None;
+    }
     let chosen = model.law.info.choices.iter().any(|c| c.name == "volumetric" && c.default.is_none());
     let needs_volumetric = chosen && result.volumetric.is_none();
     let nu = match (result.partner, mu) {

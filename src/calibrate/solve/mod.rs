@@ -145,7 +145,7 @@ fn weighted(
     weight: &[f64],
     near: Option<&LawFit>,
 ) -> Result<LawFit, FitError> {
-    let rows = Rows::new(samples, weight)?;
+    let rows = Rows::new(samples, weight, setting.model.nu)?;
     let bare = |values, check, active, at| LawFit {
         values,
         identified: Identified::default(),
@@ -165,7 +165,7 @@ fn weighted(
         }
         FitTerms::Separable(family) => {
             let warm = near.map(|n| n.at.as_slice());
-            let reach = samples.iter().map(|s| invariants(s.stretches()).0).fold(0.0, f64::max);
+            let reach = samples.iter().map(|s| invariants(s.stretches(setting.model.nu)).0).fold(0.0, f64::max);
             let found = separable::solve(family, setting.model.terms, &rows, reach, warm)?;
             // + 0: a factor that vanished has no sign
             let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0 + 0.0, *theta];

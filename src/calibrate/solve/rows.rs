@@ -23,14 +23,14 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Refuses stresses that are zero or point against the stretch.
-    pub fn new(samples: &[Sample], weight: &[f64]) -> Result<Self, FitError> {
+    /// Refuses stresses that are zero or point against the stretch. `nu`: the lateral stretches follow it.
+    pub fn new(samples: &[Sample], weight: &[f64], nu: f64) -> Result<Self, FitError> {
         let weighted: Vec<f64> = samples.iter().zip(weight).map(|(s, w)| w * s.stress).collect();
         let norm = weighted.iter().map(|x| x * x).sum::<f64>().sqrt();
         if norm == 0.0 {
             return Err(FitError::ZeroStress);
         }
-        let places: Vec<_> = samples.iter().map(|s| (s.mode, s.stretches())).collect();
+        let places: Vec<_> = samples.iter().map(|s| (s.mode, s.stretches(nu))).collect();
         // A unit that makes factors of the order 1: the Neo-Hookean μ of the data
         let g: Vec<f64> = places.iter().zip(weight).map(|((m, s), w)| w * m.nominal(s.map(|l| l * l), s[0])).collect();
         let length = g.iter().map(|x| x * x).sum::<f64>().sqrt();

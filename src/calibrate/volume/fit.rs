@@ -1,73 +1,134 @@
 //! From a request to Poisson's ratio, ln λ_t = c − ν ln λ, or to the bulk modulus, p = c − κ U′(J)/κ.
 
 use super::error::VolumeError;
-use super::line::line;
+use super::line::{Points, line};
 use super::request::{VolumeRequest, VolumeTest};
-use super::result::{VolumeFit, words};
+use super::result::{Data, VolumeFit, words};
+use crate::calibrate::StretchRange;
+use crate::calibrate::intake::columns::Sign;
 use crate::calibrate::intake::names::{self, StrainKind};
 use crate::calibrate::intake::roles::{self, ReadColumn, Role, Wanted};
 use crate::material::{Volumetric, VolumetricKind};
 
 /// Rows that a fit needs
 const ROWS: usize = 4;
-/// Reads a table and fits Poisson's ratio or the bulk modulus.
+
+/// Reads the tables and fits Poisson's ratio or the bulk modulus.
 pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
-    let all: &[Role] = match request.test {
-        VolumeTest::Lateral => &[Role::Strain, Role::Lateral],
-        VolumeTest::Bulk => &[Role::Pressure, Role::Volume],
-    };
     let parts = parts(request)?;
-    let wanted = Wanted { all, one: &[], columns: &request.columns, units: &request.units, unitless: &[] };
-    let table = roles::read(&request.data, &wanted)?;
-    let (file, lines) = (&table.file, &table.lines);
-    if lines.len() < ROWS {
-        return Err(VolumeError::TooFewRows { file: file.clone(), rows: lines.len() });
-    }
-    let ratios = |role: Role, what: &'static str| {
-        let values: Vec<f64> = ratios(&table.columns[&role], role);
-        let bad: Vec<u64> = lines.iter().zip(&values).filter(|p| *p.1 <= 0.0).map(|p| *p.0).collect();
-        let varies = values.iter().any(|v| (v - values[0]).abs() > 1e-9);
-        match (bad.is_empty(), varies) {
-            (false, _) => Err(VolumeError::Impossible { file: file.clone(), what, lines: bad }),
-            (_, false) => Err(VolumeError::Constant { file: file.clone(), what }),
-            _ => Ok(values),
+    let mut data = Data::default();
+    let (mut across, mut along) = (vec![], vec![]);
+    for (specimen, path) in std::iter::once(&request.data).chain(&request.more).enumerate() {
+        let table = read(request, path)?;
+        if let Some(first) = data.sha256.iter().position(|s| *s == table.sha256) {
+            return Err(VolumeError::SameFile { first: data.files[first].clone(), second: table.file });
         }
-    };
-    let sign = |fact: String, remedy| VolumeError::Sign { file: file.clone(), fact, remedy };
-    let fitted = match request.test {
+        data.specimen.extend(vec![specimen; table.x.len()]);
+        across.extend(table.x);
+        along.extend(table.y);
+        data.files.push(table.file);
+        data.sha256.push(table.sha256);
+        data.notes.extend(table.notes);
+    }
+    let points = |x: Vec<f64>| Points { x, y: along.clone(), specimen: data.specimen.clone() };
+    let sign = |fact: String, remedy| VolumeError::Sign { file: data.files.join(", "), fact, remedy };
+    match request.test {
         VolumeTest::Lateral => {
-            let axial: Vec<f64> = ratios(Role::Strain, "strain")?.iter().map(|l| l.ln()).collect();
-            let lateral: Vec<f64> = ratios(Role::Lateral, "lateral strain")?.iter().map(|l| l.ln()).collect();
-            let line = line(&axial, &lateral);
+            let points = points(across.iter().map(|l| l.ln()).collect());
+            let points = Points { y: along.iter().map(|l| l.ln()).collect(), ..points };
+            let line = line(&points);
             if line.slope.interval[0] > 0.0 {
                 let fact =
                     format!("the lateral strain grows with the axial one (Poisson's ratio {:.3})", -line.slope.value);
                 return Err(sign(fact, "if contraction counts as positive in the table, give it a minus sign"));
             }
-            words(&table, request.test, None, &axial, &lateral, line)
+            Ok(words(data, request.test, None, &points, line))
         }
         VolumeTest::Bulk => {
-            let volume = ratios(Role::Volume, "volume")?;
-            let pressure = &table.columns[&Role::Pressure].values;
             let one = |kind: &VolumetricKind| {
                 let unit = Volumetric { kind: *kind, kappa: 1.0 };
-                let x: Vec<f64> = volume.iter().map(|j| unit.du(*j)).collect();
-                let line = line(&x, pressure);
-                (*kind, x, line)
+                let points = points(across.iter().map(|j| unit.du(*j)).collect());
+                let line = line(&points);
+                (*kind, points, line)
             };
             let mut fits: Vec<_> = parts.iter().map(one).collect();
             fits.sort_by(|a, b| a.2.misfit.total_cmp(&b.2.misfit));
             let others: Vec<(VolumetricKind, f64, f64)> =
                 fits.iter().map(|f| (f.0, -f.2.slope.value, f.2.misfit)).collect();
-            let (_, x, line) = fits.swap_remove(0);
+            let (_, points, line) = fits.swap_remove(0);
             if line.slope.interval[0] > 0.0 {
                 let fact = "the volume grows with the pressure".to_string();
                 return Err(sign(fact, "give a change of volume as negative under pressure, or the ratio V/V0"));
             }
-            words(&table, request.test, Some(others), &x, pressure, line)
+            Ok(words(data, request.test, Some(others), &points, line))
         }
+    }
+}
+
+/// One table: stretch and lateral stretch, or volume ratio and pressure \[Pa\].
+struct Table {
+    file: String,
+    sha256: String,
+    x: Vec<f64>,
+    y: Vec<f64>,
+    notes: Vec<String>,
+}
+
+fn read(request: &VolumeRequest, path: &std::path::Path) -> Result<Table, VolumeError> {
+    let all: &[Role] = match request.test {
+        VolumeTest::Lateral => &[Role::Strain, Role::Lateral],
+        VolumeTest::Bulk => &[Role::Pressure, Role::Volume],
     };
-    Ok(fitted)
+    let wanted = Wanted { all, one: &[], columns: &request.columns, units: &request.units, unitless: &[] };
+    let mut table = roles::read(path, &wanted)?;
+    let file = table.file.clone();
+    let (x, y) = match request.test {
+        VolumeTest::Lateral => (Role::Strain, Role::Lateral),
+        VolumeTest::Bulk => (Role::Volume, Role::Pressure),
+    };
+    let strain = &mut table.columns.get_mut(&x).expect("it was read");
+    if request.test == VolumeTest::Lateral && is_turned(strain, request.positive) {
+        strain.values.iter_mut().for_each(|e| *e = -*e);
+        table.notes.push(format!("column \"{}\" counts compression as positive; its sign was changed", strain.name));
+    }
+    let range = request.range.unwrap_or(StretchRange::ALL);
+    let checked = |role: Role, what: &'static str| {
+        let values = ratios(&table.columns[&role], role);
+        let is_bad = |p: &(&u64, &f64)| *p.1 <= 0.0;
+        let bad: Vec<u64> = table.lines.iter().zip(&values).filter(is_bad).map(|p| *p.0).collect();
+        if bad.is_empty() { Ok(values) } else { Err(VolumeError::Impossible { file: file.clone(), what, lines: bad }) }
+    };
+    let (x, y): (Vec<f64>, Vec<f64>) = match request.test {
+        VolumeTest::Lateral => {
+            let (x, y) = (checked(x, "strain")?, checked(y, "lateral strain")?);
+            x.into_iter().zip(y).filter(|p| range.contains(p.0)).unzip()
+        }
+        VolumeTest::Bulk => (checked(x, "volume")?, table.columns[&y].values.clone()),
+    };
+    if x.len() < ROWS {
+        return Err(VolumeError::TooFewRows { file, rows: x.len() });
+    }
+    let varies = |values: &[f64]| values.iter().any(|v| (v - values[0]).abs() > 1e-9);
+    let still = match request.test {
+        VolumeTest::Lateral if !varies(&x) => Some("strain"),
+        VolumeTest::Bulk if !varies(&x) => Some("volume"),
+        _ => None,
+    };
+    match still {
+        Some(what) => Err(VolumeError::Constant { file, what }),
+        None => Ok(Table { file, sha256: table.sha256, x, y, notes: table.notes }),
+    }
+}
+
+/// Whether a column of strain counts compression as positive.
+fn is_turned(column: &ReadColumn, positive: Option<Sign>) -> bool {
+    let is_stretch = names::strain(&column.name).is_some_and(|r| r.1 == StrainKind::Stretch);
+    let up = column.values.iter().filter(|v| **v > 0.0).count() > column.values.len() / 2;
+    !is_stretch
+        && match positive {
+            Some(sign) => sign == Sign::Compression,
+            None => names::is_compressive(&column.name) && up,
+        }
 }
 
 /// The volumetric parts that are tried.

@@ -1,6 +1,6 @@
 //! The request for a fit of the change of volume.
 
-use crate::calibrate::Role;
+use crate::calibrate::{Role, Sign, StretchRange};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -30,10 +30,31 @@ impl std::str::FromStr for VolumeTest {
 #[derive(Clone, PartialEq, Debug)]
 pub struct VolumeRequest {
     pub data: PathBuf,
+    /// Tables of further specimens of the same test
+    pub more: Vec<PathBuf>,
     pub test: VolumeTest,
     /// Names of columns, or numbers such as `#3`
     pub columns: BTreeMap<Role, String>,
     pub units: BTreeMap<Role, String>,
     /// Volumetric part of a bulk test; else the one with the least misfit
     pub volumetric: Option<String>,
+    /// Stretches in the direction of the load that are fitted; `None`: all
+    pub range: Option<StretchRange>,
+    /// Load whose strain the table counts as positive; `None`: tension, unless the column is called compressive
+    pub positive: Option<Sign>,
+}
+
+impl VolumeRequest {
+    pub fn new(data: impl Into<PathBuf>, test: VolumeTest) -> Self {
+        Self {
+            data: data.into(),
+            more: vec![],
+            test,
+            columns: BTreeMap::new(),
+            units: BTreeMap::new(),
+            volumetric: None,
+            range: None,
+            positive: None,
+        }
+    }
 }

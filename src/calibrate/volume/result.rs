@@ -1,9 +1,8 @@
 //! Poisson's ratio or the bulk modulus with its interval, in words and as a file.
 
 use super::error::VolumeError;
-use super::line::Line;
+use super::line::{Line, Points};
 use super::request::VolumeTest;
-use crate::calibrate::intake::roles::ReadTable;
 use crate::calibrate::{Bounded, CurveSet, ErrorModel, FitSummary, MeasuredCurves};
 use crate::material::VolumetricKind;
 use crate::storage;
@@ -11,6 +10,16 @@ use serde::Serialize;
 use std::fmt;
 use std::path::Path;
 use toml::{Table, Value};
+
+/// Files of a fit and what was read.
+#[derive(Clone, Debug, Default)]
+pub struct Data {
+    pub files: Vec<String>,
+    pub sha256: Vec<String>,
+    /// Of each row, counted from 0
+    pub specimen: Vec<usize>,
+    pub notes: Vec<String>,
+}
 
 /// A fit of the change of volume.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -22,8 +31,8 @@ pub struct VolumeFit {
     pub rows: usize,
     /// ν \[–\] of a lateral strain, κ \[Pa\] of a bulk test
     pub value: Bounded,
-    /// Offset of the line: of ln λ_t \[–\], or of the pressure \[Pa\]
-    pub offset: Bounded,
+    /// Offset of the line of each specimen: of ln λ_t \[–\], or of the pressure \[Pa\]
+    pub offsets: Vec<Bounded>,
     /// Volumetric part of a bulk test
     pub volumetric: Option<&'static str>,
     pub errors: ErrorModel,
@@ -60,16 +69,20 @@ fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Ve
 }
 
 /// Data and line for a figure.
-fn curves(lateral: bool, x: &[f64], y: &[f64], line: &Line) -> MeasuredCurves {
+fn curves(lateral: bool, data: &Data, Points { x, y, specimen }: &Points, line: &Line) -> MeasuredCurves {
     let fitted = |k: usize| y[k] - line.residual[k];
-    let mut order: Vec<usize> = (0..x.len()).collect();
-    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
-    let sets = vec![CurveSet {
-        label: "measured".into(),
-        measured: (0..x.len()).map(|k| [x[k], y[k]]).collect(),
-        fitted: order.iter().map(|k| [x[*k], fitted(*k)]).collect(),
-        residuals: (0..x.len()).map(|k| [x[k], line.residual[k]]).collect(),
-    }];
+    let set = |(one, file): (usize, &String)| {
+        let own: Vec<usize> = (0..x.len()).filter(|k| specimen[*k] == one).collect();
+        let mut order = own.clone();
+        order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+        CurveSet {
+            label: if data.files.len() == 1 { "measured".into() } else { file.clone() },
+            measured: own.iter().map(|k| [x[*k], y[*k]]).collect(),
+            fitted: order.iter().map(|k| [x[*k], fitted(*k)]).collect(),
+            residuals: own.iter().map(|k| [x[*k], line.residual[*k]]).collect(),
+        }
+    };
+    let sets = data.files.iter().enumerate().map(set).collect();
     MeasuredCurves {
         x_label: if lateral { "ln λ [–]".into() } else { "U′(J)/κ [–]".into() },
         y_label: if lateral { "ln of the lateral stretch".into() } else { "pressure".into() },
@@ -82,11 +95,10 @@ fn curves(lateral: bool, x: &[f64], y: &[f64], line: &Line) -> MeasuredCurves {
 
 /// The result in words. `others`: every volumetric part that was tried with κ and misfit, the best first.
 pub fn words(
-    table: &ReadTable,
+    data: Data,
     test: VolumeTest,
     others: Option<Vec<(VolumetricKind, f64, f64)>>,
-    x: &[f64],
-    y: &[f64],
+    points: &Points,
     line: Line,
 ) -> VolumeFit {
     let [low, high] = line.slope.interval;
@@ -106,33 +118,38 @@ pub fn words(
         method.push(format!("{}: kappa = {:.4e} Pa, misfit {:.3} % rms", kind.name(), kappa, 100.0 * misfit));
     }
     let offset_unit = if lateral { "–" } else { "Pa" };
+    let file = data.files.join(", ");
     let answer = format!(
-        "{what} from {}: {symbol} = {} ({} data points, misfit {:.2} % rms)",
-        table.file,
+        "{what} from {file}: {symbol} = {} ({} data points, misfit {:.2} % rms)",
         value.words(unit),
-        x.len(),
+        points.x.len(),
         100.0 * line.misfit
     );
-    let constants = vec![[symbol.to_string(), value.words(unit)], ["offset".into(), line.offset.words(offset_unit)]];
+    let offset = |(k, o): (usize, &Bounded)| {
+        let name = if line.offsets.len() == 1 { "offset".into() } else { format!("offset of {}", data.files[k]) };
+        [name, o.words(offset_unit)]
+    };
+    let own = [symbol.to_string(), value.words(unit)];
+    let constants = std::iter::once(own).chain(line.offsets.iter().enumerate().map(offset)).collect();
     let volumetric = others.as_ref().and_then(|o| o.first()).map(|o| o.0.name());
     let summary = FitSummary {
-        title: format!("{what} from {}", table.file),
+        title: format!("{what} from {file}"),
         answer,
         constants,
         method,
         messages,
-        notes: table.notes.clone(),
+        notes: data.notes.clone(),
         file: "volume.toml".into(),
-        curves: curves(lateral, x, y, &line),
+        curves: curves(lateral, &data, points, &line),
     };
     VolumeFit {
-        data: table.file.clone(),
-        data_sha256: table.sha256.clone(),
+        data: file,
+        data_sha256: data.sha256.join(", "),
         test,
         version: env!("CARGO_PKG_VERSION"),
-        rows: x.len(),
+        rows: points.x.len(),
         value,
-        offset: line.offset,
+        offsets: line.offsets,
         volumetric,
         errors: line.errors.model,
         misfit: line.misfit,

@@ -38,8 +38,8 @@ pub fn write(energy: &Energy, scale: f64) -> Result<(String, Option<VolumetricKi
     Ok((text, Some(kind)))
 }
 
-/// Reads the first `TB,HYPER`.
-pub fn read(text: &str, scale: f64) -> Result<Energy, KeywordError> {
+/// The first `TB,HYPER`: the line, its number of terms, the name of the law, and the numbers below it.
+pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordError> {
     let refuse = |what: String| KeywordError::Unreadable { program: PROGRAM, what };
     let bare = |l: &str| l.split('!').next().unwrap_or("").trim().to_uppercase();
     let mut lines = text.lines().map(bare).filter(|l| !l.is_empty());
@@ -59,7 +59,15 @@ pub fn read(text: &str, scale: f64) -> Result<Energy, KeywordError> {
     }
     let count =
         if points.is_empty() { 1 } else { points.parse().map_err(|_| refuse(format!("NPTS = \"{points}\"")))? };
-    let (law, own) = match (option, count) {
+    let option = option.to_string();
+    Ok((head, count, option, values))
+}
+
+/// Reads the first `TB,HYPER`.
+pub fn read(text: &str, scale: f64) -> Result<Energy, KeywordError> {
+    let refuse = |what: String| KeywordError::Unreadable { program: PROGRAM, what };
+    let (head, count, option, values) = data(text)?;
+    let (law, own) = match (option.as_str(), count) {
         ("NEO", _) => (SPLIT, 1),
         ("MOONEY", 2 | 3 | 5) => ("mooney_rivlin", count),
         ("YEOH", 1..=3) => ("yeoh", count),

@@ -70,9 +70,9 @@ pub enum KeywordError {
 pub struct Energy {
     /// Name of the law
     pub law: String,
-    /// Of Ogden's law c_n and α_n of Σ (c_n/α_n²)(Σλ̄^α_n − 3); of both Neo-Hookean laws μ
+    /// Of Ogden's law c_n and α_n of Σ (c_n/α_n²)(Σλ̄^α_n − 3); of both Neo-Hookean laws μ; of a foam μ_n, α_n, ν_n
     pub constants: Vec<f64>,
-    /// Bulk modulus \[Pa\]
+    /// Bulk modulus \[Pa\]; of a foam it follows from the constants
     pub kappa: f64,
     /// `None` of a law whose volumetric part is coupled
     pub volumetric: Option<VolumetricKind>,
@@ -82,6 +82,7 @@ pub struct Energy {
 pub const COUPLED: &str = "neo_hookean";
 pub const SPLIT: &str = "neo_hookean_split";
 pub const OGDEN: &str = "ogden";
+pub const FOAM: &str = "hyperfoam";
 
 impl Energy {
     /// The energy of a law.
@@ -90,6 +91,7 @@ impl Energy {
         let volumetric = law.split().map(|(_, u)| u.kind).filter(|_| name != COUPLED);
         let constants = match name {
             COUPLED | SPLIT => vec![hooke.mu],
+            FOAM => law.values(),
             OGDEN => {
                 // c_n of the three conventions
                 let factor = |mu: f64, alpha: f64| match law.choices() {
@@ -122,11 +124,16 @@ impl Energy {
                 if law == OGDEN {
                     table.insert("convention".into(), "febio".into());
                 }
-                for (p, x) in entry.info.parameters.iter().skip(1).zip(&self.constants) {
+                // κ is the first parameter of all laws but the foam
+                let first = usize::from(law != FOAM);
+                for (p, x) in entry.info.parameters.iter().skip(first).zip(&self.constants) {
                     let value = if p.dimension == Dimension::PRESSURE { pascal(*x) } else { (*x).into() };
                     table.insert(p.name.into(), value);
                 }
             }
+        }
+        if self.law == FOAM {
+            return Ok(table);
         }
         table.insert("kappa".into(), pascal(self.kappa));
         if let Some(kind) = self.volumetric {

@@ -7,6 +7,7 @@
 //! SOFA: `NeoHookean` with μ and λ is the coupled law; `MooneyRivlin` C10, C01, κ and `Ogden` μ, α, κ of (μ/α²)(Σλ̄^α − 3) have ½κ(ln J)².
 
 use super::energy::{COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, number, numbers};
+use super::foam;
 use crate::material::{LawSpecError, Moduli, Values, VolumetricKind};
 use roxmltree::{Document, Node};
 
@@ -130,6 +131,7 @@ pub fn read_febio(text: &str, scale: f64) -> Result<Energy, KeywordError> {
                 }
                 (OGDEN, constants)
             }
+            "Ogden unconstrained" => return foam::read_febio(material, scale),
             other => return Err(refuse(format!("type \"{other}\" is no law that Durometer reads"))),
         };
         // FEBio takes its first part where none is given

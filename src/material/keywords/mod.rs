@@ -3,13 +3,14 @@
 //! The isochoric energy is the same number for number. The volumetric part is the one that the program has: where it is another one than that of
 //! the law it has the same bulk modulus κ, and the text says so. Every program needs a finite κ.
 //!
-//! Sources: *Abaqus Analysis User's Guide*, Hyperelastic behavior of rubberlike materials; Dhondt, *CalculiX CrunchiX User's Manual*, `*HYPERELASTIC`;
-//! *Mechanical APDL Material Reference*, Hyperelasticity; sources of FEBio 4 (`FEUncoupledMaterial`, `FEOgdenMaterial`, `FEGentMaterial`) and of SOFA
+//! Sources: *Abaqus Analysis User's Guide*, Hyperelastic behavior of rubberlike materials and in elastomeric foams; Dhondt, *CalculiX CrunchiX User's Manual*, `*HYPERELASTIC`;
+//! *Mechanical APDL Material Reference*, Hyperelasticity; sources of FEBio 4 (`FEUncoupledMaterial`, `FEOgdenMaterial`, `FEOgdenUnconstrained`, `FEGentMaterial`) and of SOFA
 //! (`NeoHookean.h`, `MooneyRivlin.h`, `Ogden.h`; its documentation has another order of the constants). CalculiX was run.
 
 mod abaqus;
 mod ansys;
 mod energy;
+mod foam;
 mod markup;
 
 pub use energy::{Energy, KeywordError, Program};
@@ -23,6 +24,7 @@ use crate::math::units::{self, Dimension};
 pub fn write(energy: &Energy, program: Program, unit: &str, notes: &[String]) -> Result<String, KeywordError> {
     let scale = 1.0 / units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
     let (body, kind) = match program {
+        _ if energy.law == energy::FOAM => (foam::write(energy, program, scale)?, None),
         Program::Abaqus | Program::Calculix => abaqus::write(energy, program, scale)?,
         Program::Ansys => ansys::write(energy, scale)?,
         Program::Febio => markup::write_febio(energy, scale)?,
@@ -39,13 +41,19 @@ pub fn write(energy: &Energy, program: Program, unit: &str, notes: &[String]) ->
 pub fn read(text: &str, program: Program, unit: &str) -> Result<Energy, KeywordError> {
     let scale = units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
     let energy = match program {
-        Program::Abaqus | Program::Calculix => abaqus::read(text, program, scale)?,
-        Program::Ansys => ansys::read(text, scale)?,
+        Program::Abaqus | Program::Calculix => match foam::read_abaqus(text, program, scale)? {
+            Some(foam) => foam,
+            None => abaqus::read(text, program, scale)?,
+        },
+        Program::Ansys => match foam::read_ansys(text, scale)? {
+            Some(foam) => foam,
+            None => ansys::read(text, scale)?,
+        },
         Program::Febio => markup::read_febio(text, scale)?,
         Program::Sofa => markup::read_sofa(text, scale)?,
     };
-    energy.build()?;
-    Ok(energy)
+    let kappa = energy.build()?.small_strain().kappa;
+    Ok(if energy.law == energy::FOAM { Energy { kappa, ..energy } } else { energy })
 }
 
 /// Words on the volumetric part, the one of the program and the one of the law.
@@ -56,6 +64,9 @@ fn volumetric(energy: &Energy, kind: Option<VolumetricKind>) -> String {
         Some(VolumetricKind::SimoTaylor) => "U = kappa/4 (J^2 - 1 - 2 ln J)",
         None => "lambda/2 (ln J)^2 - mu ln J, coupled",
     };
+    if energy.law == energy::FOAM {
+        return format!("volumetric part: in the terms; kappa = {} Pa at rest", energy.kappa);
+    }
     let own = format!("volumetric part: {}, kappa = {} Pa", formula(kind), energy.kappa);
     if kind == energy.volumetric {
         return own;

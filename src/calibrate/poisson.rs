@@ -1,0 +1,67 @@
+//! Poisson's ratio of a law that is fitted as compressible: as given, or from the lateral strain of the tables.
+//!
+//! The law has one ν in all terms, with which ln λ_t = −ν ln λ in uniaxial stress whatever its other constants are: the lateral stretch of zero
+//! lateral stress in closed form. ν is therefore the slope of that line, with the errors of direct fits ([`crate::calibrate::volume`]), and the stress is
+//! fitted at this ν. Its interval is a stated error that all data points share, of which [`super::judgement::measurement`] takes account.
+
+use super::intake::accuracy::SharedError;
+use super::volume::{VolumeRequest, VolumeTest, fit_volume};
+use super::{Bounded, FitError, FitOptions, FitRequest, Model, Partner, Poisson, Role};
+
+/// Of a request: the given one, else that of the lateral strain. `None` of laws that are fitted as incompressible.
+pub fn of_request(request: &FitRequest, model: Model) -> Result<Option<Poisson>, FitError> {
+    if !model.form.compressible || request.options.partner.is_some() {
+        return Ok(of_options(&request.options, model)?.1);
+    }
+    let choice = &request.columns;
+    let role = |role: Role, value: &Option<String>| value.clone().map(|v| (role, v));
+    let volume = VolumeRequest {
+        more: request.more.clone(),
+        columns: [role(Role::Strain, &choice.strain), role(Role::Lateral, &choice.lateral)]
+            .into_iter()
+            .flatten()
+            .collect(),
+        units: [role(Role::Strain, &choice.strain_unit), role(Role::Lateral, &choice.lateral_unit)]
+            .into_iter()
+            .flatten()
+            .collect(),
+        range: request.options.range,
+        positive: choice.positive,
+        ..VolumeRequest::new(&request.data, VolumeTest::Lateral)
+    };
+    let law = model.name();
+    let fit = fit_volume(&volume).map_err(|e| FitError::NoPoisson { law, reason: e.to_string() })?;
+    if fit.bound_only {
+        return Err(FitError::NoFoam { law, low: fit.value.interval[0] });
+    }
+    Ok(Some(Poisson { ratio: fit.value, measured: true, doubts: fit.summary.messages }))
+}
+
+/// Of a table that was read already: found before, or given by the options; with the model of this ratio.
+pub fn of_options(options: &FitOptions, model: Model) -> Result<(Model, Option<Poisson>), FitError> {
+    let stated = options.accuracy.0.get(&SharedError::Poisson).copied();
+    if !model.form.compressible {
+        return match stated {
+            None => Ok((model, None)),
+            Some(half) => Err(FitError::Accuracy {
+                key: "poisson".into(),
+                text: half.to_string(),
+                reason: format!("law {} is fitted as incompressible and has no such error; leave it out", model.name()),
+            }),
+        };
+    }
+    let law = model.name();
+    let poisson = match (&options.poisson, options.partner.map(Partner::check).transpose()?) {
+        (Some(found), _) => found.clone(),
+        (None, Some(Partner::Nu(value))) => {
+            let half = stated.unwrap_or(0.0);
+            let ratio = Bounded { value, interval: [value - half, value + half] };
+            Poisson { ratio, measured: false, doubts: vec![] }
+        }
+        (None, Some(Partner::Kappa(_))) => {
+            return Err(FitError::NoPoisson { law, reason: "--kappa does not give it".into() });
+        }
+        (None, None) => return Err(FitError::NoPoisson { law, reason: "neither is there".into() }),
+    };
+    Ok((model.with_poisson(poisson.ratio.value), Some(poisson)))
+}
