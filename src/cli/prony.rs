@@ -1,4 +1,4 @@
-//! `durometer prony CSV --experiment KIND`
+//! `durometer prony CSV… --experiment KIND`
 
 use super::arguments::contents;
 use super::files;
@@ -15,6 +15,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Examples:
   durometer prony relaxation.csv --experiment relaxation --ramp '0.5 s'
+  durometer prony one.csv two.csv three.csv --experiment relaxation --ramp '0.5 s'
   durometer prony creep.csv --experiment creep --ramp '0.2 s' --stress '20 kPa'
   durometer prony cycles.csv --experiment history --law law.toml
   durometer prony dma.csv --experiment dynamic --per-decade 1
@@ -26,8 +27,9 @@ Experiments: relaxation (time; stress, force or modulus), creep (time, strain), 
 
 Exit codes: 0 done, 2 bad input, 3 the data do not determine the long-term modulus (the output says why).")]
 pub struct Args {
-    /// Table of the test (CSV)
-    csv: PathBuf,
+    /// Table of the test (CSV); several files are specimens of the same test
+    #[arg(required = true)]
+    csv: Vec<PathBuf>,
     /// Kind of test: relaxation, creep, history, dynamic
     #[arg(long, value_name = "KIND")]
     experiment: TestKind,
@@ -67,7 +69,8 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
-    let mut request = RelaxationRequest::new(&args.csv, args.experiment);
+    let mut request = RelaxationRequest::new(&args.csv[0], args.experiment);
+    request.more = args.csv[1..].to_vec();
     let seconds = |text: &String| units::parse(text, Dimension::TIME);
     request.ramp = args.ramp.as_ref().map(seconds).transpose()?;
     request.start = args.start.as_ref().map(seconds).transpose()?.unwrap_or(0.0);
@@ -81,7 +84,7 @@ pub fn main(args: Args) -> CommandResult {
     };
     request.columns = contents(&args.column)?;
     request.units = contents(&args.unit)?;
-    let stem = args.csv.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
+    let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("prony-{stem}")));
     let fit = fit_relaxation(&request)?;
     files::make_folder(&out)?;

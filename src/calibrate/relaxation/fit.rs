@@ -42,9 +42,10 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
         return Err(RelaxationError::NoInstant { file: record.file.clone() });
     }
     let jacobian = jacobian(&weighted, &series, free);
-    let target = DVector::from_column_slice(&record.y).component_mul(&weighted.weight).norm();
+    let target = record.values().component_mul(&weighted.weight).norm();
     let rounding = series.residual.norm() <= ROUNDING * target;
-    let errors = errors::of_curves(&jacobian, &series.residual, &record.curves(), rounding);
+    let specimens = record.specimen_of_rows();
+    let errors = errors::of_specimens(&jacobian, &series.residual, &specimens, &record.curves(), rounding);
     let native = native(&series, free);
     let answer = answer(record, &series, &native, free);
     let by = derivatives(record, &series, &native, free);
@@ -62,11 +63,11 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
         }
     };
     let mut fit = RelaxationFit {
-        data: record.file.clone(),
-        data_sha256: record.sha256.clone(),
+        data: joined(record, |r| &r.file),
+        data_sha256: joined(record, |r| &r.sha256),
         experiment: record.kind,
         version: env!("CARGO_PKG_VERSION"),
-        rows: record.y.len(),
+        rows: record.values().len(),
         span: record.span(),
         ramp: matches!(record.kind, TestKind::Relaxation | TestKind::Creep).then_some(record.ramp),
         unit: unit(record),
@@ -82,7 +83,7 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
         misfit: series.residual.norm() / target,
         warnings: vec![],
         summary: FitSummary {
-            title: format!("Prony series from {}", record.file),
+            title: format!("Prony series from {}", joined(record, |r| &r.file)),
             answer: String::new(),
             constants: vec![],
             method: vec![],
@@ -95,6 +96,11 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
     fit.warnings = warnings(record, &series, &fit, free);
     put_into_words(&mut fit);
     Ok(fit)
+}
+
+/// A text of every specimen.
+fn joined(record: &Record, of: fn(&Record) -> &String) -> String {
+    record.specimens().map(|r| of(r).as_str()).collect::<Vec<_>>().join(", ")
 }
 
 /// The result in words.
@@ -135,7 +141,7 @@ fn put_into_words(fit: &mut RelaxationFit) {
 }
 
 fn check_rows(record: &Record, constants: usize) -> Result<(), RelaxationError> {
-    let rows = record.y.len();
+    let rows = record.values().len();
     if rows >= constants + 2 {
         return Ok(());
     }
@@ -197,17 +203,19 @@ fn settled<'a>(record: &'a Record, times: &[f64], free: bool) -> Result<(Series,
     if record.kind != TestKind::Dynamic {
         return Ok((series, weighted));
     }
-    let n = record.x.len();
+    let curves = record.curves();
+    let rows_of = |loss: usize| curves.iter().skip(loss).step_by(2).flatten().copied().collect::<Vec<usize>>();
+    let rows = [rows_of(0), rows_of(1)];
     for _ in 0..AGAIN {
-        let [storage, loss] = [0, n].map(|from| series.residual.rows(from, n).norm());
-        if storage.min(loss) <= ROUNDING * (n as f64).sqrt() {
+        let [storage, loss] = [0, 1].map(|k| series.residual.select_rows(&rows[k]).norm());
+        if storage.min(loss) <= ROUNDING * (rows[0].len() as f64).sqrt() {
             break;
         }
         let ratio = (storage / loss).clamp(0.1, 10.0);
         if (ratio - 1.0).abs() < 1e-4 {
             break;
         }
-        weighted.weight.rows_mut(n, n).scale_mut(ratio);
+        rows[1].iter().for_each(|k| weighted.weight[*k] *= ratio);
         let times: Vec<f64> = if free { series.terms.iter().map(|t| t.1).collect() } else { times.to_vec() };
         series = solve(&weighted, &times)?;
     }
@@ -317,18 +325,30 @@ fn curves(record: &Record, series: &Series, weight: &DVector<f64>) -> MeasuredCu
             Record { x: (0..POINTS).map(at).collect(), ..record.clone() }
         }
     };
+    let grid = Record { more: vec![], ..grid };
     let one = DVector::from_element(if dynamic { 2 * grid.x.len() } else { grid.x.len() }, 1.0);
     let drawn = Weighted { record: &grid, weight: one }.matrix(&times) * DVector::from_vec(factors);
     let labels: &[&str] = if dynamic { &["storage modulus", "loss modulus"] } else { &["measured"] };
     let x_of = |x: f64| if dynamic { x / std::f64::consts::TAU } else { x };
-    let (n, m) = (record.x.len(), grid.x.len());
-    let shown = || (0..n).step_by(n.div_ceil(SHOWN));
-    let set = |(k, label): (usize, &&str)| CurveSet {
-        label: label.to_string(),
-        measured: shown().map(|i| [x_of(record.x[i]), record.y[k * n + i]]).collect(),
-        fitted: (0..m).step_by(m.div_ceil(SHOWN)).map(|i| [x_of(grid.x[i]), drawn[k * m + i]]).collect(),
-        residuals: shown().map(|i| [x_of(record.x[i]), series.residual[k * n + i] / weight[k * n + i]]).collect(),
-    };
+    let (m, several) = (grid.x.len(), !record.more.is_empty());
+    let mut sets = vec![];
+    let mut from = 0;
+    for r in record.specimens() {
+        let n = r.x.len();
+        let shown = || (0..n).step_by(n.div_ceil(SHOWN));
+        sets.extend(labels.iter().enumerate().map(|(k, label)| {
+            CurveSet {
+                label: if several { format!("{label}, {}", r.file) } else { (*label).to_string() },
+                measured: shown().map(|i| [x_of(r.x[i]), r.y[k * n + i]]).collect(),
+                fitted: (0..m).step_by(m.div_ceil(SHOWN)).map(|i| [x_of(grid.x[i]), drawn[k * m + i]]).collect(),
+                residuals: shown()
+                    .map(|i| (i, from + k * n + i))
+                    .map(|(i, at)| [x_of(r.x[i]), series.residual[at] / weight[at]])
+                    .collect(),
+            }
+        }));
+        from += r.y.len();
+    }
     let y_label = match record.kind {
         TestKind::Relaxation if record.unit == "N" => "force",
         TestKind::Relaxation if record.unit == "1" => "modulus",
@@ -345,6 +365,6 @@ fn curves(record: &Record, series: &Series, weight: &DVector<f64>) -> MeasuredCu
         },
         log_x: record.kind != TestKind::History,
         log_y: dynamic,
-        sets: labels.iter().enumerate().map(set).collect(),
+        sets,
     }
 }

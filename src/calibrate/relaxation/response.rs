@@ -91,28 +91,58 @@ pub struct Record {
     pub stress: Option<f64>,
     /// Entries on reading and on changes
     pub notes: Vec<String>,
+    /// The same test of further specimens, which have none themselves
+    pub more: Vec<Record>,
 }
 
 impl Record {
-    /// Data points of each curve: one, or storage and loss.
+    /// This specimen and the further ones.
+    pub fn specimens(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.more)
+    }
+
+    /// Responses of all specimens.
+    pub fn values(&self) -> DVector<f64> {
+        DVector::from_vec(self.specimens().flat_map(|r| r.y.iter().copied()).collect())
+    }
+
+    /// Specimen of each value, counted from 0.
+    pub fn specimen_of_rows(&self) -> Vec<usize> {
+        self.specimens().enumerate().flat_map(|(k, r)| vec![k; r.y.len()]).collect()
+    }
+
+    /// Values of each curve: one of each specimen, or storage and loss.
     pub fn curves(&self) -> Vec<Vec<usize>> {
-        let n = self.x.len();
-        if self.kind == TestKind::Dynamic {
-            vec![(0..n).collect(), (n..2 * n).collect()]
-        } else {
-            vec![(0..n).collect()]
+        let mut found = vec![];
+        let mut from = 0;
+        for r in self.specimens() {
+            let n = r.x.len();
+            found.push((from..from + n).collect());
+            if self.kind == TestKind::Dynamic {
+                found.push((from + n..from + 2 * n).collect());
+            }
+            from += r.y.len();
         }
+        found
     }
 
     /// Times \[s\] that the data resolve: the shortest and the longest.
     pub fn span(&self) -> [f64; 2] {
         let of = |x: f64| if self.kind == TestKind::Dynamic { 1.0 / x } else { x };
-        let positive = self.x.iter().copied().filter(|x| *x > 0.0).map(of);
+        let positive = self.specimens().flat_map(|r| &r.x).copied().filter(|x| *x > 0.0).map(of);
         positive.fold([f64::INFINITY, 0.0], |[a, b], t| [a.min(t), b.max(t)])
     }
 
-    /// φ(τ) at every data point; `None`: φ₀.
+    /// φ(τ) at every value of all specimens; `None`: φ₀.
     pub fn column(&self, tau: Option<f64>) -> DVector<f64> {
+        if self.more.is_empty() {
+            return self.own_column(tau);
+        }
+        let own = |r: &Self| r.own_column(tau).iter().copied().collect::<Vec<_>>();
+        DVector::from_vec(self.specimens().flat_map(own).collect())
+    }
+
+    fn own_column(&self, tau: Option<f64>) -> DVector<f64> {
         match self.kind {
             TestKind::Relaxation => {
                 DVector::from_iterator(self.x.len(), self.x.iter().map(|t| held(*t, self.ramp, tau)))
@@ -149,15 +179,16 @@ impl Record {
         }
     }
 
-    /// The same record with some of its data points, by index into `x`.
-    pub fn thinned(&self, rows: &[usize]) -> Self {
-        let n = self.x.len();
+    /// The same record with some of its data points, by indices into `x` that `rows` gives of each specimen.
+    pub fn thinned(&self, rows: &dyn Fn(&Self) -> Vec<usize>) -> Self {
+        let more = self.more.iter().map(|r| r.thinned(rows)).collect();
+        let (n, rows) = (self.x.len(), rows(self));
         let pick = |v: &[f64], from: usize| rows.iter().map(|k| v[from + k]).collect::<Vec<f64>>();
         let mut y = pick(&self.y, 0);
         if self.kind == TestKind::Dynamic {
             y.extend(pick(&self.y, n));
         }
-        Self { x: pick(&self.x, 0), y, ..self.clone() }
+        Self { x: pick(&self.x, 0), y, more, ..self.clone() }
     }
 }
 
@@ -203,6 +234,7 @@ mod tests {
             unit: "Pa".into(),
             stress: None,
             notes: vec![],
+            more: vec![],
         }
     }
 

@@ -8,7 +8,7 @@
 //!
 //! summed over the curves, with the most likely ρ ≥ 0 of each and k = 1 + 2N constants: a pattern that correlated noise explains adds no term.
 //!
-//! Limits: the search takes at most [`ROWS`] data points, spaced in proportion to ln t; the answer is refined with all of them. No time is
+//! Limits: the search takes at most [`ROWS`] data points of all specimens, spaced in proportion to ln t; the answer is refined with all of them. No time is
 //! shorter than a third of the first or longer than three times the last one that the data resolve.
 
 use super::error::RelaxationError;
@@ -52,7 +52,7 @@ pub struct Weighted<'a> {
 
 impl Weighted<'_> {
     fn target(&self) -> DVector<f64> {
-        DVector::from_column_slice(&self.record.y).component_mul(&self.weight)
+        self.record.values().component_mul(&self.weight)
     }
 
     /// w φ of each time, φ₀ first.
@@ -162,20 +162,21 @@ pub fn bounds(record: &Record) -> [f64; 2] {
 
 /// Weights: equal ones, or of a dynamic test those of errors in proportion to each modulus, storage and loss alike.
 pub fn first_weights(record: &Record) -> DVector<f64> {
-    let largest = record.y.iter().fold(0.0_f64, |m, y| m.max(y.abs()));
-    let one = |y: &f64| 1.0 / if record.kind == TestKind::Dynamic { y.abs() } else { largest };
-    DVector::from_iterator(record.y.len(), record.y.iter().map(one))
+    let all = record.values();
+    let largest = all.amax();
+    all.map(|y| 1.0 / if record.kind == TestKind::Dynamic { y.abs() } else { largest })
 }
 
 /// The best series of each number of terms that was tried, with its criterion, from no term on.
 pub fn by_number(record: &Record, asked: Option<usize>) -> Result<Vec<(Series, f64)>, RelaxationError> {
-    let thin = record.thinned(&spaced(record));
+    let rows = ROWS / record.specimens().count().min(ROWS / 100);
+    let thin = levelled(record.thinned(&|r| spaced(r, rows)))?;
     let weighted = Weighted { record: &thin, weight: first_weights(&thin) };
     let bounds = bounds(&thin);
     let none = weighted.with_times(&[])?;
     let criterion = weighted.criterion(&none.residual, 1);
     let mut found = vec![(none, criterion)];
-    let most = asked.unwrap_or(MOST).min(thin.y.len().saturating_sub(3) / 2);
+    let most = asked.unwrap_or(MOST).min(thin.values().len().saturating_sub(3) / 2);
     let mut last = vec![];
     for n in 1..=most {
         let mut best: Option<Series> = None;
@@ -213,15 +214,38 @@ fn beginnings(n: usize, last: &[f64], [low, high]: [f64; 2]) -> Vec<Vec<f64>> {
     out
 }
 
-/// Data points of the search: all, or [`ROWS`] of them that are spaced evenly in the logarithm of x and by number, half each.
-fn spaced(record: &Record) -> Vec<usize> {
+/// Specimens at one level: each is divided by its factor to the series of all with one time a decade. Stiffer and softer ones say nothing about the number of
+/// terms, and would hide a small term.
+fn levelled(mut record: Record) -> Result<Record, RelaxationError> {
+    if record.more.is_empty() {
+        return Ok(record);
+    }
+    let [first, last] = bounds(&record);
+    let decades = (last / first).log10().ceil().max(1.0) as i32;
+    let times: Vec<f64> = (0..=decades).map(|k| first * 10_f64.powi(k)).collect();
+    let weighted = Weighted { record: &record, weight: first_weights(&record) };
+    let target = weighted.target();
+    let fitted = &target - weighted.with_times(&times)?.residual;
+    let specimen = record.specimen_of_rows();
+    let factor = |one: usize| {
+        let own = || (0..specimen.len()).filter(|i| specimen[*i] == one);
+        own().map(|i| target[i] * fitted[i]).sum::<f64>() / own().map(|i| fitted[i] * fitted[i]).sum::<f64>()
+    };
+    let factors: Vec<f64> = (0..=record.more.len()).map(factor).map(|f| if f > 0.0 { f } else { 1.0 }).collect();
+    record.y.iter_mut().for_each(|y| *y /= factors[0]);
+    record.more.iter_mut().zip(&factors[1..]).for_each(|(r, f)| r.y.iter_mut().for_each(|y| *y /= f));
+    Ok(record)
+}
+
+/// Data points of a specimen in the search: all, or `most` of them that are spaced evenly in the logarithm of x and by number, half each.
+fn spaced(record: &Record, most: usize) -> Vec<usize> {
     let n = record.x.len();
-    if n <= ROWS || record.kind == TestKind::History {
+    if n <= most || record.kind == TestKind::History {
         return (0..n).collect();
     }
     let from = record.x.iter().copied().find(|x| *x > 0.0).unwrap_or(1.0).ln();
     let to = record.x[n - 1].max(f64::MIN_POSITIVE).ln();
-    let half = ROWS / 2;
+    let half = most / 2;
     let by_log = (0..half).map(|k| {
         let x = (from + (to - from) * k as f64 / (half - 1) as f64).exp();
         record.x.partition_point(|own| *own < x).min(n - 1)

@@ -28,6 +28,8 @@ pub enum TermChoice {
 #[derive(Clone, PartialEq, Debug)]
 pub struct RelaxationRequest {
     pub data: PathBuf,
+    /// Tables of further specimens of the same test
+    pub more: Vec<PathBuf>,
     pub kind: TestKind,
     /// Names of columns, or numbers such as `#3`
     pub columns: BTreeMap<Role, String>,
@@ -48,6 +50,7 @@ impl RelaxationRequest {
     pub fn new(data: impl Into<PathBuf>, kind: TestKind) -> Self {
         Self {
             data: data.into(),
+            more: vec![],
             kind,
             columns: BTreeMap::new(),
             units: BTreeMap::new(),
@@ -94,14 +97,39 @@ impl RelaxationRequest {
     }
 }
 
-/// Reads the table of a request.
+/// Reads the tables of a request.
 pub fn read(request: &RelaxationRequest) -> Result<Record, RelaxationError> {
     request.check()?;
+    let mut first = read_one(request, &request.data)?;
+    let named = |r: &mut Record| {
+        let file = &r.file;
+        r.notes.iter_mut().for_each(|n| *n = format!("{file}: {n}"));
+    };
+    if !request.more.is_empty() {
+        named(&mut first);
+    }
+    for path in &request.more {
+        let mut next = read_one(request, path)?;
+        if let Some(same) = first.specimens().find(|r| r.sha256 == next.sha256) {
+            return Err(RelaxationError::SameFile { first: same.file.clone(), second: next.file });
+        }
+        if next.unit != first.unit {
+            let units = [first.unit.clone(), next.unit];
+            return Err(RelaxationError::Units { first: first.file, second: next.file, units });
+        }
+        named(&mut next);
+        first.notes.append(&mut next.notes);
+        first.more.push(next);
+    }
+    Ok(first)
+}
+
+fn read_one(request: &RelaxationRequest, path: &Path) -> Result<Record, RelaxationError> {
     let (all, one) = needed(request.kind);
     // Shares do not depend on the unit of a stress; those of a law do
     let unitless: &[Role] = if request.law.is_none() { &[Role::Stress] } else { &[] };
     let wanted = Wanted { all, one, columns: &request.columns, units: &request.units, unitless };
-    let ReadTable { file, sha256, mut columns, lines, mut notes } = roles::read(&request.data, &wanted)?;
+    let ReadTable { file, sha256, mut columns, lines, mut notes } = roles::read(path, &wanted)?;
     let reader = Reader { file: &file, request };
     let numbers = reader.order(&mut columns, lines, &mut notes)?;
     let record = match request.kind {
@@ -187,6 +215,7 @@ impl Reader<'_> {
             unit: unit.into(),
             stress: self.request.stress,
             notes: vec![],
+            more: vec![],
         }
     }
 
