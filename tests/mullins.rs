@@ -255,23 +255,28 @@ fn bad_softening_is_refused() {
 
 /// Cyclic data of the truth: peaks at these stretches, noise of this deviation [Pa]. Rows of stretch and stress.
 fn cyclic_table(peaks: &[f64], noise: f64, seed: u64) -> Vec<[f64; 2]> {
+    cyclic_table_with(peaks, [30, 30], 0.0, noise, seed)
+}
+
+/// The same with these numbers of rows up and down, of a specimen that keeps a share of its largest ln λ without stress.
+fn cyclic_table_with(peaks: &[f64], [up, down]: [i32; 2], set: f64, noise: f64, seed: u64) -> Vec<[f64; 2]> {
     let law = example("yeoh");
     let legs = peaks.iter().flat_map(|p| {
-        let there = (0..=30).map(move |k| 1.0 + (p - 1.0) * f64::from(k) / 30.0);
-        there.chain((0..30).rev().map(move |k| 1.0 + (p - 1.0) * f64::from(k) / 30.0))
+        let there = (0..=up).map(move |k| 1.0 + (p - 1.0) * f64::from(k) / f64::from(up));
+        there.chain((0..down).rev().map(move |k| 1.0 + (p - 1.0) * f64::from(k) / f64::from(down)))
     });
-    let path: Vec<f64> = legs.collect();
     let part = law.split().expect("a split").0;
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
-    let mut peak = 0.0_f64;
-    path.iter()
-        .map(|l| {
-            let w = part.eval(&isochoric(*l), Want::Residual).expect("regular");
-            peak = peak.max(w.psi);
-            let p = w.p[(0, 0)] - l.powf(-1.5) * w.p[(1, 1)];
-            [*l, SOFT.at(w.psi, peak).eta * p + noise * random.normal()]
-        })
-        .collect()
+    let mut peak = 1.0_f64;
+    let energy = |l: f64| part.eval(&isochoric(l), Want::Residual).expect("regular");
+    let row = |l: f64| {
+        peak = peak.max(l);
+        let elastic = if l < peak { ((l.ln() - set * peak.ln()) / (1.0 - set)).max(0.0).exp() } else { l };
+        let w = energy(elastic);
+        let p = w.p[(0, 0)] - elastic.powf(-1.5) * w.p[(1, 1)];
+        [l, SOFT.at(w.psi, energy(peak).psi).eta * p + noise * random.normal()]
+    };
+    legs.map(row).collect()
 }
 
 fn request(name: &str, rows: &[[f64; 2]]) -> FitRequest {
@@ -317,20 +322,62 @@ fn cyclic_data_give_the_constants_back() {
     assert!((last(&given) / last(&fitted) - 1.0).abs() < 1e-4);
 }
 
-/// Intervals of 200 draws with 1 % noise hold r, m and β in 95 ± 5 %: the constants of the law are taken as they are, which costs little with 120 rows.
-#[test]
-fn intervals_of_softening_cover_the_truth() {
+/// Shares of 200 draws in which the intervals hold r, m, β and the set, and in which a set is stated.
+fn covered(name: &str, rows: [i32; 2], set: f64, noise: f64) -> [f64; 5] {
     let one = |seed: u64| {
-        let rows = cyclic_table(&[1.3, 1.6, 1.9], 300.0, seed);
-        let (_, soft) = fit_softening(&request(&format!("noisy-{seed}"), &rows)).expect("a fit");
+        let rows = cyclic_table_with(&[1.3, 1.6, 1.9], rows, set, noise, seed);
+        let (_, soft) = fit_softening(&request(&format!("{name}-{seed}"), &rows)).expect("a fit");
         let inside =
             |(b, truth): (durometer::calibrate::Bounded, f64)| b.interval[0] <= truth && truth <= b.interval[1];
-        [(soft.r, SOFT.r), (soft.m, SOFT.m), (soft.beta, SOFT.beta)].map(|p| f64::from(u8::from(inside(p))))
+        let held = [(soft.r, SOFT.r), (soft.m, SOFT.m), (soft.beta, SOFT.beta), (soft.set, set)].map(inside);
+        [held[0], held[1], held[2], held[3], soft.has_set].map(|b| f64::from(u8::from(b)))
     };
-    let sum = |a: [f64; 3], b: [f64; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-    let covered = (1..=200_u64).into_par_iter().map(one).reduce(|| [0.0; 3], sum).map(|n| n / 200.0);
-    println!("coverage of r, m, beta in 200 draws: {covered:.3?}");
-    assert!(covered.iter().all(|c| *c >= 0.90), "{covered:?}");
+    let sum = |a: [f64; 5], b: [f64; 5]| std::array::from_fn(|k| a[k] + b[k]);
+    let covered = (1..=200_u64).into_par_iter().map(one).reduce(|| [0.0; 5], sum).map(|n| n / 200.0);
+    println!("{name}: coverage of r, m, beta, set in 200 draws, and sets that are stated: {covered:.3?}");
+    covered
+}
+
+/// Intervals of 200 draws hold r, m, β and the set in 95 ± 3 %, and two standard deviations of the count, 3.1 %, are allowed for. With six rows on each leg of
+/// the first loading and sixty of each unloading the errors of the law are the larger part. A set that is not there is stated in at most 2.5 % and these two
+/// deviations, 2.2 %; one of 5 % always.
+#[test]
+fn intervals_of_softening_cover_the_truth() {
+    for (name, rows, set, noise) in [
+        ("many rows", [30, 30], 0.0, 300.0),
+        ("few rows of the law", [6, 60], 0.0, 300.0),
+        ("with a set", [30, 30], 0.05, 300.0),
+        ("a set and few rows of the law", [6, 60], 0.05, 300.0),
+    ] {
+        let found = covered(name, rows, set, noise);
+        let least = 0.95 - 0.03 - 0.031;
+        assert!(found[..4].iter().all(|c| *c >= least), "{name}: {found:?}");
+        let stated = found[4];
+        assert!(if set > 0.0 { stated == 1.0 } else { stated <= 0.025 + 0.022 }, "{name}: {stated}");
+    }
+}
+
+/// A set comes back with the constants of the softening, is named with its interval, and is in the file; without noise none is invented.
+#[test]
+fn a_permanent_set_is_not_hidden_in_the_softening() {
+    let (_, soft) =
+        fit_softening(&request("set", &cyclic_table_with(&[1.3, 1.6, 1.9], [30, 30], 0.08, 0.0, 1))).expect("a fit");
+    assert!(soft.has_set && (soft.set.value - 0.08).abs() < 1e-5, "{soft}");
+    for (found, truth) in [(soft.r, SOFT.r), (soft.m, SOFT.m), (soft.beta, SOFT.beta)] {
+        assert!((found.value / truth - 1.0).abs() < 1e-3, "{soft}");
+    }
+    let said = soft.to_string();
+    assert!(said.contains("the specimen keeps a set: 0.08") && said.contains("the effect mullins has none"), "{said}");
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("mullins.toml");
+    soft.write_softening(&file).expect("written");
+    let text: toml::Table = std::fs::read_to_string(&file).expect("read").parse().expect("TOML");
+    let provenance = text["provenance"].as_table().expect("a table");
+    assert_eq!(provenance["set"].as_float(), Some(soft.set.value));
+    assert_eq!(provenance["set_interval"].as_array().map(Vec::len), Some(2));
+    assert_eq!(text["softening"].as_table().map(toml::Table::len), Some(3), "a scene reads r, m and beta");
+    let (_, none) = fit_softening(&request("no-set", &cyclic_table(&[1.3, 1.6, 1.9], 0.0, 1))).expect("a fit");
+    assert!(!none.has_set && none.to_string().contains("no permanent set is shown"), "{none}");
 }
 
 #[test]

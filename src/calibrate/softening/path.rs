@@ -1,6 +1,7 @@
 //! The path of loading in a cyclic table: rows of the first loading, and the largest stretch before each other row.
 
 use super::error::SofteningFitError;
+use super::rows::Row;
 use crate::calibrate::{Experiment, Mode, Sample};
 
 /// A row is on the first loading as long as |ln λ| is not below its largest value before by more than this part of the largest of all \[–\]:
@@ -12,7 +13,7 @@ pub struct CyclicPath {
     /// On the first loading, of every specimen
     pub virgin: Vec<Sample>,
     /// Below the largest stretch before them, with that stretch
-    pub softened: Vec<(Sample, f64)>,
+    pub softened: Vec<Row>,
 }
 
 /// Divides the rows of a table, in their order.
@@ -43,7 +44,7 @@ pub fn divide(experiment: &Experiment) -> Result<CyclicPath, SofteningFitError> 
         if amount(s).abs() >= peak.ln().abs() - SAME * largest {
             path.virgin.push(*s);
         } else if s.is_informative() {
-            path.softened.push((*s, *peak));
+            path.softened.push(Row { sample: *s, peak: *peak });
         }
         if amount(s).abs() > peak.ln().abs() {
             *peak = s.stretch;

@@ -25,6 +25,10 @@ pub struct SofteningFit {
     /// \[Pa\]
     pub m: Bounded,
     pub beta: Bounded,
+    /// Share of the largest ln λ that stays without stress \[–\]; where none is shown, what the data leave possible
+    pub set: Bounded,
+    /// The interval of the set leaves out zero, and the constants are those with it
+    pub has_set: bool,
     /// r is at its bound: nearly the whole stress is lost somewhere
     pub at_bound: bool,
     /// All cycles reach one stretch, which tells m and β not apart: β = 0
@@ -83,7 +87,7 @@ impl SofteningFit {
         ];
         s.method = vec![
             format!(
-                "95 % intervals: {}; Student's t with {} degrees of freedom, the constants of the law as they are",
+                "95 % intervals: {}; Student's t with {} degrees of freedom, with the errors of the constants of the law",
                 self.errors, self.degrees
             ),
             format!(
@@ -91,11 +95,23 @@ impl SofteningFit {
                 self.first_loading
             ),
         ];
+        if self.has_set {
+            s.constants.push(["set".into(), self.set.words("–")]);
+            s.messages.push(format!(
+                "the specimen keeps a set: {} of the largest logarithmic strain stays without stress. r, m and beta are those next to this set; the effect mullins has none, so that scenes return to rest: treat the specimen before the test by a larger cycle, or use the law within the strains above the set",
+                self.set.words("–")
+            ));
+        } else {
+            s.method.push(format!(
+                "no permanent set is shown: at most {:.4} of the largest logarithmic strain (95 %)",
+                self.set.interval[1]
+            ));
+        }
         if self.one_peak {
             s.notes.push("all cycles reach the same energy: the data determine m + beta W_m only, and beta = 0 is taken; cycles to several stretches tell them apart".into());
         }
         if self.at_bound {
-            s.messages.push("r is at its bound of 1: the unloading loses nearly the whole stress, as with permanent set or slack, which this effect does not describe".into());
+            s.messages.push("r is at its bound of 1: the unloading loses nearly the whole stress, as with slack, which this effect does not describe".into());
         } else if !determined {
             s.messages.push(
                 "the data do not determine the constants of softening: an interval is wider than its value".into(),
@@ -103,7 +119,7 @@ impl SofteningFit {
         }
         if self.misfit > 0.1 {
             s.messages.push(format!(
-                "the softening misses the data by {:.0} % rms: unloading and reloading differ, or the specimen kept a set",
+                "the softening misses the data by {:.0} % rms: unloading and reloading differ",
                 100.0 * self.misfit
             ));
         }
@@ -134,6 +150,8 @@ impl SofteningFit {
         p.insert("r_interval".into(), self.r.interval.to_vec().into());
         p.insert("m_interval".into(), self.m.interval.map(pascal).to_vec().into());
         p.insert("beta_interval".into(), self.beta.interval.to_vec().into());
+        p.insert("set".into(), if self.has_set { self.set.value } else { 0.0 }.into());
+        p.insert("set_interval".into(), self.set.interval.to_vec().into());
         p.insert("errors".into(), self.errors.to_string().into());
         p.insert("misfit".into(), self.misfit.into());
         p.insert("determined".into(), self.is_determined().into());
