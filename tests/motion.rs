@@ -61,7 +61,8 @@ fn drop_of(poses: &[Pose]) -> Curve {
 }
 
 /// Motion of the face from held to final against `static_by_trial.csv` of the data, which takes the last second. Its numbers are rounded to 0.01 mm
-/// and 0.01°. The window that is found here is longer: creep of 0.07 mm (gravity) and 0.3 mm (52 g) from 2 s on bounds the difference.
+/// and 0.01°; its held window is another one of the plateau, its rotation a difference of two angles, and its positions are rounded to 0.01 mm: 0.03 mm and
+/// 0.1°. The window that is found here is longer: creep of 0.07 mm (gravity) and 0.3 mm (52 g) from 2 s on bounds the difference.
 #[test]
 fn plateaus_of_a_measured_beam_are_those_of_its_tables() {
     for (trial, dz, rotation, creep) in [
@@ -84,12 +85,8 @@ fn plateaus_of_a_measured_beam_are_those_of_its_tables() {
             b - a
         };
         println!("{trial}: {found:.3} mm; {:.3} mm, {:.3} deg", 1e3 * stated(&z), stated(&turned).to_degrees());
-        assert!((1e3 * stated(&z) - dz).abs() < 0.02, "{trial}: {} mm", 1e3 * stated(&z));
-        assert!(
-            (stated(&turned).to_degrees() - rotation).abs() < 0.08,
-            "{trial}: {} deg",
-            stated(&turned).to_degrees()
-        );
+        assert!((1e3 * stated(&z) - dz).abs() < 0.03, "{trial}: {} mm", 1e3 * stated(&z));
+        assert!((stated(&turned).to_degrees() - rotation).abs() < 0.1, "{trial}: {} deg", stated(&turned).to_degrees());
         // Time zero of the data is the last sample before the mean height of the tip has fallen by 0.1 mm
         let tracks = Tracks::read(&at(&format!("{trial}.csv")), &ReadOptions::default()).expect("read before");
         let mean = |k: usize| tracks.markers.iter().map(|m| m.points[k].expect("seen")[2]).sum::<f64>() / 3.0;

@@ -73,7 +73,7 @@ fn damaged_c3d_files_are_refused() {
         b
     };
     assert!(fact(&sound[..1400]).contains("announces 20 frames"), "{}", fact(&sound[..1400]));
-    // Points in the header; the last frame before the first; the block of the data; the scale
+    // Points in the header; the last frame before the first; data beyond the end
     assert!(fact(&with(2, &[200, 0])).contains("200 points"));
     assert!(fact(&with(8, &[0, 0])).contains("before the first"));
     assert!(

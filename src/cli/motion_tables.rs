@@ -10,6 +10,12 @@ fn printed(name: &str) -> (f64, &'static str) {
     if name.ends_with("_m") { (1e3, "mm") } else { (1.0, "deg") }
 }
 
+/// A number with so many decimals, and no sign of a zero.
+fn decimals(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    if text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.')) { text.replace('-', "") } else { text }
+}
+
 /// Held and final mean of every curve, the change between them, and the drift of the final state.
 pub fn states(found: &[Evaluation]) -> Table {
     let mut rows = vec![];
@@ -17,7 +23,7 @@ pub fn states(found: &[Evaluation]) -> Table {
         for c in &evaluation.curves {
             let (factor, unit) = printed(&c.curve.name);
             let number =
-                |value: Option<f64>, digits: usize| value.map_or("–".into(), |v| format!("{:.digits$}", factor * v));
+                |value: Option<f64>, digits: usize| value.map_or("–".into(), |v| decimals(factor * v, digits));
             let half = |b: Option<&Bounded>| b.map(Bounded::half_width);
             let drift = c.last.as_ref().map(|p| p.drift.value * p.duration_s());
             rows.push(vec![

@@ -1,7 +1,7 @@
 //! A quantity over time, measured or simulated.
 
 use super::error::MotionError;
-use super::tracks::median;
+use super::track::median;
 
 /// Values over ascending times.
 #[derive(Clone, Debug, PartialEq)]

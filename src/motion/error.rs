@@ -1,7 +1,7 @@
 //! Refusals of measured motion, with fact, place and remedy.
 
-use super::swap::Swap;
 use crate::calibrate::intake::roles::{first, numbers};
+use std::fmt;
 use std::path::PathBuf;
 
 /// Reason why measured motion was not read, registered or evaluated.
@@ -93,4 +93,19 @@ pub enum MotionError {
     NoRingDown { from_s: f64, to_s: f64, fact: String, remedy: &'static str },
     #[error("there is no curve \"{asked}\"; known: {}", known.join(", "))]
     NoCurve { asked: String, known: Vec<String> },
+}
+
+/// An exchange of two tracks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Swap {
+    pub first: String,
+    pub second: String,
+    /// Time of the first row with exchanged names \[s\]
+    pub time_s: f64,
+}
+
+impl fmt::Display for Swap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} and {} at {} s", self.first, self.second, self.time_s)
+    }
 }

@@ -7,7 +7,8 @@ use super::plateau::{Plateau, PlateauRule, held_and_final};
 use super::registration::{Registration, rigid};
 use super::release::{Release, ReleaseRule, release};
 use super::ring_down::{Creep, RingDown, ring_down};
-use super::tracks::{ReadOptions, Track, Tracks};
+use super::track::{ReadOptions, Track};
+use super::tracks::Tracks;
 use super::words;
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::statistics::t_quantile;
@@ -50,7 +51,7 @@ pub struct EvaluatedCurve {
     pub change: Option<Bounded>,
 }
 
-/// What a record says.
+/// Evaluated motion of one record.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
     pub source: String,
@@ -73,6 +74,8 @@ struct States {
     held: Option<[f64; 2]>,
     last: Option<[f64; 2]>,
     release: Option<Release>,
+    /// Reason why there is none
+    missing: Option<MotionError>,
 }
 
 /// Evaluates a record.
@@ -83,10 +86,16 @@ pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
     let mut tracks = Tracks::read(&request.file, &request.read)?;
     let mut log = tracks.log.clone();
     let guide = guide(&tracks)?;
-    let states = states(&guide, request, &mut log)?;
-    let registration = match &request.reference {
-        Some(path) => Some(register(&mut tracks, path, states.held.or(states.last), &mut log)?),
-        None => None,
+    let mut states = states(&guide, request, &mut log)?;
+    let mut doubts = vec![];
+    let registration = match (&request.reference, states.missing.take()) {
+        // The mean of a body in motion is no position of it
+        (Some(_), Some(why)) => return Err(why),
+        (Some(path), None) => Some(register(&mut tracks, path, states.held.or(states.last), &mut log)?),
+        (None, why) => {
+            doubts.extend(why.map(|e| e.to_string()));
+            None
+        }
     };
     let (poses, curves) = match &request.body {
         Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log)?,
@@ -105,7 +114,6 @@ pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
             Some((at, found))
         }
     };
-    let mut doubts = vec![];
     for EvaluatedCurve { curve, held, last, .. } in &curves {
         for (state, plateau) in [("held", held), ("final", last)] {
             doubts.extend(
@@ -141,16 +149,17 @@ fn marker_curves(tracks: &Tracks) -> Result<Vec<Curve>, MotionError> {
 /// States as requested or as found in the guide.
 fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Result<States, MotionError> {
     let rule = &request.plateau;
-    let (held, last) = match (request.held_s, request.final_s) {
-        (Some(held), Some(last)) => (Some(held), Some(last)),
+    let (held, last, missing) = match (request.held_s, request.final_s) {
+        (Some(held), Some(last)) => (Some(held), Some(last), None),
         (held, last) => match held_and_final(guide, rule) {
-            Ok([a, b]) => (held.or(Some(a.window_s)), last.or(Some(b.window_s))),
-            Err(MotionError::OnePlateau { from_s, to_s, .. }) => (held, last.or(Some([from_s, to_s]))),
-            Err(_) if guide.value.len() < 2 => (held, last),
-            Err(e) => return Err(e),
+            Ok([a, b]) => (held.or(Some(a.window_s)), last.or(Some(b.window_s)), None),
+            Err(MotionError::OnePlateau { from_s, to_s, .. }) => (held, last.or(Some([from_s, to_s])), None),
+            Err(_) if guide.value.len() < 2 => (held, last, None),
+            // A body that never rests has poses and curves all the same
+            Err(e) => (held, last, held.or(last).is_none().then_some(e)),
         },
     };
-    log.extend(words::states(guide, rule, held, last));
+    log.push(words::states(guide, rule));
     let release = match held {
         None => None,
         Some(window) => {
@@ -159,7 +168,11 @@ fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Resu
             Some(found)
         }
     };
-    Ok(States { held, last, release })
+    // The tolerance lets the first rows of the motion into the plateau
+    let end = release.as_ref().filter(|_| request.held_s.is_none()).map(|r| r.time_s);
+    let held = held.map(|[from, to]| [from, end.map_or(to, |end| to.min(end))]);
+    log.extend(words::windows(held, last));
+    Ok(States { held, last, release, missing })
 }
 
 /// Registers the state in a window onto the reference positions and carries all tracks along.
@@ -204,7 +217,11 @@ fn body_curves(
     log: &mut Vec<String>,
 ) -> Result<(Vec<Pose>, Vec<Curve>), MotionError> {
     let names = &request.markers;
-    let means = tracks.mean(names, window.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))?;
+    let group = tracks.select(names)?;
+    let all_seen = |k: &usize| group.iter().all(|m| m.points[*k].is_some());
+    // Without a state the first row that shows the whole group is the reference
+    let first = || (0..tracks.time_s.len()).find(all_seen).map(|k| [tracks.time_s[k]; 2]);
+    let means = tracks.mean(names, window.or_else(first).unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))?;
     let known: Vec<Vec3> = means.iter().copied().flatten().map(Vec3::from).collect();
     if known.len() < names.len() {
         let unseen = names.iter().zip(&means).filter(|m| m.1.is_none()).map(|m| m.0.clone()).collect();

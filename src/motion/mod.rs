@@ -18,12 +18,13 @@ mod ring_down_start;
 mod swap;
 mod table;
 mod table_names;
+mod track;
 mod tracks;
 mod trc;
 mod words;
 
 pub use curve::Curve;
-pub use error::MotionError;
+pub use error::{MotionError, Swap};
 pub use evaluation::{BodyRequest, EvaluatedCurve, Evaluation, MotionRequest, evaluate};
-pub use swap::Swap;
-pub use tracks::{LARGEST, ReadOptions, SMALLEST, Track, Tracks};
+pub use track::{ReadOptions, Track};
+pub use tracks::{LARGEST, SMALLEST, Tracks};

@@ -18,6 +18,9 @@ const LEAST: usize = 6;
 /// Part of the values below which a residual is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
 
+/// Change over a plateau, over its deviation, that is none \[–\]
+const NOTHING: f64 = 0.1;
+
 /// Rule by which plateaus are found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateauRule {
@@ -67,7 +70,7 @@ pub struct Plateau {
 /// Reason to doubt the level of a plateau.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PlateauDoubt {
-    /// The interval of the drift does not contain zero
+    /// The interval of the drift does not contain zero, and the change is above a tenth of the deviation
     Drifts { change: f64, duration_s: f64, deviation: f64 },
 }
 
@@ -129,7 +132,8 @@ impl Plateau {
         let [low, high] = self.drift.interval;
         let duration_s = self.duration_s();
         let change = self.drift.value * duration_s;
-        (low > 0.0 || high < 0.0).then_some(PlateauDoubt::Drifts { change, duration_s, deviation: self.deviation })
+        let seen = (low > 0.0 || high < 0.0) && change.abs() > NOTHING * self.deviation;
+        seen.then_some(PlateauDoubt::Drifts { change, duration_s, deviation: self.deviation })
     }
 }
 

@@ -35,7 +35,7 @@ pub struct Registration {
     pub translation: Vec3,
     /// √(Σ w|e|²/Σ w), of the distances that are left \[m\]
     pub rms: f64,
-    /// What is left of each point, y − R x − t \[m\]
+    /// Remainder of each point, y − R x − t \[m\]
     pub residuals: Vec<Vec3>,
     /// Distance of each point from its prediction by the others \[m\]; none where these do not determine a motion (of three points never)
     pub leave_one_out: Vec<Option<f64>>,

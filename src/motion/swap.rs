@@ -4,29 +4,13 @@
 //! steps with exchanged names is below a part of the one with the stated names, the steps are far beyond the usual ones, and, in a rigid group of
 //! three or more, exchanged names restore the distances between the markers.
 
-use super::error::MotionError;
-use super::tracks::{Track, median};
-use std::fmt;
+use super::error::{MotionError, Swap};
+use super::track::{Track, median};
 
 /// Part of Σ|step|² that exchanged names may leave \[–\]
 const PART: f64 = 0.1;
 /// Steps of an exchange over the median step of the two markers \[–\]
 const FAR: f64 = 8.0;
-
-/// An exchange of two tracks.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Swap {
-    pub first: String,
-    pub second: String,
-    /// Time of the first row with exchanged names \[s\]
-    pub time_s: f64,
-}
-
-impl fmt::Display for Swap {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} and {} at {} s", self.first, self.second, self.time_s)
-    }
-}
 
 /// All exchanges of tracks of one rigid group.
 ///

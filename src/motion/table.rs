@@ -3,7 +3,7 @@
 
 use super::error::MotionError;
 use super::table_names::{self as names, Cell};
-use super::tracks::{Raw, ReadOptions, Track};
+use super::track::{Raw, ReadOptions, Track};
 use crate::calibrate::intake::names as units;
 use crate::calibrate::intake::table::{self, Decimal, Line};
 use crate::math::units::Dimension;

@@ -1,38 +1,17 @@
 //! Tracks of markers over time, as read from a file, in SI units.
 
 use super::error::MotionError;
+use super::track::{Raw, ReadOptions, Track, median};
 use super::{c3d, table, trc};
 use crate::calibrate::intake::names;
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Largest coordinate of a tracked body \[m\]; millimetres read as metres lie above it
 pub const LARGEST: f64 = 50.0;
 /// Least extent of the coordinates of a file \[m\]
 pub const SMALLEST: f64 = 1e-6;
-
-/// Statements on a file that override what it says, or complete it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ReadOptions {
-    /// Unit of the coordinates, `mm`
-    pub unit: Option<String>,
-    /// Unit of the times of a table, `ms`
-    pub time_unit: Option<String>,
-    /// Frames per second, where the file has no times
-    pub rate_hz: Option<f64>,
-    /// Record of a table that holds several
-    pub record: Option<String>,
-}
-
-/// One marker.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Track {
-    pub name: String,
-    /// Position at each time \[m\]; none where the marker was not seen
-    pub points: Vec<Option<[f64; 3]>>,
-}
 
 /// Markers over time.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,16 +25,6 @@ pub struct Tracks {
     pub samples: Vec<f64>,
     pub markers: Vec<Track>,
     /// Decisions and facts of the reading, in sentences
-    pub log: Vec<String>,
-}
-
-/// Contents of a file before they are checked: lengths in the unit of the file.
-pub(super) struct Raw {
-    pub format: &'static str,
-    pub unit: Option<String>,
-    pub time_s: Vec<f64>,
-    pub samples: Vec<f64>,
-    pub markers: Vec<Track>,
     pub log: Vec<String>,
 }
 
@@ -193,21 +162,4 @@ fn gaps(markers: &[Track]) -> Vec<String> {
         })
     };
     markers.iter().filter_map(one).collect()
-}
-
-/// The first name that occurs a second time.
-pub(super) fn twice<'a>(mut names: impl Iterator<Item = &'a String>) -> Option<&'a String> {
-    let mut known = HashSet::new();
-    names.find(|name| !known.insert(*name))
-}
-
-/// Median; not a number of nothing.
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted: Vec<f64> = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
 }

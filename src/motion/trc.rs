@@ -5,7 +5,7 @@
 
 use super::error::MotionError;
 use super::table::coordinate;
-use super::tracks::{Raw, ReadOptions, Track, twice};
+use super::track::{Raw, ReadOptions, Track, twice};
 use crate::calibrate::intake::table::{self, Decimal, Line};
 
 /// Columns before the first coordinate: frame and time

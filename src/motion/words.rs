@@ -16,22 +16,24 @@ fn millimetres(v: Vec3) -> String {
     format!("({:.3}, {:.3}, {:.3}) mm", 1e3 * v.x, 1e3 * v.y, 1e3 * v.z)
 }
 
-/// Lines on the windows of the states.
-pub fn states(guide: &Curve, rule: &PlateauRule, held: Option<[f64; 2]>, last: Option<[f64; 2]>) -> Vec<String> {
+/// The line on how the states are found.
+pub fn states(guide: &Curve, rule: &PlateauRule) -> String {
     let tolerance = rule.tolerance_of(guide);
-    let mut lines = vec![format!(
+    format!(
         "states are found in {}, which moves most: range {:.4e}, noise {:.2e}, tolerance ±{tolerance:.2e}, at least {} s",
         guide.name,
         guide.range(),
         guide.noise(),
         rule.least_s
-    )];
-    lines.extend(held.map(|w| format!("held state: {}", window(w))));
-    lines.extend(last.map(|w| format!("final state: {}", window(w))));
-    if held.is_none() {
-        lines.push("nothing is released: the record has one state".into());
-    }
-    lines
+    )
+}
+
+/// Lines on the windows of the states.
+pub fn windows(held: Option<[f64; 2]>, last: Option<[f64; 2]>) -> Vec<String> {
+    let one = |(state, at): (&str, Option<[f64; 2]>)| {
+        at.map_or(format!("there is no {state} state"), |w| format!("{state} state: {}", window(w)))
+    };
+    [("held", held), ("final", last)].map(one).to_vec()
 }
 
 /// The line on the release.

@@ -11,7 +11,7 @@ const STATE: RGB = RGB(0xdd, 0xe8, 0xf0);
 const LEFT: f64 = 18.0;
 const TOP: f64 = 4.0;
 const TALL: f64 = 55.0;
-const BETWEEN: f64 = 20.0;
+const BETWEEN: f64 = 17.0;
 const LOW: f64 = 30.0;
 /// Points of the fitted vibration
 const POINTS: usize = 600;
@@ -37,14 +37,14 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
     let (factor, unit) = if curve.name.ends_with("_m") { (1e3, "mm") } else { (1.0, "°") };
     let words = curve.name.trim_end_matches("_m").trim_end_matches("_deg").replace('_', " ");
     let rings = evaluation.ring_down.as_ref().map(|r| &r.1);
-    let height = TOP + TALL + 18.0 + 4.2 * 5.0 + if rings.is_some() { BETWEEN + LOW } else { 0.0 };
+    let height = TOP + TALL + 14.0 + 4.2 * 5.0 + if rings.is_some() { BETWEEN + LOW } else { 0.0 };
     let value: Vec<f64> = curve.value.iter().map(|v| factor * v).collect();
     let svg = figure(DOUBLE, height, "", |area| {
         let wide = mm(DOUBLE - 4.0);
         let plot = Plot {
             area,
             frame: [mm(LEFT), mm(TOP), wide, mm(TOP + TALL)],
-            x: Axis::linear(curve.time_s.iter().copied(), "time [s]"),
+            x: times(&curve.time_s),
             y: Axis::linear(value.iter().copied(), &format!("{words} [{unit}]")),
         };
         states(&plot, own, factor);
@@ -65,7 +65,7 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
             let low = Plot {
                 area,
                 frame: [mm(LEFT), mm(base), wide, mm(base + LOW)],
-                x: Axis::linear(cut.time_s.iter().copied(), "time [s]"),
+                x: times(&cut.time_s),
                 y: Axis::linear(left.iter().copied().chain([0.0]), &format!("residual [{unit}]")),
             };
             low.grid();
@@ -111,6 +111,14 @@ fn names(area: &Area, evaluation: &Evaluation, own: &EvaluatedCurve, height: f64
         entries.push((Sample::Line(PALETTE[1]), words));
     }
     legend(area, (mm(LEFT), mm(height - 4.2 * entries.len() as f64)), &entries);
+}
+
+/// The axis of time, from the first row to the last one.
+fn times(t: &[f64]) -> Axis {
+    match t {
+        [first, .., last] => Axis::exact(*first, *last, "time [s]"),
+        _ => Axis::linear(t.iter().copied(), "time [s]"),
+    }
 }
 
 fn dots(plot: &Plot, x: &[f64], y: &[f64]) {

@@ -8,7 +8,7 @@ mod layout;
 mod parameters;
 
 use super::error::MotionError;
-use super::tracks::{Raw, ReadOptions, Track, twice};
+use super::track::{Raw, ReadOptions, Track, twice};
 use bytes::Order;
 use layout::Layout;
 
