@@ -280,6 +280,14 @@ impl FitResult {
     fn write_validity(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = 100.0 * self.validity.tolerance;
         match self.validity.tension_to {
+            None if self.stretch[1] <= 1.0 => match self.validity.compression_to {
+                Some(to) => {
+                    let from = stretch_text(self.validity.compression_from.unwrap_or(1.0));
+                    let to = stretch_text(to);
+                    writeln!(f, "within {percent:.0} % rms of the data from stretch {from} down to {to}")?;
+                }
+                None => writeln!(f, "at no stretch in compression within {percent:.0} % rms of the data")?,
+            },
             Some(to) => {
                 let from = stretch_text(self.validity.tension_from.unwrap_or(1.0));
                 let below =

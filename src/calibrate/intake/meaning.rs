@@ -77,11 +77,13 @@ impl Read<'_> {
                 remedy: "pass --strain-unit % or --strain-unit 1".into(),
             });
         }
-        if e.factor.abs() == 0.01 && choice.strain_unit.is_none() && largest < SMALL {
+        let reach = |s: &Sample| (s.stretch - 1.0).abs().max((s.second - 1.0).abs());
+        let reached = self.samples.iter().map(reach).fold(0.0, f64::max);
+        if e.factor.abs() == 0.01 && choice.strain_unit.is_none() && reached < SMALL {
             let message = format!(
                 "column \"{}\" reaches {:.3} %, which is small for a test of rubber: if its numbers are fractions, pass --strain-unit 1",
                 e.name,
-                100.0 * largest
+                100.0 * reached
             );
             audit.add(AuditKind::Doubt, message, vec![]);
         }
