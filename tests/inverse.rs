@@ -117,7 +117,7 @@ fn found(model: &SceneModel, measured: &Measured) -> Calibration {
 }
 
 fn found_with(curves: Vec<ObservedCurve>, settings: &Settings) -> Calibration {
-    match calibrate(curves, settings, None, &mut |_| true) {
+    match calibrate(curves, settings, None, &mut |_: Progress| true) {
         Ok((calibration, _)) => calibration,
         Err(Failure::Input(e)) => panic!("{e}"),
         Err(Failure::Run(status)) => panic!("{status}"),
@@ -435,11 +435,15 @@ fn a_search_without_time_goes_on_later() {
     let short = Settings { time_budget: Some(1e-9), ..exact() };
     let first = found_with(vec![curve(&start, &measured)], &short);
     assert_eq!((first.end, first.solves), (End::OutOfTime, 2));
-    let Ok((second, _)) = calibrate(vec![curve(&start, &measured)], &exact(), Some(&first), &mut |_| true) else {
+    let Ok((second, _)) =
+        calibrate(vec![curve(&start, &measured)], &exact(), Some(&first.values()), &mut |_: Progress| true)
+    else {
         panic!("it can be solved")
     };
     assert!(second.settled() && (second.constants[0].value / truth.unknown[0].start - 1.0).abs() < 1e-6);
-    let Ok((third, _)) = calibrate(vec![curve(&start, &measured)], &exact(), Some(&second), &mut |_| true) else {
+    let Ok((third, _)) =
+        calibrate(vec![curve(&start, &measured)], &exact(), Some(&second.values()), &mut |_: Progress| true)
+    else {
         panic!("it can be solved")
     };
     assert!(third.settled() && third.solves <= 2, "from its own answer a search has nothing to do: {}", third.solves);

@@ -32,6 +32,9 @@ pub struct CalibrationSpec {
     pub profile: bool,
     /// Accuracy to which a scene can reproduce a curve: directions of the constants that change it less are not searched
     pub accuracy: Option<String>,
+    /// Runs the corners of the dimensions that are known by ranges, too
+    #[serde(default)]
+    pub corners: bool,
     /// Wall time of the search in one case; the next run goes on from its answer
     pub time_budget: Option<String>,
 }

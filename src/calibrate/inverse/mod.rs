@@ -20,7 +20,7 @@ pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
 pub use model::{Bounds, Failure, SceneModel, Unknown, written};
-pub use objective::ObservedCurve;
+pub use objective::{ObservedCurve, SearchWatch};
 pub use offset::OffsetAxis;
 pub use search::End;
 
@@ -30,8 +30,8 @@ use super::judgement::identify::{self, Identified};
 use super::judgement::statistics;
 use super::{Direction, Estimate, FitWarning, Loss, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
+use crate::scene::Scene;
 use crate::scene::stretch::stretches;
-use crate::scene::{Progress, Scene};
 use determined::{Coordinates, Searched};
 use model::Answer;
 use nalgebra::DVector;
@@ -78,13 +78,14 @@ struct Answered {
     open: Vec<String>,
 }
 
-/// Finds the constants that all curves share, from the values of `from` where a search goes on. Returns the scene of the first curve at the answer
+/// Finds the constants that all curves share, from the values of all unknowns `from` where a search goes on ([`Calibration::values`], or what
+/// [`SearchWatch::better`] was told last). Returns the scene of the first curve at the answer
 /// too.
 pub fn calibrate(
     mut curves: Vec<ObservedCurve>,
     settings: &Settings,
-    from: Option<&Calibration>,
-    watch: &mut dyn FnMut(Progress) -> bool,
+    from: Option<&[f64]>,
+    watch: &mut dyn SearchWatch,
 ) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
     for curve in &mut curves {
@@ -156,15 +157,15 @@ fn find(
     objective: &mut Objective,
     unknown: &[Unknown],
     settings: &Settings,
-    from: Option<&Calibration>,
+    from: Option<&[f64]>,
     until: Option<Instant>,
 ) -> Result<Answered, Failure> {
     let curve = &objective.curves[0];
     let mut stated: Vec<f64> = unknown.iter().map(|u| u.start).collect();
     stated.resize(unknown.len() + objective.offsets.len(), 0.0);
     let gauge = settings.gauge.and_then(|g| gauge::fit(&curve.model, &curve.measured, settings.weighting, g));
-    let mut start = match from.map(Calibration::values).filter(|v| v.len() == stated.len()) {
-        Some(values) => values,
+    let mut start = match from.filter(|v| v.len() == stated.len() && v.iter().all(|x| x.is_finite())) {
+        Some(values) => values.to_vec(),
         None => {
             let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
             stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect()

@@ -26,6 +26,20 @@ pub struct ObservedCurve {
     pub offsets: Vec<OffsetAxis>,
 }
 
+/// A follower of a search: a closure of its progress, or more.
+pub trait SearchWatch {
+    /// Called after every step of every forward solve; false stops the search.
+    fn progress(&mut self, now: Progress) -> bool;
+    /// Called with the values of all unknowns wherever they are better than all before.
+    fn better(&mut self, _values: &[f64]) {}
+}
+
+impl<F: FnMut(Progress) -> bool> SearchWatch for F {
+    fn progress(&mut self, now: Progress) -> bool {
+        self(now)
+    }
+}
+
 /// The offset of x or y of one curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Offset {
@@ -51,7 +65,7 @@ pub struct Objective<'a> {
     pub weights: Vec<Vec<f64>>,
     /// ‖wy‖ over all
     pub size: f64,
-    pub watch: &'a mut dyn FnMut(Progress) -> bool,
+    pub watch: &'a mut dyn SearchWatch,
     pub solves: usize,
     pub failed: usize,
 }
@@ -60,7 +74,7 @@ impl<'a> Objective<'a> {
     pub fn new(
         curves: &'a [ObservedCurve],
         weighting: Weighting,
-        watch: &'a mut dyn FnMut(Progress) -> bool,
+        watch: &'a mut dyn SearchWatch,
     ) -> Result<Self, InverseError> {
         let weights: Vec<Vec<f64>> =
             curves.iter().map(|c| weigh(c, weighting, curves.len() > 1)).collect::<Result<_, _>>()?;
@@ -83,7 +97,8 @@ impl<'a> Objective<'a> {
         for (of, curve) in self.curves.iter().enumerate() {
             let slack = self.offset(of, OffsetAxis::Slack).map_or(0.0, |k| values[p + k]);
             self.solves += 1;
-            match curve.model.answer(&values[..p], &curve.measured.x, slack, &mut *self.watch) {
+            let watch = &mut *self.watch;
+            match curve.model.answer(&values[..p], &curve.measured.x, slack, &mut |now| watch.progress(now)) {
                 Ok(answer) => answers.push(answer),
                 Err(failure) => {
                     self.failed += 1;

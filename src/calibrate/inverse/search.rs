@@ -104,6 +104,7 @@ pub fn search(
                 }
                 if ratio > 0.0 {
                     (point, u) = (next, next_u);
+                    objective.watch.better(&point.values);
                 }
             }
             Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => return Err(failure),

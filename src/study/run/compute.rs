@@ -1,6 +1,8 @@
 //! Computes one case and stores its result. A bug that ends the computation is the status of this case alone.
 
-use crate::calibrate::inverse::{Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, calibrate};
+use crate::calibrate::inverse::{
+    Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, SearchWatch, calibrate,
+};
 use crate::scene::{
     Body, Constant, ErrorEstimator, OnProgress, Progress, RefineError, Run, RunOptions, Scene, SceneError, SceneSpec,
     Sensitivities, SensitivityRecorder, from_text,
@@ -102,9 +104,12 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         !stopped
     };
     let from = unfinished(store, &case.id, &identity);
+    // A disk that is full costs what was kept, not the search
+    let mut keep = |values: &[f64]| drop(store.keep_search(&case.id, &identity, values));
+    let search = (from.as_deref(), &mut keep as &mut dyn FnMut(&[f64]));
     let solved = refined((&case.scene_file, &case.spec, &case.text), Arc::new(body), meshing, &mut go_on)
         .map_err(|why| CaseError::Refine { case: case.id.clone(), why: why.into() })
-        .and_then(|mesh| solve(task, mesh, from.as_ref(), &mut fields, (meshing, &mut go_on), &mut sized));
+        .and_then(|mesh| solve(task, mesh, search, &mut fields, (meshing, &mut go_on), &mut sized));
     shared |= (follow.shared)();
     let memory = watched.filter(|()| follow.own_process || !shared).and_then(|()| largest_memory());
     if matches!(solved, Err(CaseError::Refine { .. })) && stopped {
@@ -127,11 +132,17 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     store_result(case, store, &solved, (shared, [memory, expected], identity, started)).map(Some)
 }
 
-/// The answer so far of a search of the same inputs that had no time left.
-fn unfinished(store: &Store, id: &str, identity: &Identity) -> Option<Calibration> {
-    let record = store.record(id).filter(|r| r.status == OUT_OF_TIME && r.provenance.identity == *identity)?;
-    store.calibration(&record.id)
+/// The best values so far of a search of the same inputs that was stopped, or had no time left.
+fn unfinished(store: &Store, id: &str, identity: &Identity) -> Option<Vec<f64>> {
+    let out_of_time = || {
+        let record = store.record(id).filter(|r| r.status == OUT_OF_TIME && r.provenance.identity == *identity)?;
+        Some(store.calibration(&record.id)?.values())
+    };
+    store.search(id, identity).or_else(out_of_time)
 }
+
+/// Where a search begins, and what is told of every better point of it.
+type Searching<'a> = (Option<&'a [f64]>, &'a mut dyn FnMut(&[f64]));
 
 /// A case with its run.
 struct Solved {
@@ -156,13 +167,13 @@ struct Solved {
 fn solve(
     task: &Task,
     (body, refinement): (Arc<Body>, Vec<RefinementRecord>),
-    from: Option<&Calibration>,
+    search: Searching,
     fields: &mut Option<Fields>,
     (meshing, go_on): (&mut OnLine, &mut OnProgress),
     sized: &mut dyn FnMut(u64) -> bool,
 ) -> Result<Option<Solved>, CaseError> {
     let (case, constants, repeats) = (&task.case, &task.constants[..], task.repeats);
-    let found = match find(case, &body, from, (meshing, go_on)) {
+    let found = match find(case, &body, search, (meshing, go_on)) {
         Ok(found) => found,
         Err(error) => return error.map_or(Ok(None), Err),
     };
@@ -293,13 +304,12 @@ fn doubt(found: &Calibration) -> Option<(&'static str, String)> {
 fn find(
     case: &Case,
     body: &Arc<Body>,
-    from: Option<&Calibration>,
+    (from, keep): Searching,
     (meshing, go_on): (&mut OnLine, &mut OnProgress),
 ) -> Result<Option<(Calibration, SceneSpec)>, Option<CaseError>> {
     let Some(plan) = &case.plan else { return Ok(None) };
     let curves = curves(case, plan, body, meshing).map_err(Some)?;
-    let mut progress = SearchProgress::new(curves.len());
-    let mut follow = |now: Progress| go_on(progress.of(now));
+    let mut follow = Followed { progress: SearchProgress::new(curves.len()), go_on, keep };
     match calibrate(curves, &plan.settings, from, &mut follow) {
         Ok((calibration, scene)) => Ok(Some((calibration, scene.spec))),
         Err(Failure::Input(error)) => Err(Some(error.into())),
@@ -330,6 +340,23 @@ fn curves(
         all.push(own(&more.curve, &more.scene_file, spec, text, body)?);
     }
     Ok(all)
+}
+
+/// A search as a case of a run follows it.
+struct Followed<'a, 'b> {
+    progress: SearchProgress,
+    go_on: &'a mut OnProgress<'b>,
+    keep: &'a mut dyn FnMut(&[f64]),
+}
+
+impl SearchWatch for Followed<'_, '_> {
+    fn progress(&mut self, now: Progress) -> bool {
+        (self.go_on)(self.progress.of(now))
+    }
+
+    fn better(&mut self, values: &[f64]) {
+        (self.keep)(values);
+    }
 }
 
 /// Progress of a search as that of one long run: forward solves that are expected, each of the same share.

@@ -8,8 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+/// End of the file with the best values so far of a search that has no record yet.
+pub const SEARCH: &str = "search.json";
 /// Ends of the names of the files of a case, `<id>.<end>`. The record is the last: it is written last.
-pub const ENDS: [&str; 6] = ["csv", "fit.json", "sensitivities.csv", "skin.json", "skin.json.gz", "json"];
+pub const ENDS: [&str; 7] = ["csv", "fit.json", SEARCH, "sensitivities.csv", "skin.json", "skin.json.gz", "json"];
 
 /// A folder that holds no results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]

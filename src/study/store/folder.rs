@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::store::case_files::{ENDS, check_in};
+use crate::study::store::case_files::{ENDS, SEARCH, check_in};
 use crate::study::store::csv_text;
 use crate::study::store::identity::{FileDigest, Identity};
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
@@ -60,6 +60,13 @@ impl CaseOutput<'_> {
             ("fit.json", calibration.map(String::into_bytes)),
         ])
     }
+}
+
+/// Best values of a search that has no record yet.
+#[derive(Serialize, Deserialize)]
+struct SearchSoFar {
+    identity: Identity,
+    values: Vec<f64>,
 }
 
 /// Age from which a half-written file is one that a killed writer has left.
@@ -195,7 +202,24 @@ impl Store {
             let digest = FileDigest { file: format!("{}.{end}", record.id), sha256: storage::sha256(bytes) };
             record.provenance.results.push(digest);
         }
-        self.write_record(record)
+        self.write_record(record)?;
+        // Its search came to its end, or says itself where it goes on
+        std::fs::remove_file(self.path(&record.id, SEARCH)).ok();
+        Ok(())
+    }
+
+    /// Keeps the best values of a search so far, so that one that is stopped goes on there.
+    pub fn keep_search(&self, id: &str, identity: &Identity, values: &[f64]) -> Result<(), StoreError> {
+        let kept = SearchSoFar { identity: identity.clone(), values: values.to_vec() };
+        let text = json(&kept).map_err(|reason| self.unwritable(id, SEARCH, reason))?;
+        write(&self.path(id, SEARCH), &text)
+    }
+
+    /// The values that were kept of a search of the same inputs.
+    pub fn search(&self, id: &str, identity: &Identity) -> Option<Vec<f64>> {
+        let bytes = storage::read(&self.path(id, SEARCH), DATA_LIMIT).ok()?;
+        let kept: SearchSoFar = serde_json::from_slice(&bytes).ok()?;
+        (kept.identity == *identity).then_some(kept.values)
     }
 
     /// Writes a record with its own digest.

@@ -10,9 +10,10 @@
 //! bias      θ(gauge)/θ − 1          of the reading by a gauge length
 //! ```
 //!
-//! The sum over the families is the corner at which all dimensions are at their worst end, to first order in their ranges. Where the pressures of
+//! [`super::corners`] takes all dimensions at their worst ends together. Where the pressures of
 //! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated.
 
+use super::corners::{self, Corners};
 use crate::calibrate::ErrorModel;
 use crate::calibrate::inverse::{Calibration, Found, Stable};
 use crate::report::numbers::{capital, digits, percent};
@@ -76,6 +77,8 @@ pub struct CalibratedConstant {
     pub mesh_refused: bool,
     /// Smallest and largest value over the corners of the nuisance families, on the finest mesh
     pub nuisance: Option<[f64; 2]>,
+    /// Where the dimensions do not simply add up, in words
+    pub corners: Option<String>,
     /// Reading by a gauge length
     pub gauge: Option<f64>,
     /// Its relative error \[–\]
@@ -226,7 +229,7 @@ impl Meshes {
 fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes) -> CalibratedConstant {
     let own: &Found = &finest.found.constants[k];
     let sizes: Vec<&SolvedSearch> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
-    let corners = corners(cases, &sizes, k);
+    let corners = corners_of(cases, &sizes, own.value, k);
     // Where a case of a dimension has no interval, the data may determine less at that end
     let widest: Option<[f64; 2]> =
         (cases.iter().filter(|s| s.role == Role::Nuisance).chain([finest])).try_fold([0.0_f64; 2], |[a, b], s| {
@@ -234,7 +237,7 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
             let [low, high] = c.widest()?;
             Some([a.max(c.value - low), b.max(high - c.value)])
         });
-    let [down, up] = corners.unwrap_or_default();
+    let [down, up] = corners.as_ref().map_or([0.0; 2], |c| c.change);
     let mesh = meshes.estimate.as_ref().map(|e| e.uncertainty_finest);
     let interval = widest.filter(|_| meshes.refused.is_none()).map(|[below, above]| {
         let mesh = mesh.unwrap_or(0.0);
@@ -268,24 +271,24 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
         mesh: mesh.map(|u| u / size),
         mesh_method: meshes.estimate.map(|e| e.method),
         mesh_refused: meshes.refused.is_some(),
-        nuisance: corners.map(|[a, b]| [own.value + a, own.value + b]),
+        nuisance: corners.as_ref().map(|c| c.change.map(|by| own.value + by)),
+        corners: corners.and_then(|c| c.note),
         gauge,
         bias: gauge.map(|g| g / own.value - 1.0),
         cases: listed.into_iter().map(|s| one(s, k)).collect(),
     }
 }
 
-/// Σ over the nuisance families of the least and of the largest change of a constant from the size on the same mesh; none without such a family.
-fn corners(cases: &[SolvedSearch], sizes: &[&SolvedSearch], k: usize) -> Option<[f64; 2]> {
+/// Changes of a constant by the nuisance families from the size on the same mesh; none without such a family.
+fn corners_of(cases: &[SolvedSearch], sizes: &[&SolvedSearch], value: f64, k: usize) -> Option<Corners> {
     let cells = |s: &SolvedSearch| s.stored.record.mesh.cells;
-    let mut families: BTreeMap<&str, [f64; 2]> = BTreeMap::new();
+    let (mut single, mut runs): (BTreeMap<&str, Vec<f64>>, Vec<f64>) = (BTreeMap::new(), vec![]);
     for s in cases.iter().filter(|s| s.role == Role::Nuisance) {
         let near = sizes.iter().min_by_key(|o| cells(o).abs_diff(cells(s)));
         let change = near.map_or(0.0, |o| s.found.constants[k].value - o.found.constants[k].value);
-        let [least, most] = families.entry(s.family).or_default();
-        (*least, *most) = (least.min(change), most.max(change));
+        if s.family == corners::FAMILY { &mut runs } else { single.entry(s.family).or_default() }.push(change);
     }
-    (!families.is_empty()).then(|| families.values().fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d]))
+    corners::judge(value, &single, &runs)
 }
 
 fn one(s: &SolvedSearch, k: usize) -> ConstantInCase {
@@ -370,7 +373,8 @@ fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
 fn doubts(a: &CalibratedVariant, tolerance: f64) -> Vec<String> {
     let element = mesh_is_doubtful(a, tolerance).then(|| format!("{}: {}.", a.label, a.element));
     let errors = (a.errors != ErrorModel::Independent.to_string()).then(|| format!("{}: {}.", a.label, a.errors));
-    element.into_iter().chain(errors).collect()
+    let corner = |c: &CalibratedConstant| c.corners.as_ref().map(|note| format!("{}, {}: {note}.", a.label, c.key));
+    element.into_iter().chain(errors).chain(a.constants.iter().filter_map(corner)).collect()
 }
 
 /// Warnings of the answer of one variant, as its law file has them.

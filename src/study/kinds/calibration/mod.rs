@@ -2,6 +2,7 @@
 
 pub mod analysis;
 pub mod band;
+pub mod corners;
 pub mod figures;
 pub mod report;
 
@@ -60,7 +61,7 @@ impl StudyKind for CalibrationStudy {
     type Findings = CalibrationFindings;
 
     fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
-        let Self { calibration, variants, families, usage } = self;
+        let Self { calibration, variants, mut families, usage } = self;
         if calibration.unknown.is_empty() {
             let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
             let mistake = ("calibration.unknown".into(), "nothing is to be found".into(), remedy.into());
@@ -81,6 +82,9 @@ impl StudyKind for CalibrationStudy {
         let variants: Vec<VariantSpec> = variants.into_iter().map(plain).collect();
         let checked = check_quantities(&variants).and_then(|()| check_roles(Self::NAME, &families, &ROLES));
         checked.map_err(|mistake| refuse(file, mistake))?;
+        if calibration.corners {
+            families.push(corners::family(&families).map_err(|mistake| refuse(file, mistake))?);
+        }
         Ok(Expansion { plans, usage, ..Expansion::new(variants, families, ()) })
     }
 

@@ -1,0 +1,169 @@
+//! Dimensions that are known by ranges, taken at their worst ends together.
+//!
+//! To first order in their ranges the changes of a constant by single dimensions add up. Where its dependence is curved they do not: of θ ∝ aᵖb^q the factors
+//! multiply. Sum and product follow from the cases of the single dimensions, and the wider one is taken at each end. Where the two differ by more than a twentieth
+//! of the range, or both ends of one dimension change the constant to the same side, a sentence says so, and `corners = true` runs the corners
+//! themselves, whose extremes replace the estimate.
+//!
+//! Limits: a dimension is taken at the members of its family; an extreme between them is not seen.
+
+use crate::report::numbers::percent;
+use crate::study::spec::{FamilySpec, Mistake};
+use crate::study::store::record::Role;
+use std::collections::BTreeMap;
+
+/// Name of the family of the corners.
+pub const FAMILY: &str = "corners";
+/// Part of the range of a constant from which on its dependence counts as curved \[–\]
+const CURVED: f64 = 0.05;
+/// Corners at most
+const MOST: usize = 16;
+
+/// Changes of a constant at the worst ends.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corners {
+    /// Least and largest one
+    pub change: [f64; 2],
+    /// Where the dimensions do not simply add up, in words
+    pub note: Option<String>,
+}
+
+/// `value`: of the constant; `single`: its changes by the members of each family; `runs`: its changes at the corners, where they were run. `None` without
+/// such a family.
+pub fn judge(value: f64, single: &BTreeMap<&str, Vec<f64>>, runs: &[f64]) -> Option<Corners> {
+    if single.is_empty() {
+        return None;
+    }
+    let ends = single.values().map(|all| all.iter().fold([0.0_f64; 2], |[a, b], c| [a.min(*c), b.max(*c)]));
+    let ends: Vec<[f64; 2]> = ends.collect();
+    let sum = [0, 1].map(|k| ends.iter().map(|e| e[k]).sum::<f64>());
+    let product = [0, 1].map(|k| value * (ends.iter().map(|e| 1.0 + e[k] / value).product::<f64>() - 1.0));
+    let product = if product.iter().all(|p| p.is_finite()) { product } else { sum };
+    let range = sum[1] - sum[0];
+    let off = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) / range.max(f64::MIN_POSITIVE);
+    if !runs.is_empty() {
+        let all = || runs.iter().chain(single.values().flatten()).copied();
+        let change = [all().fold(0.0, f64::min), all().fold(0.0, f64::max)];
+        let by = off(change, sum);
+        let note = format!(
+            "the dimensions do not simply add up: their corners, which were run, differ from the sums of single changes by {} of the range",
+            percent(by)
+        );
+        return Some(Corners { change, note: (by > CURVED).then_some(note) });
+    }
+    let change = [sum[0].min(product[0]), sum[1].max(product[1])];
+    let one_sided = |(name, all): (&&str, &Vec<f64>)| {
+        let least = all.iter().map(|c| c.abs()).fold(f64::INFINITY, f64::min);
+        let one_side = all.iter().all(|c| *c > 0.0) || all.iter().all(|c| *c < 0.0);
+        (all.len() > 1 && one_side && least > CURVED * range).then(|| (*name).to_string())
+    };
+    let bent: Vec<String> = single.iter().filter_map(one_sided).collect();
+    let by = if single.len() > 1 { off(product, sum) } else { 0.0 };
+    let remedy = "corners = true in [calibration] runs the corners";
+    let note = match &bent[..] {
+        [] if by <= CURVED => None,
+        [] => Some(format!(
+            "the dimensions do not simply add up: the products of their changes differ from the sums by {} of the range, and the wider end is taken; {remedy}",
+            percent(by)
+        )),
+        bent => Some(format!(
+            "the changes are curved: both ends of {} change it to the same side, and a worse value may lie between; add members to the family",
+            bent.join(" and of ")
+        )),
+    };
+    Some(Corners { change, note })
+}
+
+/// The family of all corners of the dimensions.
+pub fn family(families: &[FamilySpec]) -> Result<FamilySpec, Mistake> {
+    let refuse = |fact: String, remedy: &str| Err(("calibration.corners".to_string(), fact, remedy.to_string()));
+    let dimensions: Vec<&FamilySpec> = families.iter().filter(|f| f.role == Role::Nuisance).collect();
+    let [first, rest @ ..] = &dimensions[..] else {
+        return refuse(
+            "there is no family of role \"nuisance\"".into(),
+            "add one for each dimension, or leave out corners",
+        );
+    };
+    if rest.is_empty() {
+        return refuse("one dimension has no corners".into(), "its two ends are run already; leave out corners");
+    }
+    if families.iter().any(|f| f.name == FAMILY) {
+        return refuse(format!("a family is called \"{FAMILY}\" already"), "give it another name");
+    }
+    if let Some(other) = rest.iter().find(|f| f.variants != first.variants || f.scene != first.scene) {
+        let fact =
+            format!("the families \"{}\" and \"{}\" are of different variants or scenes", first.name, other.name);
+        return refuse(fact, "give all dimensions the same variants and scene");
+    }
+    let count: usize = dimensions.iter().map(|f| f.members.len()).product();
+    if count > MOST {
+        return refuse(
+            format!("the dimensions have {count} corners, at most {MOST} are run"),
+            "take two members each of at most four dimensions",
+        );
+    }
+    let mut set = toml::Table::new();
+    let mut corners: Vec<(String, toml::Table)> = vec![(String::new(), toml::Table::new())];
+    for f in &dimensions {
+        if let Some(key) = f.set.iter().find(|(k, v)| set.get(*k).is_some_and(|own| own != *v)).map(|p| p.0) {
+            return refuse(
+                format!("the families set `{key}` to different values"),
+                "give all of them the same changes in `set`",
+            );
+        }
+        set.extend(f.set.clone());
+        let mut next = vec![];
+        for (name, own) in &corners {
+            for (label, changes) in &f.members {
+                let changes = changes.as_table().cloned().unwrap_or_default();
+                if let Some(key) = changes.keys().find(|k| own.contains_key(*k)) {
+                    let fact = format!("two dimensions change `{key}`, and a corner has one value of it");
+                    return refuse(
+                        fact,
+                        "change parts of their own, such as \"mesh.grid.size.0\" and \"mesh.grid.size.2\"",
+                    );
+                }
+                let name = if name.is_empty() { label.clone() } else { format!("{name}-{label}") };
+                next.push((name, own.clone().into_iter().chain(changes).collect()));
+            }
+        }
+        corners = next;
+    }
+    let members = corners.into_iter().map(|(name, changes)| (name, changes.into())).collect();
+    let (variants, scene) = (first.variants.clone(), first.scene.clone());
+    Ok(FamilySpec { name: FAMILY.into(), role: Role::Nuisance, variants, set, members, scene })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn single(all: &[(&'static str, &[f64])]) -> BTreeMap<&'static str, Vec<f64>> {
+        all.iter().map(|(name, changes)| (*name, changes.to_vec())).collect()
+    }
+
+    /// Small changes add up, and nothing is said; of a product of large ones the wider end is taken and named.
+    #[test]
+    fn sums_and_products() {
+        let found = judge(100.0, &single(&[("a", &[-1.0, 1.0]), ("b", &[-2.0, 2.0])]), &[]).expect("two dimensions");
+        assert!(found.note.is_none() && found.change == [-3.0, 3.0 + 0.02], "{found:?}");
+        let found =
+            judge(100.0, &single(&[("a", &[-30.0, 40.0]), ("b", &[-20.0, 50.0])]), &[]).expect("two dimensions");
+        assert!(found.change[0] == -50.0 && (found.change[1] - 110.0).abs() < 1e-9, "{found:?}");
+        assert!(found.note.is_some_and(|n| n.contains("14.3 % of the range") && n.contains("corners = true")));
+        assert_eq!(judge(1.0, &BTreeMap::new(), &[]), None);
+    }
+
+    /// Corners that were run replace the estimate; a dimension that goes to one side is named.
+    #[test]
+    fn runs_and_curved_dimensions() {
+        let both = single(&[("a", &[-30.0, 40.0]), ("b", &[-20.0, 50.0])]);
+        let found = judge(100.0, &both, &[-44.0, 5.0, 12.0, 110.0]).expect("two dimensions");
+        assert!(found.change == [-44.0, 110.0] && found.note.is_some_and(|n| n.contains("which were run")), "a corner");
+        let found = judge(100.0, &single(&[("a", &[3.0, 4.0])]), &[]).expect("a dimension");
+        assert!(
+            found.change == [0.0, 4.0] && found.note.is_some_and(|n| n.contains("both ends of a change it")),
+            "one side"
+        );
+    }
+}
