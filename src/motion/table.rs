@@ -254,7 +254,7 @@ impl Table<'_> {
         let mut wrong = vec![];
         let (mut order, mut seen): (Vec<String>, HashSet<String>) = (vec![], HashSet::new());
         // Times in the order of numbers, not of the file; total order of bits for times that are equal
-        let mut rows: BTreeMap<Sorted, (f64, BTreeMap<String, Option<[f64; 3]>>)> = BTreeMap::new();
+        let mut rows: BTreeMap<Sorted, MarkerRow> = BTreeMap::new();
         for line in body {
             let (t, n) = self.row(line, 0, &mut wrong);
             let name = self.cell(line, at).to_string();
@@ -280,6 +280,9 @@ impl Table<'_> {
         Ok(Rows { time: rows.keys().map(|t| t.0).collect(), samples, markers })
     }
 }
+
+/// Samples of a time, and the positions of the markers that have a row.
+type MarkerRow = (f64, BTreeMap<String, Option<[f64; 3]>>);
 
 /// A time as a key.
 #[derive(PartialEq)]
