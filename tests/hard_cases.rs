@@ -240,6 +240,7 @@ fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
         sha256: body.sha256.clone(),
         notes: body.notes.clone(),
         warnings: body.warnings.clone(),
+        undeformed: None,
     }
 }
 
@@ -308,6 +309,7 @@ impl Similar {
             sha256: body.sha256.clone(),
             notes: body.notes.clone(),
             warnings: body.warnings.clone(),
+            undeformed: None,
         }
     }
 

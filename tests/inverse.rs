@@ -6,13 +6,13 @@ mod common;
 use common::example_table;
 use durometer::calibrate::inverse::{
     Bounds, Calibration, End, Failure, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel, Settings,
-    calibrate,
+    Unknown, calibrate,
 };
 use durometer::calibrate::{Loss, Weighting};
 use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::{Constant, Progress, Scene};
+use durometer::scene::{ParameterKey, Progress, Scene};
 use durometer::solve::Status;
 use durometer::study::expand::Study;
 use durometer::study::report;
@@ -70,8 +70,10 @@ const X: &str = "middle_x_displacement_m";
 const Y: &str = "middle_reaction_x_N";
 
 fn model(scene: &Scene, keys: &[&str], x: &str, y: &str) -> SceneModel {
-    let constants: Vec<Constant> = keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
-    let unknown = SceneModel::unknowns(&scene.spec, &constants, &Bounds::new()).unwrap_or_else(|e| panic!("{e}"));
+    let constants: Vec<ParameterKey> =
+        keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
+    let unknown = Unknown::all((Path::new("scene.toml"), &scene.spec, &scene.text), &constants, &Bounds::new())
+        .unwrap_or_else(|e| panic!("{e}"));
     SceneModel {
         file: PathBuf::from("scene.toml"),
         spec: scene.spec.clone(),
@@ -343,10 +345,10 @@ fn a_bound_holds_a_constant_and_is_named() {
 fn bounds_that_cannot_be_met_are_refused_together() {
     let law: Table = "law = \"neo_hookean\"\nmu = \"100 kPa\"\nnu = 0.45".parse().expect("TOML");
     let scene = bar(&law, "3 mm", 2);
-    let constants: Vec<Constant> = ["mu", "nu"].map(|k| format!("laws.rubber.{k}").parse().expect("a name")).into();
+    let constants: Vec<ParameterKey> = ["mu", "nu"].map(|k| format!("laws.rubber.{k}").parse().expect("a name")).into();
     let of = |text: &str| {
         let bounds: Bounds = toml::from_str(text).expect("TOML");
-        SceneModel::unknowns(&scene.spec, &constants, &bounds)
+        Unknown::all((Path::new("scene.toml"), &scene.spec, &scene.text), &constants, &bounds)
     };
     let ok = of("\"laws.rubber.mu\" = [\"10 kPa\", \"1 MPa\"]\n\"laws.rubber.nu\" = [0.3, 0.5]")
         .unwrap_or_else(|e| panic!("{e}"));

@@ -216,14 +216,7 @@ fn bad_softening_is_refused() {
         std::fs::write(&path, &text).expect("written");
         let (spec, text) = read_scene(&path, &[]).map_err(|e| e.to_string())?;
         let mesh = block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear);
-        let body = durometer::scene::Body {
-            mesh,
-            paths: Default::default(),
-            source: "block".into(),
-            sha256: String::new(),
-            notes: vec![],
-            warnings: vec![],
-        };
+        let body = durometer::scene::Body::of_mesh(mesh);
         durometer::scene::Scene::build(&path, spec, text, body.into()).map(|_| ()).map_err(|e| e.to_string())
     };
     let mullins = |softening: &str| {

@@ -167,7 +167,12 @@ fn what_is_not_covered_is_refused() {
     let linearised = plain.replace("\"static\"", "\"implicit_euler_linearised\"");
     let spare = format!("{plain}[laws.spare]\nlaw = \"linear\"\nE = \"1 MPa\"\nnu = 0.3\n");
     for (text, slope, says) in [
-        (&plain, "rubber.C10", "\"rubber.C10\" names no constant; write for example laws.rubber.mu"),
+        (
+            &plain,
+            "density",
+            "\"density\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density",
+        ),
+        (&plain, "rubber.C10", "\"rubber.C10\" changes nothing: there is no \"rubber\""),
         (&plain, "laws.ruber.C10", "laws.ruber.C10: the scene has no such law; did you mean `rubber`?"),
         (&plain, "laws.rubber.mu", "laws.rubber.mu: `mu` is not given"),
         (&spare, "laws.spare.E", "no elastic effect takes this law"),
@@ -178,4 +183,15 @@ fn what_is_not_covered_is_refused() {
         assert_eq!(code, Some(2), "{slope}: {errors}");
         assert!(errors.contains(says), "{errors}\nnot: {says}");
     }
+}
+
+/// A size of a mesh that a mesher makes has no derivative; a declared deformation of the same mesh has.
+#[test]
+fn shapes_of_made_meshes_need_a_declared_deformation() {
+    let body = body();
+    let plain = text("displacement", LENGTH, &example_table("neo_hookean")).replace("cells = 700", "size = \"6 mm\"");
+    let keys = |path: &str| [path.parse::<durometer::scene::ParameterKey>().expect("a path")];
+    let refused = durometer::scene::SensitivityRecorder::new(&build(&plain, &body), &keys("mesh.size")).err();
+    let message = refused.expect("refused").to_string();
+    assert!(message.contains("the mesher would make another mesh") && message.contains("[mesh.deform]"), "{message}");
 }

@@ -10,7 +10,7 @@ use common::{column, example_table};
 use durometer::material::LAWS;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::scene::{Constant, Progress, RunOptions, Scene, SensitivityRecorder};
+use durometer::scene::{ParameterKey, Progress, RunOptions, Scene, SensitivityRecorder};
 use durometer::solve::Status;
 use toml::Table;
 
@@ -248,7 +248,7 @@ fn what_the_derivatives_cost() {
 /// A run that is stopped, and one that cannot go on, have sensitivities for the rows there are.
 #[test]
 fn rows_so_far() {
-    let constants: Vec<Constant> = vec!["laws.rubber.mu".parse().expect("a name")];
+    let constants: Vec<ParameterKey> = vec!["laws.rubber.mu".parse().expect("a name")];
     let mut law = by_nu("neo_hookean");
     law.remove("E");
     law.insert("mu".into(), "30 kPa".into());

@@ -8,8 +8,8 @@ use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Constant, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
-    RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities, SensitivityError,
+    Body, Checkpoint, CheckpointError, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
+    ParameterKey, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities, SensitivityError,
     SensitivityRecorder, read_scene, refine,
 };
 use durometer::solve::Status;
@@ -45,9 +45,9 @@ Examples:
   durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
   durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
   durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
-  durometer simulate finger-convergence --sensitivity laws.rubber.mu --sensitivity laws.rubber.nu
+  durometer simulate finger-convergence --sensitivity laws.rubber.mu --sensitivity effect.gravity.direction.0
 
-In --set a step into a list is its index from 0, or the name or kind of an entry.
+In --set and --sensitivity a step into a list is its index from 0, or the name or kind of an entry.
 Exit codes: 0 converged, 2 bad input, 3 the run did not complete.")]
 pub struct Args {
     /// Scene file (TOML)
@@ -61,9 +61,9 @@ pub struct Args {
     /// Write displacement and stretch at every step of the time grid as VTU, with a PVD collection
     #[arg(long)]
     vtu: bool,
-    /// Write <name>.sensitivities.csv: exact derivatives of positions, angles, reactions and cables by a constant of a law, e.g.
-    /// --sensitivity laws.rubber.mu, several times; not in implicit_euler_linearised or _corrected
-    #[arg(long, value_name = "CONSTANT", conflicts_with_all = ["save_state", "restart", "controller"])]
+    /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables by a number of the scene, several times, e.g.
+    /// --sensitivity laws.rubber.mu --sensitivity effect.gravity.density; not in implicit_euler_linearised or _corrected
+    #[arg(long, value_name = "KEY", conflicts_with_all = ["save_state", "restart", "controller"])]
     sensitivity: Vec<String>,
     /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves again on an
     /// enriched mesh: a static scene at the times of largest departure, one that depends on its path from the start
@@ -275,8 +275,8 @@ fn print_refinement(step: &RefinementStep) {
 
 /// The recorder of the derivatives that are asked for, if there are any.
 fn sensitivities<'a>(texts: &[String], scene: &'a Scene) -> Result<Option<SensitivityRecorder<'a>>, SensitivityError> {
-    let constants: Vec<Constant> = texts.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
-    if constants.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &constants).map(Some) }
+    let keys: Vec<ParameterKey> = texts.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
+    if keys.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &keys).map(Some) }
 }
 
 /// The columns whose errors are asked for; none for all of them.
@@ -379,6 +379,7 @@ fn write(
         let text = csv_text::sensitivities(run, sensitivities);
         folder::write(&out.join(format!("{name}.sensitivities.csv")), &text)?;
         note_missing(run, sensitivities);
+        note_quality(sensitivities);
     }
     let json = folder::json(record)?;
     folder::write(&out.join(format!("{name}.json")), &json)?;
@@ -432,6 +433,20 @@ fn note_missing(run: &Run, sensitivities: &Sensitivities) {
             let t = run.rows[first][0];
             eprintln!("note: {column} has no derivative in {count} of {} rows, the first at t = {t} s", run.rows.len());
         }
+    }
+}
+
+/// Says which keys change nothing, and which derivatives are not as accurate as they should be.
+fn note_quality(sensitivities: &Sensitivities) {
+    for key in sensitivities.idle() {
+        eprintln!("warning: {key} changes nothing that is recorded: all derivatives by it are zero");
+    }
+    for (column, key, error) in sensitivities.doubtful() {
+        eprintln!(
+            "warning: the derivative of {column} by {key} has an estimated error of {:.1e} of its largest value: the scene is not smooth in \
+             this key, as where a guide moves into another cell or a signal has a kink",
+            error
+        );
     }
 }
 

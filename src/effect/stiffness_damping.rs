@@ -8,6 +8,7 @@
 //! Its derivative by xₙ needs ∂K/∂x, which is taken by differences of K of eighth order; each block copies the state for it.
 
 use super::damping::work;
+use crate::math::difference::EIGHTH;
 use crate::math::tensor::Vec3;
 use crate::system::{
     At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
@@ -110,8 +111,6 @@ impl PastDerivative for StiffnessDamping {
     }
 }
 
-/// Weights w_j of f′ ≈ Σ_j w_j (f(jh) − f(−jh))/h, of eighth order (Fornberg, *Math. Comp.* 51, 1988).
-const WEIGHTS: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
 /// h, in strains: where K is analytic in strains below ½ and a cell strains by four h, the truncation h⁸/630 of the ninth
 /// derivative is 576 (4h/½)⁸/½ = 2e-14 of K; rounding leaves 2ε/h = 4e-13.
 const STRAIN: f64 = 1e-3;
@@ -139,7 +138,7 @@ impl StiffnessDamping {
         }
         let h = STRAIN * self.sizes[b] / size;
         let mut x = at.old.to_vec();
-        for (j, weight) in (1..).zip(WEIGHTS) {
+        for (j, weight) in (1..).zip(EIGHTH) {
             for sign in [1.0, -1.0] {
                 let s = sign * f64::from(j) * h;
                 dofs.iter().zip(&motion).for_each(|(&dof, d)| x[dof] = at.old[dof] + s * d);

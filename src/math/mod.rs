@@ -1,5 +1,6 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
+pub mod difference;
 pub mod dual;
 pub mod formula;
 pub mod gmres;

@@ -178,6 +178,14 @@ pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
     Ok((si, dimension))
 }
 
+/// Number, unit, factor of the unit to SI, and dimension of a quantity.
+pub fn parts(text: &str) -> Result<(f64, &str, f64, Dimension), UnitError> {
+    let (number, unit) = split(text)?;
+    let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
+    let (factor, dimension) = parse_unit(unit).map_err(unknown)?;
+    Ok((number, unit, factor, dimension))
+}
+
 /// A quantity as a number of `unit`: `"0.2 MPa"` in kPa is 200. An empty unit is that of plain numbers.
 pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };

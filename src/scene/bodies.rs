@@ -64,7 +64,7 @@ impl Body {
         let sha256 = mesh_hash(&mesh);
         let mut seen = std::collections::BTreeSet::new();
         sources.retain(|s| seen.insert(s.clone()));
-        Ok(Self { mesh, paths, source: sources.join(" + "), sha256, notes, warnings })
+        Ok(Self { mesh, paths, source: sources.join(" + "), sha256, notes, warnings, undeformed: None })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The mesh of a scene: read from a volume mesh file, or found or made by the mesher.
 
+use super::deform::{Undeformed, deform};
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
@@ -18,6 +19,7 @@ use crate::storage::{self, DATA_LIMIT};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Share of the target number of cells by which a mesh may miss it.
 const CELL_TOLERANCE: f64 = 0.02;
@@ -42,6 +44,8 @@ pub struct Body {
     pub notes: Vec<String>,
     /// Warnings of a doubtful size
     pub warnings: Vec<String>,
+    /// Of a body with `[mesh.deform]`: what it was before
+    pub undeformed: Option<Arc<Undeformed>>,
 }
 
 impl Body {
@@ -67,6 +71,9 @@ impl Body {
             disturb(file, worse, &mut body.mesh)?;
             body.sha256 = mesh_hash(&body.mesh);
         }
+        if let Some(formulas) = &spec.deform {
+            deform(file, formulas, &mut body)?;
+        }
         check_places(file, &body.mesh)?;
         Ok(body)
     }
@@ -74,7 +81,8 @@ impl Body {
     /// A mesh that is given directly.
     pub fn of_mesh(mesh: TetMesh) -> Self {
         let sha256 = mesh_hash(&mesh);
-        Self { mesh, paths: BTreeMap::new(), source: "mesh".into(), sha256, notes: vec![], warnings: vec![] }
+        let (paths, source) = (BTreeMap::new(), "mesh".into());
+        Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![], undeformed: None }
     }
 
     pub(super) fn sound(
@@ -95,6 +103,7 @@ impl Body {
                 sha256,
                 notes: vec![],
                 warnings: vec![],
+                undeformed: None,
             });
         }
         if let Some((path, format)) = volume_mesh(file, spec)? {
@@ -143,7 +152,7 @@ impl Body {
         let bytes = storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![] })
+        Ok(Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![], undeformed: None })
     }
 }
 
@@ -236,6 +245,7 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
         (spec.generator == GeneratorSpec::Cgal, "CGAL takes no size field; use generator = \"gmsh\""),
         (!spec.parts.is_empty(), "several bodies are not refined; refine the mesh of one"),
         (spec.disturb.is_some(), "a disturbed mesh is not refined; remove `disturb`"),
+        (spec.deform.is_some(), "a deformed mesh is not refined; remove `deform`"),
         (spec.grid.is_some(), "a grid is not refined; take `body`, or `file` with CAD or a surface"),
         (volume_mesh(file, spec)?.is_some(), "a volume mesh is taken as it is; give `file` with CAD or a surface"),
     ];

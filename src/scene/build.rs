@@ -33,7 +33,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::generate::MeshStore;
 use crate::mesh::{Region, TetMesh};
 use crate::solve::{Integrator, TimeSpan};
-use crate::system::{Effect, System, Ties};
+use crate::system::{Effect, System, SystemError, SystemParts, Ties};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -181,7 +181,7 @@ impl SceneBuilder {
         let body = self.load()?;
         let Self { spec, file, text, additions, .. } = self;
         let text = text.unwrap_or_else(|| format!("{spec:#?}"));
-        Scene::assemble(&file, (spec, text), body, additions)
+        Scene::assemble(&file, (spec, text), body, additions, SystemParts::system)
     }
 }
 
@@ -201,11 +201,24 @@ impl Scene {
         SceneBuilder::new(spec).file(file).text(text).body(body).build()
     }
 
+    /// The scene of another specification with the equations of this one, for residuals only; effects that do not `vary` are left out of its
+    /// system.
+    pub(super) fn variant(
+        &self,
+        spec: SceneSpec,
+        body: Arc<Body>,
+        vary: impl Fn(usize) -> bool,
+    ) -> Result<Self, SceneError> {
+        let number = |parts: SystemParts| parts.variant(&self.system, vary);
+        Self::assemble(&self.file, (spec, String::new()), body, Additions::default(), number)
+    }
+
     fn assemble(
         file: &Path,
         (spec, text): (SceneSpec, String),
         body: Arc<Body>,
         Additions { laws: own_laws, effects: own_effects, recorders: own_recorders }: Additions,
+        number: impl FnOnce(SystemParts) -> Result<System, SystemError>,
     ) -> Result<Self, SceneError> {
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
@@ -245,8 +258,8 @@ impl Scene {
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
         let Gathered { points: elastic, stressed, reinforcing, membranes, relaxing, softening, hosts, laws, .. } =
             gathered;
-        let system = System::tied(nodes, &hosts, effects, constraints, prescribed, Ties::new(tied))
-            .map_err(|e| part(file, "scene", e))?;
+        let parts = SystemParts { nodes, hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
+        let system = number(parts).map_err(|e| part(file, "scene", e))?;
         let law = laws.into_iter().next().map(|l| l.law);
         let title = spec.title.clone();
         let scene = Self {

@@ -2,7 +2,7 @@
 
 use super::kind::by_kind;
 use super::parts::selectors::SelectorSpec;
-use super::quantity::{Angle, Length, Time};
+use super::quantity::{Angle, Length, Quantity, Time};
 use super::shape::TurnSpec;
 use crate::math::units::{self, Dimension};
 use serde::Deserialize;
@@ -57,6 +57,8 @@ pub struct MeshSpec {
     pub parts: Vec<PartSpec>,
     /// Made worse on purpose
     pub disturb: Option<DisturbSpec>,
+    /// Nodes moved by formulas
+    pub deform: Option<DeformSpec>,
     /// Regions by place, by connection, or made of others
     #[serde(default)]
     pub regions: BTreeMap<String, SelectorSpec>,
@@ -198,6 +200,19 @@ impl PartSpec {
             ..MeshSpec::default()
         }
     }
+}
+
+/// Places of the nodes \[m\] as formulas of those that the mesh has, `X`, `Y`, `Z` \[m\], and of parameters.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeformSpec {
+    /// What is not given stays
+    pub x: Option<String>,
+    pub y: Option<String>,
+    pub z: Option<String>,
+    /// Numbers by the names that the formulas take, with their unit
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Quantity>,
 }
 
 /// How a mesh is made worse, for robustness studies.

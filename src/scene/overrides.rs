@@ -31,15 +31,11 @@ const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "con
 /// Tables of a scene that may be absent from it: a change may make them.
 const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
 
-/// Sets the value at a dotted path. In an array of tables a step is an index, or the `name` or `kind` of an entry. Only the
-/// last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
+/// Sets the value at a dotted path. In a list a step is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. Only
+/// the last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
 /// of a list adds an entry, or a list of them, at its end.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
-    let steps: Vec<&str> = path.split('.').collect();
-    if steps.len() > DEEPEST {
-        return Err(OverrideError::Deep { steps: steps.len() });
-    }
-    let (last, before) = steps.split_last().expect("split yields at least one part");
+    let steps = steps(path)?;
     if let [list, "+"] = steps[..]
         && LISTS.contains(&list)
     {
@@ -49,52 +45,95 @@ pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), Override
         entries.as_array_mut().into_iter().for_each(|entries| entries.extend(more.iter().cloned()));
         return Ok(());
     }
-    let may_be_new = OPTIONAL.contains(&steps[0]);
-    let mut current = table;
-    let mut steps = before.iter();
-    while let Some(step) = steps.next() {
-        let missing = |step: &str, known: &[&str]| OverrideError::NoSuchKey {
-            path: path.into(),
-            step: step.into(),
-            hint: hint(step, known),
-        };
-        let known: Vec<String> = current.keys().cloned().collect();
-        let known: Vec<&str> = known.iter().map(String::as_str).collect();
-        if !current.contains_key(*step) && may_be_new {
-            current.insert((*step).into(), Value::Table(Table::new()));
-        }
-        current = match current.get_mut(*step) {
-            Some(Value::Table(inner)) => inner,
-            Some(Value::Array(entries)) => {
-                let names: Vec<String> = entries.iter().filter_map(label).map(String::from).collect();
-                let names: Vec<&str> = names.iter().map(String::as_str).collect();
-                let which = steps.next().ok_or_else(|| missing(&format!("{step}.?"), &names))?;
-                let index = which.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(*which)));
-                let entry = index.and_then(|k: usize| entries.get_mut(k)).and_then(Value::as_table_mut);
-                entry.ok_or_else(|| missing(which, &names))?
-            }
-            Some(_) | None => return Err(missing(step, &known)),
-        };
+    let mut whole = Value::Table(std::mem::take(table));
+    let place = Place { path, may_be_new: OPTIONAL.contains(&steps[0]) };
+    let set = place.set(&mut whole, &steps, value);
+    if let Value::Table(changed) = whole {
+        *table = changed;
     }
-    current.insert((*last).into(), value);
-    Ok(())
+    set
+}
+
+/// Where a value is to be set.
+struct Place<'a> {
+    path: &'a str,
+    may_be_new: bool,
+}
+
+impl Place<'_> {
+    fn set(&self, current: &mut Value, steps: &[&str], value: Value) -> Result<(), OverrideError> {
+        let (step, rest) = steps.split_first().expect("split yields at least one part");
+        let next = match current {
+            Value::Table(inner) if rest.is_empty() => {
+                inner.insert((*step).into(), value);
+                return Ok(());
+            }
+            Value::Table(inner) => {
+                if !inner.contains_key(*step) && self.may_be_new {
+                    inner.insert((*step).into(), Value::Table(Table::new()));
+                }
+                let known: Vec<String> = inner.keys().cloned().collect();
+                let next = inner.get_mut(*step).filter(|next| next.is_table() || next.is_array());
+                next.ok_or_else(|| missing(self.path, step, &known))?
+            }
+            Value::Array(entries) => {
+                let known = labels(entries);
+                let next = index(entries, step).and_then(|k| entries.get_mut(k));
+                let next = next.ok_or_else(|| missing(self.path, step, &known))?;
+                if rest.is_empty() {
+                    *next = value;
+                    return Ok(());
+                }
+                next
+            }
+            _ => return Err(missing(self.path, step, &[])),
+        };
+        self.set(next, rest, value)
+    }
 }
 
 /// The value at a dotted path, as [`apply`] goes it.
-pub fn find<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
-    let mut steps = path.split('.');
-    let mut current = table.get(steps.next()?)?;
-    for step in steps {
+pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError> {
+    let steps = steps(path)?;
+    let (first, rest) = steps.split_first().expect("split yields at least one part");
+    let known = |table: &Table| table.keys().cloned().collect::<Vec<String>>();
+    let mut current = table.get(*first).ok_or_else(|| missing(path, first, &known(table)))?;
+    for step in rest {
         current = match current {
-            Value::Table(inner) => inner.get(step)?,
+            Value::Table(inner) => inner.get(*step).ok_or_else(|| missing(path, step, &known(inner))),
             Value::Array(entries) => {
-                let index = step.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(step)))?;
-                entries.get(index)?
+                index(entries, step).and_then(|k| entries.get(k)).ok_or_else(|| missing(path, step, &labels(entries)))
             }
-            _ => return None,
-        };
+            _ => Err(missing(path, step, &[])),
+        }?;
     }
-    Some(current)
+    Ok(current)
+}
+
+/// The index of the entry of a top-level list to which a path leads; none if it leads elsewhere.
+pub fn entry_of(table: &Table, path: &str) -> Option<usize> {
+    let mut steps = path.split('.');
+    let entries = table.get(steps.next()?)?.as_array()?;
+    index(entries, steps.next()?)
+}
+
+fn steps(path: &str) -> Result<Vec<&str>, OverrideError> {
+    let steps: Vec<&str> = path.split('.').collect();
+    if steps.len() > DEEPEST { Err(OverrideError::Deep { steps: steps.len() }) } else { Ok(steps) }
+}
+
+fn missing(path: &str, step: &str, known: &[String]) -> OverrideError {
+    OverrideError::NoSuchKey { path: path.into(), step: step.into(), hint: hint(step, known) }
+}
+
+fn index(entries: &[Value], step: &str) -> Option<usize> {
+    step.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(step)))
+}
+
+/// Names of the entries of a list, or their indices.
+fn labels(entries: &[Value]) -> Vec<String> {
+    let name = |(k, entry): (usize, &Value)| label(entry).map_or_else(|| k.to_string(), String::from);
+    entries.iter().enumerate().map(name).collect()
 }
 
 fn label(entry: &Value) -> Option<&str> {
@@ -138,6 +177,14 @@ mod tests {
         assert_eq!(table["constraint"][3]["kind"].as_str(), Some("cavity"));
         assert_eq!(table["probe"].as_array().map(Vec::len), Some(1));
         assert!(apply(&mut table, "mesh.cells.+", Value::Integer(1)).is_err(), "no list");
+        let gravity = "direction = [0, 0, -1]\nguides = [[\"1 mm\", \"2 mm\"]]".parse().expect("valid TOML");
+        table.insert("load".into(), Value::Table(gravity));
+        apply(&mut table, "load.direction.2", Value::Float(-0.5)).expect("an entry of a list");
+        apply(&mut table, "load.guides.0.1", Value::String("3 mm".into())).expect("an entry of a list in a list");
+        assert_eq!(find(&table, "load.direction.2").expect("there").as_float(), Some(-0.5));
+        assert_eq!(find(&table, "load.guides.0.1").expect("there").as_str(), Some("3 mm"));
+        let error = apply(&mut table, "load.direction.3", Value::Float(0.0)).expect_err("three entries");
+        assert_eq!(error.to_string(), "\"load.direction.3\" changes nothing: there is no \"3\"; known: 0, 1, 2");
         apply(&mut table, "numerics.cuts", Value::Integer(3)).expect("a table of the scene may be new");
         assert_eq!(table["numerics"]["cuts"].as_integer(), Some(3));
         table.insert("laws".into(), "rubber = {}".parse::<Table>().expect("valid TOML").into());

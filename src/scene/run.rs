@@ -12,7 +12,7 @@ use super::recorder::{Energies, Moment, Recorder};
 use super::rules::against_iterations;
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
-use super::sensitivities::{Sensitivities, SensitivityRecorder};
+use super::sensitivities::Sensitivities;
 use super::start::set_start;
 use super::stretch::largest_stretch;
 use crate::effect::contact::Counts;
@@ -157,10 +157,12 @@ impl Scene {
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &state));
+        let columns = self.columns();
+        let sensitivities = options.sensitivities.map(|recorder| recorder.finish(&columns, &checkpoint.rows));
         let NonlinearSolver { equations, linear, iterations, .. } = &driver.steps.solver;
         let (factor, sums) = (&linear.factor, &equations.sums);
         Run {
-            columns: self.columns(),
+            columns,
             written: self.written(&checkpoint.rows),
             rows: checkpoint.rows,
             signals: checkpoint.signals,
@@ -187,7 +189,7 @@ impl Scene {
             pulling: pulling.flatten(),
             last: state,
             cable_events: checkpoint.cables.events,
-            sensitivities: options.sensitivities.map(SensitivityRecorder::finish),
+            sensitivities,
         }
     }
 

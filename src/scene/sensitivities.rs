@@ -1,20 +1,27 @@
 //! Derivatives of the rows of a run, computed in the same pass.
 
 use super::build::Scene;
-use super::sensitivity::{Constant, Sensitivity, SensitivityError};
+use super::parameter_key::ParameterKey;
+use super::sensitivity::{RowDerivatives, Sensitivity, SensitivityError};
 use crate::solve::{AcceptedStep, Failure, Integrator};
 use crate::system::State;
 use std::time::Instant;
 
-/// Derivatives of the rows of a [`Run`](super::Run) by some constants.
+/// Derivatives of the rows of a [`Run`](super::Run) by some keys of its scene.
 pub struct Sensitivities {
     /// Columns of the run that have a derivative, in their order: all but t_s, newton_iterations and those of the probes
     /// `energy` and `stretch`
     pub columns: Vec<String>,
-    pub constants: Vec<Constant>,
-    /// \[rows × columns × constants\] in the unit of the column per SI unit of the constant; one entry for each of `Run::rows`,
+    pub keys: Vec<ParameterKey>,
+    /// \[rows × columns × keys\] in the unit of the column per SI unit of the key; one entry for each of `Run::rows`,
     /// fewer only where `stopped` says why. NaN where a column has no derivative, like the curvature of a straight line
     pub rows: Vec<Vec<Vec<f64>>>,
+    /// \[columns × keys\] largest estimated error of a derivative over the rows, zero where it is exact
+    pub errors: Vec<Vec<f64>>,
+    /// \[columns\] largest value over the rows, of all columns of the same unit
+    pub column_sizes: Vec<f64>,
+    /// \[keys\] size of the value of a key \[SI\], 0 where its derivative is exact
+    pub key_sizes: Vec<f64>,
     /// Time \[s\] from which on there is no derivative: a bifurcation, or a limit point
     pub stopped: Option<(f64, Failure)>,
     /// Numeric factorisations and right sides solved for the derivatives, in addition to those of the run
@@ -26,28 +33,118 @@ pub struct Sensitivities {
     pub cpu: f64,
 }
 
+/// Error of a derivative, relative to its largest value over the rows, from which on it is called doubtful.
+pub const DOUBTFUL: f64 = 1e-6;
+/// Change of a column, relative to its largest value, by that error and a change of the key of its own size, below which it does not matter.
+const NEGLIGIBLE: f64 = 1e-9;
+
+impl Sensitivities {
+    /// Derivatives of a column by a key, one per row; none of a column or key that is not there.
+    pub fn derivative(&self, column: &str, key: &ParameterKey) -> Option<Vec<f64>> {
+        let (c, k) = (self.columns.iter().position(|n| n == column)?, self.keys.iter().position(|n| n == key)?);
+        Some(self.rows.iter().map(|row| row[c][k]).collect())
+    }
+
+    /// Keys by which every derivative of every row is exactly zero: they change nothing that is recorded.
+    pub fn idle(&self) -> impl Iterator<Item = &ParameterKey> {
+        let is_idle = |k: usize| self.rows.iter().flatten().all(|by_keys| by_keys[k] == 0.0);
+        self.keys.iter().enumerate().filter(move |(k, _)| is_idle(*k)).map(|(_, key)| key)
+    }
+
+    /// Column, key and relative error of the derivatives whose estimated error is above [`DOUBTFUL`] of their largest value, where the column depends on
+    /// the key by more than rounding.
+    pub fn doubtful(&self) -> Vec<(&str, &ParameterKey, f64)> {
+        let largest = |c: usize, k: usize| self.rows.iter().map(|row| row[c][k].abs()).fold(0.0, f64::max);
+        let matters = |c: usize, k: usize| self.errors[c][k] * self.key_sizes[k] > NEGLIGIBLE * self.column_sizes[c];
+        let pairs = (0..self.columns.len()).flat_map(|c| (0..self.keys.len()).map(move |k| (c, k)));
+        let of = |(c, k): (usize, usize)| (&*self.columns[c], &self.keys[k], self.errors[c][k] / largest(c, k));
+        pairs.filter(|(c, k)| matters(*c, *k)).map(of).filter(|(_, _, error)| *error > DOUBTFUL).collect()
+    }
+}
+
 /// Computes the derivatives of the rows while a scene runs: [`RunOptions::sensitivities`](super::RunOptions::sensitivities).
+///
+/// ```
+/// use durometer::scene::{ParameterKey, RunOptions, SensitivityRecorder, parse_scene};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let scene = parse_scene(
+///     r#"
+///     [mesh.grid]
+///     kind = "box"
+///     size = ["30 mm", "10 mm", "10 mm"]
+///     divisions = [3, 1, 1]
+///     [laws.rubber]
+///     law = "neo_hookean"
+///     E = "1 MPa"
+///     nu = 0.3
+///     [[effect]]
+///     kind = "elastic"
+///     region = "body"
+///     law = "rubber"
+///     [[effect]]
+///     kind = "gravity"
+///     region = "body"
+///     density = "1100 kg/m^3"
+///     direction = [0, 0, -1]
+///     acceleration = "9.81 m/s^2"
+///     [[constraint]]
+///     kind = "fixed"
+///     region = "xmin"
+///     [[stage]]
+///     integrator = "static"
+///     duration = "1 s"
+///     dt = "1 s"
+///     [[probe]]
+///     kind = "position"
+///     region = "xmax"
+///     "#,
+/// )?;
+/// let keys: Vec<ParameterKey> = vec!["effect.gravity.density".parse()?, "mesh.grid.size.0".parse()?];
+/// let recorder = SensitivityRecorder::new(&scene, &keys)?;
+/// let run = scene.run_with(RunOptions { sensitivities: Some(recorder), ..RunOptions::default() });
+/// let found = run.sensitivities.expect("the options ask for them");
+/// // ∂z/∂ρ of the tip [m per kg/m³], one value per row: it sinks
+/// let by_density = found.derivative("xmax_z_m", &keys[0]).expect("a column and a key of it");
+/// assert!(by_density[1] < 0.0);
+/// assert!(found.doubtful().is_empty());
+/// # Ok(())
+/// # }
+/// ```
 pub struct SensitivityRecorder<'a> {
     sensitivity: Sensitivity<'a>,
     sensitivities: Sensitivities,
 }
 
 impl<'a> SensitivityRecorder<'a> {
-    /// For derivatives by `constants`; an error where the scene has none.
-    pub fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
-        let sensitivity = Sensitivity::new(scene, constants)?;
-        let (columns, constants) = (sensitivity.columns(), constants.to_vec());
-        let rest = vec![vec![0.0; constants.len()]; columns.len()];
-        let sensitivities = Sensitivities {
+    /// For derivatives by keys of the scene, exact by constants of laws and by differences of its equations by others; an error where there
+    /// are none.
+    pub fn new(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
+        Self::of(scene, keys, false)
+    }
+
+    /// The same by differences for constants of laws, too.
+    pub fn by_differences(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
+        Self::of(scene, keys, true)
+    }
+
+    fn of(scene: &'a Scene, keys: &[ParameterKey], by_differences: bool) -> Result<Self, SensitivityError> {
+        let sensitivity = Sensitivity::new(scene, keys, by_differences)?;
+        let (columns, keys) = (sensitivity.columns(), keys.to_vec());
+        let mut sensitivities = Sensitivities {
+            errors: vec![vec![0.0; keys.len()]; columns.len()],
+            column_sizes: vec![0.0; columns.len()],
+            key_sizes: sensitivity.key_sizes(),
             columns,
-            constants,
-            rows: vec![rest],
+            keys,
+            rows: vec![],
             stopped: None,
             factorisations: 0,
             solves: 0,
             wall: 0.0,
             cpu: 0.0,
         };
+        sensitivities.add(sensitivity.start());
         Ok(Self { sensitivity, sensitivities })
     }
 
@@ -62,22 +159,38 @@ impl<'a> SensitivityRecorder<'a> {
     }
 
     /// The derivatives, of the rows so far where the run ended early.
-    pub(super) fn finish(self) -> Sensitivities {
+    pub(super) fn finish(self, columns: &[String], rows: &[Vec<f64>]) -> Sensitivities {
         let factor = &self.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
-        Sensitivities { factorisations, solves, ..self.sensitivities }
+        let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
+        let size = |name: &String| {
+            let alike = (0..columns.len()).filter(|c| unit(&columns[*c]) == unit(name));
+            alike.flat_map(|c| rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
+        };
+        let column_sizes = self.sensitivities.columns.iter().map(size).collect();
+        Sensitivities { factorisations, solves, column_sizes, ..self.sensitivities }
     }
 
-    fn timed(&mut self, t: f64, work: impl FnOnce(&mut Sensitivity) -> Result<Option<Vec<Vec<f64>>>, Failure>) {
+    fn timed(&mut self, t: f64, work: impl FnOnce(&mut Sensitivity) -> Result<Option<RowDerivatives>, Failure>) {
         if self.sensitivities.stopped.is_some() {
             return;
         }
         let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
         match work(&mut self.sensitivity) {
-            Ok(row) => self.sensitivities.rows.extend(row),
+            Ok(row) => row.into_iter().for_each(|row| self.sensitivities.add(row)),
             Err(why) => self.sensitivities.stopped = Some((t, why)),
         }
         self.sensitivities.wall += wall.elapsed().as_secs_f64();
         self.sensitivities.cpu += cpu.elapsed().as_secs_f64();
+    }
+}
+
+impl Sensitivities {
+    fn add(&mut self, RowDerivatives { values, errors }: RowDerivatives) {
+        self.rows.push(values);
+        for (most, error) in self.errors.iter_mut().flatten().zip(errors.into_iter().flatten()) {
+            // What is not a number is no derivative, and has no error
+            *most = most.max(error);
+        }
     }
 }

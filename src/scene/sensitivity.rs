@@ -1,52 +1,44 @@
-//! Exact derivatives of recorded columns by the constants of the laws.
+//! Derivatives of recorded columns by keys of the scene.
 //!
-//! ∂r/∂θ comes from the derivative of the law ([`crate::material::derivative`]) in every effect that takes it: elastic, membrane,
-//! viscoelastic, mullins, stiffness damping. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! By a constant of a law they are exact ([`super::law_terms`]), by any other key whose value is a number they come from scenes with other values of it
+//! ([`super::scene_difference`]). The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
 use super::build::Scene;
-use super::error::hint;
-use super::spec::EffectSpec;
-use crate::effect::StiffnessDamping;
-use crate::material::{self, LawSpecError};
+use super::error::SceneError;
+use super::law_terms::law_terms;
+use super::overrides::OverrideError;
+use super::parameter_key::ParameterKey;
+use super::recorder::{Energies, Moment};
+use super::scene_difference::SceneDifference;
+use crate::material::LawSpecError;
 use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
-use crate::system::{Capabilities, Effect, Gradient, Needs, ParameterDerivative};
-use serde::{Deserialize, Serialize};
-use std::fmt;
-use std::str::FromStr;
-use std::sync::Arc;
+use crate::system::{Capabilities, Gradient, Needs, Parameter, State};
 
-/// A constant of a law by its name in the scene file: `laws.rubber.mu`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Constant {
-    /// Name of the table below `laws`
-    pub law: String,
-    pub key: String,
-}
-
-impl fmt::Display for Constant {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "laws.{}.{}", self.law, self.key)
-    }
-}
-
-impl FromStr for Constant {
-    type Err = SensitivityError;
-
-    fn from_str(text: &str) -> Result<Self, SensitivityError> {
-        let parts = text.strip_prefix("laws.").and_then(|rest| rest.split_once('.'));
-        let (law, key) = parts.ok_or_else(|| SensitivityError::Form { text: text.into() })?;
-        Ok(Self { law: law.into(), key: key.into() })
-    }
-}
-
-/// Reason why a scene has no exact derivatives.
+/// Reason why a scene has no derivatives by a key.
 #[derive(Debug, thiserror::Error)]
 pub enum SensitivityError {
-    #[error("\"{text}\" names no constant; write for example laws.rubber.mu")]
+    #[error("\"{text}\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density")]
     Form { text: String },
+    #[error(transparent)]
+    NoKey(#[from] OverrideError),
+    #[error("{key} is {is}, and a derivative is by one number")]
+    NoNumber { key: ParameterKey, is: String },
+    #[error("{key} takes whole numbers or names only, so there is no derivative by it: {source}")]
+    Discrete { key: ParameterKey, source: SceneError },
+    #[error(
+        "{key}: the mesher would make another mesh for another value, so there is no derivative by it; declare the change of shape \
+         in [mesh.deform] and take a parameter of it, or take a grid"
+    )]
+    Mesher { key: ParameterKey },
+    #[error("{key}: there is no derivative by it, because a small change of it changes more than values: {source}")]
+    Differs { key: ParameterKey, source: SceneError },
+    #[error(
+        "{key}: the scene was made in Rust and has no text in which the key could be changed; make it with SceneBuilder::parse"
+    )]
+    NoText { key: ParameterKey },
     #[error("{constant}: the scene has no such law; {hint}")]
     NoLaw { constant: String, hint: String },
     #[error("{constant}: {source}")]
@@ -81,33 +73,38 @@ pub enum SensitivityError {
 pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
     pub(super) solver: Differentiator<'a>,
+    /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
+    differences: Vec<Option<SceneDifference>>,
+}
+
+/// Derivatives of the columns at one row, and estimates of their errors, both \[columns × keys\].
+pub(super) struct RowDerivatives {
+    pub values: Vec<Vec<f64>>,
+    pub errors: Vec<Vec<f64>>,
 }
 
 impl<'a> Sensitivity<'a> {
-    pub(super) fn new(scene: &'a Scene, constants: &[Constant]) -> Result<Self, SensitivityError> {
-        if scene.controls.has_inputs() {
-            return Err(SensitivityError::Decided);
+    /// By differences even where an exact derivative is known, if `by_differences`.
+    pub(super) fn new(scene: &'a Scene, keys: &[ParameterKey], by_differences: bool) -> Result<Self, SensitivityError> {
+        check(scene)?;
+        let (mut parameters, mut differences, mut start) = (Vec::new(), Vec::new(), Vec::new());
+        for key in keys {
+            match key.law_constant().filter(|_| !by_differences) {
+                Some(constant) => {
+                    parameters.push(Parameter::Exact(law_terms(scene, &constant)?));
+                    differences.push(None);
+                    start.push(scene.system.rest());
+                }
+                None => {
+                    let (systems, scenes) = SceneDifference::new(scene, key)?;
+                    parameters.push(Parameter::Difference(systems));
+                    start.extend(scenes.start.clone());
+                    differences.push(Some(scenes));
+                }
+            }
         }
-        if let Some(k) = scene.spans.iter().position(|s| s.integrator.is_linearised()) {
-            let integrator = scene.spans[k].integrator.name();
-            return Err(SensitivityError::NotConverged { stage: k + 1, integrator });
-        }
-        let system = &scene.system;
-        let unknown = |c: Capabilities| (c.history.is_some() || c.needs != Needs::default()) && c.past.is_none();
-        if let Some(effect) = system.effects.iter().find(|e| unknown(e.capabilities())) {
-            return Err(SensitivityError::Past { effect: effect.name().into() });
-        }
-        if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
-            return Err(SensitivityError::Sliding { contact: contact.name.clone() });
-        }
-        if let Some(contact) = scene.contacts.iter().find(|c| c.points().is_none()) {
-            return Err(SensitivityError::Surfaces { contact: contact.name.clone() });
-        }
-        if let Some(cable) = scene.cables.iter().find(|c| c.friction) {
-            return Err(SensitivityError::Friction { cable: cable.name.clone() });
-        }
-        let by = constants.iter().map(|c| terms(scene, c)).collect::<Result<_, _>>()?;
-        Ok(Self { scene, solver: Differentiator::new(scene.method(), system, by) })
+        let solver = Differentiator::new(scene.method(), &scene.system, parameters, start);
+        Ok(Self { scene, solver, differences })
     }
 
     /// Recorded columns that have a derivative, in their order.
@@ -115,15 +112,30 @@ impl<'a> Sensitivity<'a> {
         self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect()
     }
 
-    /// Derivatives at the end of a step, where it is recorded: \[columns × constants\], in the unit of the column per SI
-    /// unit of the constant; NaN of a column that has none there.
+    /// Sizes of the values of the keys \[SI\]; 0 where the derivative is exact.
+    pub(super) fn key_sizes(&self) -> Vec<f64> {
+        self.differences.iter().map(|scenes| scenes.as_ref().map_or(0.0, |scenes| scenes.size)).collect()
+    }
+
+    /// Derivatives at the first state.
+    pub(super) fn start(&self) -> RowDerivatives {
+        let (scene, state) = (self.scene, self.scene.start());
+        let mut memory = scene.memory();
+        scene.remember(&state, &mut memory);
+        let none = vec![0.0; state.x.len()];
+        let (body, energies) = (&scene.body, Energies::default());
+        let moment = Moment { body, state: &state, step: None, residual: &none, energies, memory: &memory };
+        self.row(&moment, &vec![none.clone(); self.solver.changes.len()])
+    }
+
+    /// Derivatives at the end of a step, where it is recorded, in the unit of the column per SI unit of the key; NaN of a column that has none there.
     pub(super) fn step(
         &mut self,
         step: &AcceptedStep,
         memory: &[f64],
         recorded: bool,
-    ) -> Result<Option<Vec<Vec<f64>>>, Failure> {
-        let AcceptedStep { integrator, past, now, .. } = *step;
+    ) -> Result<Option<RowDerivatives>, Failure> {
+        let AcceptedStep { integrator, past, now, sums, .. } = *step;
         if !recorded && integrator.is_static() && now.history.is_empty() {
             return Ok(None);
         }
@@ -133,74 +145,57 @@ impl<'a> Sensitivity<'a> {
             return Ok(None);
         }
         let reactions = self.solver.reactions(&step, now)?;
-        let recorders = self.scene.with_memories(memory);
-        let gradients = recorders.flat_map(|(r, memory)| r.gradients(&self.scene.body, now, memory));
-        let derivatives = |gradient: Option<Gradient>| {
-            let all = self.solver.changes.iter().zip(&reactions);
-            all.map(|(change, reaction)| gradient.as_ref().map_or(f64::NAN, |g| g.along(change, reaction))).collect()
+        let (body, energies, at) = (&self.scene.body, Energies::default(), step.at(now));
+        let moment = Moment { body, state: now, step: Some(&at), residual: &sums.r, energies, memory };
+        Ok(Some(self.row(&moment, &reactions)))
+    }
+
+    fn row(&self, now: &Moment, reactions: &[Vec<f64>]) -> RowDerivatives {
+        let recorders = self.scene.with_memories(now.memory).filter(|(r, _)| r.is_differentiable());
+        let gradients: Vec<Option<Gradient>> =
+            recorders.flat_map(|(r, memory)| r.gradients(now.body, now.state, memory)).collect();
+        let along = |gradient: &Option<Gradient>, change: &State, reaction: &[f64]| {
+            gradient.as_ref().map_or(f64::NAN, |g| g.along(change, reaction))
         };
-        Ok(Some(gradients.map(derivatives).collect()))
+        let (mut values, mut errors) = (vec![vec![]; gradients.len()], vec![vec![]; gradients.len()]);
+        let mut all = self.solver.changes.iter().zip(reactions);
+        for difference in &self.differences {
+            let own: Vec<(&State, &Vec<f64>)> = all.by_ref().take(if difference.is_some() { 2 } else { 1 }).collect();
+            let explicit = difference.as_ref().map(|scenes| scenes.columns(now));
+            for (c, gradient) in gradients.iter().enumerate() {
+                let of = |k: usize| {
+                    let (change, reaction) = own[k];
+                    along(gradient, change, reaction) + explicit.as_ref().map_or(0.0, |columns| columns[k][c])
+                };
+                values[c].push(of(0));
+                errors[c].push(if explicit.is_some() { (of(1) - of(0)).abs() } else { 0.0 });
+            }
+        }
+        RowDerivatives { values, errors }
     }
 }
 
-/// ∂/∂θ of every effect that takes the law of a constant.
-fn terms(scene: &Scene, constant: &Constant) -> Result<Vec<ParameterDerivative>, SensitivityError> {
-    let (laws, mesh) = (&scene.spec.laws, &scene.body.mesh);
-    let name = constant.to_string();
-    let table = laws.get(&constant.law).ok_or_else(|| {
-        let known: Vec<&String> = laws.keys().collect();
-        SensitivityError::NoLaw { constant: name.clone(), hint: hint(&constant.law, &known) }
-    })?;
-    let along = || {
-        let along = material::derivative(table, &constant.key);
-        along.map_err(|source| SensitivityError::Law { constant: name.clone(), source })
-    };
-    let (mut stressed, mut relaxing) = (scene.stressed.iter(), scene.relaxing.iter());
-    let (mut membranes, mut softening) = (scene.membranes.iter(), scene.softening.iter());
-    let mut found = Vec::new();
-    // For stiffness damping: region, and ∂/∂θ of the elastic effect there
-    let mut elastic: Vec<(&str, Arc<dyn Effect>)> = Vec::new();
-    for (of, spec) in scene.spec.effects.iter().enumerate() {
-        match spec {
-            EffectSpec::Elastic(solid) => {
-                let effect = stressed.next().expect("one for each elastic effect");
-                if solid.law == constant.law {
-                    let shared: Arc<dyn Effect> = effect.along(mesh, along()?).into();
-                    elastic.push((&solid.region, shared.clone()));
-                    found.push(ParameterDerivative { of, effect: Box::new(shared) });
-                }
-            }
-            EffectSpec::Viscoelastic(viscoelastic) => {
-                let effect = relaxing.next().expect("one for each viscoelastic effect");
-                if viscoelastic.law == constant.law {
-                    found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
-                }
-            }
-            EffectSpec::Mullins(mullins) => {
-                let effect = softening.next().expect("one for each softening effect");
-                if mullins.law == constant.law {
-                    found.push(ParameterDerivative { of, effect: effect.along(&*along()?) });
-                }
-            }
-            EffectSpec::Membrane(sheet) => {
-                let effect = membranes.next().expect("one for each membrane");
-                if sheet.law == constant.law {
-                    found.push(ParameterDerivative { of, effect: effect.along(along()?) });
-                }
-            }
-            _ => {}
-        }
+/// Refuses what the derivatives of states do not follow, whatever the key.
+fn check(scene: &Scene) -> Result<(), SensitivityError> {
+    if scene.controls.has_inputs() {
+        return Err(SensitivityError::Decided);
     }
-    if found.is_empty() {
-        return Err(SensitivityError::Unused { constant: name });
+    if let Some(k) = scene.spans.iter().position(|s| s.integrator.is_linearised()) {
+        let integrator = scene.spans[k].integrator.name();
+        return Err(SensitivityError::NotConverged { stage: k + 1, integrator });
     }
-    for (of, spec) in scene.spec.effects.iter().enumerate() {
-        let EffectSpec::StiffnessDamping(spec) = spec else { continue };
-        let damped = elastic.iter().filter(|(of, _)| *of == spec.region).map(|(_, effect)| effect.clone()).collect();
-        let damping = StiffnessDamping::new(damped, spec.beta.0, spec.stiffness.into(), &mesh.points);
-        found.push(ParameterDerivative { of, effect: Box::new(damping.expect("built once already")) });
+    let unknown = |c: Capabilities| (c.history.is_some() || c.needs != Needs::default()) && c.past.is_none();
+    if let Some(effect) = scene.system.effects.iter().find(|e| unknown(e.capabilities())) {
+        return Err(SensitivityError::Past { effect: effect.name().into() });
     }
-    let tied =
-        |ParameterDerivative { of, effect }| ParameterDerivative { of, effect: scene.system.ties.effect(effect) };
-    Ok(found.into_iter().map(tied).collect())
+    if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
+        return Err(SensitivityError::Sliding { contact: contact.name.clone() });
+    }
+    if let Some(contact) = scene.contacts.iter().find(|c| c.points().is_none()) {
+        return Err(SensitivityError::Surfaces { contact: contact.name.clone() });
+    }
+    match scene.cables.iter().find(|c| c.friction) {
+        Some(cable) => Err(SensitivityError::Friction { cable: cable.name.clone() }),
+        None => Ok(()),
+    }
 }

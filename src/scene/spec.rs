@@ -3,7 +3,7 @@
 pub use super::compare::{CompareSpec, MeasuredSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
 pub use super::mesh_spec::{
-    CornersSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
+    CornersSpec, DeformSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
 };
 pub use super::numerics::NumericsSpec;
 pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};

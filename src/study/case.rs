@@ -1,7 +1,7 @@
 //! One scene of a study, and how a case that waits takes the constants of a calibration.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Body, Constant, SceneError, SceneSpec, from_text};
+use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text};
 use crate::study::inverse::CalibrationPlan;
 use crate::study::store::identity::{Identity, mesh_sha256};
 use serde::{Deserialize, Serialize};
@@ -79,17 +79,18 @@ impl Case {
 
     /// This case with the law of `source` and the constants found there, and these constants as they are called in it;
     /// `None` for a case that does not wait.
-    pub fn with_constants(&self, source: &Case, found: &Calibration) -> Option<(Case, Vec<Constant>)> {
+    pub fn with_constants(&self, source: &Case, found: &Calibration) -> Option<(Case, Vec<ParameterKey>)> {
         let after = self.after.as_ref()?;
         let plan = source.plan.as_ref()?;
-        let name = &plan.constants.first()?.law;
+        let name = plan.constants.first()?.law_constant()?.law;
         let mut law = source.spec.laws.get(name)?.clone();
         law.remove("provenance");
-        let own = plan.constants.iter().zip(&found.constants).filter(|(c, _)| c.law == *name);
+        let of_laws = plan.constants.iter().zip(&found.constants).filter_map(|(c, f)| Some((c.law_constant()?, f)));
+        let own = of_laws.filter(|(c, _)| c.law == name);
         let mut constants = vec![];
         for (c, f) in own {
-            law.insert(c.key.clone(), if f.unit == "Pa" { format!("{} Pa", f.value).into() } else { f.value.into() });
-            constants.push(Constant { law: after.law.clone(), key: c.key.clone() });
+            law.insert(c.key.into(), if f.unit == "Pa" { format!("{} Pa", f.value).into() } else { f.value.into() });
+            constants.push(ParameterKey::of_law(&after.law, c.key));
         }
         let mut scene: toml::Table = self.text.parse().ok()?;
         scene.get_mut("laws")?.as_table_mut()?.insert(after.law.clone(), law.clone().into());

@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
 use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
-use crate::scene::{Constant, read_scene};
+use crate::scene::{ParameterKey, read_scene};
 use crate::storage;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::Quantity;
@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationSpec {
-    /// Constants to be found, as in the scene: `laws.rubber.mu`. They start at its values.
+    /// Numbers to be found, as in the scene: `laws.rubber.mu`, `effect.inertia.density`. They start at its values.
     pub unknown: Vec<String>,
-    /// Smallest and largest value of a constant; where its law is defined if absent
+    /// Smallest and largest value of a number; where its law is defined, or it has a meaning, if absent
     #[serde(default)]
     pub bounds: Bounds,
     /// Measure of the error of a data point
@@ -102,7 +102,7 @@ pub struct CurvePlan {
 /// A case of a calibration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CalibrationPlan {
-    pub constants: Vec<Constant>,
+    pub constants: Vec<ParameterKey>,
     pub bounds: Bounds,
     /// The curve of the scene of the case
     pub curve: MeasuredPlan,
@@ -162,7 +162,7 @@ impl CalibrationPlan {
         (name, measured): (&str, &MeasuredSpec),
         more: &[CurveSpec],
     ) -> Result<Self, InverseError> {
-        let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<Constant>, _>>()?;
+        let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<ParameterKey>, _>>()?;
         let curve = MeasuredPlan::new(base, name, measured)?;
         let more = more.iter().map(|c| CurvePlan::new(base, c)).collect::<Result<Vec<_>, _>>()?;
         let settings = settings(spec)?;

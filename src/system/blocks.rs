@@ -4,7 +4,7 @@ use crate::material::Want;
 
 /// Unknowns of the contributions (cell, node, cable segment) of an effect: the displacement of some nodes, then scalars
 /// of a second field (pressure).
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Blocks {
     offsets: Vec<u32>,
     nodes: Vec<u32>,

@@ -11,49 +11,59 @@ pub struct ParameterDerivative {
     pub effect: Box<dyn Effect>,
 }
 
-/// Adds the change of the residual by the perturbed inputs and by θ, at fixed x, to `r` \[unknowns\].
-pub fn add_residual_derivative(
-    system: &System,
-    at: &At,
-    by: &Perturbation,
-    parameters: &[ParameterDerivative],
-    r: &mut [f64],
-) -> Result<(), EvalError> {
+/// Adds the change of the residual by the perturbed inputs, at fixed x, to `r` \[unknowns\].
+pub fn add_residual_derivative(system: &System, at: &At, by: &Perturbation, r: &mut [f64]) -> Result<(), EvalError> {
     for (e, effect) in system.effects.iter().enumerate() {
         if let Some(past) = effect.capabilities().past {
             let (at, by) = (system.inputs_of(e, at), perturbation_of(system, e, by));
             add_blocks(effect.blocks(), r, |b, values| past.along(&at, &by, b, values))?;
         }
     }
-    for ParameterDerivative { of, effect } in parameters {
+    Ok(())
+}
+
+/// The change of the history by the perturbation into `new`, which holds the change at the start of the step.
+pub fn add_history_derivative(system: &System, at: &At, by: &Perturbation, new: &mut [f64]) -> Result<(), EvalError> {
+    for (e, effect) in system.effects.iter().enumerate() {
+        let capabilities = effect.capabilities();
+        let (Some(history), Some(past)) = (capabilities.history, capabilities.past) else { continue };
+        let (at, by) = (system.inputs_of(e, at), perturbation_of(system, e, by));
+        for (b, new) in new[system.history_of(e)].chunks_exact_mut(history.size()).enumerate() {
+            past.advance_along(&at, &by, b, new)?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds ∂r/∂θ of these terms to `r` \[unknowns\].
+pub(super) fn add_residual(
+    system: &System,
+    at: &At,
+    terms: &[ParameterDerivative],
+    r: &mut [f64],
+) -> Result<(), EvalError> {
+    for ParameterDerivative { of, effect } in terms {
         let at = system.inputs_of(*of, at);
         add_blocks(effect.blocks(), r, |b, values| effect.eval(&at, b, Want::Residual, values))?;
     }
     Ok(())
 }
 
-/// The change of the history by the perturbation and by θ into `new`, which holds the change at the start of the step.
-pub fn add_history_derivative(
+/// Adds ∂/∂θ of the history at the end of a step by these terms.
+pub(super) fn add_history(
     system: &System,
     at: &At,
-    by: &Perturbation,
-    parameters: &[ParameterDerivative],
+    terms: &[ParameterDerivative],
     new: &mut [f64],
 ) -> Result<(), EvalError> {
-    for (e, effect) in system.effects.iter().enumerate() {
-        let capabilities = effect.capabilities();
-        let (Some(history), Some(past)) = (capabilities.history, capabilities.past) else { continue };
-        let (at, by) = (system.inputs_of(e, at), perturbation_of(system, e, by));
-        let of_parameters = parameters.iter().filter(|p| p.of == e);
-        let parameters: Vec<_> = of_parameters.filter_map(|p| p.effect.capabilities().history).collect();
+    for ParameterDerivative { of, effect } in terms {
+        let Some(history) = effect.capabilities().history else { continue };
+        let at = system.inputs_of(*of, at);
         let mut share = vec![0.0; history.size()];
-        for (b, new) in new[system.history_of(e)].chunks_exact_mut(history.size()).enumerate() {
-            past.advance_along(&at, &by, b, new)?;
-            for parameter in &parameters {
-                share.fill(0.0);
-                parameter.advance(&at, b, &mut share)?;
-                new.iter_mut().zip(&share).for_each(|(new, share)| *new += share);
-            }
+        for (b, new) in new[system.history_of(*of)].chunks_exact_mut(history.size()).enumerate() {
+            share.fill(0.0);
+            history.advance(&at, b, &mut share)?;
+            new.iter_mut().zip(&share).for_each(|(new, share)| *new += share);
         }
     }
     Ok(())

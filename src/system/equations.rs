@@ -21,6 +21,8 @@ pub enum SystemError {
     NoEffect,
     #[error("every node is prescribed: there is nothing to solve")]
     NothingFree,
+    #[error("{what} differ; a derivative needs the same equations with other values")]
+    Structure { what: String },
 }
 
 /// Effects, constraints, and the sparsity that follows from them.
@@ -28,17 +30,17 @@ pub struct System {
     pub effects: Vec<Box<dyn Effect>>,
     pub constraints: Vec<Box<dyn Constraint>>,
     pub prescribed: Vec<Prescribed>,
-    pub dofs: Dofs,
+    pub dofs: Arc<Dofs>,
     /// Nodes that follow others and have no equations
     pub ties: Ties,
     /// Of all blocks but the transient ones
     pub pattern: Arc<Pattern>,
     /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
-    slots: Vec<Vec<u32>>,
+    pub(super) slots: Vec<Vec<u32>>,
     /// Unknowns of the largest block
-    largest: usize,
+    pub(super) largest: usize,
     /// Per effect: range of its variables in the history of the state
-    histories: Vec<Range<usize>>,
+    pub(super) histories: Vec<Range<usize>>,
 }
 
 impl System {
@@ -101,7 +103,7 @@ impl System {
             let start = histories.last().map_or(0, |h| h.end);
             histories.push(start..start + e.blocks().len() * e.capabilities().history_size());
         }
-        let pattern = Arc::new(pattern);
+        let (dofs, pattern) = (Arc::new(dofs), Arc::new(pattern));
         Ok(Self { effects, constraints, prescribed, dofs, ties, pattern, slots, largest, histories })
     }
 

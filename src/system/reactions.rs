@@ -1,37 +1,73 @@
-//! Change of the reactions at the prescribed dofs.
+//! Products of the tangent with a change of the state: the change of the reactions at the prescribed dofs, and that of the equations with
+//! prescribed motions.
 
 use super::contribution::Contribution;
 use super::{At, BlockValues, Dofs, EvalError, System, Want, skew};
 
-/// Adds (K + A) dx + Σ h dλ at the prescribed dofs, for each (dx, dλ), to its `r` \[unknowns\]: the change of the reactions.
-/// Only blocks with a prescribed dof are evaluated.
-pub fn add_reactions(
+/// Rows of a product that are wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rows {
+    /// Of the prescribed dofs: the change of the reactions
+    Prescribed,
+    /// Of the free dofs; the change is then one of prescribed dofs
+    Free,
+}
+
+/// Adds (K + A) dx + Σ h dλ, for each (dx, dλ), to these rows of its `r` \[unknowns\]. Only blocks with a prescribed dof are evaluated.
+pub fn add_products(
     system: &System,
     at: &At,
     lambda: &[f64],
+    rows: Rows,
     changes: &[(&[f64], &[f64])],
     r: &mut [Vec<f64>],
 ) -> Result<(), EvalError> {
     for e in 0..system.effects.len() {
         let changes: Vec<_> = changes.iter().map(|&(dx, _)| (dx, 0.0)).collect();
-        add(system, &system.effect(e), &system.inputs_of(e, at), &changes, r)?;
+        add(system, &system.effect(e), &system.inputs_of(e, at), rows, &changes, r)?;
     }
     skew::each_entry(system, at, |i, j, a| {
         for (&(dx, _), r) in changes.iter().zip(&mut *r) {
             for (to, value) in [(i, a * dx[j as usize]), (j, -a * dx[i as usize])] {
-                r[to as usize] += if is_fixed(system, to) { value } else { 0.0 };
+                r[to as usize] += if rows.have(system, to) { value } else { 0.0 };
             }
         }
     });
     for (c, &lambda) in lambda.iter().enumerate() {
         let changes: Vec<_> = changes.iter().map(|&(dx, dlambda)| (dx, dlambda[c])).collect();
-        add(system, &system.constraint(c, lambda), at, &changes, r)?;
+        add(system, &system.constraint(c, lambda), at, rows, &changes, r)?;
     }
     Ok(())
 }
 
+/// Σ h·dx of every constraint, for each dx.
+pub fn constraint_changes(system: &System, at: &At, changes: &[&[f64]]) -> Result<Vec<Vec<f64>>, EvalError> {
+    let mut out = vec![vec![0.0; system.constraints.len()]; changes.len()];
+    let mut values = BlockValues::new(system.largest());
+    for c in 0..system.constraints.len() {
+        let of = system.constraint(c, 1.0);
+        let x = of.positions(at.x);
+        let along: Vec<_> = changes.iter().map(|dx| of.positions(dx)).collect();
+        let blocks = of.kernel.blocks();
+        for b in 0..blocks.len() {
+            values.reset(blocks.size(b), Want::Residual);
+            of.kernel.eval(&At { x: &x, ..*at }, b, Want::Residual, &mut values)?;
+            for (out, dx) in out.iter_mut().zip(&along) {
+                out[c] += blocks.dofs(b).zip(&values.r).map(|(dof, h)| h * dx[dof as usize]).sum::<f64>();
+            }
+        }
+    }
+    Ok(out)
+}
+
 fn is_fixed(system: &System, dof: u32) -> bool {
     system.dofs.equation[dof as usize] == Dofs::FIXED
+}
+
+impl Rows {
+    fn have(self, system: &System, dof: u32) -> bool {
+        is_fixed(system, dof) == (self == Self::Prescribed)
+    }
 }
 
 /// Of one contribution, for each (dx, dλ) with its own multiplier.
@@ -39,10 +75,11 @@ fn add(
     system: &System,
     of: &Contribution,
     at: &At,
+    rows: Rows,
     changes: &[(&[f64], f64)],
     r: &mut [Vec<f64>],
 ) -> Result<(), EvalError> {
-    let fixed = |dof: u32| is_fixed(system, dof);
+    let (fixed, wanted) = (|dof: u32| is_fixed(system, dof), |dof: u32| rows.have(system, dof));
     let (blocks, weight) = (of.kernel.blocks(), of.weight.unwrap_or(0.0));
     let mut values = BlockValues::new(system.largest());
     let Some(means) = of.means() else {
@@ -51,8 +88,8 @@ fn add(
             values.reset(dofs.len(), Want::Tangent);
             of.kernel.eval(at, b, Want::Tangent, &mut values)?;
             for (&(dx, dlambda), r) in changes.iter().zip(&mut *r) {
-                values.add_product(&dofs, fixed, weight, dx, r);
-                let entries = dofs.iter().zip(&values.r).filter(|(dof, _)| fixed(**dof));
+                values.add_product(&dofs, wanted, weight, dx, r);
+                let entries = dofs.iter().zip(&values.r).filter(|(dof, _)| wanted(**dof));
                 entries.for_each(|(&dof, h)| r[dof as usize] += h * dlambda);
             }
         }
@@ -73,7 +110,7 @@ fn add(
         }
     }
     for (force, r) in forces.iter().zip(r) {
-        means.spread(force, |dof, force| r[dof as usize] += if fixed(dof) { force } else { 0.0 });
+        means.spread(force, |dof, force| r[dof as usize] += if wanted(dof) { force } else { 0.0 });
     }
     Ok(())
 }

@@ -22,7 +22,6 @@ use durometer::mesh::{Order, TetMesh, quadrature};
 use durometer::scene::{Body, Run, RunOptions, Scene, read_scene};
 use durometer::solve::{Driver, Integrator, NewtonSettings, NonlinearSolver, Status, StepSettings, TimeSpan};
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Seeded draws for tests.
@@ -256,14 +255,7 @@ pub fn scene(mesh: TetMesh, text: &str) -> Scene {
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("a temporary file");
     let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let body = Body {
-        mesh,
-        paths: BTreeMap::new(),
-        source: "block".into(),
-        sha256: String::new(),
-        notes: Vec::new(),
-        warnings: Vec::new(),
-    };
+    let body = Body { source: "block".into(), sha256: String::new(), ..Body::of_mesh(mesh) };
     Scene::build(&file, spec, text, Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
 }
 

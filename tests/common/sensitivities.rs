@@ -5,13 +5,14 @@
 //! add 3·1e-11/1e-3 ≈ 3e-8. Accepted is 1e-6 of the largest value of the same unit.
 
 use durometer::material::registry;
-use durometer::scene::{Constant, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder};
+use durometer::scene::{ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
 use toml::{Table, Value};
 
 /// The run of a scene that completes, with the sensitivities of every row by these constants of the law `rubber`.
 pub fn sensitivities(scene: &Scene, keys: &[String]) -> (Run, Sensitivities) {
-    let constants: Vec<Constant> = keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
+    let constants: Vec<ParameterKey> =
+        keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
     let recorder = SensitivityRecorder::new(scene, &constants).unwrap_or_else(|e| panic!("{e}"));
     let mut run = scene.run_with(RunOptions { sensitivities: Some(recorder), ..RunOptions::default() });
     let sensitivities = run.sensitivities.take().expect("the options ask for them");

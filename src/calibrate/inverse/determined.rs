@@ -65,15 +65,15 @@ impl Coordinates {
         let p = start.values.len();
         let kind = |k: usize| {
             let value = start.values[k];
-            let Some(Unknown { parameter, bounds: [low, high], constant, .. }) = unknown.get(k) else {
+            let Some(Unknown { parameter, bounds: [low, high], key, usual, .. }) = unknown.get(k) else {
                 let length = start.jacobian.column(k).norm();
                 return (false, if length > 0.0 { size / length } else { 1.0 });
             };
             if parameter.bounds.0 >= 0.0 && value > 0.0 {
                 return (true, 1.0);
             }
-            let modulus = || Some(law_from_table(laws.get(&constant.law)?).ok()?.small_strain().mu);
-            let usual = if parameter.dimension == Dimension::PRESSURE { modulus().unwrap_or(0.0) } else { 1.0 };
+            let modulus = || Some(law_from_table(laws.get(key.law_constant()?.law)?).ok()?.small_strain().mu);
+            let usual = if parameter.dimension == Dimension::PRESSURE { modulus().unwrap_or(*usual) } else { *usual };
             let width = 0.5 * (high - low);
             (false, if width.is_finite() { width } else { value.abs().max(usual) })
         };
@@ -188,16 +188,17 @@ impl Coordinates {
     /// The modulus at rest that stays along a direction, of unknowns of one law.
     fn staying(&self, unknown: &[Unknown], laws: &Laws, values: &[f64], v: &DVector<f64>) -> Option<String> {
         const H: f64 = 1e-4;
-        let law = &unknown.first()?.constant.law;
-        if unknown.len() < 2 || unknown.iter().any(|q| q.constant.law != *law) {
+        let of: Vec<_> = unknown.iter().map(|q| q.key.law_constant()).collect::<Option<_>>()?;
+        let law = of.first()?.law;
+        if unknown.len() < 2 || of.iter().any(|c| c.law != law) {
             return None;
         }
         let table = laws.get(law)?;
         let at = |by: f64| -> Option<Moduli> {
             let there = self.values(&(self.of(values) + v * by));
             let mut table = table.clone();
-            for (q, value) in unknown.iter().zip(&there) {
-                table.insert(q.constant.key.clone(), super::written(&q.parameter, *value));
+            for ((q, of), value) in unknown.iter().zip(&of).zip(&there) {
+                table.insert(of.key.into(), q.written(*value));
             }
             Some(law_from_table(&table).ok()?.small_strain())
         };

@@ -53,6 +53,8 @@ pub enum InverseError {
          or \"relative\", by which each curve counts by its relative misfit"
     )]
     NoNoise { curve: String, rows: usize },
+    #[error("{key}: it moves {name}, over which the curve is compared; compare over t_s, or look for another number")]
+    MovesX { key: String, name: String },
     #[error("{}", wrong.join("; "))]
     Unknowns { wrong: Vec<String> },
     #[error("{key} = \"{text}\": {fact}")]

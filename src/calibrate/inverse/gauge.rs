@@ -13,7 +13,7 @@ pub fn fit(
     weighting: Weighting,
     [length, section]: [f64; 2],
 ) -> Option<Gauge> {
-    let law = &model.unknown.first()?.constant.law;
+    let law = model.unknown.first()?.key.law_constant()?.law;
     let (entry, values, _) = given(model.spec.laws.get(law)?).ok()?;
     let fitted = Model::new(entry.info.name, None).ok()?;
     let own = fitted.form.parameters.iter().filter(|p| values.contains_key(p.name)).count();
@@ -36,7 +36,6 @@ pub fn fit(
         FitOptions { terms: Some(terms), weighting, partner: nu.map(Partner::Nu), ..FitOptions::new(entry.info.name) };
     let answer = fit_experiment(&experiment, &options).ok()?;
     let of = |key: &str| answer.parameters.iter().find(|e| e.name == key).map(|e| e.value);
-    let values =
-        model.unknown.iter().map(|u| if u.constant.law == *law { of(&u.constant.key) } else { None }).collect();
+    let values = model.unknown.iter().map(|u| of(u.key.law_constant().filter(|c| c.law == law)?.key)).collect();
     Some(Gauge { length_m: length, section_m2: section, values, rms_relative: answer.misfit.rms_relative })
 }

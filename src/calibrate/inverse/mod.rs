@@ -1,4 +1,4 @@
-//! Inverse analysis: constants of laws from curves measured on whole specimens or robots, by simulating them.
+//! Inverse analysis: constants of laws and other numbers of a scene from curves measured on whole specimens or robots, by simulating them.
 //!
 //! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length. Several curves, each of a scene of its own, share the constants.
@@ -15,14 +15,16 @@ mod objective;
 mod offset;
 mod profile;
 mod search;
+mod unknown;
 
 pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
 pub use error::InverseError;
 pub use measured::{ColumnSpec, Measured, MeasuredSpec};
-pub use model::{Bounds, Failure, SceneModel, Unknown, written};
+pub use model::{Failure, SceneModel};
 pub use objective::{ObservedCurve, SearchWatch};
 pub use offset::OffsetAxis;
 pub use search::End;
+pub use unknown::{Bounds, Unknown};
 
 use super::judgement::certificate::{CASES, range};
 use super::judgement::errors::{self, Errors};
@@ -118,7 +120,7 @@ pub fn calibrate(
     };
     let found = |k: usize| {
         let estimate = places[k].map(|i| &identified.estimates[i]).filter(|_| is_sound(k));
-        let key = unknown.get(k).map_or_else(|| "offset".into(), |u| u.constant.to_string());
+        let key = unknown.get(k).map_or_else(|| "offset".into(), |u| u.key.to_string());
         let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
         one(&key, parameter(&objective, &unknown, k), (start[k], point.values[k], bound[k]), estimate, profile)
     };

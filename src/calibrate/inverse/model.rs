@@ -1,22 +1,22 @@
-//! A scene as a forward model: constants θ in, the values ŷ(θ) at the measured x and ∂ŷ/∂θ out.
+//! A scene as a forward model: unknowns θ in, the values ŷ(θ) at the measured x and ∂ŷ/∂θ out.
 //!
 //! Between the steps of the protocol ŷ is the cubic through the four nearest ones (Lagrange), which is linear in the recorded values: the
 //! derivative of the interpolation is the interpolation of the derivative. x is prescribed and does not depend on θ.
 
+use super::unknown::{Unknown, scene_table};
 use super::{InverseError, Measured};
-use crate::material::Parameter;
-use crate::material::registry::{given, quantity};
-use crate::math::units::Dimension;
 use crate::scene::protocol::extremes;
-use crate::scene::{Body, Constant, Progress, Run, RunOptions, Scene, SceneSpec, SensitivityRecorder};
+use crate::scene::{
+    Body, ParameterKey, Progress, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, from_text,
+    overrides, varied_body,
+};
 use crate::solve::Status;
 use nalgebra::DMatrix;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A scene whose constants are varied.
+/// A scene whose unknowns are varied.
 #[derive(Clone)]
 pub struct SceneModel {
     pub file: PathBuf,
@@ -28,17 +28,6 @@ pub struct SceneModel {
     pub x: String,
     /// Recorded column
     pub y: String,
-}
-
-/// A constant to be found.
-#[derive(Clone, Debug)]
-pub struct Unknown {
-    pub constant: Constant,
-    pub parameter: Parameter,
-    /// Value in the scene file \[SI\]
-    pub start: f64,
-    /// Values that it may take, the ends among them \[SI\]
-    pub bounds: [f64; 2],
 }
 
 /// Results of the model for some constants.
@@ -71,50 +60,63 @@ pub enum Failure {
 }
 
 impl SceneModel {
-    /// The unknowns of a scene with the values of its file, within `bounds` where some are given, else where the law is defined. All that
-    /// are wrong are named.
-    pub fn unknowns(spec: &SceneSpec, constants: &[Constant], bounds: &Bounds) -> Result<Vec<Unknown>, InverseError> {
-        let mut wrong: Vec<String> = vec![];
-        let known: Vec<String> = constants.iter().map(ToString::to_string).collect();
-        wrong.extend(bounds.keys().filter(|k| !known.contains(k)).map(|k| {
-            format!("{k}: it has bounds and is not looked for; name it in `unknown`, or take its bounds out")
-        }));
-        let one = |c: &Constant| {
-            let refuse = |fact: String| format!("{c}: {fact}");
-            let table = spec.laws.get(&c.law).ok_or_else(|| refuse("the scene has no such law".into()))?;
-            let (entry, values, _) = given(table).map_err(|e| refuse(e.to_string()))?;
-            let parameter = entry.keys.iter().find(|p| p.name == c.key).copied();
-            let (Some(parameter), Some(&start)) = (parameter, values.get(&c.key)) else {
-                let known = values.keys().cloned().collect::<Vec<_>>().join(", ");
-                return Err(refuse(format!("law {} does not give it; it gives {known}", c.law)));
-            };
-            let bounds = match bounds.get(&c.to_string()) {
-                Some(ends) => limits(&parameter, start, ends).map_err(refuse)?,
-                None => admissible(&parameter, start),
-            };
-            Ok(Unknown { constant: c.clone(), parameter, start, bounds })
-        };
-        let mut found = vec![];
-        for c in constants {
-            match one(c) {
-                Ok(unknown) => found.push(unknown),
-                Err(why) => wrong.push(why),
-            }
-        }
-        if wrong.is_empty() { Ok(found) } else { Err(InverseError::Unknowns { wrong }) }
-    }
-
-    /// The scene with these constants \[SI\].
+    /// The scene with these values of the unknowns \[SI\].
     pub fn scene(&self, values: &[f64]) -> Result<Scene, Failure> {
         let mut spec = self.spec.clone();
         for (u, value) in self.unknown.iter().zip(values) {
-            let table = spec.laws.get_mut(&u.constant.law).expect("the unknowns were looked up in these laws");
-            table.insert(u.constant.key.clone(), written(&u.parameter, *value));
+            let Some(of) = u.key.law_constant() else { continue };
+            let table = spec.laws.get_mut(of.law).expect("the unknowns were looked up in these laws");
+            table.insert(of.key.into(), u.written(*value));
             if let Err(why) = crate::material::law_from_table(table) {
                 return Err(Failure::Constants(why.to_string()));
             }
         }
-        Scene::build(&self.file, spec, self.text.clone(), self.body.clone()).map_err(|e| Failure::Input(e.into()))
+        if self.unknown.iter().all(|u| u.key.law_constant().is_some()) {
+            let scene = Scene::build(&self.file, spec, self.text.clone(), self.body.clone());
+            return scene.map_err(|e| Failure::Input(e.into()));
+        }
+        self.varied(values)
+            .map_err(|e| if values == self.start() { Failure::Input(e) } else { Failure::Constants(e.to_string()) })
+    }
+
+    /// The scene of the text with these values of the unknowns.
+    fn varied(&self, values: &[f64]) -> Result<Scene, InverseError> {
+        let mut table = self.table()?;
+        for (u, value) in self.unknown.iter().zip(values) {
+            overrides::apply(&mut table, u.key.path(), u.written(*value)).map_err(SensitivityError::from)?;
+        }
+        let text = toml::to_string(&table).expect("a table that was read can be written");
+        let spec: SceneSpec = from_text(&self.file, &text, "")?;
+        let body = match self.unknown.iter().any(|u| u.key.makes_mesh()) {
+            true => Arc::new(varied_body(&self.body, &self.file, &spec.mesh)?),
+            false => self.body.clone(),
+        };
+        Ok(Scene::build(&self.file, spec, text, body)?)
+    }
+
+    fn table(&self) -> Result<toml::Table, InverseError> {
+        scene_table(&self.file, &self.text)
+    }
+
+    fn start(&self) -> Vec<f64> {
+        self.unknown.iter().map(|u| u.start).collect()
+    }
+
+    /// Refuses unknowns that move what a curve is compared over.
+    fn check_x(&self, scene: &Scene) -> Result<(), Failure> {
+        let times: Vec<f64> = scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.point(k))).collect();
+        let x = self.position(scene, times.iter().copied()).map_err(Failure::Input)?;
+        for (k, u) in self.unknown.iter().enumerate().filter(|(_, u)| u.key.law_constant().is_none()) {
+            let mut values = self.start();
+            let step = 1e-3 * (u.bounds[1] - u.bounds[0]).min(if values[k] == 0.0 { u.usual } else { values[k].abs() });
+            values[k] += if values[k] + step > u.bounds[1] { -step } else { step };
+            let moved = self.varied(&values).map_err(Failure::Input)?;
+            if self.position(&moved, times.iter().copied()).map_err(Failure::Input)? != x {
+                let (key, name) = (u.key.to_string(), self.x.clone());
+                return Err(Failure::Input(InverseError::MovesX { key, name }));
+            }
+        }
+        Ok(())
     }
 
     /// Runs the scene with these constants \[SI\], up to the step that reaches the last data point: what the protocol does then
@@ -129,7 +131,7 @@ impl SceneModel {
     ) -> Result<Answer, Failure> {
         let scene = self.scene(values)?;
         let wanted: Vec<f64> = x.iter().map(|x| x - slack).collect();
-        let constants: Vec<Constant> = self.unknown.iter().map(|u| u.constant.clone()).collect();
+        let constants: Vec<ParameterKey> = self.unknown.iter().map(|u| u.key.clone()).collect();
         let begin = Instant::now();
         let recorder = SensitivityRecorder::new(&scene, &constants).map_err(|e| Failure::Input(e.into()))?;
         let last = self.last(&scene, &wanted).map_err(Failure::Input)?;
@@ -221,8 +223,8 @@ impl SceneModel {
 
     /// Whether the protocol reaches each data point.
     pub fn reached(&self, measured: &Measured) -> Result<Vec<bool>, Failure> {
-        let start: Vec<f64> = self.unknown.iter().map(|u| u.start).collect();
-        let scene = self.scene(&start)?;
+        let scene = self.scene(&self.start())?;
+        self.check_x(&scene)?;
         let ends = match scene.signals.iter().find(|s| s.name == self.x) {
             Some(found) => {
                 let ((_, least), (_, most)) = extremes(&found.signal, &scene.spans);
@@ -241,14 +243,6 @@ impl SceneModel {
             return Err(Failure::Input(InverseError::NoOverlap { name, from, to, rows }));
         }
         Ok(inside)
-    }
-}
-
-/// A constant as a scene file gives it, with all its digits.
-pub fn written(parameter: &Parameter, value: f64) -> toml::Value {
-    match parameter.dimension {
-        Dimension::PRESSURE => format!("{value} Pa").into(),
-        _ => value.into(),
     }
 }
 
@@ -278,44 +272,6 @@ fn weights(name: &str, steps: &[f64], wanted: &[f64]) -> Result<(Vec<Stencil>, V
         (own.iter().map(|i| (*i, weight(i))).collect(), own.iter().map(|i| (*i, slope(i))).collect())
     };
     Ok(wanted.iter().map(one).unzip())
-}
-
-/// Bounds as a file gives them, by the name of the constant.
-pub type Bounds = BTreeMap<String, [toml::Value; 2]>;
-
-/// Distance from the end of an open interval, over its width or the size of the constant \[–\]
-const INSIDE: f64 = 1e-6;
-
-/// The open interval in which the law is defined, with its ends; below a positive constant nothing is cut off.
-fn admissible(p: &Parameter, start: f64) -> [f64; 2] {
-    let (lower, upper) = p.bounds;
-    let own =
-        |end: f64| if lower.is_finite() && upper.is_finite() { upper - lower } else { start.abs().max(end.abs()) };
-    let inside = |end: f64, side: f64| {
-        if end.is_finite() && !(end == 0.0 && upper.is_infinite()) { end + side * INSIDE * own(end) } else { end }
-    };
-    [inside(lower, 1.0), inside(upper, -1.0)]
-}
-
-/// Bounds of a file, within which the law must be defined and the start must lie.
-fn limits(p: &Parameter, start: f64, ends: &[toml::Value; 2]) -> Result<[f64; 2], String> {
-    let read = |v: &toml::Value| quantity(p, v).map_err(|e| format!("its bound {v}: {e}"));
-    let (low, high) = (read(&ends[0])?, read(&ends[1])?);
-    let words = format!("its bounds {} to {}", ends[0], ends[1]);
-    if low >= high {
-        return Err(format!("{words} leave nothing between them; give the lower one first"));
-    }
-    let (lower, upper) = p.bounds;
-    if low < lower || high > upper {
-        return Err(format!("{words} go beyond what the law allows, {lower} to {upper} in SI units; narrow them"));
-    }
-    if !(low..=high).contains(&start) {
-        return Err(format!(
-            "the search begins at the value of the scene, {start} in SI units, and {words} exclude it; widen them, or change the scene"
-        ));
-    }
-    let [least, most] = admissible(p, start);
-    Ok([low.max(least), high.min(most)])
 }
 
 #[cfg(test)]

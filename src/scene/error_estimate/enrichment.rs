@@ -122,6 +122,7 @@ impl EnrichedScene {
             sha256: sha256.clone(),
             notes: notes.clone(),
             warnings: warnings.clone(),
+            undeformed: None,
         };
         let body = Arc::new(body);
         let build = |mut spec: SceneSpec| {

@@ -1,11 +1,11 @@
 //! Computes one case and stores its result. A bug that ends the computation is the status of this case alone.
 
 use crate::calibrate::inverse::{
-    Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, SearchWatch, calibrate,
+    Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
 };
 use crate::scene::{
-    Body, Constant, ErrorEstimator, OnProgress, Progress, RefineError, Run, RunOptions, Scene, SceneError, SceneSpec,
-    Sensitivities, SensitivityRecorder, from_text,
+    Body, ErrorEstimator, OnProgress, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneError,
+    SceneSpec, Sensitivities, SensitivityRecorder, from_text,
 };
 use crate::solve::Status;
 use crate::study::case::Case;
@@ -232,7 +232,7 @@ fn solve(
 }
 
 /// The note that constants known within intervals are in no error bar.
-fn left_out(constants: &[Constant], why: &str) -> String {
+fn left_out(constants: &[ParameterKey], why: &str) -> String {
     let names: Vec<String> = constants.iter().map(ToString::to_string).collect();
     format!(
         "the intervals of {} are in no error bar, as derivatives by them are not known here: {why}",
@@ -326,7 +326,7 @@ fn curves(
     meshing: &mut dyn FnMut(&str),
 ) -> Result<Vec<ObservedCurve>, CaseError> {
     let own = |curve: &MeasuredPlan, file: &Path, spec: SceneSpec, text: &str, body: Arc<Body>| {
-        let unknown = SceneModel::unknowns(&spec, &plan.constants, &plan.bounds)?;
+        let unknown = Unknown::all((file, &spec, text), &plan.constants, &plan.bounds)?;
         let (x, y) = (curve.x.clone(), curve.y.clone());
         let model = SceneModel { file: file.into(), spec, text: text.into(), body, unknown, x, y };
         let MeasuredPlan { name, measured, offsets, .. } = curve.clone();

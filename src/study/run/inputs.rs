@@ -4,7 +4,7 @@
 //! covariance, so constants count as independent of each other.
 
 use crate::math::units::{self, Dimension};
-use crate::scene::{Constant, Run, SceneSpec, Sensitivities, extreme};
+use crate::scene::{ParameterKey, Run, SceneSpec, Sensitivities, extreme};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ pub struct InputRecord {
 }
 
 /// The constants of the laws of a scene whose files give an interval, with the half widths \[SI\].
-pub fn uncertain_constants(spec: &SceneSpec) -> Vec<(Constant, f64)> {
+pub fn uncertain_constants(spec: &SceneSpec) -> Vec<(ParameterKey, f64)> {
     let mut found = vec![];
     for (law, table) in &spec.laws {
         let Some(provenance) = table.get("provenance").and_then(toml::Value::as_table) else { continue };
@@ -30,7 +30,7 @@ pub fn uncertain_constants(spec: &SceneSpec) -> Vec<(Constant, f64)> {
                 && table.contains_key(key)
                 && high > low
             {
-                found.push((Constant { law: law.clone(), key: key.into() }, 0.5 * (high - low)));
+                found.push((ParameterKey::of_law(law, key), 0.5 * (high - low)));
             }
         }
     }
@@ -44,12 +44,12 @@ fn number(value: &toml::Value) -> Option<f64> {
 }
 
 /// Derivatives of the extremes of all columns; none where they stop before one.
-pub fn inputs(constants: &[(Constant, f64)], run: &Run, sensitivities: &Sensitivities) -> Vec<InputRecord> {
+pub fn inputs(constants: &[(ParameterKey, f64)], run: &Run, sensitivities: &Sensitivities) -> Vec<InputRecord> {
     let column = |name: &String| {
         let k = run.columns.iter().position(|c| c == name)?;
         sensitivities.rows.get(extreme(run.rows.iter().map(|row| row[k]))?.at)
     };
-    let record = |(n, (constant, half_width)): (usize, &(Constant, f64))| {
+    let record = |(n, (constant, half_width)): (usize, &(ParameterKey, f64))| {
         let derivative = |(j, name): (usize, &String)| {
             let d = column(name)?[j][n] - sensitivities.rows[0][j][n];
             d.is_finite().then(|| (name.clone(), d))

@@ -1,6 +1,6 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
-use crate::scene::{Body, Constant, Progress, SceneError};
+use crate::scene::{Body, ParameterKey, Progress, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
@@ -161,7 +161,7 @@ fn unix_s() -> u64 {
 /// The cases with their bodies and identities, in the order in which they run; none where the run was stopped.
 fn prepare(
     study: &Study,
-    cases: Vec<(Case, Vec<Constant>)>,
+    cases: Vec<(Case, Vec<ParameterKey>)>,
     options: &Options,
     watch: &dyn Watch,
 ) -> Result<VecDeque<Turn>, RunError> {
@@ -209,7 +209,7 @@ struct Running<'a> {
 
 impl Running<'_> {
     /// Runs cases, each together with the derivatives by the constants.
-    fn side_by_side(&self, study: &Study, cases: Vec<(Case, Vec<Constant>)>) -> Result<Vec<CaseRecord>, RunError> {
+    fn side_by_side(&self, study: &Study, cases: Vec<(Case, Vec<ParameterKey>)>) -> Result<Vec<CaseRecord>, RunError> {
         let queue = Mutex::new(prepare(study, cases, self.options, self.watch)?);
         let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
         std::thread::scope(|scope| {

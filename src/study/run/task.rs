@@ -1,6 +1,6 @@
 //! Everything that is needed to compute one case, apart from the files that its scene names.
 
-use crate::scene::{Constant, Scene};
+use crate::scene::{ParameterKey, Scene};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub struct Task {
     pub case: Case,
     /// Constants that the derivatives of the columns are computed by
-    pub constants: Vec<Constant>,
+    pub constants: Vec<ParameterKey>,
     /// Runs, for the scatter of their times
     pub repeats: usize,
     pub estimates_errors: bool,
@@ -38,7 +38,7 @@ pub enum TaskError {
 }
 
 impl Task {
-    pub fn new(study: &Study, case: Case, constants: Vec<Constant>, vtu: bool) -> Self {
+    pub fn new(study: &Study, case: Case, constants: Vec<ParameterKey>, vtu: bool) -> Self {
         Self {
             constants,
             // A run that draws does not measure its cost

@@ -1,13 +1,13 @@
 //! Cases that wait for the constants of a calibration, and the results that give them.
 
-use crate::scene::{Body, Constant};
+use crate::scene::{Body, ParameterKey};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::store::folder::Store;
 use crate::study::store::record::{CaseRecord, Role};
 
 /// A case that waited, with the constants of the finest converged mesh of its variant among these records.
-pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<Constant>)> {
+pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<ParameterKey>)> {
     let after = case.after.as_ref()?;
     let own = records.iter().filter(|r| r.variant == after.variant && r.converged() && is_size(study, &r.id));
     let finest = own.max_by_key(|r| r.mesh.cells)?;

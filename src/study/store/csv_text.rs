@@ -15,13 +15,13 @@ pub fn signals(scene: &Scene, run: &Run) -> String {
     text
 }
 
-/// Derivatives of the columns by the constants (SI) over the times of the run.
+/// Derivatives of the columns by the keys (SI) over the times of the run.
 pub fn sensitivities(run: &Run, found: &Sensitivities) -> String {
-    let by_constants = |column: &String| {
-        let of = |c| format!("d {column}/d {c}");
-        found.constants.iter().map(of).collect::<Vec<_>>()
+    let by_keys = |column: &String| {
+        let of = |key| format!("d {column}/d {key}");
+        found.keys.iter().map(of).collect::<Vec<_>>()
     };
-    let names = found.columns.iter().flat_map(by_constants);
+    let names = found.columns.iter().flat_map(by_keys);
     let mut text = header(std::iter::once("t_s".to_string()).chain(names));
     for (row, derivatives) in run.rows.iter().zip(&found.rows) {
         let values = derivatives.iter().flatten().map(ToString::to_string);

@@ -233,7 +233,7 @@ fn variable(name: &str, case: &StoredCase, scene: &toml::Table, row: usize, at: 
 
 /// A number or a quantity of the scene, in SI.
 fn in_scene(scene: &toml::Table, path: &str) -> Option<f64> {
-    match overrides::find(scene, path)? {
+    match overrides::find(scene, path).ok()? {
         toml::Value::Float(x) => Some(*x),
         toml::Value::Integer(n) => Some(*n as f64),
         toml::Value::String(text) => units::quantity(text).ok().map(|q| q.0),
