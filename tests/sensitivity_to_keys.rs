@@ -299,7 +299,7 @@ fn masses_series_and_damping_in_time() {
     ]);
 }
 
-/// The constants of softening, on the way up and down.
+/// The constants of softening, loaded and unloaded.
 #[test]
 fn what_softens() {
     let constraints = by_length().replace(
