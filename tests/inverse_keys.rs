@@ -6,7 +6,7 @@ use durometer::calibrate::inverse::{
     Bounds, Calibration, End, Failure, Measured, ObservedCurve, SceneModel, Settings, Unknown, calibrate,
 };
 use durometer::scene::overrides::apply;
-use durometer::scene::{ParameterKey, Scene, parse_scene};
+use durometer::scene::{ParameterKey, Progress, Scene, parse_scene};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -86,7 +86,7 @@ fn recorded(table: &Table, y: &str) -> Measured {
 fn search(model: SceneModel, measured: Measured) -> Result<Calibration, String> {
     let curve = ObservedCurve { name: "made".into(), model, measured, offsets: vec![] };
     let settings = Settings { accuracy: 1e-6, ..Settings::new(Weighting::Absolute) };
-    match calibrate(vec![curve], &settings, None, &mut |_| true) {
+    match calibrate(vec![curve], &settings, None, &mut |_: Progress| true) {
         Ok((found, _)) => Ok(found),
         Err(Failure::Input(why)) => Err(why.to_string()),
         Err(Failure::Constants(why)) => panic!("{why}"),
