@@ -366,6 +366,43 @@ fn every_flag_is_in_the_reference() {
     }
 }
 
+/// The scene that the example of a validation names; a validation reads its scenes.
+const VALIDATED: &str = r#"
+[mesh]
+body = "beam"
+size = "6 mm"
+
+[laws.rubber]
+law = "neo_hookean"
+E = "265 kPa"
+nu = 0.45
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1070 kg/m^3"
+direction = [0, 0, -1]
+acceleration = { kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }
+
+[[constraint]]
+kind = "fixed"
+region = "root"
+
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+
+[[probe]]
+kind = "position"
+region = "tip"
+"#;
+
 #[test]
 fn example_scenes_and_studies_are_read() {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -377,6 +414,7 @@ fn example_scenes_and_studies_are_read() {
         let page = page.display();
         for block in blocks(&markdown, "toml").iter().filter(|b| b.contains("[[stage]]") || b.contains("[[family]]")) {
             if block.contains("[[family]]") {
+                std::fs::write(folder.path().join("scene.toml"), VALIDATED).expect("a file is written");
                 for name in block.lines().filter_map(|line| line.strip_prefix("file = \"")?.strip_suffix(".csv\"")) {
                     let measured = root().join("data/synthetic-dumbbell/pull.csv");
                     std::fs::copy(measured, folder.path().join(format!("{name}.csv"))).expect("a file is copied");

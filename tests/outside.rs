@@ -143,7 +143,7 @@ impl StudyKind for Count {
     type Details = ();
     type Findings = usize;
 
-    fn expand(self, _: &Path) -> Result<Expansion<()>, SceneError> {
+    fn expand(self, _: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
         Ok(Expansion::new(self.variants, self.families, ()))
     }
 

@@ -56,7 +56,7 @@ fn bending_angles_count_turns() {
 fn poses_follow_rigid_motions() {
     let pose = |keys: &str| format!("[[probe]]\nkind = \"pose\"\n{keys}\n");
     let probes = pose("region = \"xmax\"")
-        + &pose("region = \"body\"\nname = \"all\"")
+        + &pose("region = \"body\"\nname = \"all\"\npoints = [[\"1 mm\", \"2 mm\", \"3 mm\"], [\"30 mm\", \"0 mm\", \"-4 mm\"]]")
         + &pose("region = \"xmax\"\nrelative_to = \"xmin\"\nname = \"end\"");
     let run = turning(&probes).run();
     assert_eq!(run.status, Status::Converged);
@@ -71,6 +71,10 @@ fn poses_follow_rigid_motions() {
     let angle = |t: f64| 2.0 * half(t);
     assert!(largest(&run, "xmax_pose_x_m", |t| 0.02 * angle(t).cos() - 0.005 * angle(t).sin()) < 1e-6);
     assert!(largest(&run, "xmax_pose_y_m", |t| 0.02 * angle(t).sin() + 0.005 * angle(t).cos()) < 1e-6);
+    // A point on a stalk outside the body turns with it
+    assert!(largest(&run, "all_point_2_x_m", |t| 0.03 * angle(t).cos()) < 1e-6);
+    assert!(largest(&run, "all_point_2_y_m", |t| 0.03 * angle(t).sin()) < 1e-6);
+    assert!(largest(&run, "all_point_2_z_m", |_| -0.004) < 1e-6);
     for (column, value) in
         [("end_pose_x_m", 0.02), ("end_pose_y_m", 0.0), ("end_quaternion_w", 1.0), ("end_rotation_z_deg", 0.0)]
     {
@@ -229,7 +233,7 @@ fn poses_and_lines_have_exact_derivatives() {
     let pose = |keys: &str| format!("[[probe]]\nkind = \"pose\"\n{keys}\n");
     let probes = format!("{SPINE}segments = 2\n")
         + &pose("region = \"xmax\"")
-        + &pose("region = \"body\"\nrelative_to = \"xmax\"\nname = \"all\"")
+        + &pose("region = \"body\"\nrelative_to = \"xmax\"\nname = \"all\"\npoints = [[\"2 mm\", \"30 mm\", \"-4 mm\"]]")
         + &pose("skin = \"glove\"")
         + &format!(
             "[[skin]]\nname = \"glove\"\nfile = {:?}\nunit = \"m\"\nreach = \"0 mm\"\n",
@@ -255,7 +259,7 @@ fn poses_and_lines_have_exact_derivatives() {
             .flat_map(|(r, memory)| r.gradients(&scene.body, here, memory))
             .map(|g| g.expect("it has one"))
             .collect();
-        assert_eq!(gradients.len(), 9 + 3 * 10);
+        assert_eq!(gradients.len(), 9 + 3 * 10 + 3);
         let columns = scene.columns();
         let none = vec![0.0; here.x.len()];
         // Directions that move every node, each in its own way.

@@ -20,6 +20,12 @@ impl SplitMix {
         (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// Normal with mean 0 and variance 1 (Box & Muller, *Ann. Math. Stat.* 29, 1958).
+    pub fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * (1.0 - self.unit()).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.unit()).cos()
+    }
+
     /// One of 0, 1, …, n − 1: the upper half of a product of 128 bits, even to n/2⁶⁴.
     pub fn below(&mut self, n: usize) -> usize {
         ((u128::from(self.bits()) * n as u128) >> 64) as usize
@@ -36,5 +42,17 @@ mod tests {
         let mut r = SplitMix(1_234_567);
         assert_eq!(r.bits(), 6_457_827_717_110_365_317);
         assert_eq!(r.bits(), 3_203_168_211_198_807_973);
+    }
+
+    /// Moments 0, 1, 0, 3 of 100 000 normal numbers within four standard errors: √(1, 2, 15, 96)/√n.
+    #[test]
+    fn normal_numbers_have_normal_moments() {
+        let (mut r, n) = (SplitMix(7), 100_000);
+        let numbers: Vec<f64> = (0..n).map(|_| r.normal()).collect();
+        let moment = |k: i32| numbers.iter().map(|x| x.powi(k)).sum::<f64>() / f64::from(n);
+        for (k, (expected, variance)) in (1..).zip([(0.0, 1.0), (1.0, 2.0), (0.0, 15.0), (3.0, 96.0_f64)]) {
+            let error = 4.0 * (variance / f64::from(n)).sqrt();
+            assert!((moment(k) - expected).abs() < error, "{k}: {}", moment(k));
+        }
     }
 }

@@ -86,7 +86,8 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
         points.insert(name, at);
     }
     let set = toml::Table::new();
-    let family = FamilySpec { name: "sweep".into(), role: Role::Grid, variants: None, set, members, scene: None };
+    let (name, role, own) = ("sweep".into(), Role::Grid, BTreeMap::new());
+    let family = FamilySpec { name, role, variants: None, set, members, own, scene: None };
     Ok(Expanded { family, axes, points })
 }
 

@@ -27,6 +27,8 @@ pub struct Case {
     pub plan: Option<Arc<CalibrationPlan>>,
     /// Waits for the constants of a calibration
     pub after: Option<After>,
+    /// Keys that its columns are differentiated by
+    pub derivatives: Vec<Constant>,
 }
 
 /// A case that waits for the constants of a calibration.
@@ -49,15 +51,17 @@ struct SentCase {
     text: String,
     plan: Option<CalibrationPlan>,
     after: Option<After>,
+    derivatives: Vec<Constant>,
 }
 
 impl TryFrom<SentCase> for Case {
     type Error = SceneError;
 
     fn try_from(sent: SentCase) -> Result<Self, SceneError> {
-        let SentCase { id, family, variant, member, scene_file, text, plan, after } = sent;
+        let SentCase { id, family, variant, member, scene_file, text, plan, after, derivatives } = sent;
         let spec = from_text(&scene_file, &text, "")?;
-        Ok(Self { id, family, variant, member, scene_file, spec, text, plan: plan.map(Arc::new), after })
+        let plan = plan.map(Arc::new);
+        Ok(Self { id, family, variant, member, scene_file, spec, text, plan, after, derivatives })
     }
 }
 
@@ -73,8 +77,10 @@ impl Case {
 
     /// The same on a mesh of this digest.
     pub fn identity_on(&self, mesh_sha256: String) -> Identity {
-        let asked = self.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
-        Identity::of(&self.scene_file, &self.text, asked, mesh_sha256)
+        let of_plan = self.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
+        let keys = self.derivatives.iter().map(|key| format!(" {key}"));
+        let asked = std::iter::once(of_plan.to_string()).chain(keys).collect::<String>();
+        Identity::of(&self.scene_file, &self.text, &asked, mesh_sha256)
     }
 
     /// This case with the law of `source` and the constants found there, and these constants as they are called in it;

@@ -244,7 +244,6 @@ impl CaseList<'_> {
         let file = self.file;
         let mistake = |place: String, fact: String, remedy: String| refuse(file, (place, fact, remedy));
         let base = file.parent().unwrap_or(Path::new(""));
-        let scene_file = family.scene.as_ref().map_or_else(|| self.scene.to_path_buf(), |own| base.join(own));
         let expansion = self.expansion;
         let known: Vec<String> = expansion.variants.iter().map(|v| v.name.clone()).collect();
         let wanted = family.variants.as_ref().unwrap_or(&known);
@@ -252,15 +251,19 @@ impl CaseList<'_> {
             let fact = format!("there is no variant \"{unknown}\"");
             return Err(mistake(format!("family {}", family.name), fact, hint(unknown, &known)));
         }
-        let members: Vec<String> = family.members.keys().cloned().collect();
-        let place = format!("family {}: members", family.name);
-        check_names(&members).map_err(|(_, fact, remedy)| mistake(place, fact, remedy.into()))?;
         let mut ids: Vec<String> = Vec::new();
         let mut formulation = String::new();
         for variant in expansion.variants.iter().filter(|v| wanted.contains(&v.name)) {
+            let own = variant.scene.as_ref().or(family.scene.as_ref());
+            let scene_file = own.map_or_else(|| self.scene.to_path_buf(), |own| base.join(own));
             // The changes of the members before, where they add up
             let mut before: Vec<(String, toml::Value)> = Vec::new();
-            for (label, member) in &family.members {
+            let members: Vec<(&String, &toml::Value)> =
+                family.members.iter().chain(family.own.get(&variant.name).into_iter().flatten()).collect();
+            let labels: Vec<String> = members.iter().map(|(label, _)| (*label).clone()).collect();
+            let place = format!("family {}: members", family.name);
+            check_names(&labels).map_err(|(_, fact, remedy)| mistake(place, fact, remedy.into()))?;
+            for (label, member) in members {
                 let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
                 let Some(member) = member.as_table() else {
                     let remedy = "write { \"mesh.cells\" = 4500 }".into();
@@ -302,6 +305,10 @@ impl CaseList<'_> {
             return Ok((same.clone(), formulation));
         }
         let id = format!("{}-{}-{label}", family.name, variant.name);
+        let derivatives = match family.role {
+            Role::Design => expansion.derivatives.get(&variant.name).cloned().unwrap_or_default(),
+            _ => vec![],
+        };
         if !self.ids.insert(id.clone()) {
             let fact = format!("another case is called {id} too");
             let remedy = "rename the family, the variant or the member".into();
@@ -318,6 +325,7 @@ impl CaseList<'_> {
             text,
             plan: expansion.plans.get(&variant.name).cloned(),
             after: None,
+            derivatives,
         });
         Ok((id, formulation))
     }
@@ -355,7 +363,8 @@ fn uses(
             let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
             let (id, family, variant) = (format!("use-{variant}-{label}"), "use".into(), format!("use-{variant}"));
             let (member, scene_file) = (label.clone(), scene_file.clone());
-            cases.push(Case { id, family, variant, member, scene_file, spec, text, plan: None, after });
+            let (plan, derivatives) = (None, vec![]);
+            cases.push(Case { id, family, variant, member, scene_file, spec, text, plan, after, derivatives });
         }
     }
     match cases.is_empty() {

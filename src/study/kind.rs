@@ -1,6 +1,6 @@
 //! The trait of a kind of study.
 
-use crate::scene::{SceneError, from_text};
+use crate::scene::{Constant, SceneError, from_text};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::inverse::{CalibrationPlan, UseSpec};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// A kind of study. The implementing type holds the keys of a study file that only this kind has; keys of other kinds are
@@ -32,8 +32,8 @@ pub trait StudyKind: DeserializeOwned {
         self
     }
 
-    /// The variants and families of cases that follow from the keys.
-    fn expand(self, file: &Path) -> Result<Expansion<Self::Details>, SceneError>;
+    /// The variants and families of cases that follow from the keys. `scene` is the scene file of the study, which need not exist.
+    fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<Self::Details>, SceneError>;
 
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
     fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
@@ -73,6 +73,8 @@ pub struct Expansion<D> {
     pub plans: BTreeMap<String, Arc<CalibrationPlan>>,
     /// Scene that takes the constants found
     pub usage: Option<UseSpec>,
+    /// Variant → keys that the cases of its design have derivatives by
+    pub derivatives: BTreeMap<String, Vec<Constant>>,
     pub details: D,
 }
 
@@ -88,6 +90,7 @@ impl<D> Expansion<D> {
             columns: BTreeMap::new(),
             plans: BTreeMap::new(),
             usage: None,
+            derivatives: BTreeMap::new(),
             details,
         }
     }
@@ -140,17 +143,25 @@ impl Kind {
     }
 }
 
+/// The key of a study file that names its scene.
+#[derive(Deserialize)]
+struct SceneName {
+    #[serde(default)]
+    scene: PathBuf,
+}
+
 fn expand<K: StudyKind>(file: &Path, text: &str, extent: Extent) -> Result<StoredExpansion, SceneError> {
     let OwnKeys(kind) = from_text::<OwnKeys<K>>(file, text, "")?;
     let kind = if extent == Extent::Quick { kind.quick() } else { kind };
-    Ok(stored(kind.expand(file)?))
+    let SceneName { scene } = from_text(file, text, "")?;
+    Ok(stored(kind.expand(file, &file.parent().unwrap_or(Path::new("")).join(scene))?))
 }
 
 /// The expansion with its details as `study.json` holds them.
 pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
     let details = serde_json::to_value(e.details).expect("numbers, strings and string keys only");
-    let Expansion { variants, families, rules, columns, plans, usage, .. } = e;
-    Expansion { variants, families, rules, columns, plans, usage, details }
+    let Expansion { variants, families, rules, columns, plans, usage, derivatives, .. } = e;
+    Expansion { variants, families, rules, columns, plans, usage, derivatives, details }
 }
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {

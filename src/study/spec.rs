@@ -3,7 +3,7 @@
 use crate::scene::SceneError;
 use crate::study::store::record::{Quantity, Role};
 use serde::Deserialize;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// The scene driven in one manner, and the quantities judged there.
@@ -18,6 +18,9 @@ pub struct VariantSpec {
     pub set: toml::Table,
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
+    /// Another scene than the study's, relative to it
+    #[serde(skip)]
+    pub scene: Option<PathBuf>,
 }
 
 /// Cases that differ in one thing only.
@@ -33,6 +36,9 @@ pub struct FamilySpec {
     pub set: toml::Table,
     /// Label of a member → its changes
     pub members: toml::Table,
+    /// Variant → further members that it alone has
+    #[serde(skip)]
+    pub own: BTreeMap<String, toml::Table>,
     /// Another scene than the study's
     #[serde(skip)]
     pub scene: Option<PathBuf>,

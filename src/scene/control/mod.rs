@@ -16,7 +16,8 @@ pub mod spec;
 pub use controller::{Controller, Observation, Opening, Reply};
 pub use error::ControlError;
 pub use memory::{ControlMemory, Fired};
-pub(super) use prepare::{build_controls, in_unit_of};
+pub(super) use prepare::build_controls;
+pub(crate) use prepare::in_unit_of;
 pub(super) use signals::SignalBuilder;
 
 use crate::math::signal::Ramp;

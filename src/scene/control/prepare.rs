@@ -192,7 +192,7 @@ fn never(name: &str, when: When, known: &Known) -> Option<String> {
 }
 
 /// Value of a quantity in the unit at the end of the name of a column.
-pub(in crate::scene) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
+pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
     let dimension = match column.rsplit('_').next().unwrap_or_default() {
         "s" => Dimension::TIME,
         "m" => Dimension::LENGTH,

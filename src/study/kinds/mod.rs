@@ -7,11 +7,12 @@ pub mod cost;
 pub mod coverage;
 pub mod robustness;
 pub mod sweep;
+pub mod validation;
 
 use crate::study::kind::Kind;
 
 /// Registry of the kinds.
-pub const KINDS: [Kind; 7] = [
+pub const KINDS: [Kind; 8] = [
     Kind::of::<convergence::ConvergenceStudy>(),
     Kind::of::<comparison::ComparisonStudy>(),
     Kind::of::<sweep::SweepStudy>(),
@@ -19,4 +20,5 @@ pub const KINDS: [Kind; 7] = [
     Kind::of::<calibration::CalibrationStudy>(),
     Kind::of::<coverage::CoverageStudy>(),
     Kind::of::<robustness::RobustnessStudy>(),
+    Kind::of::<validation::ValidationStudy>(),
 ];

@@ -117,7 +117,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
-    let with_constants = |c: &Case| (c.clone(), constants(c).into_iter().map(|(constant, _)| constant).collect());
+    let uncertain = |c: &Case| constants(c).into_iter().map(|(constant, _)| constant);
+    let with_constants = |c: &Case| (c.clone(), c.derivatives.iter().cloned().chain(uncertain(c)).collect());
     let usual = || memory::available().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
     let memory = Allowance::new(options.memory.unwrap_or_else(usual));
     let run =

@@ -424,6 +424,10 @@ pub enum Role {
     Suite,
     /// Points of a map of where a scene holds
     Map,
+    /// Points of a response surface, with derivatives
+    Design,
+    /// Points that show how far a response surface is off
+    Check,
 }
 
 impl Role {
@@ -447,6 +451,8 @@ impl Role {
             Self::Use => "use",
             Self::Suite => "suite",
             Self::Map => "map",
+            Self::Design => "design",
+            Self::Check => "check",
         }
     }
 }

@@ -21,6 +21,7 @@ use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use nalgebra::{Rotation3, UnitQuaternion};
@@ -47,6 +48,9 @@ pub struct Pose {
     pub relative_to: Option<String>,
     /// Prefix of the columns; the region or skin if absent
     pub name: Option<String>,
+    /// Points that move rigidly with the region, inside the body or outside: markers on stalks
+    #[serde(default)]
+    pub points: Vec<[Length; 3]>,
 }
 
 impl Probe for Pose {
@@ -69,7 +73,9 @@ impl Probe for Pose {
             }
         };
         let reference = self.relative_to.as_ref().map(of_region).transpose()?;
-        Ok(Box::new(Recorded { name: self.prefix(), of, reference }))
+        let middle = of.mean.at(&vec![0.0; 3 * mesh.points.len()]);
+        let points = self.points.iter().map(|p| Vec3::from_iterator(p.iter().map(|c| c.0)) - middle).collect();
+        Ok(Box::new(Recorded { name: self.prefix(), of, reference, points }))
     }
 
     fn headline(&self) -> Option<Headline> {
@@ -198,6 +204,8 @@ struct Recorded {
     name: String,
     of: Frame,
     reference: Option<Frame>,
+    /// Points that move with the region, from its mean position at rest
+    points: Vec<Vec3>,
 }
 
 impl Recorded {
@@ -271,7 +279,8 @@ impl Recorder for Recorded {
         let position = ["x", "y", "z"].map(|c| format!("{name}_pose_{c}_m"));
         let quaternion = ["w", "x", "y", "z"].map(|c| format!("{name}_quaternion_{c}"));
         let vector = ["x", "y", "z"].map(|c| format!("{name}_rotation_{c}_deg"));
-        position.into_iter().chain(quaternion).chain(vector).collect()
+        let points = (1..=self.points.len()).flat_map(|k| ["x", "y", "z"].map(|c| format!("{name}_point_{k}_{c}_m")));
+        position.into_iter().chain(quaternion).chain(vector).chain(points).collect()
     }
 
     /// The rotation vector \[rad\].
@@ -286,13 +295,18 @@ impl Recorder for Recorded {
 
     fn record(&self, now: &Moment) -> Vec<f64> {
         let vector = Vec3::from_column_slice(now.memory);
-        let position = self.pose(&now.state.x).0;
-        position.iter().copied().chain(quaternion(vector)).chain(vector.iter().map(|v| v.to_degrees())).collect()
+        let (position, rotation) = self.pose(&now.state.x);
+        let points = self.points.iter().flat_map(|p| <[f64; 3]>::from(position + rotation * p));
+        let pose = position.iter().copied().chain(quaternion(vector)).chain(vector.iter().map(|v| v.to_degrees()));
+        pose.chain(points).collect()
     }
+
     /// None of the rotation where the region is folded so far that it has none, and of the vector at a whole rotation.
     fn gradients(&self, _: &Body, state: &State, memory: &[f64]) -> Vec<Option<Gradient>> {
         let vector = Vec3::from_column_slice(memory);
-        let Some(Rates { position, spin }) = self.rates(&state.x) else { return vec![None; 10] };
+        let Some(Rates { position, spin }) = self.rates(&state.x) else {
+            return vec![None; 10 + 3 * self.points.len()];
+        };
         let along = |of: &dyn Fn(&Vec3) -> f64, rates: &[(u32, Vec3)]| {
             Some(Gradient::of_displacements(rates.iter().map(|(dof, v)| (*dof, of(v))).collect()))
         };
@@ -303,7 +317,14 @@ impl Recorder for Recorded {
         let of_quaternion = rows.iter().map(|row| along(&|v| 0.5 * row.dot(v), &spin));
         let jacobian = inverse_jacobian(vector);
         let of_vector = (0..3).map(|i| jacobian.and_then(|j| along(&|v| (j.row(i) * v)[0].to_degrees(), &spin)));
-        place.chain(of_quaternion).chain(of_vector).collect()
+        let rotation = self.pose(&state.x).1;
+        let of_points = self.points.iter().flat_map(|p| {
+            let arm = rotation * p;
+            let swept = spin.iter().map(|(dof, v)| (*dof, v.cross(&arm)));
+            let rates: Vec<(u32, Vec3)> = position.iter().copied().chain(swept).collect();
+            [0, 1, 2].map(|i| along(&|v| v[i], &rates))
+        });
+        place.chain(of_quaternion).chain(of_vector).chain(of_points).collect()
     }
 
     fn is_differentiable(&self) -> bool {

@@ -60,7 +60,7 @@ impl StudyKind for CalibrationStudy {
     type Details = ();
     type Findings = CalibrationFindings;
 
-    fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
         let Self { calibration, variants, mut families, usage } = self;
         if calibration.unknown.is_empty() {
             let remedy = "name constants of the scene, such as \"laws.rubber.mu\"";
@@ -77,7 +77,7 @@ impl StudyKind for CalibrationStudy {
         let plans = variants.iter().map(plan).collect::<Result<_, SceneError>>()?;
         let plain = |v: MeasuredVariantSpec| {
             let MeasuredVariantSpec { name, label, set, quantities, .. } = v;
-            VariantSpec { name, label, set, quantities }
+            VariantSpec { name, label, set, quantities, scene: None }
         };
         let variants: Vec<VariantSpec> = variants.into_iter().map(plain).collect();
         let checked = check_quantities(&variants).and_then(|()| check_roles(Self::NAME, &families, &ROLES));

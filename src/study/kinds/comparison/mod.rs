@@ -73,7 +73,7 @@ impl StudyKind for ComparisonStudy {
     type Details = ComparisonRecord;
     type Findings = ComparisonFindings;
 
-    fn expand(self, file: &Path) -> Result<Expansion<ComparisonRecord>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<ComparisonRecord>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;
         let details = ComparisonRecord { reference: self.reference.unwrap_or_default() };
         Ok(Expansion::new(self.variants, self.families, details))

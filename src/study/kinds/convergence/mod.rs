@@ -51,7 +51,7 @@ impl StudyKind for ConvergenceStudy {
     type Details = ();
     type Findings = ConvergenceFindings;
 
-    fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
         let checked = check_quantities(&self.variants)
             .and_then(|()| check_roles(Self::NAME, &self.families, &ROLES))
             .and_then(|()| check_members(&self.families, &COMPARED));

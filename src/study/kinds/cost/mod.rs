@@ -58,7 +58,7 @@ impl StudyKind for CostStudy {
     type Details = ();
     type Findings = CostFindings;
 
-    fn expand(self, file: &Path) -> Result<Expansion<()>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<()>, SceneError> {
         self.check().map_err(|mistake| refuse(file, mistake))?;
         let rules = RunRules {
             repeats: self.repeats,

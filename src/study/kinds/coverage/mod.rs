@@ -32,7 +32,7 @@ impl StudyKind for CoverageStudy {
         self
     }
 
-    fn expand(self, file: &Path) -> Result<Expansion<CoverageRecord>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<CoverageRecord>, SceneError> {
         spec::expand(&self).map_err(|mistake| refuse(file, mistake))
     }
 

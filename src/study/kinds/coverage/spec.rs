@@ -85,6 +85,7 @@ pub fn expand(study: &CoverageStudy) -> Result<Expansion<CoverageRecord>, Mistak
         label: m.label.clone(),
         set: m.set.clone(),
         quantities: vec![],
+        scene: None,
     };
     let variants = study.materials.iter().map(variant).collect();
     let mut out = Expansion::new(variants, vec![], CoverageRecord::default());
@@ -94,7 +95,15 @@ pub fn expand(study: &CoverageStudy) -> Result<Expansion<CoverageRecord>, Mistak
         let mut add = |name: String, role: Role, set: toml::Table, members: toml::Table| {
             out.columns.insert(name.clone(), columns.clone());
             let scene = Some(problem.scene.clone());
-            out.families.push(FamilySpec { name: name.clone(), role, variants: None, set, members, scene });
+            out.families.push(FamilySpec {
+                name: name.clone(),
+                role,
+                variants: None,
+                set,
+                members,
+                own: BTreeMap::new(),
+                scene,
+            });
             name
         };
         let (mut judged, mut truths) = (vec![], vec![]);

@@ -49,7 +49,7 @@ impl StudyKind for RobustnessStudy {
         self
     }
 
-    fn expand(self, file: &Path) -> Result<Expansion<RobustnessRecord>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<RobustnessRecord>, SceneError> {
         spec::expand(self.variants, &self.suites, &self.maps).map_err(|mistake| refuse(file, mistake))
     }
 

@@ -8,6 +8,7 @@ use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, Suite
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec};
 use crate::study::store::record::{Quantity, REFUSED, Role};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Scenes that break simulators: rows of the matrix, whose columns are variants.
@@ -92,6 +93,7 @@ fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Res
             variants: suite.variants.clone(),
             set: suite.set.clone(),
             members: suite.members.clone(),
+            own: BTreeMap::new(),
             scene: suite.scene.clone(),
         });
         out.columns.insert(suite.name.clone(), checks.iter().flat_map(Check::columns).collect());
@@ -120,6 +122,7 @@ fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<()
             variants,
             set: map.set.clone(),
             members,
+            own: BTreeMap::new(),
             scene: map.scene.clone(),
         };
         let (reference, rows) = match &map.reference {

@@ -51,7 +51,7 @@ impl StudyKind for SweepStudy {
     type Details = SweepRecord;
     type Findings = SweepFindings;
 
-    fn expand(self, file: &Path) -> Result<Expansion<SweepRecord>, SceneError> {
+    fn expand(self, file: &Path, _: &Path) -> Result<Expansion<SweepRecord>, SceneError> {
         self.points().map_err(|mistake| refuse(file, mistake))
     }
 

@@ -1,0 +1,48 @@
+//! The number of a record that a quantity is, with its derivatives.
+
+use crate::motion::Curve;
+use crate::motion::ring_down::{Creep, RingDown, ring_down};
+use crate::study::kinds::validation::plan::QuantityPlan;
+use crate::study::kinds::validation::spec::Evaluation;
+use crate::study::store::record::Series;
+
+/// Share of the range of a curve by which it is moved along a derivative, for central differences of its ring-down: the error is of the order of its
+/// square, that of rounding 1e-12 over it.
+const STEP: f64 = 1e-4;
+
+/// Value of a quantity, and its derivatives by keys in SI, in its unit. `None` where the column, or a derivative of it, is missing, or where nothing rings.
+pub fn evaluate(
+    q: &QuantityPlan,
+    series: &Series,
+    derivatives: Option<&Series>,
+    keys: &[String],
+) -> Option<(f64, Vec<f64>)> {
+    let column = series.columns.get(&q.column)?;
+    let along = |key: &String| derivatives?.columns.get(&format!("d {}/d {key}", q.column));
+    let directions: Vec<&Vec<f64>> = keys.iter().map(along).collect::<Option<_>>()?;
+    let linear = |f: fn(f64, f64) -> f64| {
+        let of = |c: &Vec<f64>| Some(f(*c.first()?, *c.last()?));
+        Some((of(column)?, directions.iter().map(|d| of(d)).collect::<Option<Vec<f64>>>()?))
+    };
+    let ringing = |of: fn(&RingDown) -> f64| {
+        let at = |d: &[f64], step: f64| {
+            let moved = column.iter().zip(d).map(|(y, d)| y + step * d).collect();
+            let curve = Curve::new(&q.column, series.t_s.clone(), moved).ok()?;
+            ring_down(&curve, q.window?, 0.0, Creep::default()).ok().map(|r| of(&r))
+        };
+        let extent = |c: &[f64]| c.iter().fold(0.0, |m: f64, v| m.max((v - c[0]).abs()));
+        let derivative = |d: &&Vec<f64>| {
+            let step = STEP * extent(column) / extent(d);
+            if step.is_finite() { Some((at(d, step)? - at(d, -step)?) / (2.0 * step)) } else { Some(0.0) }
+        };
+        Some((at(column, 0.0)?, directions.iter().map(derivative).collect::<Option<Vec<f64>>>()?))
+    };
+    let (value, by) = match q.value {
+        Evaluation::Final => linear(|_, last| last)?,
+        Evaluation::Change => linear(|first, last| last - first)?,
+        Evaluation::Frequency => ringing(|r| r.frequency_hz.value)?,
+        Evaluation::Decay => ringing(|r| r.decay_per_s.value)?,
+    };
+    let all_finite = value.is_finite() && by.iter().all(|d| d.is_finite());
+    all_finite.then(|| (q.factor * value, by.into_iter().map(|d| q.factor * d).collect()))
+}

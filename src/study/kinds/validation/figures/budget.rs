@@ -1,0 +1,54 @@
+//! Error budgets: one panel per prediction, one bar per group, largest first.
+
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, text};
+use crate::report::figure::Figure;
+use crate::report::numbers::{digits, space};
+use crate::study::analysis::Analysis;
+use crate::study::kinds::validation::analysis::{Prediction, ValidationFindings};
+use crate::study::kinds::validation::budget::{COVERAGE, half_width};
+
+/// Predictions and groups that are drawn.
+const PANELS: usize = 6;
+const BARS: usize = 9;
+const LEFT: f64 = 40.0;
+const WIDE: f64 = 62.0;
+const ROW: f64 = 5.0;
+const HEAD: f64 = 9.0;
+const GAP: f64 = 6.0;
+const RIGHT: f64 = 22.0;
+const TOTAL: RGB = RGB(0x55, 0x55, 0x55);
+
+/// `None` without a prediction.
+pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
+    let shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).take(PANELS).collect();
+    let rows = |p: &Prediction| 1 + p.budget.len().min(BARS);
+    let height = shown.iter().map(|p| HEAD + ROW * rows(p) as f64 + GAP).sum::<f64>();
+    let svg = figure(LEFT + WIDE + RIGHT, height, "", |area| {
+        let mut top = 0.0;
+        for (k, p) in shown.iter().enumerate() {
+            let total = half_width(&p.budget);
+            let title = format!("{} {}, {}", p.label, p.symbol, p.record_label);
+            text(area, &char::from(b'a' + k as u8).to_string(), (mm(1.0), mm(top + 4.0)), At::Left, LABEL, INK);
+            text(area, &title, (mm(6.0), mm(top + 4.0)), At::Left, LABEL, INK);
+            let n = digits(0.1 * total);
+            let bars = std::iter::once(("all together", total, TOTAL))
+                .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
+            for (j, (name, half, color)) in bars.enumerate() {
+                let y = top + HEAD + ROW * (j as f64 + 0.5);
+                let long = WIDE * half / total;
+                text(area, name, (mm(LEFT - 1.5), mm(y)), At::Right, SMALL, INK);
+                block(area, (mm(LEFT), mm(y - 1.6)), (mm(LEFT + long), mm(y + 1.6)), color);
+                let number = format!("± {half:.n$}{}", space(&p.unit));
+                text(area, &number, (mm(LEFT + long + 1.2), mm(y)), At::Left, SMALL, INK);
+            }
+            let bottom = top + HEAD + ROW * rows(p) as f64;
+            line(area, &[(mm(LEFT), mm(top + HEAD)), (mm(LEFT), mm(bottom))], INK, 4);
+            top = bottom + GAP;
+        }
+    });
+    let more = if a.predictions.len() > PANELS { format!(" Of {} predictions the first {PANELS}.", a.predictions.len()) } else { String::new() };
+    let caption = format!(
+        "Half-width of the 95 % interval of each prediction that every group of errors alone would give, largest first; groups add as squares.{more}"
+    );
+    (!shown.is_empty()).then(|| Figure { name: "budget".into(), svg, caption })
+}

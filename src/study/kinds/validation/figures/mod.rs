@@ -1,0 +1,4 @@
+//! Figures of a validation.
+
+pub mod budget;
+pub mod score;

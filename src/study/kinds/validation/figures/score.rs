@@ -1,0 +1,66 @@
+//! Measured against predicted values, in half-widths of the intervals.
+
+use crate::report::canvas::{At, DOUBLE, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, width};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+use crate::study::analysis::Analysis;
+use crate::study::kinds::validation::analysis::{Prediction, ValidationFindings};
+use plotters::style::Color;
+
+const LEFT: f64 = 15.0;
+const TOP: f64 = 4.0;
+const TALL: f64 = 56.0;
+const RIGHT: f64 = 34.0;
+const OUTSIDE: RGB = PALETTE[1];
+
+/// `None` without a measured prediction.
+pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
+    let scored: Vec<(&Prediction, f64)> = a.predictions.iter().filter_map(|p| Some((p, p.score?))).collect();
+    let mut records: Vec<&str> = vec![];
+    for (p, _) in &scored {
+        if !records.contains(&p.record_label.as_str()) {
+            records.push(&p.record_label);
+        }
+    }
+    let slot = (DOUBLE - RIGHT - LEFT) / records.len().max(1) as f64;
+    let longest = records.iter().map(|r| width(r, SMALL)).max().unwrap_or(0);
+    let turned = longest > mm(slot);
+    let names = if turned { f64::from(longest) / f64::from(mm(1.0)) + 5.0 } else { 8.0 };
+    let svg = figure(DOUBLE, TOP + TALL + names, "", |area| {
+        let frame = [mm(LEFT), mm(TOP), mm(DOUBLE - RIGHT), mm(TOP + TALL)];
+        let x = Axis { step: 1.0, ..Axis::exact(0.0, records.len() as f64, "") };
+        let values = scored.iter().map(|(_, s)| *s).chain([-1.2, 1.2]);
+        let y = Axis::linear(values, "(measured − predicted)/half-width");
+        let plot = Plot { area, frame, x, y };
+        let (from, to) = (0.0, records.len() as f64);
+        fill(area, &[plot.at(from, -1.0), plot.at(to, -1.0), plot.at(to, 1.0), plot.at(from, 1.0)], PALE.to_rgba());
+        plot.grid();
+        dashed(area, &[plot.at(from, 0.0), plot.at(to, 0.0)], INK, 5, 22.0);
+        for (k, record) in records.iter().enumerate() {
+            let own: Vec<&(&Prediction, f64)> = scored.iter().filter(|(p, _)| p.record_label == *record).collect();
+            for (j, (p, score)) in own.iter().enumerate() {
+                let at = k as f64 + 0.1 + 0.8 * (j as f64 + 0.5) / own.len() as f64;
+                let color = if p.inside == Some(true) { PALETTE[0] } else { OUTSIDE };
+                mark(area, Mark::Circle, plot.at(at, *score), 16, color);
+            }
+            let place = LEFT + slot * (k as f64 + 0.5);
+            match turned {
+                true => {
+                    let long = width(record, SMALL) / 2;
+                    text(area, record, (mm(place), mm(TOP + TALL + 2.0) + long), At::Turned, SMALL, INK);
+                }
+                false => text(area, record, (mm(place), mm(TOP + TALL + 2.0)), At::Below, SMALL, INK),
+            }
+        }
+        plot.axes(false);
+        let entries = [
+            (Sample::Mark(Mark::Circle, PALETTE[0]), "inside the interval".to_string()),
+            (Sample::Mark(Mark::Circle, OUTSIDE), "outside".to_string()),
+        ];
+        legend(area, (mm(DOUBLE - RIGHT + 3.0), mm(TOP + 4.0)), &entries);
+    });
+    let caption = "Measured minus predicted value of every prediction that was measured, in half-widths of its 95 % interval on that side; \
+                   within ±1 (grey) the interval contains it."
+        .into();
+    (!scored.is_empty()).then(|| Figure { name: "score".into(), svg, caption })
+}

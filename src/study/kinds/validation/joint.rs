@@ -1,0 +1,321 @@
+//! Constants from measurements that share errors, and predictions with every source of their uncertainty.
+//!
+//! The data d = f(ξ, s) + C s + ε of the calibration, with independent ε ~ N(0, σ²) and s ~ N(0, 1) of the inputs and of the errors that several
+//! data share, give
+//!
+//! ```text
+//! (ξ̂, ŝ) = argmin Σ ((dᵢ − fᵢ(ξ, s) − Cᵢ s)/σᵢ)² + |s|²           the constants have no prior
+//! H = Jᵀ W J + P                                                   J = ∂(f + C s)/∂(ξ, s), W = 1/σ², P = diag(0, 1)
+//! error of a prediction = Jₚ H⁻¹ (Jᵀ W ε − P s) − … + εₚ           a sum over independent sources
+//! ```
+//!
+//! so that what calibration and prediction have in common, such as a length, cancels as far as it does in nature. Sources: Kennedy & O'Hagan,
+//! *J. R. Stat. Soc. B* 63, 2001 (with Gaussian errors and no discrepancy term); JCGM 100:2008 (GUM), 5.1 and H.3.
+//!
+//! Limit: the discrepancy of the model is not modelled; where the data scatter more than their errors say, [`Solution::birge`] widens the intervals.
+
+use crate::study::kinds::validation::surface::Surface;
+use nalgebra::{DMatrix, DVector};
+
+/// Most steps of the search.
+const STEPS: usize = 100;
+/// A step below this share of a standard deviation ends the search.
+const SETTLED: f64 = 1e-6;
+/// Largest |ξ| of the search: beyond its design a surface is an extrapolation.
+const FARTHEST: f64 = 2.0;
+/// Least share of the information about a constant that must remain once all else is unknown.
+const DETERMINED: f64 = 1e-12;
+
+/// A quantity that is measured or to be predicted.
+#[derive(Clone, Debug)]
+pub struct Response {
+    pub surface: Surface,
+    /// Constants that its surface is over
+    pub constants: Vec<usize>,
+    /// Sources that are the inputs of its surface
+    pub inputs: Vec<usize>,
+    /// Standard deviations of the independent errors of its measurement
+    pub noise: Vec<f64>,
+    /// Sources that add to its measurement: (index, amount of one standard deviation)
+    pub shared: Vec<(usize, f64)>,
+}
+
+impl Response {
+    /// σ of the independent errors together.
+    fn sigma(&self) -> f64 {
+        self.noise.iter().map(|s| s * s).sum::<f64>().sqrt()
+    }
+
+    /// The value that would be measured without independent errors.
+    pub fn value(&self, xi: &[f64], s: &[f64]) -> f64 {
+        self.at(xi, s).0
+    }
+
+    /// The measured value with ∂/∂(ξ, s).
+    fn at(&self, xi: &[f64], s: &[f64]) -> (f64, DVector<f64>) {
+        let of = |all: &[f64], own: &[usize]| own.iter().map(|k| all[*k]).collect::<Vec<_>>();
+        let (mut value, by_constants, by_inputs) =
+            self.surface.at(&of(xi, &self.constants), &of(s, &self.inputs));
+        let m = xi.len();
+        let mut row = DVector::zeros(m + s.len());
+        self.constants.iter().zip(by_constants).for_each(|(k, d)| row[*k] = d);
+        self.inputs.iter().zip(by_inputs).for_each(|(k, d)| row[m + k] = d);
+        for (k, amount) in &self.shared {
+            value += amount * s[*k];
+            row[m + k] += amount;
+        }
+        (value, row)
+    }
+}
+
+/// The data of a calibration.
+#[derive(Clone, Debug)]
+pub struct Problem<'a> {
+    pub constants: usize,
+    pub sources: usize,
+    pub data: Vec<&'a Response>,
+}
+
+/// Reason why the data give no constants.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JointError {
+    #[error("the data do not determine constant {constant}; add a record that depends on it, or give it as an input")]
+    Undetermined { constant: usize },
+    #[error("the search left the ranges of the constants; widen them, or look for a mistake in the measured values")]
+    Outside,
+}
+
+/// The constants that the data give.
+#[derive(Clone, Debug)]
+pub struct Solution {
+    /// \[constants\] ξ̂
+    pub xi: Vec<f64>,
+    /// \[sources\] ŝ, in standard deviations
+    pub s: Vec<f64>,
+    /// H⁻¹ \[constants + sources\]²
+    pub covariance: DMatrix<f64>,
+    /// \[data × (constants + sources)\] J
+    jacobian: DMatrix<f64>,
+    /// \[data\] (d − f − C s)/σ at the solution
+    pub residuals: Vec<f64>,
+    /// Sum of squares at the solution, those of the sources among them
+    pub chi2: f64,
+    /// Data minus constants
+    pub freedom: usize,
+}
+
+impl Problem<'_> {
+    /// The constants that fit measured values best, from the centre of their ranges.
+    pub fn solve(&self, values: &[f64]) -> Result<Solution, JointError> {
+        self.solve_around(values, &vec![0.0; self.sources])
+    }
+
+    /// The same with sources that are expected at `prior`.
+    pub fn solve_around(&self, values: &[f64], prior: &[f64]) -> Result<Solution, JointError> {
+        let (m, n) = (self.constants, self.constants + self.sources);
+        let prior = DVector::from_row_slice(prior);
+        let mut z = DVector::zeros(n);
+        z.rows_mut(m, n - m).copy_from(&prior);
+        let cost = |z: &DVector<f64>| {
+            let square = |(r, d): (&&Response, &f64)| {
+                ((d - r.value(&z.as_slice()[..m], &z.as_slice()[m..])) / r.sigma()).powi(2)
+            };
+            self.data.iter().zip(values).map(square).sum::<f64>() + (z.rows(m, n - m) - &prior).norm_squared()
+        };
+        let mut now = cost(&z);
+        for _ in 0..STEPS {
+            let (h, right, _, _) = self.normal(&z, values, &prior);
+            let Some(step) = self.determined(&h)?.map(|l| l.solve(&right)) else { return Err(JointError::Outside) };
+            let covariance = self.covariance(&h)?;
+            let is_small = (0..n).all(|k| step[k].abs() <= SETTLED * covariance[(k, k)].sqrt());
+            let mut share = 1.0;
+            loop {
+                let mut next = &z + share * &step;
+                next.rows_mut(0, m).iter_mut().for_each(|x| *x = x.clamp(-FARTHEST, FARTHEST));
+                let then = cost(&next);
+                if then <= now || share < 1e-6 {
+                    (z, now) = if then <= now { (next, then) } else { (z, now) };
+                    break;
+                }
+                share *= 0.5;
+            }
+            if is_small || share < 1e-6 {
+                break;
+            }
+        }
+        if (0..m).any(|k| z[k].abs() >= FARTHEST) {
+            return Err(JointError::Outside);
+        }
+        let (h, _, jacobian, residuals) = self.normal(&z, values, &prior);
+        let covariance = self.covariance(&h)?;
+        let (xi, s) = (z.as_slice()[..m].to_vec(), z.as_slice()[m..].to_vec());
+        let freedom = self.data.len().saturating_sub(m);
+        Ok(Solution { xi, s, covariance, jacobian, residuals, chi2: now, freedom })
+    }
+
+    /// H, the right side of a Gauss–Newton step, J and the residuals in units of σ.
+    fn normal(
+        &self,
+        z: &DVector<f64>,
+        values: &[f64],
+        prior: &DVector<f64>,
+    ) -> (DMatrix<f64>, DVector<f64>, DMatrix<f64>, Vec<f64>) {
+        let (m, n) = (self.constants, self.constants + self.sources);
+        let mut jacobian = DMatrix::zeros(self.data.len(), n);
+        let mut residuals = vec![];
+        let (mut h, mut right) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        for (i, (r, d)) in self.data.iter().zip(values).enumerate() {
+            let (value, row) = r.at(&z.as_slice()[..m], &z.as_slice()[m..]);
+            let weight = r.sigma().powi(-2);
+            h.ger(weight, &row, &row, 1.0);
+            right.axpy(weight * (d - value), &row, 1.0);
+            jacobian.set_row(i, &row.transpose());
+            residuals.push((d - value) / r.sigma());
+        }
+        for k in m..n {
+            h[(k, k)] += 1.0;
+            right[k] -= z[k] - prior[k - m];
+        }
+        (h, right, jacobian, residuals)
+    }
+
+    fn determined(&self, h: &DMatrix<f64>) -> Result<Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>, JointError> {
+        if let Some(constant) = (0..self.constants).find(|k| !(h[(*k, *k)] > 0.0)) {
+            return Err(JointError::Undetermined { constant });
+        }
+        Ok(h.clone().cholesky())
+    }
+
+    /// H⁻¹, where every constant keeps some of its information once the others are unknown.
+    fn covariance(&self, h: &DMatrix<f64>) -> Result<DMatrix<f64>, JointError> {
+        let undetermined = |constant| Err(JointError::Undetermined { constant });
+        let Some(factor) = self.determined(h)? else { return undetermined(0) };
+        let inverse = factor.inverse();
+        match (0..self.constants).find(|k| !(1.0 / (h[(*k, *k)] * inverse[(*k, *k)]) > DETERMINED)) {
+            Some(constant) => undetermined(constant),
+            None => Ok(inverse),
+        }
+    }
+}
+
+/// The error of a prediction, source by source, as standard deviations with a sign.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Influence {
+    /// \[sources\]
+    pub sources: Vec<f64>,
+    /// \[data\] of their independent errors
+    pub data: Vec<f64>,
+    /// \[own independent errors\] of the measurement that is predicted
+    pub own: Vec<f64>,
+}
+
+impl Influence {
+    /// All sources together.
+    pub fn deviation(&self) -> f64 {
+        [&self.sources, &self.data, &self.own].into_iter().flatten().map(|x| x * x).sum::<f64>().sqrt()
+    }
+}
+
+impl Solution {
+    /// The measured value that is expected of a response, and how its error comes about.
+    pub fn predict(&self, problem: &Problem, response: &Response) -> (f64, Influence) {
+        let m = problem.constants;
+        let (value, row) = response.at(&self.xi, &self.s);
+        let carried = &self.covariance * &row;
+        let sources = (m..carried.len()).map(|k| -carried[k]).collect();
+        let through = |(i, r): (usize, &&Response)| (self.jacobian.row(i) * &carried)[0] / r.sigma();
+        let data = problem.data.iter().enumerate().map(through).collect();
+        (value, Influence { sources, data, own: response.noise.clone() })
+    }
+
+    /// Factor √(χ²/ν) by which the data scatter more than their errors say, where that is beyond chance; 1 elsewhere.
+    /// Source: Birge, *Phys. Rev.* 40, 1932.
+    pub fn birge(&self) -> f64 {
+        if self.is_consistent() { 1.0 } else { (self.chi2 / self.freedom as f64).sqrt() }
+    }
+
+    /// Whether χ² is below its 95 % quantile (Wilson & Hilferty, *PNAS* 17, 1931).
+    pub fn is_consistent(&self) -> bool {
+        let nu = self.freedom as f64;
+        let a = 2.0 / (9.0 * nu);
+        self.freedom == 0 || self.chi2 <= nu * (1.0 - a + 1.644_853_627 * a.sqrt()).powi(3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::kinds::validation::surface::Sample;
+
+    /// f = c + g ξ + Σ hⱼ sⱼ.
+    fn plane(c: f64, g: f64, h: &[f64]) -> Surface {
+        let at = |x: f64| Sample { at: vec![x], value: c + g * x, by_constants: vec![g], by_inputs: h.to_vec() };
+        Surface::fit(1, &[at(-1.0), at(0.0), at(1.0)]).expect("three runs")
+    }
+
+    fn response(surface: Surface, inputs: usize, sigma: f64, shared: Vec<(usize, f64)>) -> Response {
+        Response { surface, constants: vec![0], inputs: (0..inputs).collect(), noise: vec![sigma], shared }
+    }
+
+    /// One datum, one constant, one input with influence h₁ on the datum and h₂ on the prediction: by hand,
+    /// error = (g₂/g₁) ε + (g₂ h₁/g₁ − h₂) s, which is zero for the input that acts on both alike.
+    #[test]
+    fn what_both_share_cancels() {
+        let (g1, g2, h1, h2, sigma) = (2.0, 3.0, 0.4, 0.9, 0.1);
+        let datum = response(plane(1.0, g1, &[h1]), 1, sigma, vec![]);
+        let target = response(plane(5.0, g2, &[h2]), 1, 0.05, vec![]);
+        let problem = Problem { constants: 1, sources: 1, data: vec![&datum] };
+        let solution = problem.solve(&[1.7]).expect("one constant");
+        assert!((solution.xi[0] - 0.35).abs() < 1e-9 && solution.s[0].abs() < 1e-9, "{solution:?}");
+        let (value, influence) = solution.predict(&problem, &target);
+        assert!((value - 5.0 - 0.35 * g2).abs() < 1e-9);
+        assert!((influence.data[0].abs() - g2 / g1 * sigma).abs() < 1e-12);
+        assert!((influence.sources[0] - (g2 * h1 / g1 - h2)).abs() < 1e-12, "{influence:?}");
+        let alike = Response { surface: plane(5.0, g2, &[g2 * h1 / g1]), ..target };
+        assert!(solution.predict(&problem, &alike).1.sources[0].abs() < 1e-12);
+    }
+
+    /// Two data with a common zero error against the generalised least squares of both: ξ̂ = Σ(V⁻¹)(d − c)/Σ V⁻¹, V = σ² + τ².
+    #[test]
+    fn a_shared_zero_is_that_of_generalised_least_squares() {
+        let (sigma, tau) = ([0.1, 0.3], 0.2);
+        let at = |k: usize, g: f64| response(plane(0.0, g, &[]), 0, sigma[k], vec![(0, tau)]);
+        let (a, b) = (at(0, 1.0), at(1, 2.0));
+        let problem = Problem { constants: 1, sources: 1, data: vec![&a, &b] };
+        let d = [0.3, 0.8];
+        let solution = problem.solve(&d).expect("one constant");
+        let v = DMatrix::from_row_slice(2, 2, &[0.01 + 0.04, 0.04, 0.04, 0.09 + 0.04]).try_inverse().expect("positive");
+        let (g, d) = (DVector::from_vec(vec![1.0, 2.0]), DVector::from_row_slice(&d));
+        let expected = (g.transpose() * &v * &d)[0] / (g.transpose() * &v * &g)[0];
+        assert!((solution.xi[0] - expected).abs() < 1e-9, "{} {expected}", solution.xi[0]);
+        let variance = 1.0 / (g.transpose() * &v * &g)[0];
+        assert!((solution.covariance[(0, 0)] / variance - 1.0).abs() < 1e-9);
+    }
+
+    /// A constant on which no datum depends is named.
+    #[test]
+    fn a_constant_without_data_is_named() {
+        let flat = response(plane(1.0, 0.0, &[]), 0, 0.1, vec![]);
+        let problem = Problem { constants: 1, sources: 0, data: vec![&flat] };
+        assert_eq!(problem.solve(&[1.0]).expect_err("flat"), JointError::Undetermined { constant: 0 });
+    }
+
+    /// The share of true-model data whose χ² is called inconsistent is 5 %: 95 % quantiles of ν = 2, 10 from tables (5.991, 18.307).
+    #[test]
+    fn the_quantile_of_chi_square_is_that_of_the_tables() {
+        let with = |chi2, freedom| Solution {
+            xi: vec![],
+            s: vec![],
+            covariance: DMatrix::zeros(0, 0),
+            jacobian: DMatrix::zeros(0, 0),
+            residuals: vec![],
+            chi2,
+            freedom,
+        };
+        // Wilson–Hilferty is within 1 % there
+        for (nu, quantile) in [(2, 5.991), (10, 18.307)] {
+            assert!(with(0.99 * quantile, nu).is_consistent() && !with(1.01 * quantile, nu).is_consistent());
+        }
+        assert_eq!(with(40.0, 10).birge(), 2.0);
+    }
+}

@@ -1,0 +1,53 @@
+//! The same calibration and predictions with simulated experiments, where the response is as curved as it is.
+//!
+//! Each draw takes the errors of all sources and data at random, measures the calibration records with them, finds the constants again, and
+//! predicts. The errors of the predictions need no linearisation. Source: JCGM 101:2008 (GUM Supplement 1).
+
+use crate::math::random::SplitMix;
+use crate::study::kinds::validation::joint::{Problem, Response, Solution};
+
+/// Draws: the standard deviation is known to 1/√(2·1000) = 2.2 %.
+const DRAWS: usize = 1000;
+/// Share of the draws whose calibration may fail.
+const FAILING: f64 = 0.05;
+
+/// Errors of one prediction over all draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draws {
+    pub deviation: f64,
+    /// 2.5 % and 97.5 % quantiles of predicted minus true
+    pub ends: [f64; 2],
+}
+
+/// Per target; `None` where too many calibrations fail.
+pub fn draws(problem: &Problem, truth: &Solution, targets: &[&Response], seed: u64) -> Option<Vec<Draws>> {
+    let mut random = SplitMix(seed);
+    let mut errors: Vec<Vec<f64>> = vec![vec![]; targets.len()];
+    let measured = |r: &Response, s: &[f64], random: &mut SplitMix| {
+        r.value(&truth.xi, s) + r.noise.iter().map(|sigma| sigma * random.normal()).sum::<f64>()
+    };
+    for _ in 0..DRAWS {
+        let s: Vec<f64> = truth.s.iter().map(|s| s + random.normal()).collect();
+        let data: Vec<f64> = problem.data.iter().map(|r| measured(r, &s, &mut random)).collect();
+        let own: Vec<f64> = targets.iter().map(|t| measured(t, &s, &mut random)).collect();
+        let Ok(found) = problem.solve_around(&data, &truth.s) else { continue };
+        for ((errors, target), own) in errors.iter_mut().zip(targets).zip(own) {
+            errors.push(target.value(&found.xi, &found.s) - own);
+        }
+    }
+    let enough = |e: &Vec<f64>| e.len() as f64 >= (1.0 - FAILING) * DRAWS as f64;
+    errors.iter().all(enough).then(|| errors.into_iter().map(summary).collect())
+}
+
+fn summary(mut errors: Vec<f64>) -> Draws {
+    errors.sort_by(f64::total_cmp);
+    let n = errors.len() as f64;
+    let mean = errors.iter().sum::<f64>() / n;
+    let deviation = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let quantile = |p: f64| {
+        let at = p * (n - 1.0);
+        let (k, share) = (at as usize, at.fract());
+        errors[k] + share * (errors[(k + 1).min(errors.len() - 1)] - errors[k])
+    };
+    Draws { deviation, ends: [quantile(0.025), quantile(0.975)] }
+}

@@ -1,0 +1,149 @@
+//! Errors of a prediction by mesh, time steps and response surface.
+//!
+//! The calibration is repeated with every surface moved to another mesh, and the prediction made there: what mesh does to both alike cancels. The
+//! predictions over the meshes have the error bars of a convergence study ([`estimate`](mod@crate::study::estimate)).
+
+use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
+use crate::study::kinds::validation::budget::COVERAGE;
+use crate::study::kinds::validation::evaluate::evaluate;
+use crate::study::kinds::validation::plan::{FamilyPlan, QuantityPlan, RecordPlan, ValidationPlan};
+use crate::study::kinds::validation::surface::Surface;
+use crate::study::store::record::{FamilyRecord, Role, StoredCase};
+use crate::study::store::results::Results;
+
+/// Formal order of the time integration of the families of time steps.
+const ORDER_IN_TIME: f64 = 2.0;
+
+/// Numerical part of the error of a prediction.
+#[derive(Clone, Debug, Default)]
+pub struct Numerical {
+    /// From the mesh and the steps of the design to their limits
+    pub correction: f64,
+    pub mesh: f64,
+    pub steps: f64,
+    pub surface: f64,
+    pub doubts: Vec<String>,
+}
+
+impl Numerical {
+    /// Groups of the budget with standard deviations.
+    pub fn deviations(&self) -> [(&'static str, f64); 3] {
+        [("mesh", self.mesh), ("time step", self.steps), ("response surface", self.surface)]
+    }
+}
+
+/// The runs of a validation that tell numerical errors.
+pub struct Meshes<'a> {
+    results: &'a Results,
+    plan: &'a ValidationPlan,
+}
+
+/// A prediction with surfaces moved record by record; `None` where one has no run.
+type Again<'f> = dyn Fn(&dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>) -> Option<f64> + 'f;
+
+impl<'a> Meshes<'a> {
+    pub fn new(results: &'a Results, plan: &'a ValidationPlan) -> Self {
+        Self { results, plan }
+    }
+
+    /// Errors of the prediction `value` of a quantity with this surface.
+    pub fn of(
+        &self,
+        (record, quantity): (&RecordPlan, &QuantityPlan),
+        surface: &Surface,
+        value: f64,
+        again: &Again,
+    ) -> Numerical {
+        let mut out = Numerical { surface: self.surface(record, quantity, surface), ..Numerical::default() };
+        let tolerance = self.results.study.tolerance;
+        let meshes = self.family(record, &[Role::Sizes, Role::Nested, Role::Remeshed]).and_then(|(f, plan)| {
+            let levels = self.levels((f, plan), record, again, |c, p| Level::of(&c.record, p));
+            estimate((&f.name, f.role, &f.formulation), levels, None, tolerance)
+        });
+        match meshes {
+            Some(e) => out.mesh = take(&e, value, &mut out),
+            None => out.doubts.push(
+                "no family of meshes with two converged members, so that the error of the mesh is not in the interval".into(),
+            ),
+        }
+        let steps = self.family(record, &[Role::TimeStep]).and_then(|(f, plan)| {
+            let level = |c: &StoredCase, p| Level { h: c.record.dt_s, edge: None, wall: None, ..Level::of(&c.record, p) };
+            let levels = self.levels((f, plan), record, again, level);
+            estimate_of_order((&f.name, f.role, &f.formulation), ORDER_IN_TIME, levels, None, tolerance)
+        });
+        let is_dynamic = || {
+            let mut own = self.results.cases.iter().filter(|c| c.record.variant == record.name);
+            own.any(|c| c.record.depends_on_steps())
+        };
+        match steps {
+            Some(e) => out.steps = take(&e, value, &mut out),
+            None if is_dynamic() => out.doubts.push(
+                "no family of role \"time_step\", so that the error of the time steps is not in the interval".into(),
+            ),
+            None => {}
+        }
+        out
+    }
+
+    fn case(&self, id: &str) -> Option<&'a StoredCase> {
+        self.results.cases.iter().find(|c| c.record.id == *id && c.record.converged())
+    }
+
+    /// The family of one of these roles that runs the record.
+    fn family(&self, record: &RecordPlan, roles: &[Role]) -> Option<(&'a FamilyRecord, &'a FamilyPlan)> {
+        let plan = |f: &'a FamilyRecord| self.plan.families.iter().find(|p| p.name == f.name);
+        let all = self.results.study.families.iter().filter(|f| roles.contains(&f.role));
+        all.filter_map(|f| Some((f, plan(f)?))).find(|(_, plan)| plan.records.contains(&record.name))
+    }
+
+    /// The case of a record in a member of a family, which lists the members of one record after those of another.
+    fn member(&self, (family, plan): (&FamilyRecord, &FamilyPlan), member: usize, r: &RecordPlan) -> Option<&'a StoredCase> {
+        let place = plan.records.iter().position(|name| *name == r.name)?;
+        self.case(family.cases.get(place * plan.members + member)?)
+    }
+
+    /// The prediction on every member of a family.
+    fn levels(
+        &self,
+        family: (&FamilyRecord, &FamilyPlan),
+        record: &RecordPlan,
+        again: &Again,
+        level: impl Fn(&StoredCase, f64) -> Level,
+    ) -> Vec<Level> {
+        let value = |c: &StoredCase, q: &QuantityPlan| evaluate(q, &c.series, None, &[]).map(|(v, _)| v);
+        let on = |member: usize, r: &RecordPlan, q: &QuantityPlan| {
+            if !family.1.records.contains(&r.name) {
+                return Some(0.0);
+            }
+            let centre = self.case(&format!("design-{}-centre", r.name))?;
+            Some(value(self.member(family, member, r)?, q)? - value(centre, q)?)
+        };
+        let one = |member: usize| {
+            let own = self.member(family, member, record)?;
+            Some(level(own, again(&|r, q| on(member, r, q))?))
+        };
+        (0..family.1.members).filter_map(one).collect()
+    }
+
+    /// Root mean square distance of the checks from the surface, and at least that of the runs it was fitted to.
+    fn surface(&self, record: &RecordPlan, quantity: &QuantityPlan, surface: &Surface) -> f64 {
+        let error = |(id, (xi, s)): (&String, &(Vec<f64>, Vec<f64>))| {
+            let case = self.case(id).filter(|c| c.record.variant == record.name)?;
+            let (value, _) = evaluate(quantity, &case.series, None, &[])?;
+            Some((surface.at(xi, s).0 - value).powi(2))
+        };
+        let errors: Vec<f64> = self.plan.checks.iter().filter_map(error).collect();
+        let rms = (errors.iter().sum::<f64>() / errors.len().max(1) as f64).sqrt();
+        rms.max(surface.misfit)
+    }
+}
+
+/// Standard deviation by an estimate; its correction to the limit is taken unless the limit is refused.
+fn take(e: &Estimate, value: f64, out: &mut Numerical) -> f64 {
+    if e.refused {
+        out.doubts.extend(e.reasons.iter().cloned());
+        return e.uncertainty_finest.max((e.values[0] - value).abs()) / COVERAGE;
+    }
+    out.correction += e.extrapolated - value;
+    e.uncertainty / COVERAGE
+}

@@ -1,0 +1,186 @@
+//! Report of a validation, and `predictions.toml`.
+
+use crate::report::figure::drawn;
+use crate::report::numbers::{digits, space};
+use crate::report::table::{Table, headings};
+use crate::study::analysis::Analysis;
+use crate::study::content::Content;
+use crate::study::kinds::validation::analysis::{Prediction, ValidationFindings, advice, sentence};
+use crate::study::kinds::validation::budget::COVERAGE;
+use crate::study::kinds::validation::figures::{budget, score};
+use crate::study::kinds::validation::predictions;
+use crate::study::store::results::Results;
+use crate::study::tables;
+use serde_json::{Map, Value, json};
+
+/// Predictions that are described in sentences.
+const SHOWN: usize = 12;
+
+pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
+    let figures = [drawn("budget", || budget::draw(a)), drawn("score", || score::draw(a))];
+    let sentences = a.predictions.iter().take(SHOWN).flat_map(|p| std::iter::once(sentence(p)).chain(advice(p)));
+    Content {
+        facts: a.predictions.iter().take(4).map(fact).collect(),
+        sentences: sentences.collect(),
+        analysis: analysis(a),
+        tables: vec![constants(a), fitted(a), budgets(a)],
+        folded: vec![("What the budget rests on", sources(a)), ("Every case", tables::cases(store))],
+        figures: figures.into_iter().flatten().collect(),
+        files: vec![("predictions.toml".into(), predictions::text(a, &store.study.study))],
+        ..Content::new(a, !a.predictions.is_empty(), ("What is predicted, and was it so", answer(a)))
+    }
+}
+
+fn fact(p: &Prediction) -> (String, String) {
+    let n = digits(0.1 * (p.interval[1] - p.interval[0]));
+    let text = format!("{:.n$} to {:.n$}{}", p.interval[0], p.interval[1], space(&p.unit));
+    (text.replace('-', "−"), format!("{}, {}", p.label, p.record_label))
+}
+
+fn analysis(a: &Analysis<ValidationFindings>) -> Map<String, Value> {
+    let mut out = Map::new();
+    if let Value::Object(found) = json!(a.found) {
+        out.extend(found);
+    }
+    out.insert("incomplete".into(), json!(a.incomplete));
+    out
+}
+
+/// A number with the digits that its uncertainty leaves.
+fn rounded(value: f64, uncertainty: f64) -> String {
+    format!("{value:.*}", digits(0.1 * uncertainty)).replace('-', "−")
+}
+
+fn answer(a: &ValidationFindings) -> Table {
+    let row = |p: &Prediction| {
+        let wide = p.interval[1] - p.interval[0];
+        let number = |v: f64| rounded(v, wide);
+        vec![
+            p.record_label.clone(),
+            format!("{} {}", p.label, p.symbol),
+            p.unit.clone(),
+            number(p.value),
+            format!("{} to {}", number(p.interval[0]), number(p.interval[1])),
+            p.measured.map_or("–".into(), number),
+            p.score.map_or("–".into(), |s| format!("{s:+.2}").replace('-', "−")),
+            p.inside.map_or("–", |i| if i { "yes" } else { "no" }).into(),
+        ]
+    };
+    Table {
+        name: "predictions",
+        caption: "Predicted values with the 95 % interval of a further measurement; score: distance of the measured value over the half-width on its side, within ±1 inside.".into(),
+        columns: headings(&[
+            ("Record", "", false),
+            ("Quantity", "", false),
+            ("Unit", "", false),
+            ("Predicted", "", true),
+            ("Interval", "", true),
+            ("Measured", "", true),
+            ("Score", "", true),
+            ("Inside", "", false),
+        ]),
+        rows: a.predictions.iter().map(row).collect(),
+        pick: None,
+    }
+}
+
+fn constants(a: &ValidationFindings) -> Table {
+    let rows = a.constants.iter().map(|c| {
+        let number = |v: f64| rounded(v, c.interval[1] - c.interval[0]);
+        vec![
+            format!("{} {}", c.label, c.symbol),
+            c.key.clone(),
+            c.unit.clone(),
+            number(c.value),
+            format!("{} to {}", number(c.interval[0]), number(c.interval[1])),
+            format!("{} to {}", c.range[0], c.range[1]),
+        ]
+    });
+    Table {
+        name: "constants",
+        caption: "Constants that the calibration records give, with 95 % intervals by the errors of data and inputs, and the ranges in which they were looked for.".into(),
+        columns: headings(&[
+            ("Constant", "", false),
+            ("Key", "", false),
+            ("Unit", "", false),
+            ("Value", "", true),
+            ("Interval", "", true),
+            ("Range", "", true),
+        ]),
+        rows: rows.collect(),
+        pick: None,
+    }
+}
+
+fn fitted(a: &ValidationFindings) -> Table {
+    let rows = a.fitted.iter().map(|d| {
+        let n = digits(1e-2 * d.measured);
+        vec![
+            d.record.clone(),
+            d.quantity.clone(),
+            d.unit.clone(),
+            format!("{:.n$}", d.measured).replace('-', "−"),
+            format!("{:.n$}", d.fitted).replace('-', "−"),
+            format!("{:+.2}", d.residual).replace('-', "−"),
+        ]
+    });
+    Table {
+        name: "calibration",
+        caption: format!(
+            "Calibration records: measured and fitted values, and residuals in standard deviations of their independent errors. χ² = {:.2} with {} degrees of freedom.",
+            a.chi2, a.freedom
+        ),
+        columns: headings(&[
+            ("Record", "", false),
+            ("Quantity", "", false),
+            ("Unit", "", false),
+            ("Measured", "", true),
+            ("Fitted", "", true),
+            ("Residual", "", true),
+        ]),
+        rows: rows.collect(),
+        pick: None,
+    }
+}
+
+fn budgets(a: &ValidationFindings) -> Table {
+    let rows = a.predictions.iter().flat_map(|p| {
+        let total: f64 = p.budget.iter().map(|c| c.deviation * c.deviation).sum();
+        p.budget.iter().map(move |c| {
+            vec![
+                p.record_label.clone(),
+                p.label.clone(),
+                c.group.clone(),
+                p.unit.clone(),
+                rounded(COVERAGE * c.deviation, p.interval[1] - p.interval[0]),
+                format!("{:.0}", 100.0 * c.deviation * c.deviation / total),
+                rounded(c.without, p.interval[1] - p.interval[0]),
+            ]
+        })
+    });
+    Table {
+        name: "budget",
+        caption: "Error budget of every prediction: half-width that each group alone would give, its share of the variance, and the half-width that would be left without it.".into(),
+        columns: headings(&[
+            ("Record", "", false),
+            ("Quantity", "", false),
+            ("Group", "", false),
+            ("Unit", "", false),
+            ("Half-width", "", true),
+            ("Share", "%", true),
+            ("Without it", "", true),
+        ]),
+        rows: rows.collect(),
+        pick: None,
+    }
+}
+
+fn sources(a: &ValidationFindings) -> Table {
+    Table {
+        name: "sources",
+        caption: "Terms of the budget (and their group) with the standard deviation and where it is from.".into(),
+        columns: headings(&[("Term", "", false), ("Deviation", "", true), ("Source", "", false)]),
+        rows: a.sources.iter().map(|(a, b, c)| vec![a.clone(), b.clone(), c.clone()]).collect(),
+        pick: None,
+    }
+}

@@ -1,0 +1,179 @@
+//! Keys of a validation as the study file gives them.
+
+use crate::study::spec::FamilySpec;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Keys of a validation.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ValidationStudy {
+    /// Constants that are found from the calibration records
+    #[serde(rename = "unknown", default)]
+    pub unknowns: Vec<UnknownSpec>,
+    /// What is known with an uncertainty
+    #[serde(rename = "input", default)]
+    pub inputs: Vec<InputSpec>,
+    #[serde(rename = "record", default)]
+    pub records: Vec<RecordSpec>,
+    #[serde(rename = "quantity", default)]
+    pub quantities: Vec<QuantitySpec>,
+    #[serde(rename = "family", default)]
+    pub families: Vec<FamilySpec>,
+    /// Runs per record at random places, which show how far the response surfaces are off
+    #[serde(default = "usual_checks")]
+    pub checks: usize,
+}
+
+fn usual_checks() -> usize {
+    3
+}
+
+/// A constant of the scenes that the calibration records determine.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnknownSpec {
+    /// Part of the case ids
+    pub name: String,
+    /// Path into the scenes; records whose scene does not have it do not depend on it
+    pub key: String,
+    pub label: String,
+    pub symbol: String,
+    /// Within which it is looked for
+    pub range: [toml::Value; 2],
+}
+
+/// A number of the scenes that is known with an uncertainty.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InputSpec {
+    pub name: String,
+    /// Paths into the scenes that change together
+    pub keys: Vec<String>,
+    /// Standard deviation: a quantity, or a share of the value in the scene in %
+    pub deviation: String,
+    /// Where the deviation is from
+    pub source: String,
+    /// Under which it counts in the budget; the name if absent
+    pub group: Option<String>,
+    /// Records that it acts on; all whose scene has the keys if absent
+    pub records: Option<Vec<String>>,
+}
+
+/// What a record is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Purpose {
+    Calibration,
+    Prediction,
+}
+
+/// One experiment, and the scene that stands for it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordSpec {
+    pub name: String,
+    /// In words; the name if absent
+    pub label: Option<String>,
+    /// Name of the experiment, where several records are of one; the name of the record if absent
+    pub experiment: Option<String>,
+    pub purpose: Purpose,
+    /// Relative to the study; its scene if absent
+    pub scene: Option<PathBuf>,
+    /// Changes by path
+    #[serde(default)]
+    pub set: toml::Table,
+}
+
+/// The number that is taken from a column.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "snake_case")]
+pub enum Evaluation {
+    /// Its last value
+    #[default]
+    Final,
+    /// Its last value minus its first
+    Change,
+    /// Frequency of its ring-down \[Hz\]
+    Frequency,
+    /// Rate at which its ring-down decays \[1/s\]
+    Decay,
+}
+
+/// A quantity that is measured or predicted.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct QuantitySpec {
+    pub name: String,
+    pub label: String,
+    pub symbol: String,
+    pub unit: String,
+    /// Recorded column of the scene
+    pub column: String,
+    #[serde(default)]
+    pub value: Evaluation,
+    /// Factor, −1 for a drop that the column counts upwards
+    #[serde(default = "one")]
+    pub times: f64,
+    /// Times between which a ring-down is evaluated
+    pub window: Option<[String; 2]>,
+    /// Records that it is taken from; all if absent
+    pub records: Option<Vec<String>>,
+    /// Record → measured value, or its repeats \[unit\]
+    #[serde(default)]
+    pub measured: BTreeMap<String, Repeats>,
+    /// Measured values in a file
+    pub table: Option<TableSpec>,
+    #[serde(rename = "error", default)]
+    pub errors: Vec<ErrorSpec>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// A measured value or several.
+#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[serde(untagged)]
+pub enum Repeats {
+    One(f64),
+    Several(Vec<f64>),
+}
+
+impl Repeats {
+    pub fn values(&self) -> Vec<f64> {
+        match self {
+            Self::One(value) => vec![*value],
+            Self::Several(values) => values.clone(),
+        }
+    }
+}
+
+/// Rows of a CSV file that hold measured values.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSpec {
+    /// Relative to the study
+    pub file: PathBuf,
+    pub column: String,
+    /// Unit of the numbers in the file
+    pub unit: String,
+    /// Column → text of the rows that count; `{experiment}` stands for the experiment of the record. Several rows are repeats.
+    #[serde(rename = "where")]
+    pub rows: BTreeMap<String, String>,
+}
+
+/// An error of the measurement of a quantity.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ErrorSpec {
+    /// Under which it counts in the budget
+    pub group: String,
+    /// Standard deviation
+    pub deviation: String,
+    pub source: String,
+    /// One error for all records, instead of one for each
+    #[serde(default)]
+    pub shared: bool,
+}

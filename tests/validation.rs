@@ -1,0 +1,343 @@
+//! Studies of kind `validation`: intervals contain what they say, errors that calibration and prediction share cancel, values are added without runs.
+
+use durometer::math::random::SplitMix;
+use durometer::study::kind::Extent;
+use durometer::study::kinds::validation::analysis::{ValidationFindings, analyse};
+use durometer::study::kinds::validation::budget::COVERAGE;
+use durometer::study::kinds::validation::plan::ValidationPlan;
+use durometer::study::store::record::{CaseRecord, FamilyRecord, Role, Series, StoredCase, StudyRecord};
+use durometer::study::store::results::Results;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// A slender beam of 8 x 2 x 2 boxes under its own weight and a tip load, small enough to be run in tens of milliseconds.
+const SCENE: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["100 mm", "20 mm", "20 mm"], divisions = [8, 2, 2] }
+
+[laws.rubber]
+law = "neo_hookean"
+E = "300 kPa"
+nu = 0.3
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = { kind = "ramp", from = "0 m/s^2", to = "9.81 m/s^2", end = "1 s" }
+
+[[effect]]
+kind = "traction"
+name = "load"
+region = "xmax"
+direction = [0, 0, -1]
+traction = { kind = "ramp", from = "0 Pa", to = "100 Pa", end = "1 s" }
+
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+const STUDY: &str = r#"
+kind = "validation"
+question = "How far does a heavy load bend a beam?"
+expectation = "As far as a light one says."
+scene = "scene.toml"
+tolerance = "5 %"
+checks = 1
+
+[[unknown]]
+name = "E"
+key = "laws.rubber.E"
+label = "Young's modulus"
+symbol = "E"
+range = ["200 kPa", "400 kPa"]
+
+[[input]]
+name = "density"
+keys = ["effect.gravity.density"]
+deviation = "3 %"
+source = "data sheet"
+group = "load"
+
+[[input]]
+name = "load"
+keys = ["effect.load.traction.to"]
+deviation = "2 %"
+source = "scale"
+
+[[input]]
+name = "batch"
+keys = ["laws.rubber.E"]
+deviation = "9 kPa"
+source = "scatter of specimens"
+records = ["heavy"]
+
+[[record]]
+name = "none"
+purpose = "calibration"
+set = { "effect.load.traction.to" = "1 Pa" }
+
+[[record]]
+name = "light"
+purpose = "calibration"
+
+[[record]]
+name = "heavy"
+purpose = "prediction"
+set = { "effect.load.traction.to" = "300 Pa" }
+
+[[quantity]]
+name = "drop"
+label = "tip drop"
+symbol = "w"
+unit = "mm"
+column = "xmax_z_m"
+value = "change"
+times = -1
+measured = { none = [2.9, 3.1], light = 5.0 }
+error = [
+  { group = "reading", deviation = "0.2 mm", source = "scatter" },
+  { group = "zero", deviation = "0.3 mm", source = "registration", shared = true },
+]
+
+[[family]]
+name = "sizes"
+role = "sizes"
+[family.members]
+coarse = { "mesh.grid.divisions" = [4, 1, 1] }
+middle = { "mesh.grid.divisions" = [8, 2, 2] }
+"#;
+
+/// Elastic modulus \[kPa\], and density, load and batch in standard deviations, with the load of each record \[Pa\].
+type Truth = (f64, [f64; 3]);
+
+/// Drop of a beam that stiffens as it bends, w = a tanh(u/a), u in proportion to weight and load over stiffness \[mm\].
+fn drop(load: f64, (e, [density, of_load, batch]): Truth, is_heavy: bool) -> f64 {
+    let e = if is_heavy { e + 9.0 * batch } else { e };
+    let u = 300.0 / e * (3.0 * (1.0 + 0.03 * density) + 0.02 * load * (1.0 + 0.02 * of_load));
+    25.0 * (u / 25.0).tanh()
+}
+
+const LOADS: [(&str, f64); 3] = [("none", 1.0), ("light", 100.0), ("heavy", 300.0)];
+
+/// Plan of the study, and results of its design, checks and meshes by the formula.
+fn by_formula() -> (ValidationPlan, Results) {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.toml"), SCENE).expect("writable");
+    let (_, expansion) = durometer::study::expand::parse(&folder.path().join("study.toml"), STUDY, Extent::Whole)
+        .unwrap_or_else(|e| panic!("{e}"));
+    let plan: ValidationPlan = serde_json::from_value(expansion.details).expect("a plan");
+    let mut cases = vec![];
+    let mut sensitivities = BTreeMap::new();
+    let mut case = |id: String, variant: &str, value: f64, h_m: f64| {
+        let mut record = CaseRecord { id, variant: variant.into(), status: "Converged".into(), ..CaseRecord::default() };
+        record.mesh.h_m = h_m;
+        record.integrator = "static".into();
+        let columns = [("xmax_z_m".to_string(), vec![0.01, 0.01 - 1e-3 * value])].into();
+        cases.push(StoredCase { record, series: Series { t_s: vec![0.0, 1.0], columns } });
+    };
+    for (name, load) in LOADS {
+        let heavy = name == "heavy";
+        for (id, at) in plan.points.iter().filter(|(id, _)| id.starts_with(&format!("design-{name}-"))) {
+            let e = 300.0 + 100.0 * at[0];
+            case(id.clone(), name, drop(load, (e, [0.0; 3]), heavy), 0.01);
+            let step = 1e-4;
+            let by = |d: [f64; 4]| {
+                let at = |sign: f64| drop(load, (e + sign * step * d[0], [1, 2, 3].map(|k| sign * step * d[k])), heavy);
+                -1e-3 * (at(1.0) - at(-1.0)) / (2.0 * step)
+            };
+            // By Pa, kg/m³ and Pa
+            let keys = [
+                ("laws.rubber.E", by([1.0, 0.0, 0.0, 0.0]) / 1e3),
+                ("effect.gravity.density", by([0.0, 1.0, 0.0, 0.0]) / 30.0),
+                ("effect.load.traction.to", by([0.0, 0.0, 1.0, 0.0]) / (0.02 * load)),
+            ];
+            let columns = keys.map(|(key, d)| (format!("d xmax_z_m/d {key}"), vec![0.0, d])).into();
+            sensitivities.insert(id.clone(), Series { t_s: vec![0.0, 1.0], columns });
+        }
+        for (id, (at, s)) in plan.checks.iter().filter(|(id, _)| id.starts_with(&format!("check-{name}-"))) {
+            let s = [s[0], s[1], if heavy { s[2] } else { 0.0 }];
+            case(id.clone(), name, drop(load, (300.0 + 100.0 * at[0], s), heavy), 0.01);
+        }
+        for (k, label) in ["coarse", "middle"].into_iter().enumerate() {
+            let value = drop(load, (300.0, [0.0; 3]), heavy);
+            case(format!("sizes-{name}-{label}"), name, value, [0.02, 0.01][k]);
+        }
+    }
+    let cases_of = |role: &str| cases.iter().map(|c| c.record.id.clone()).filter(|id| id.starts_with(role)).collect();
+    let family = |name: &str, role, cases| FamilyRecord { name: name.into(), role, formulation: "tet4".into(), cases };
+    let families =
+        vec![family("design", Role::Design, cases_of("design")), family("sizes", Role::Sizes, cases_of("sizes"))];
+    let study = StudyRecord {
+        schema: 1,
+        study: "beam".into(),
+        kind: "validation".into(),
+        question: String::new(),
+        expectation: String::new(),
+        tolerance: 0.05,
+        quantities: BTreeMap::new(),
+        variants: vec![],
+        labels: BTreeMap::new(),
+        families,
+        details: serde_json::Value::Null,
+        version: String::new(),
+    };
+    let (skins, found) = (BTreeMap::new(), BTreeMap::new());
+    (plan, Results { study, cases, skins, found, sensitivities, damaged: vec![] })
+}
+
+/// One experiment with a true modulus of 240 to 360 kPa and random errors: measured calibration values, and what a further measurement of the heavy load gives.
+fn experiment(plan: &ValidationPlan, random: &mut SplitMix) -> (ValidationPlan, f64) {
+    let truth = (300.0 + 60.0 * (2.0 * random.unit() - 1.0), [random.normal(), random.normal(), random.normal()]);
+    let zero = 0.3 * random.normal();
+    let mut read = |name: &str, load| drop(load, truth, name == "heavy") + zero + 0.2 * random.normal();
+    let mut own = plan.clone();
+    let values = &mut own.quantities[0].records;
+    for (name, load) in &LOADS[..2] {
+        values.insert((*name).into(), vec![read(name, *load)]);
+    }
+    let measured = read("heavy", LOADS[2].1);
+    (own, measured)
+}
+
+fn found(results: &Results, plan: &ValidationPlan) -> ValidationFindings {
+    analyse(results, plan).found
+}
+
+/// 95 % of the intervals contain a further measurement: 200 experiments with errors of density, load, batch, reading and registration, within four
+/// standard errors of a share, √(0.95·0.05/200) = 1.5 %, rounded down to 3 % of the requirement on both sides by a fixed seed.
+#[test]
+fn ninety_five_per_cent_of_the_intervals_contain_the_measurement() {
+    let (plan, results) = by_formula();
+    let mut random = SplitMix(2026);
+    let n = 200;
+    let (mut inside, mut widths) = (0, vec![]);
+    for _ in 0..n {
+        let (own, measured) = experiment(&plan, &mut random);
+        let f = found(&results, &own);
+        let p = &f.predictions[0];
+        inside += usize::from((p.interval[0]..=p.interval[1]).contains(&measured));
+        widths.push(p.interval[1] - p.interval[0]);
+    }
+    let mean = widths.iter().sum::<f64>() / n as f64;
+    println!("{inside} of {n} intervals contain the measurement; mean width {mean:.2} mm");
+    assert!((184..=196).contains(&inside), "{inside} of {n}");
+}
+
+/// The budget names every group; the total by derivatives is within 10 % of that by simulated experiments, or the prediction says that it is curved.
+#[test]
+fn the_budget_is_that_of_simulated_experiments() {
+    let (plan, results) = by_formula();
+    let (own, _) = experiment(&plan, &mut SplitMix(5));
+    let f = found(&results, &own);
+    let p = &f.predictions[0];
+    let groups: Vec<&str> = p.budget.iter().map(|c| c.group.as_str()).collect();
+    for group in ["load", "batch", "reading", "constants: reading", "zero"] {
+        assert!(groups.contains(&group), "{groups:?}");
+    }
+    let [by_derivatives, by_draws] = p.deviations;
+    println!("{by_derivatives:.3} and {by_draws:.3} mm");
+    assert!(p.curved == ((by_draws / by_derivatives - 1.0).abs() > 0.1));
+    let total = p.budget.iter().map(|c| c.deviation.powi(2)).sum::<f64>().sqrt();
+    assert!(!p.curved && ((p.interval[1] - p.value) / (COVERAGE * total) - 1.0).abs() < 1e-9);
+    // Largest first
+    assert!(p.budget.windows(2).all(|w| w[0].deviation >= w[1].deviation));
+}
+
+/// Data that scatter ten times as much as their errors say widen all statistical parts, with a warning.
+#[test]
+fn understated_errors_widen_the_intervals() {
+    let (mut plan, results) = by_formula();
+    for (name, value) in [("none", 1.0), ("light", 9.0)] {
+        plan.quantities[0].records.insert(name.into(), vec![value]);
+    }
+    let a = analyse(&results, &plan);
+    assert!(a.found.widened > 3.0, "{}", a.found.widened);
+    assert!(a.warnings.iter().any(|w| w.contains("times as much as their errors say")), "{:?}", a.warnings);
+}
+
+fn durometer(folder: &Path, words: &[&str]) -> (Option<i32>, String) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_durometer")).args(words).current_dir(folder).output().expect("the program runs");
+    let text = [output.stdout, output.stderr].map(|t| String::from_utf8_lossy(&t).into_owned()).concat();
+    (output.status.code(), text)
+}
+
+/// With a linear law the heavy drop is in proportion to the light one on every mesh, so that coarse meshes, which are wrong by far more than 5 %, do
+/// not matter: the mesh contributes less than 1e-6. A value that is added later is scored without a run.
+#[test]
+fn what_the_mesh_does_to_both_cancels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let study = folder.path().join("beam");
+    std::fs::create_dir(&study).expect("a folder");
+    std::fs::write(study.join("scene.toml"), SCENE.replace("neo_hookean", "linear").replace("9.81", "0")).expect("writable");
+    let text = STUDY.replace("records = [\"heavy\"]", "records = [\"heavy\"]\ngroup = \"batch of the beam\"");
+    let write = |text: &str| std::fs::write(study.join("study.toml"), text).expect("writable");
+    write(&text.replace("none = [2.9, 3.1], ", "none = [0.05, 0.06], "));
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{out}");
+    assert!(out.contains("is predicted as"), "{out}");
+    let summary: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("out/summary.json")).expect("a summary")).expect("JSON");
+    let p = &summary["analysis"]["predictions"][0];
+    let mesh = p["budget"].as_array().expect("a list").iter().find(|c| c["group"] == "mesh");
+    let share = mesh.map_or(0.0, |m| m["deviation"].as_f64().expect("a number")) / p["value"].as_f64().expect("a number");
+    println!("the mesh contributes {share:.1e} of the value");
+    assert!(share < 1e-6, "{share}");
+    // 300 times 1/100 of the light drop, by linearity, for a calibration that the light record dominates
+    let value = p["value"].as_f64().expect("a number");
+    assert!((value / 15.0 - 1.0).abs() < 0.05, "{value}");
+
+    write(&text.replace("none = [2.9, 3.1], light = 5.0", "none = [0.05, 0.06], light = 5.0, heavy = 14.0"));
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{out}");
+    assert!(!out.lines().any(|l| l.starts_with("done ")), "{out}");
+    assert!(out.contains("1 of 1 measured predictions lie in their 95 % intervals"), "{out}");
+    let predictions: toml::Table =
+        std::fs::read_to_string(folder.path().join("out/predictions.toml")).expect("a file").parse().expect("TOML");
+    assert_eq!(predictions["prediction"][0]["record"].as_str(), Some("heavy"));
+}
+
+/// Every mistake of a study is named at once.
+#[test]
+fn mistakes_are_named_together() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("scene.toml"), SCENE).expect("writable");
+    let text = STUDY
+        .replace("source = \"data sheet\"", "source = \"\"")
+        .replace("range = [\"200 kPa\", \"400 kPa\"]", "range = [\"400 kPa\", \"200 mm\"]")
+        .replace("light = 5.0 }", "lihgt = 5.0 }")
+        .replace("keys = [\"effect.load.traction.to\"]", "keys = [\"effect.load.pressure\"]")
+        .replace("name = \"heavy\"", "name = \"heavy\"\nexperiment = \"light\"");
+    let why = durometer::study::expand::parse(&folder.path().join("study.toml"), &text, Extent::Whole)
+        .err()
+        .expect("it is refused")
+        .to_string();
+    for part in [
+        "different dimensions",
+        "input density: its source is empty",
+        "there is no record \"lihgt\"",
+        "the calibration record light has no measured value",
+        "no scene has all of its keys effect.load.pressure",
+        "experiment light is in the calibration and in the predictions",
+    ] {
+        assert!(why.contains(part), "{part} is missing in: {why}");
+    }
+}
