@@ -56,7 +56,9 @@ fn bending_angles_count_turns() {
 fn poses_follow_rigid_motions() {
     let pose = |keys: &str| format!("[[probe]]\nkind = \"pose\"\n{keys}\n");
     let probes = pose("region = \"xmax\"")
-        + &pose("region = \"body\"\nname = \"all\"\npoints = [[\"1 mm\", \"2 mm\", \"3 mm\"], [\"30 mm\", \"0 mm\", \"-4 mm\"]]")
+        + &pose(
+            "region = \"body\"\nname = \"all\"\npoints = [[\"1 mm\", \"2 mm\", \"3 mm\"], [\"30 mm\", \"0 mm\", \"-4 mm\"]]",
+        )
         + &pose("region = \"xmax\"\nrelative_to = \"xmin\"\nname = \"end\"");
     let run = turning(&probes).run();
     assert_eq!(run.status, Status::Converged);
@@ -233,7 +235,9 @@ fn poses_and_lines_have_exact_derivatives() {
     let pose = |keys: &str| format!("[[probe]]\nkind = \"pose\"\n{keys}\n");
     let probes = format!("{SPINE}segments = 2\n")
         + &pose("region = \"xmax\"")
-        + &pose("region = \"body\"\nrelative_to = \"xmax\"\nname = \"all\"\npoints = [[\"2 mm\", \"30 mm\", \"-4 mm\"]]")
+        + &pose(
+            "region = \"body\"\nrelative_to = \"xmax\"\nname = \"all\"\npoints = [[\"2 mm\", \"30 mm\", \"-4 mm\"]]",
+        )
         + &pose("skin = \"glove\"")
         + &format!(
             "[[skin]]\nname = \"glove\"\nfile = {:?}\nunit = \"m\"\nreach = \"0 mm\"\n",

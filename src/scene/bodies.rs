@@ -5,6 +5,7 @@ use super::error::{SceneError, part};
 use super::grid::mesh_hash;
 use super::mesh_file::content;
 use super::mesh_spec::{MeshSpec, PartSpec};
+use super::patches::Patches;
 use super::shape::{ShapeFault, TurnSpec};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::boundary::boundary_facets;
@@ -64,7 +65,16 @@ impl Body {
         let sha256 = mesh_hash(&mesh);
         let mut seen = std::collections::BTreeSet::new();
         sources.retain(|s| seen.insert(s.clone()));
-        Ok(Self { mesh, paths, source: sources.join(" + "), sha256, notes, warnings, undeformed: None })
+        Ok(Self {
+            mesh,
+            paths,
+            source: sources.join(" + "),
+            sha256,
+            notes,
+            warnings,
+            undeformed: None,
+            patches: Patches::default(),
+        })
     }
 }
 

@@ -6,6 +6,7 @@ use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
 use super::mesh_spec::{ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
+use super::patches::Patches;
 use super::quantity::Length;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::format::Reader;
@@ -46,6 +47,8 @@ pub struct Body {
     pub warnings: Vec<String>,
     /// Of a body with `[mesh.deform]`: what it was before
     pub undeformed: Option<Arc<Undeformed>>,
+    /// Balls of the scenes so far
+    pub(in crate::scene) patches: Patches,
 }
 
 impl Body {
@@ -82,7 +85,16 @@ impl Body {
     pub fn of_mesh(mesh: TetMesh) -> Self {
         let sha256 = mesh_hash(&mesh);
         let (paths, source) = (BTreeMap::new(), "mesh".into());
-        Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![], undeformed: None }
+        Self {
+            mesh,
+            paths,
+            source,
+            sha256,
+            notes: vec![],
+            warnings: vec![],
+            undeformed: None,
+            patches: Patches::default(),
+        }
     }
 
     pub(super) fn sound(
@@ -104,6 +116,7 @@ impl Body {
                 notes: vec![],
                 warnings: vec![],
                 undeformed: None,
+                patches: Patches::default(),
             });
         }
         if let Some((path, format)) = volume_mesh(file, spec)? {
@@ -152,7 +165,16 @@ impl Body {
         let bytes = storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?;
         let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-        Ok(Self { mesh, paths, source, sha256, notes: vec![], warnings: vec![], undeformed: None })
+        Ok(Self {
+            mesh,
+            paths,
+            source,
+            sha256,
+            notes: vec![],
+            warnings: vec![],
+            undeformed: None,
+            patches: Patches::default(),
+        })
     }
 }
 

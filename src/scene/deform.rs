@@ -6,6 +6,7 @@ use super::error::{SceneError, hint, part};
 use super::grid::mesh_hash;
 use super::mesh_file::volume_mesh;
 use super::mesh_spec::{DeformSpec, MeshSpec};
+use super::patches::Patches;
 use super::quantity::Quantity;
 use crate::math::formula::Formula;
 use crate::math::tensor::Vec3;
@@ -58,6 +59,7 @@ pub fn varied_body(body: &Body, file: &Path, spec: &MeshSpec) -> Result<Body, Sc
         notes: body.notes.clone(),
         warnings: body.warnings.clone(),
         undeformed: None,
+        patches: Patches::default(),
     };
     deform(file, formulas, &mut anew)?;
     Ok(anew)

@@ -65,24 +65,8 @@ impl ParameterKey {
 
     /// The number that a scene has there; an error where it has none.
     pub fn value(&self, scene: &Table) -> Result<KeyValue, SensitivityError> {
-        let found = overrides::find(scene, &self.0)?;
-        let no_number = |is: &str| SensitivityError::NoNumber { key: self.clone(), is: is.into() };
-        match found {
-            Value::Float(number) => Ok(KeyValue::plain(*number)),
-            Value::Integer(number) => Ok(KeyValue::plain(*number as f64)),
-            Value::String(text) => {
-                let (number, unit, factor, dimension) =
-                    units::parts(text).map_err(|_| no_number(&format!("the text \"{text}\"")))?;
-                Ok(KeyValue { number, unit: Some(unit.into()), factor, dimension })
-            }
-            Value::Boolean(value) => Err(no_number(&format!("{value}"))),
-            Value::Table(table) => {
-                let known = table.keys().cloned().collect::<Vec<_>>().join(", ");
-                Err(no_number(&format!("a table with the keys {known}")))
-            }
-            Value::Array(list) => Err(no_number(&format!("a list of {}; add the index, from 0", list.len()))),
-            Value::Datetime(_) => Err(no_number("a date")),
-        }
+        KeyValue::of(overrides::find(scene, &self.0)?)
+            .map_err(|is| SensitivityError::NoNumber { key: self.clone(), is })
     }
 }
 
@@ -99,6 +83,26 @@ pub struct KeyValue {
 }
 
 impl KeyValue {
+    /// The number of a value of a scene; the error says in words what the value is instead.
+    pub fn of(value: &Value) -> Result<Self, String> {
+        match value {
+            Value::Float(number) => Ok(Self::plain(*number)),
+            Value::Integer(number) => Ok(Self::plain(*number as f64)),
+            Value::String(text) => {
+                let (number, unit, factor, dimension) =
+                    units::parts(text).map_err(|_| format!("the text \"{text}\""))?;
+                Ok(Self { number, unit: Some(unit.into()), factor, dimension })
+            }
+            Value::Boolean(value) => Err(format!("{value}")),
+            Value::Table(table) => {
+                let known = table.keys().cloned().collect::<Vec<_>>().join(", ");
+                Err(format!("a table with the keys {known}"))
+            }
+            Value::Array(list) => Err(format!("a list of {}; add the index, from 0", list.len())),
+            Value::Datetime(_) => Err("a date".into()),
+        }
+    }
+
     fn plain(number: f64) -> Self {
         Self { number, unit: None, factor: 1.0, dimension: Dimension::NONE }
     }

@@ -28,7 +28,7 @@ pub struct Case {
     /// Waits for the constants of a calibration
     pub after: Option<After>,
     /// Keys that its columns are differentiated by
-    pub derivatives: Vec<Constant>,
+    pub derivatives: Vec<ParameterKey>,
 }
 
 /// A case that waits for the constants of a calibration.
@@ -51,7 +51,7 @@ struct SentCase {
     text: String,
     plan: Option<CalibrationPlan>,
     after: Option<After>,
-    derivatives: Vec<Constant>,
+    derivatives: Vec<ParameterKey>,
 }
 
 impl TryFrom<SentCase> for Case {

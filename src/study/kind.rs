@@ -1,6 +1,6 @@
 //! The trait of a kind of study.
 
-use crate::scene::{Constant, SceneError, from_text};
+use crate::scene::{ParameterKey, SceneError, from_text};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::inverse::{CalibrationPlan, UseSpec};
@@ -74,7 +74,7 @@ pub struct Expansion<D> {
     /// Scene that takes the constants found
     pub usage: Option<UseSpec>,
     /// Variant → keys that the cases of its design have derivatives by
-    pub derivatives: BTreeMap<String, Vec<Constant>>,
+    pub derivatives: BTreeMap<String, Vec<ParameterKey>>,
     pub details: D,
 }
 

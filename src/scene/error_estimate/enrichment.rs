@@ -11,6 +11,7 @@ use crate::mesh::smooth_surface::{Smoothed, on_smooth_surface};
 use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
+use crate::scene::patches::Patches;
 use crate::scene::spec::{EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, Status, Step};
@@ -123,6 +124,7 @@ impl EnrichedScene {
             notes: notes.clone(),
             warnings: warnings.clone(),
             undeformed: None,
+            patches: Patches::default(),
         };
         let body = Arc::new(body);
         let build = |mut spec: SceneSpec| {

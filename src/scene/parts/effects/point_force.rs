@@ -4,7 +4,7 @@ use super::part::EffectPart;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::mesh::embed::{ball_weights, embed};
+use crate::mesh::embed::embed;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
@@ -50,7 +50,7 @@ impl EffectPart for PointForceSpec {
                 return Err(builder.content(place, fact, "give a positive length, at least the size of a cell"));
             }
             GuideRadius::Ball(radius) => {
-                ball_weights(&body.mesh, at, radius).map_err(|e| part(builder.file, place, e))?
+                body.patches.weights(&body.mesh, at, radius).map_err(|e| part(builder.file, place, e))?
             }
         };
         let column = format!("{}_imposed_N", self.name);

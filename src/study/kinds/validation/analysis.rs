@@ -136,10 +136,13 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     let responses: Vec<&Response> = predicted.iter().map(|t| &t.response).collect();
     let simulated = draws(&problem, &solution, &responses, SEED);
     if simulated.is_none() {
-        warnings.push("More than 5 % of the simulated experiments gave no constants: the intervals rest on derivatives alone.".into());
+        warnings.push(
+            "More than 5 % of the simulated experiments gave no constants: the intervals rest on derivatives alone."
+                .into(),
+        );
     }
     let inputs = plan.inputs.iter().map(|i| i.group.clone());
-    let source_groups: Vec<String> = inputs.chain(shared.iter().map(|(_, e)| e.group.clone())).collect();
+    let source_groups: Vec<String> = inputs.chain(shared.iter().map(|(_, group)| group.clone())).collect();
     let data_groups: Vec<Vec<(String, f64)>> = calibration.iter().map(|t| shares(t)).collect();
     let meshes = Meshes::new(results, plan);
     let predictions = predicted.iter().enumerate().map(|(k, t)| {
@@ -151,7 +154,13 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
         let groups = Groups { sources: &source_groups, data: &data_groups, own: &t.groups };
         let budget = contributions(&influence, &groups, solution.birge(), &numerical.deviations());
         let simulated = simulated.as_ref().map(|all| &all[k]);
-        prediction(t, value + numerical.correction, budget, (influence.deviation(), simulated, solution.birge()), numerical)
+        prediction(
+            t,
+            value + numerical.correction,
+            budget,
+            (influence.deviation(), simulated, solution.birge()),
+            numerical,
+        )
     });
     let predictions: Vec<Prediction> = predictions.collect();
     let curved: Vec<String> =
@@ -163,10 +172,19 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
             100.0 * CURVED
         ));
     }
-    warnings.extend(predictions.iter().flat_map(|p| p.doubts.iter().map(|d| format!("{} of {}: {d}.", capital(&p.label), p.record_label))));
+    warnings.extend(
+        predictions
+            .iter()
+            .flat_map(|p| p.doubts.iter().map(|d| format!("{} of {}: {d}.", capital(&p.label), p.record_label))),
+    );
     Ok(ValidationFindings {
         constants: constants(plan, &solution),
-        fitted: calibration.iter().zip(&values).zip(&solution.residuals).map(|((t, measured), r)| fitted(t, *measured, *r, &solution)).collect(),
+        fitted: calibration
+            .iter()
+            .zip(&values)
+            .zip(&solution.residuals)
+            .map(|((t, measured), r)| fitted(t, *measured, *r, &solution))
+            .collect(),
         widened: solution.birge(),
         chi2: solution.chi2,
         freedom: solution.freedom,
@@ -186,7 +204,7 @@ fn targets<'a>(results: &Results, plan: &'a ValidationPlan) -> Result<Vec<Target
             let surface = Surface::fit(record.unknowns.len(), &samples)
                 .map_err(|e| format!("{} of {}: {e}", quantity.label, record.label))?;
             let (mut noise, mut groups) = (vec![], vec![]);
-            for e in quantity.errors.iter().filter(|e| !e.shared) {
+            for e in quantity.errors.iter().filter(|e| e.shared.is_none()) {
                 noise.push(e.deviation);
                 groups.push(e.group.clone());
             }
@@ -194,13 +212,16 @@ fn targets<'a>(results: &Results, plan: &'a ValidationPlan) -> Result<Vec<Target
                 noise.push(scatter);
                 groups.push("repeats".into());
             }
-            let own = shared.iter().enumerate().filter(|(_, (q, _))| *q == quantity.name);
+            let amount = |e: &ErrorPlan| {
+                let place = shared.iter().position(|(name, _)| e.shared.as_ref() == Some(name))?;
+                Some((plan.inputs.len() + place, e.deviation))
+            };
             let response = Response {
                 surface,
                 constants: record.unknowns.clone(),
                 inputs: record.inputs.iter().map(|(k, _)| *k).collect(),
                 noise,
-                shared: own.map(|(k, (_, e))| (plan.inputs.len() + k, e.deviation)).collect(),
+                shared: quantity.errors.iter().filter_map(amount).collect(),
             };
             all.push(Target { record, quantity, response, measured, groups });
         }
@@ -223,12 +244,15 @@ fn samples(results: &Results, plan: &ValidationPlan, record: &RecordPlan, q: &Qu
     plan.points.iter().filter_map(one).collect()
 }
 
-/// Errors that all records of a quantity share: (quantity, error).
-fn shared_errors(plan: &ValidationPlan) -> Vec<(String, ErrorPlan)> {
-    let of = |q: &QuantityPlan| {
-        q.errors.iter().filter(|e| e.shared).map(|e| (q.name.clone(), e.clone())).collect::<Vec<_>>()
-    };
-    plan.quantities.iter().flat_map(of).collect()
+/// Sources that several data share: name and group, each once.
+fn shared_errors(plan: &ValidationPlan) -> Vec<(String, String)> {
+    let mut all: Vec<(String, String)> = vec![];
+    for e in plan.quantities.iter().flat_map(|q| &q.errors) {
+        if let Some(name) = e.shared.as_ref().filter(|name| !all.iter().any(|(known, _)| known == *name)) {
+            all.push((name.clone(), e.group.clone()));
+        }
+    }
+    all
 }
 
 /// Shares of the independent errors of a datum in its variance; they reach a prediction by way of the constants.
@@ -280,11 +304,14 @@ fn prediction(
     let rest: f64 = numerical.deviations().iter().map(|(_, d)| (COVERAGE * d).powi(2)).sum();
     let interval = match simulated.filter(|_| curved) {
         // Predicted minus true lies between the ends, so that the truth lies on the other side
-        Some(d) => [-d.ends[1], -d.ends[0]].map(|end| value + (birge * end).signum() * ((birge * end).powi(2) + rest).sqrt()),
+        Some(d) => {
+            [-d.ends[1], -d.ends[0]].map(|end| value + (birge * end).signum() * ((birge * end).powi(2) + rest).sqrt())
+        }
         None => [value - half, value + half],
     };
     let measured = (!t.measured.is_empty()).then(|| mean(t.measured));
-    let score = |m: f64| if m > value { (m - value) / (interval[1] - value) } else { (m - value) / (value - interval[0]) };
+    let score =
+        |m: f64| if m > value { (m - value) / (interval[1] - value) } else { (m - value) / (value - interval[0]) };
     Prediction {
         record: t.record.name.clone(),
         record_label: t.record.label.clone(),
@@ -357,26 +384,49 @@ fn named(message: &str, plan: &ValidationPlan) -> String {
 
 /// The terms of the budget with what they rest on.
 fn sources_of(plan: &ValidationPlan) -> Vec<(String, String, String)> {
-    let inputs = plan.inputs.iter().map(|i| (format!("{} ({})", i.name, i.group), i.deviation.clone(), i.source.clone()));
-    let errors = plan.quantities.iter().flat_map(|q| {
-        let words = |e: &ErrorPlan| {
-            let deviation = format!("{}{}", e.deviation, space(&q.unit));
-            (format!("{} ({})", q.label, e.group), deviation, e.source.clone())
-        };
-        q.errors.iter().map(words).collect::<Vec<_>>()
-    });
-    inputs.chain(errors).collect()
+    let inputs =
+        plan.inputs.iter().map(|i| (format!("{} ({})", i.name, i.group), i.deviation.clone(), i.source.clone()));
+    let mut all: Vec<(String, String, String)> = inputs.collect();
+    for q in &plan.quantities {
+        for e in &q.errors {
+            // Points of a field are many, and have one source
+            let label = if q.records.len() == 1 && e.group == "field" { "points of a field" } else { &q.label };
+            let row =
+                (format!("{label} ({})", e.group), format!("{}{}", e.deviation, space(&q.unit)), e.source.clone());
+            let is_turn = e.group == "registration";
+            if !all.contains(&row) && !is_turn {
+                all.push(row);
+            }
+        }
+    }
+    all
 }
 
 /// `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, of at most six terms.
 pub fn sentence(p: &Prediction) -> String {
     let n = digits(0.1 * (p.interval[1] - p.interval[0]));
     let (up, down) = (p.interval[1] - p.value, p.value - p.interval[0]);
-    let half = if (up - down).abs() < 0.05 * (up + down) { format!("± {:.n$}", 0.5 * (up + down)) } else { format!("+ {up:.n$} − {down:.n$}") };
-    let terms: Vec<String> = p.budget.iter().take(6).map(|c| format!("{} {:.n$}", c.group, COVERAGE * c.deviation)).collect();
-    let mut words = format!("The {} of {} is predicted as {:.n$} {half}{} (95 %: {})", p.label, p.record_label, p.value, space(&p.unit), terms.join(", "));
+    let half = if (up - down).abs() < 0.05 * (up + down) {
+        format!("± {:.n$}", 0.5 * (up + down))
+    } else {
+        format!("+ {up:.n$} − {down:.n$}")
+    };
+    let terms: Vec<String> =
+        p.budget.iter().take(6).map(|c| format!("{} {:.n$}", c.group, COVERAGE * c.deviation)).collect();
+    let mut words = format!(
+        "The {} of {} is predicted as {:.n$} {half}{} (95 %: {})",
+        p.label,
+        p.record_label,
+        p.value,
+        space(&p.unit),
+        terms.join(", ")
+    );
     if let (Some(m), Some(inside)) = (p.measured, p.inside) {
-        words += &format!("; measured {m:.n$}{}, {} the interval", space(&p.unit), if inside { "inside" } else { "outside of" });
+        words += &format!(
+            "; measured {m:.n$}{}, {} the interval",
+            space(&p.unit),
+            if inside { "inside" } else { "outside of" }
+        );
     }
     (words + ".").replace(" -", " −")
 }

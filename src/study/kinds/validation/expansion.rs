@@ -5,8 +5,9 @@
 
 use crate::math::random::SplitMix;
 use crate::math::units::{self, Dimension};
-use crate::scene::{Constant, SceneError, find, from_text, hint, in_unit_of, read_scene};
+use crate::scene::{KeyValue, ParameterKey, SceneError, find, from_text, hint, in_unit_of, read_scene};
 use crate::study::kind::Expansion;
+use crate::study::kinds::validation::field::{Errors, Field};
 use crate::study::kinds::validation::measured::table;
 use crate::study::kinds::validation::plan::{
     ErrorPlan, FamilyPlan, InputPlan, QuantityPlan, RecordPlan, UnknownPlan, ValidationPlan,
@@ -30,7 +31,8 @@ const INNER: f64 = 0.8;
 
 /// Variants, families and the plan of a validation in a study file.
 pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expansion<ValidationPlan>, SceneError> {
-    let mut builder = Builder { study, file, wrong: vec![], scenes: scenes(study, file, scene)? };
+    let mut builder =
+        Builder { study, file, wrong: vec![], probes: BTreeMap::new(), scenes: scenes(study, file, scene)? };
     let plan = builder.plan();
     if let Err((place, fact, _)) = check_roles("validation", &study.families, &ROLES) {
         builder.wrong.push(format!("{place}: {fact}; give sizes, nested, remeshed or time_step"));
@@ -42,8 +44,12 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
     let (plan, families) = builder.cases(plan);
     let mut derivatives = BTreeMap::new();
     for r in &plan.records {
-        let keys = r.keys(&plan.unknowns).iter().map(|k| k.parse()).collect::<Result<Vec<Constant>, _>>();
-        let keys = keys.map_err(|e| SceneError::Part { file: file.into(), place: format!("record {}", r.name), source: e.into() })?;
+        let keys = r.keys(&plan.unknowns).iter().map(|k| k.parse()).collect::<Result<Vec<ParameterKey>, _>>();
+        let keys = keys.map_err(|e| SceneError::Part {
+            file: file.into(),
+            place: format!("record {}", r.name),
+            source: e.into(),
+        })?;
         derivatives.insert(r.name.clone(), keys);
     }
     let variants = study.records.iter().map(|r| {
@@ -60,7 +66,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         VariantSpec {
             name: r.name.clone(),
             label: r.label.clone(),
-            set: r.set.clone(),
+            set: builder.probes.get(&r.name).into_iter().flatten().fold(r.set.clone(), with_probe),
             quantities: columns.iter().map(quantity).collect(),
             scene: r.scene.clone(),
         }
@@ -89,6 +95,8 @@ struct Builder<'a> {
     study: &'a ValidationStudy,
     file: &'a Path,
     wrong: Vec<String>,
+    /// Record → probes of its fields
+    probes: BTreeMap<String, Vec<toml::Value>>,
     /// \[records\] their scenes with all changes
     scenes: Vec<toml::Table>,
 }
@@ -108,7 +116,8 @@ impl Builder<'_> {
         let inputs = inputs.collect();
         let records = (0..self.study.records.len()).map(|k| self.record(k, &unknowns)).collect();
         self.check_unknowns(&records);
-        let quantities = self.study.quantities.iter().map(|q| self.quantity(q)).collect();
+        let mut quantities: Vec<QuantityPlan> = self.study.quantities.iter().map(|q| self.quantity(q)).collect();
+        quantities.extend(self.fields());
         self.check_sets(&quantities);
         self.check_sources();
         let families = self.study.families.iter().map(|f| self.family(f)).collect();
@@ -144,21 +153,22 @@ impl Builder<'_> {
     fn record(&mut self, k: usize, unknowns: &[UnknownPlan]) -> RecordPlan {
         let r = &self.study.records[k];
         let scene = self.scenes[k].clone();
-        let own = (0..unknowns.len()).filter(|u| find(&scene, &unknowns[*u].key).is_some()).collect();
+        let own = (0..unknowns.len()).filter(|u| find(&scene, &unknowns[*u].key).is_ok()).collect();
         let mut inputs = vec![];
         for (j, input) in self.study.inputs.iter().enumerate() {
             let named = input.records.as_ref().map(|of| of.contains(&r.name));
             if named == Some(false) {
                 continue;
             }
-            let there = input.keys.iter().all(|key| find(&scene, key).is_some());
+            let there = input.keys.iter().all(|key| find(&scene, key).is_ok());
             match (there, named) {
                 (true, _) => match deviations(input, &scene) {
                     Ok(found) => inputs.push((j, found)),
                     Err(why) => self.wrong.push(format!("input {}, record {}: {why}", input.name, r.name)),
                 },
                 (false, Some(_)) => {
-                    self.wrong.push(format!("input {}: the scene of record {} has not all of its keys", input.name, r.name));
+                    self.wrong
+                        .push(format!("input {}: the scene of record {} has not all of its keys", input.name, r.name));
                 }
                 (false, None) => {}
             }
@@ -175,9 +185,8 @@ impl Builder<'_> {
 
     /// Every unknown is in some calibration record, every input somewhere.
     fn check_unknowns(&mut self, records: &Vec<RecordPlan>) {
-        let calibrated = |k: &usize| {
-            records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k))
-        };
+        let calibrated =
+            |k: &usize| records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k));
         for (_, u) in self.study.unknowns.iter().enumerate().filter(|(k, _)| !calibrated(k)) {
             self.wrong.push(format!("unknown {}: no calibration record has the key {}", u.name, u.key));
         }
@@ -186,7 +195,8 @@ impl Builder<'_> {
             self.wrong.push(format!("input {}: no scene has all of its keys {}", i.name, i.keys.join(", ")));
         }
         if self.study.unknowns.len() > MOST_UNKNOWNS {
-            self.wrong.push(format!("{} unknowns; at most {MOST_UNKNOWNS} are found at once", self.study.unknowns.len()));
+            self.wrong
+                .push(format!("{} unknowns; at most {MOST_UNKNOWNS} are found at once", self.study.unknowns.len()));
         }
     }
 
@@ -210,7 +220,10 @@ impl Builder<'_> {
                 Some(Err(_)) | None => {}
             }
             if values.is_empty() && r.purpose == Purpose::Calibration && !matches!(from_table, Some(Err(_))) {
-                self.wrong.push(format!("quantity {}: the calibration record {} has no measured value of it", q.name, r.name));
+                self.wrong.push(format!(
+                    "quantity {}: the calibration record {} has no measured value of it",
+                    q.name, r.name
+                ));
             }
             records.insert(r.name.clone(), values);
         }
@@ -222,13 +235,16 @@ impl Builder<'_> {
             match units::in_unit(&e.deviation, &q.unit) {
                 Ok(deviation) if deviation > 0.0 => {
                     let (group, source) = (e.group.clone(), e.source.clone());
-                    errors.push(ErrorPlan { group, deviation, source, shared: e.shared });
+                    let shared = e.shared.then(|| format!("{} {group}", q.name));
+                    errors.push(ErrorPlan { group, deviation, source, shared });
                 }
-                Ok(_) => self.wrong.push(format!("quantity {}, error {}: the deviation is not above zero", q.name, e.group)),
+                Ok(_) => {
+                    self.wrong.push(format!("quantity {}, error {}: the deviation is not above zero", q.name, e.group))
+                }
                 Err(why) => self.wrong.push(format!("quantity {}, error {}: {why}", q.name, e.group)),
             }
         }
-        if !errors.iter().any(|e| !e.shared) {
+        if errors.iter().all(|e| e.shared.is_some()) {
             let fact = "it has no error of its own in every record; add an [[quantity.error]] that is not shared";
             self.wrong.push(format!("quantity {}: {fact}", q.name));
         }
@@ -247,16 +263,56 @@ impl Builder<'_> {
         }
     }
 
+    /// The quantities of all fields; their probes are added to the scenes of the records.
+    fn fields(&mut self) -> Vec<QuantityPlan> {
+        let base = self.file.parent().unwrap_or(Path::new(""));
+        let known: Vec<String> = self.study.records.iter().map(|r| r.name.clone()).collect();
+        let mut all = vec![];
+        for spec in &self.study.fields {
+            let errors = Errors::read(spec);
+            if let Err(why) = &errors {
+                self.wrong.push(format!("field {}: {why}", spec.name));
+            }
+            for name in spec.records.iter().flatten().filter(|n| !known.contains(n)) {
+                self.wrong.push(format!("field {}: there is no record \"{name}\"; {}", spec.name, hint(name, &known)));
+            }
+            let own = |r: &&RecordSpec| spec.records.as_ref().is_none_or(|of| of.contains(&r.name));
+            for r in self.study.records.iter().filter(own) {
+                match (Field::read(base, spec, r), &errors) {
+                    (Ok(field), _) if r.purpose == Purpose::Calibration && !field.is_measured() => {
+                        let fact = "a calibration needs the displacement of every point";
+                        self.wrong.push(format!("field {}, record {}: {fact}", spec.name, r.name));
+                    }
+                    (Ok(field), Ok(errors)) => {
+                        all.extend(field.quantities(spec, r, errors));
+                        self.probes.entry(r.name.clone()).or_default().push(field.probe(&spec.name));
+                    }
+                    (Ok(_), Err(_)) => {}
+                    (Err(why), _) => self.wrong.push(format!("field {}, record {}: {why}", spec.name, r.name)),
+                }
+            }
+        }
+        all
+    }
+
     fn family(&self, f: &FamilySpec) -> FamilyPlan {
         let runs = |name: &&String| f.variants.as_ref().is_none_or(|own| own.contains(name));
         let names: Vec<String> = self.study.records.iter().map(|r| r.name.clone()).collect();
-        FamilyPlan { name: f.name.clone(), members: f.members.len(), records: names.iter().filter(runs).cloned().collect() }
+        FamilyPlan {
+            name: f.name.clone(),
+            members: f.members.len(),
+            records: names.iter().filter(runs).cloned().collect(),
+        }
     }
 
     /// Factor from column to quantity, and the window of a ring-down \[s\].
     fn numbers(&mut self, q: &QuantitySpec) -> (f64, Option<[f64; 2]>) {
         let rings = matches!(q.value, Evaluation::Frequency | Evaluation::Decay);
-        let unit = if rings { units::in_unit("1 Hz", &q.unit) } else { in_unit_of(&q.column, &format!("1 {}", q.unit).as_str().into()).map(|own| 1.0 / own) };
+        let unit = if rings {
+            units::in_unit("1 Hz", &q.unit)
+        } else {
+            in_unit_of(&q.column, &format!("1 {}", q.unit).as_str().into()).map(|own| 1.0 / own)
+        };
         let factor = unit.unwrap_or_else(|why| {
             self.wrong.push(format!("quantity {}: unit: {why}", q.name));
             1.0
@@ -291,7 +347,8 @@ impl Builder<'_> {
     fn check_sets(&mut self, quantities: &Vec<QuantityPlan>) {
         for q in quantities {
             let of = |purpose: Purpose| {
-                let own = self.study.records.iter().filter(move |r| r.purpose == purpose && q.records.contains_key(&r.name));
+                let own =
+                    self.study.records.iter().filter(move |r| r.purpose == purpose && q.records.contains_key(&r.name));
                 own.map(|r| r.experiment.clone().unwrap_or_else(|| r.name.clone()))
             };
             let predicted: Vec<String> = of(Purpose::Prediction).collect();
@@ -307,13 +364,18 @@ impl Builder<'_> {
 
     /// Every term of the budget says where it is from.
     fn check_sources(&mut self) {
-        let inputs = self.study.inputs.iter().filter(|i| i.source.trim().is_empty()).map(|i| format!("input {}", i.name));
+        let inputs =
+            self.study.inputs.iter().filter(|i| i.source.trim().is_empty()).map(|i| format!("input {}", i.name));
+        let fields =
+            self.study.fields.iter().filter(|f| f.source.trim().is_empty()).map(|f| format!("field {}", f.name));
         let errors = self.study.quantities.iter().flat_map(|q| {
             let empty = q.errors.iter().filter(|e| e.source.trim().is_empty());
             empty.map(move |e| format!("quantity {}, error {}", q.name, e.group))
         });
-        let all: Vec<String> = inputs.chain(errors).collect();
-        self.wrong.extend(all.into_iter().map(|what| format!("{what}: its source is empty; say where the deviation is from")));
+        let all: Vec<String> = inputs.chain(fields).chain(errors).collect();
+        self.wrong.extend(
+            all.into_iter().map(|what| format!("{what}: its source is empty; say where the deviation is from")),
+        );
     }
 
     /// Families of the design and of the checks before those of the study, and the places of their cases.
@@ -336,12 +398,13 @@ impl Builder<'_> {
             let mut members = toml::Table::new();
             for k in 1..=self.study.checks {
                 let xi: Vec<f64> = own.iter().map(|_| INNER * (2.0 * random.unit() - 1.0)).collect();
-                let s: Vec<f64> = r.inputs.iter().map(|_| random.normal()).collect();
+                let s: Vec<f64> = r.inputs.iter().map(|_| 2.0 * random.unit() - 1.0).collect();
                 let mut set = setting(&xi);
                 for (s, (_, keys)) in s.iter().zip(&r.inputs) {
                     for (key, deviation) in keys {
-                        let before = set.get(key).or_else(|| find(scene, key)).and_then(|v| shifted(v, s * deviation));
-                        before.map(|value| set.insert(key.clone(), value));
+                        let before = set.get(key).cloned().or_else(|| find(scene, key).ok().cloned());
+                        let after = before.and_then(|v| shifted(&v, s * deviation));
+                        after.map(|value| set.insert(key.clone(), value));
                     }
                 }
                 members.insert(k.to_string(), set.into());
@@ -404,13 +467,22 @@ fn design(names: &[&str]) -> Vec<(String, Vec<f64>)> {
     all
 }
 
+/// Changes with one more probe.
+fn with_probe(mut set: toml::Table, probe: &toml::Value) -> toml::Table {
+    let more = set.entry("probe.+").or_insert_with(|| toml::Value::Array(vec![]));
+    more.as_array_mut().into_iter().for_each(|all| all.push(probe.clone()));
+    set
+}
+
 fn number(v: &toml::Value) -> Option<f64> {
     v.as_float().or_else(|| v.as_integer().map(|n| n as f64))
 }
 
 /// Unit of a quantity as it is written.
 fn unit_of(v: &toml::Value) -> String {
-    v.as_str().and_then(|text| text.trim().split_once(char::is_whitespace)).map_or(String::new(), |(_, unit)| unit.trim().into())
+    v.as_str()
+        .and_then(|text| text.trim().split_once(char::is_whitespace))
+        .map_or(String::new(), |(_, unit)| unit.trim().into())
 }
 
 fn value_at(u: &UnknownPlan, xi: f64) -> toml::Value {
@@ -418,21 +490,10 @@ fn value_at(u: &UnknownPlan, xi: f64) -> toml::Value {
     if u.unit.is_empty() { value.into() } else { format!("{value} {}", u.unit).into() }
 }
 
-/// A value of a scene and its dimension \[SI\].
-fn in_si(v: &toml::Value) -> Result<(f64, Dimension), String> {
-    match v {
-        toml::Value::String(text) => units::quantity(text).map_err(|e| e.to_string()),
-        other => number(other).map(|n| (n, Dimension::NONE)).ok_or_else(|| format!("{other} is not a quantity")),
-    }
-}
-
 /// A value of a scene, larger by an amount in SI.
 fn shifted(v: &toml::Value, by: f64) -> Option<toml::Value> {
-    let (value, _) = in_si(v).ok()?;
-    let unit = unit_of(v);
-    let factor = units::quantity(&format!("1 {unit}")).map_or(1.0, |(f, _)| f);
-    let sum = (value + by) / factor;
-    Some(if v.is_str() { format!("{sum} {unit}").into() } else { sum.into() })
+    let value = KeyValue::of(v).ok()?;
+    Some(value.written_si(value.si() + by))
 }
 
 /// The keys of an input with one standard deviation each \[SI\].
@@ -443,11 +504,14 @@ fn deviations(input: &InputSpec, scene: &toml::Table) -> Result<Vec<(String, f64
     }
     let share = input.deviation.trim().ends_with('%');
     let one = |key: &String| {
-        let (value, own) = in_si(find(scene, key).ok_or_else(|| format!("there is no {key}"))?)?;
+        let found = key.parse::<ParameterKey>().and_then(|key| key.value(scene)).map_err(|e| e.to_string())?;
+        let value = found.si();
         match share {
-            true if value == 0.0 => Err(format!("{key} is zero, of which no share is taken; give the deviation as a quantity")),
+            true if value == 0.0 => {
+                Err(format!("{key} is zero, of which no share is taken; give the deviation as a quantity"))
+            }
             true => Ok((key.clone(), amount * value.abs())),
-            false if own == dimension => Ok((key.clone(), amount)),
+            false if found.dimension == dimension => Ok((key.clone(), amount)),
             false => Err(format!("{key} has another dimension than the deviation \"{}\"", input.deviation)),
         }
     };

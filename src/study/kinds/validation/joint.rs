@@ -54,8 +54,7 @@ impl Response {
     /// The measured value with ∂/∂(ξ, s).
     fn at(&self, xi: &[f64], s: &[f64]) -> (f64, DVector<f64>) {
         let of = |all: &[f64], own: &[usize]| own.iter().map(|k| all[*k]).collect::<Vec<_>>();
-        let (mut value, by_constants, by_inputs) =
-            self.surface.at(&of(xi, &self.constants), &of(s, &self.inputs));
+        let (mut value, by_constants, by_inputs) = self.surface.at(&of(xi, &self.constants), &of(s, &self.inputs));
         let m = xi.len();
         let mut row = DVector::zeros(m + s.len());
         self.constants.iter().zip(by_constants).for_each(|(k, d)| row[*k] = d);

@@ -29,7 +29,10 @@ pub fn table(base: &Path, spec: &TableSpec, unit: &str) -> Result<MeasuredTable,
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
     let known: Vec<String> = reader.headers().map_err(|e| format!("{file}: {e}"))?.iter().map(String::from).collect();
     let place = |name: &String| {
-        known.iter().position(|k| k == name).ok_or_else(|| format!("{file}: there is no column \"{name}\"; {}", hint(name, &known)))
+        known
+            .iter()
+            .position(|k| k == name)
+            .ok_or_else(|| format!("{file}: there is no column \"{name}\"; {}", hint(name, &known)))
     };
     let value = place(&spec.column)?;
     let choosing = spec.rows.keys().map(|k| Ok((k.clone(), place(k)?))).collect::<Result<Vec<_>, String>>()?;

@@ -2,7 +2,7 @@
 //!
 //! | Step | File |
 //! |---|---|
-//! | Keys of the study, its plan, its cases | [`spec`], [`plan`], [`expansion`], [`measured`] |
+//! | Keys of the study, its plan, its cases | [`spec`], [`plan`], [`expansion`], [`measured`], [`field`] |
 //! | A number from a run, with derivatives | [`evaluate`] |
 //! | Runs of a design as a function | [`surface`] |
 //! | Constants and predictions with all their sources of error | [`joint`], [`monte_carlo`], [`budget`] |
@@ -13,6 +13,7 @@ pub mod analysis;
 pub mod budget;
 pub mod evaluate;
 pub mod expansion;
+pub mod field;
 pub mod figures;
 pub mod joint;
 pub mod measured;

@@ -63,11 +63,13 @@ impl<'a> Meshes<'a> {
         match meshes {
             Some(e) => out.mesh = take(&e, value, &mut out),
             None => out.doubts.push(
-                "no family of meshes with two converged members, so that the error of the mesh is not in the interval".into(),
+                "no family of meshes with two converged members, so that the error of the mesh is not in the interval"
+                    .into(),
             ),
         }
         let steps = self.family(record, &[Role::TimeStep]).and_then(|(f, plan)| {
-            let level = |c: &StoredCase, p| Level { h: c.record.dt_s, edge: None, wall: None, ..Level::of(&c.record, p) };
+            let level =
+                |c: &StoredCase, p| Level { h: c.record.dt_s, edge: None, wall: None, ..Level::of(&c.record, p) };
             let levels = self.levels((f, plan), record, again, level);
             estimate_of_order((&f.name, f.role, &f.formulation), ORDER_IN_TIME, levels, None, tolerance)
         });
@@ -97,7 +99,12 @@ impl<'a> Meshes<'a> {
     }
 
     /// The case of a record in a member of a family, which lists the members of one record after those of another.
-    fn member(&self, (family, plan): (&FamilyRecord, &FamilyPlan), member: usize, r: &RecordPlan) -> Option<&'a StoredCase> {
+    fn member(
+        &self,
+        (family, plan): (&FamilyRecord, &FamilyPlan),
+        member: usize,
+        r: &RecordPlan,
+    ) -> Option<&'a StoredCase> {
         let place = plan.records.iter().position(|name| *name == r.name)?;
         self.case(family.cases.get(place * plan.members + member)?)
     }

@@ -114,5 +114,7 @@ pub struct ErrorPlan {
     /// \[unit of the quantity\]
     pub deviation: f64,
     pub source: String,
-    pub shared: bool,
+    /// Name of the source, where several data share it
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shared: Option<String>,
 }

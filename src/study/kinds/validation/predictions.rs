@@ -24,5 +24,7 @@ pub fn text(a: &Analysis<ValidationFindings>, study: &str) -> String {
     all.insert("confidence".into(), 0.95.into());
     all.insert("prediction".into(), a.predictions.iter().map(one).collect::<Vec<_>>().into());
     let body = toml::to_string(&all).unwrap_or_default();
-    format!("# Values with 95 % intervals of a further measurement; `budget` has the half-width that each group alone would give.\n{body}")
+    format!(
+        "# Values with 95 % intervals of a further measurement; `budget` has the half-width that each group alone would give.\n{body}"
+    )
 }

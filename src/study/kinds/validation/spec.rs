@@ -19,6 +19,9 @@ pub struct ValidationStudy {
     pub records: Vec<RecordSpec>,
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<QuantitySpec>,
+    /// Fields of displacements
+    #[serde(rename = "field", default)]
+    pub fields: Vec<FieldSpec>,
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
     /// Runs per record at random places, which show how far the response surfaces are off
@@ -162,6 +165,32 @@ pub struct TableSpec {
     /// Column → text of the rows that count; `{experiment}` stands for the experiment of the record. Several rows are repeats.
     #[serde(rename = "where")]
     pub rows: BTreeMap<String, String>,
+}
+
+/// Displacements of many points, by image correlation or markers.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FieldSpec {
+    /// Part of the names of its columns and quantities
+    pub name: String,
+    /// CSV relative to the study; `{experiment}` stands for the experiment of the record
+    pub file: String,
+    /// Unit of its lengths
+    pub unit: String,
+    /// Columns of the place of a point at rest, in the frame of the body
+    pub position: [String; 3],
+    /// Columns of its displacement at the end of the run
+    pub displacement: [String; 3],
+    /// Records that it is taken from; all if absent
+    pub records: Option<Vec<String>>,
+    /// Standard deviation of a component of a point
+    pub deviation: String,
+    /// Standard deviation of each shift that registration leaves
+    pub shift: Option<String>,
+    /// Standard deviation of each rotation that registration leaves
+    pub rotation: Option<String>,
+    /// Where the deviations are from
+    pub source: String,
 }
 
 /// An error of the measurement of a quantity.

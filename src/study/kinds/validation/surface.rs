@@ -49,7 +49,9 @@ pub struct Surface {
 
 /// Too few runs of a design, or runs that do not lie apart, to determine even a plane.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{runs} converged runs do not determine how it depends on {constants} constants; repair the others, or narrow the ranges")]
+#[error(
+    "{runs} converged runs do not determine how it depends on {constants} constants; repair the others, or narrow the ranges"
+)]
 pub struct Undetermined {
     pub runs: usize,
     pub constants: usize,

@@ -5,7 +5,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
 use crate::mesh::attach::attach_each;
-use crate::mesh::embed::{ball_weights, embed, nearest_on_surface};
+use crate::mesh::embed::{embed, nearest_on_surface};
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint, part};
@@ -293,7 +293,7 @@ fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) ->
     let fail = |e| part(builder.file, place, e);
     let weights = match radius {
         GuideRadius::Point => attach_each(mesh, &[at], mesh.diagonal()).remove(0).map_err(fail)?,
-        GuideRadius::Ball(radius) => ball_weights(mesh, at, radius).map_err(fail)?,
+        GuideRadius::Ball(radius) => builder.body.patches.weights(mesh, at, radius).map_err(fail)?,
     };
     Ok(Guide { point: at, weights })
 }

@@ -46,7 +46,11 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             top = bottom + GAP;
         }
     });
-    let more = if a.predictions.len() > PANELS { format!(" Of {} predictions the first {PANELS}.", a.predictions.len()) } else { String::new() };
+    let more = if a.predictions.len() > PANELS {
+        format!(" Of {} predictions the first {PANELS}.", a.predictions.len())
+    } else {
+        String::new()
+    };
     let caption = format!(
         "Half-width of the 95 % interval of each prediction that every group of errors alone would give, largest first; groups add as squares.{more}"
     );

@@ -1,6 +1,8 @@
 //! Measured against predicted values, in half-widths of the intervals.
 
-use crate::report::canvas::{At, DOUBLE, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, width};
+use crate::report::canvas::{
+    At, DOUBLE, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, width,
+};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;

@@ -1,0 +1,27 @@
+//! Weights of the balls of a body, by which guides and forces act, each computed once for all scenes of the body: a search or a derivative builds a scene
+//! many times.
+
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::embed::{EmbedError, ball_weights};
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// Weights by the bits of centre and radius.
+#[derive(Debug, Default)]
+pub struct Patches {
+    known: Mutex<HashMap<[u64; 4], Vec<(u32, f64)>>>,
+}
+
+impl Patches {
+    /// Weights (node, w) of the ball of `radius` \[m\] around `center` \[m\] of the mesh of the body.
+    pub fn weights(&self, mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
+        let key = [center.x, center.y, center.z, radius].map(f64::to_bits);
+        if let Some(found) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
+            return Ok(found.clone());
+        }
+        let weights = ball_weights(mesh, center, radius)?;
+        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(key, weights.clone());
+        Ok(weights)
+    }
+}

@@ -1,0 +1,152 @@
+//! Fields of displacements: many points of a body, by image correlation or markers, as quantities of a validation.
+//!
+//! Every component of every point is a quantity of its own, the change of a marker that is added to the scene. The points are in the frame of the body, so that
+//! what is left of their registration is a rigid motion common to all of them: three shifts and, to first order, three rotations
+//! ω × (X − X̄) are errors that all points of a record share.
+
+use crate::math::tensor::Vec3;
+use crate::math::units::{self, Dimension};
+use crate::scene::hint;
+use crate::storage::{self, DATA_LIMIT};
+use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan};
+use crate::study::kinds::validation::spec::{Evaluation, FieldSpec, RecordSpec};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Axes by the letters of columns.
+const AXES: [&str; 3] = ["x", "y", "z"];
+/// Most points of a field: each is three columns of a run with derivatives.
+const MOST: usize = 500;
+
+/// A field of one record.
+pub struct Field {
+    /// Places at rest \[m\]
+    points: Vec<Vec3>,
+    /// Displacements \[m\]; none of a record that is only predicted
+    displacements: Vec<Option<Vec3>>,
+}
+
+impl Field {
+    /// Reads the table of a record; the error says what is wrong in words.
+    pub fn read(base: &Path, spec: &FieldSpec, record: &RecordSpec) -> Result<Self, String> {
+        let experiment = record.experiment.as_ref().unwrap_or(&record.name);
+        let file = spec.file.replace("{experiment}", experiment);
+        let factor = units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| format!("unit: {e}"))?;
+        let bytes = storage::read(&base.join(&file), DATA_LIMIT)
+            .map_err(|e| format!("{file}: {e}; the path is relative to the study"))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
+        let known: Vec<String> =
+            reader.headers().map_err(|e| format!("{file}: {e}"))?.iter().map(String::from).collect();
+        let place = |name: &String| {
+            let missing = || format!("{file}: there is no column \"{name}\"; {}", hint(name, &known));
+            known.iter().position(|k| k == name).ok_or_else(missing)
+        };
+        let columns = |names: &[String; 3]| names.iter().map(place).collect::<Result<Vec<_>, _>>();
+        let (at, by) = (columns(&spec.position)?, columns(&spec.displacement)?);
+        let mut out = Self { points: vec![], displacements: vec![] };
+        for row in reader.records() {
+            let row = row.map_err(|e| format!("{file}: {e}"))?;
+            let line = row.position().map_or(0, csv::Position::line);
+            let number = |k: &usize| {
+                let text = row.get(*k).unwrap_or_default();
+                let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
+                value.map(|v| v * factor).ok_or_else(|| format!("{file}: line {line}: \"{text}\" is no finite number"))
+            };
+            let vector =
+                |own: &[usize]| own.iter().map(number).collect::<Result<Vec<_>, _>>().map(|v| Vec3::from_vec(v));
+            out.points.push(vector(&at)?);
+            let is_empty = by.iter().all(|k| row.get(*k).unwrap_or_default().is_empty());
+            out.displacements.push(if is_empty { None } else { Some(vector(&by)?) });
+        }
+        match out.points.len() {
+            0 => Err(format!("{file}: it has no point")),
+            n if n > MOST => Err(format!(
+                "{file}: {n} points; thin them out to {MOST} at most, which are as good where errors are correlated"
+            )),
+            _ => Ok(out),
+        }
+    }
+
+    /// The probe that records the points.
+    pub fn probe(&self, name: &str) -> toml::Value {
+        let text = |p: &Vec3| p.iter().map(|x| toml::Value::from(format!("{x} m"))).collect::<Vec<_>>();
+        let points: Vec<toml::Value> = self.points.iter().map(|p| text(p).into()).collect();
+        let keys = [("kind", "markers".into()), ("name", name.into()), ("points", points.into())];
+        keys.map(|(key, value): (&str, toml::Value)| (key.to_string(), value))
+            .into_iter()
+            .collect::<toml::Table>()
+            .into()
+    }
+
+    /// A quantity per point and component, in millimetres.
+    pub fn quantities(&self, spec: &FieldSpec, record: &RecordSpec, errors: &Errors) -> Vec<QuantityPlan> {
+        let middle = self.points.iter().sum::<Vec3>() / self.points.len() as f64;
+        let one = |(k, i): (usize, usize)| {
+            let (number, axis, arm) = (k + 1, AXES[i], self.points[k] - middle);
+            let shared = |name: String, deviation: f64| ErrorPlan {
+                group: "registration".into(),
+                deviation,
+                source: spec.source.clone(),
+                shared: Some(format!("{} {} {name}", record.name, spec.name)),
+            };
+            let mut all = vec![ErrorPlan {
+                group: "field".into(),
+                deviation: 1e3 * errors.noise,
+                source: spec.source.clone(),
+                shared: None,
+            }];
+            if errors.shift > 0.0 {
+                all.push(shared(format!("shift {axis}"), 1e3 * errors.shift));
+            }
+            for (j, about) in AXES.iter().enumerate().filter(|(j, _)| *j != i && errors.turn > 0.0) {
+                let by = Vec3::ith(j, 1.0).cross(&arm)[i];
+                all.push(shared(format!("rotation {about}"), 1e3 * errors.turn * by));
+            }
+            let measured = self.displacements[k].map_or(vec![], |u| vec![1e3 * u[i]]);
+            QuantityPlan {
+                name: format!("{}_{number}_{axis}", spec.name),
+                label: format!("{axis} of point {number}"),
+                symbol: format!("u{axis}"),
+                unit: "mm".into(),
+                column: format!("{}_{number}_{axis}_m", spec.name),
+                value: Evaluation::Change,
+                factor: 1e3,
+                window: None,
+                records: BTreeMap::from([(record.name.clone(), measured)]),
+                errors: all,
+            }
+        };
+        (0..self.points.len()).flat_map(|k| (0..3).map(move |i| (k, i))).map(one).collect()
+    }
+
+    /// Whether every point has a displacement.
+    pub fn is_measured(&self) -> bool {
+        self.displacements.iter().all(Option::is_some)
+    }
+}
+
+/// Standard deviations of a field.
+pub struct Errors {
+    /// Of a component of a point \[m\]
+    noise: f64,
+    /// Of each shift and each rotation of its registration \[m, rad\]
+    shift: f64,
+    turn: f64,
+}
+
+impl Errors {
+    pub fn read(spec: &FieldSpec) -> Result<Self, String> {
+        let read = |key: &str, text: &str, dimension| {
+            units::parse(text, dimension)
+                .map_err(|e| format!("{key}: {e}"))
+                .and_then(|v| if v >= 0.0 { Ok(v) } else { Err(format!("{key}: it is negative")) })
+        };
+        let noise = read("deviation", &spec.deviation, Dimension::LENGTH)?;
+        if noise == 0.0 {
+            return Err("deviation: it is zero; no point is measured exactly".into());
+        }
+        let shift = spec.shift.as_ref().map_or(Ok(0.0), |text| read("shift", text, Dimension::LENGTH))?;
+        let turn = spec.rotation.as_ref().map_or(Ok(0.0), |text| read("rotation", text, Dimension::ANGLE))?;
+        Ok(Self { noise, shift, turn })
+    }
+}
