@@ -48,7 +48,7 @@ pub struct Body {
     /// Of a body with `[mesh.deform]`: what it was before
     pub undeformed: Option<Arc<Undeformed>>,
     /// Balls of the scenes so far
-    pub(in crate::scene) patches: Patches,
+    pub patches: Patches,
 }
 
 impl Body {

@@ -124,6 +124,7 @@ pub use mesh_spec::ElementSpec;
 pub use open::{open_scene, parse_scene};
 pub use overrides::find;
 pub use parameter_key::{KeyValue, LawConstant, ParameterKey};
+pub use patches::Patches;
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
 pub use recorder::{Energies, Headline, Moment, Recorder};

@@ -1,6 +1,6 @@
 //! Error budgets: one panel per prediction, one bar per group, largest first.
 
-use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, text};
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, text, width};
 use crate::report::figure::Figure;
 use crate::report::numbers::{digits, space};
 use crate::study::analysis::Analysis;
@@ -10,7 +10,6 @@ use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 /// Predictions and groups that are drawn.
 const PANELS: usize = 6;
 const BARS: usize = 9;
-const LEFT: f64 = 40.0;
 const WIDE: f64 = 62.0;
 const ROW: f64 = 5.0;
 const HEAD: f64 = 9.0;
@@ -22,8 +21,10 @@ const TOTAL: RGB = RGB(0x55, 0x55, 0x55);
 pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
     let shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).take(PANELS).collect();
     let rows = |p: &Prediction| 1 + p.budget.len().min(BARS);
+    let names = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| width(&c.group, SMALL));
+    let left = f64::from(names.max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
     let height = shown.iter().map(|p| HEAD + ROW * rows(p) as f64 + GAP).sum::<f64>();
-    let svg = figure(LEFT + WIDE + RIGHT, height, "", |area| {
+    let svg = figure(left + WIDE + RIGHT, height, "", |area| {
         let mut top = 0.0;
         for (k, p) in shown.iter().enumerate() {
             let total = half_width(&p.budget);
@@ -36,13 +37,13 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             for (j, (name, half, color)) in bars.enumerate() {
                 let y = top + HEAD + ROW * (j as f64 + 0.5);
                 let long = WIDE * half / total;
-                text(area, name, (mm(LEFT - 1.5), mm(y)), At::Right, SMALL, INK);
-                block(area, (mm(LEFT), mm(y - 1.6)), (mm(LEFT + long), mm(y + 1.6)), color);
+                text(area, name, (mm(left - 1.5), mm(y)), At::Right, SMALL, INK);
+                block(area, (mm(left), mm(y - 1.6)), (mm(left + long), mm(y + 1.6)), color);
                 let number = format!("± {half:.n$}{}", space(&p.unit));
-                text(area, &number, (mm(LEFT + long + 1.2), mm(y)), At::Left, SMALL, INK);
+                text(area, &number, (mm(left + long + 1.2), mm(y)), At::Left, SMALL, INK);
             }
             let bottom = top + HEAD + ROW * rows(p) as f64;
-            line(area, &[(mm(LEFT), mm(top + HEAD)), (mm(LEFT), mm(bottom))], INK, 4);
+            line(area, &[(mm(left), mm(top + HEAD)), (mm(left), mm(bottom))], INK, 4);
             top = bottom + GAP;
         }
     });
