@@ -17,7 +17,8 @@ kind = "box"
 size = ["30 mm", "10 mm", "8 mm"]
 divisions = [3, 1, 1]
 [laws.rubber]
-law = "neo_hookean"
+law = "neo_hookean_split"
+volumetric = "quadratic"
 E = "100 kPa"
 nu = 0.45
 [[effect]]

@@ -359,7 +359,9 @@ shift = "0.1 mm"
 rotation = "0.3 deg"
 source = "the test"
 "#;
-    let only_field = STUDY.replace("measured = { none = [2.9, 3.1], light = 5.0 }", "records = [\"heavy\"]").replace(
+    // Inputs are exact in this experiment
+    let (head, rest) = STUDY.split_at(STUDY.find("[[input]]").expect("inputs"));
+    let only_field = format!("{head}{}", &rest[rest.find("[[record]]").expect("records")..]).replace("measured = { none = [2.9, 3.1], light = 5.0 }", "records = [\"heavy\"]").replace(
         "[[record]]\nname = \"none\"\npurpose = \"calibration\"\nset = { \"effect.load.traction.to\" = \"1 Pa\" }\n",
         "",
     );

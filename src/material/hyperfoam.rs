@@ -259,7 +259,7 @@ mod tests {
         let law = Hyperfoam::new(&[[40e3, -2.0, 0.25]]).expect("a foam");
         for s in [[1.3, 0.9, 1.1], [0.4, 0.7, 2.0], [1.0, 1.0, 1.0]] {
             let [a, b, c] = s.map(|x| x * x);
-            let (i2, i3) = (a * b + b * c + c * a, a * b * c);
+            let (i2, i3): (f64, f64) = (a * b + b * c + c * a, a * b * c);
             let expected = 20e3 * (i2 / i3 + 2.0 * i3.sqrt() - 5.0);
             assert!((stress(&law, s).0 - expected).abs() < 1e-14 * 20e3 * (i2 / i3 + 2.0 * i3.sqrt() + 5.0), "{s:?}");
         }

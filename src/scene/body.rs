@@ -1,11 +1,11 @@
 //! The mesh of a scene: read from a volume mesh file, or found or made by the mesher.
 
-use super::deform::{Undeformed, deform};
+use super::deform::{Undeformed, deform, formulas_of, is_made_here};
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
-use super::mesh_spec::{ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
+use super::mesh_spec::{DeformSpec, ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
 use super::patches::Patches;
 use super::quantity::Length;
 use crate::mesh::element::CELL_EDGES;
@@ -75,10 +75,39 @@ impl Body {
             body.sha256 = mesh_hash(&body.mesh);
         }
         if let Some(formulas) = &spec.deform {
-            deform(file, formulas, &mut body)?;
+            body.deform(file, formulas)?;
         }
         check_places(file, &body.mesh)?;
         Ok(body)
+    }
+
+    /// Deforms the body, which keeps what it was.
+    fn deform(&mut self, file: &Path, formulas: &DeformSpec) -> Result<(), SceneError> {
+        self.undeformed = Some(Arc::new(deform(file, formulas, &mut self.mesh, &mut self.paths)?));
+        self.sha256 = mesh_hash(&self.mesh);
+        Ok(())
+    }
+
+    /// The body of another mesh table with the same connectivity, without a mesher: a grid or a volume mesh, or this body deformed from where it was.
+    pub fn varied(&self, file: &Path, spec: &MeshSpec) -> Result<Self, SceneError> {
+        if is_made_here(file, spec) {
+            return Self::load(file, spec, &mut |_| {});
+        }
+        let formulas = formulas_of(file, spec)?;
+        let before = self.undeformed.as_deref().map(|u| (u.points.clone(), u.paths.clone()));
+        let (points, paths) = before.unwrap_or_else(|| (self.mesh.points.clone(), self.paths.clone()));
+        let mut anew = Self {
+            mesh: TetMesh { points, ..self.mesh.clone() },
+            paths,
+            source: self.source.clone(),
+            sha256: String::new(),
+            notes: self.notes.clone(),
+            warnings: self.warnings.clone(),
+            undeformed: None,
+            patches: Patches::default(),
+        };
+        anew.deform(file, formulas)?;
+        Ok(anew)
     }
 
     /// A mesh that is given directly.

@@ -261,9 +261,8 @@ impl Scene {
         let parts = SystemParts { nodes, hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
         let system = number(parts).map_err(|e| part(file, "scene", e))?;
         let law = laws.into_iter().next().map(|l| l.law);
-        let title = spec.title.clone();
         let scene = Self {
-            title,
+            title: spec.title.clone(),
             file: file.into(),
             body,
             regions,

@@ -1,12 +1,9 @@
 //! `[mesh.deform]`: the nodes of a mesh are moved by formulas, x(X, Y, Z; parameters), before anything is built on it. So a shape has parameters where
 //! a mesher would make another mesh for each value.
 
-use super::body::Body;
 use super::error::{SceneError, hint, part};
-use super::grid::mesh_hash;
 use super::mesh_file::volume_mesh;
 use super::mesh_spec::{DeformSpec, MeshSpec};
-use super::patches::Patches;
 use super::quantity::Quantity;
 use crate::math::formula::Formula;
 use crate::math::tensor::Vec3;
@@ -16,7 +13,6 @@ use crate::mesh::generate::CablePath;
 use crate::mesh::validate::min_det;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 const PLACE: &str = "mesh.deform";
 /// Names of the coordinates in formulas.
@@ -25,44 +21,30 @@ const COORDINATES: [&str; 3] = ["X", "Y", "Z"];
 /// Nodes and cable paths of a body before its deformation.
 #[derive(Clone, Debug)]
 pub struct Undeformed {
-    points: Vec<Vec3>,
-    paths: BTreeMap<String, CablePath>,
+    pub(super) points: Vec<Vec3>,
+    pub(super) paths: BTreeMap<String, CablePath>,
 }
 
-/// Deforms a body, which keeps what it was.
-pub(super) fn deform(file: &Path, spec: &DeformSpec, body: &mut Body) -> Result<(), SceneError> {
+/// Deforms the nodes and the cable paths of a body; what they were.
+pub(super) fn deform(
+    file: &Path,
+    spec: &DeformSpec,
+    mesh: &mut TetMesh,
+    paths: &mut BTreeMap<String, CablePath>,
+) -> Result<Undeformed, SceneError> {
     let map = Map::new(file, spec)?;
-    let undeformed =
-        Undeformed { points: std::mem::take(&mut body.mesh.points), paths: std::mem::take(&mut body.paths) };
-    body.mesh.points = undeformed.points.iter().map(|p| map.at(*p)).collect();
-    body.paths = undeformed.paths.iter().map(|(name, path)| (name.clone(), map.path(path))).collect();
-    check(file, &body.mesh)?;
-    body.sha256 = mesh_hash(&body.mesh);
-    body.undeformed = Some(Arc::new(undeformed));
-    Ok(())
+    let undeformed = Undeformed { points: std::mem::take(&mut mesh.points), paths: std::mem::take(paths) };
+    mesh.points = undeformed.points.iter().map(|p| map.at(*p)).collect();
+    *paths = undeformed.paths.iter().map(|(name, path)| (name.clone(), map.path(path))).collect();
+    check(file, mesh)?;
+    Ok(undeformed)
 }
 
-/// The body of another mesh table with the same connectivity, without a mesher: a grid or a volume mesh, or this body deformed from where it was.
-pub fn varied_body(body: &Body, file: &Path, spec: &MeshSpec) -> Result<Body, SceneError> {
-    if is_made_here(file, spec) {
-        return Body::load(file, spec, &mut |_| {});
-    }
-    let (Some(formulas), Some(undeformed)) = (&spec.deform, &body.undeformed) else {
-        let fact = "the mesher would make another mesh".into();
-        return Err(content(file, fact, "declare the change of shape in [mesh.deform], or take a grid"));
-    };
-    let mut anew = Body {
-        mesh: TetMesh { points: undeformed.points.clone(), ..body.mesh.clone() },
-        paths: undeformed.paths.clone(),
-        source: body.source.clone(),
-        sha256: String::new(),
-        notes: body.notes.clone(),
-        warnings: body.warnings.clone(),
-        undeformed: None,
-        patches: Patches::default(),
-    };
-    deform(file, formulas, &mut anew)?;
-    Ok(anew)
+/// The formulas of another mesh table of a body that the mesher made, which can only be deformed anew.
+pub(super) fn formulas_of<'a>(file: &Path, spec: &'a MeshSpec) -> Result<&'a DeformSpec, SceneError> {
+    let fact = "the mesher would make another mesh";
+    let remedy = "declare the change of shape in [mesh.deform], or take a grid";
+    spec.deform.as_ref().ok_or_else(|| content(file, fact.into(), remedy))
 }
 
 /// Whether the meshes of all bodies are made or read without a mesher.

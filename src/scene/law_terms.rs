@@ -4,7 +4,7 @@
 use super::build::Scene;
 use super::error::hint;
 use super::parameter_key::LawConstant;
-use super::sensitivity::SensitivityError;
+use super::sensitivity_error::SensitivityError;
 use super::spec::EffectSpec;
 use crate::effect::StiffnessDamping;
 use crate::material;

@@ -206,7 +206,7 @@ impl PartSpec {
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DeformSpec {
-    /// What is not given stays
+    /// Formula of x; a component without a formula stays
     pub x: Option<String>,
     pub y: Option<String>,
     pub z: Option<String>,

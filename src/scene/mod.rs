@@ -91,6 +91,7 @@ mod run_recorder;
 mod scene_difference;
 mod sensitivities;
 pub mod sensitivity;
+mod sensitivity_error;
 mod shape;
 mod signal;
 mod skin;
@@ -110,7 +111,6 @@ pub use builder::LawSource;
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::Measured;
 pub(crate) use control::in_unit_of;
-pub use deform::varied_body;
 pub use error::{Mistake, SceneError, hint};
 pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
@@ -123,7 +123,7 @@ pub use linear::{LinearSpec, LinearWork, MemorySpec};
 pub use mesh_spec::ElementSpec;
 pub use open::{open_scene, parse_scene};
 pub use overrides::find;
-pub use parameter_key::{KeyValue, LawConstant, ParameterKey};
+pub use parameter_key::{KeyError, KeyValue, LawConstant, ParameterKey};
 pub use patches::Patches;
 pub use quantity::{Length, Time};
 pub use read::{from_text, read_scene, read_table};
@@ -132,7 +132,7 @@ pub use refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refin
 pub use run::Run;
 pub use run_options::{OnProgress, OnRow, OnSave, OnState, PARTIAL, Progress, RunOptions};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};
-pub use sensitivity::SensitivityError;
+pub use sensitivity_error::SensitivityError;
 pub use skin::NamedSkin;
 pub use spec::SceneSpec;
 pub use start::StartSpec;

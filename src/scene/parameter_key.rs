@@ -1,12 +1,22 @@
 //! Keys of a scene whose value is a number, by which a run can be differentiated: `laws.rubber.mu`, `effect.gravity.direction.1`.
 
-use super::overrides;
-use super::sensitivity::SensitivityError;
+use super::overrides::{self, OverrideError};
 use crate::math::units::{self, Dimension};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use toml::{Table, Value};
+
+/// Reason why a path leads to no number of a scene.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyError {
+    #[error("\"{text}\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density")]
+    Form { text: String },
+    #[error(transparent)]
+    NoKey(#[from] OverrideError),
+    #[error("{key} is {is}, and a derivative is by one number")]
+    NoNumber { key: ParameterKey, is: String },
+}
 
 /// A key of a scene by its path, as [`overrides`] goes it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -20,13 +30,13 @@ impl fmt::Display for ParameterKey {
 }
 
 impl FromStr for ParameterKey {
-    type Err = SensitivityError;
+    type Err = KeyError;
 
-    fn from_str(text: &str) -> Result<Self, SensitivityError> {
+    fn from_str(text: &str) -> Result<Self, KeyError> {
         if text.contains('.') && text.split('.').all(|step| !step.is_empty()) {
             return Ok(Self(text.into()));
         }
-        Err(SensitivityError::Form { text: text.into() })
+        Err(KeyError::Form { text: text.into() })
     }
 }
 
@@ -64,9 +74,8 @@ impl ParameterKey {
     }
 
     /// The number that a scene has there; an error where it has none.
-    pub fn value(&self, scene: &Table) -> Result<KeyValue, SensitivityError> {
-        KeyValue::of(overrides::find(scene, &self.0)?)
-            .map_err(|is| SensitivityError::NoNumber { key: self.clone(), is })
+    pub fn value(&self, scene: &Table) -> Result<KeyValue, KeyError> {
+        KeyValue::of(overrides::find(scene, &self.0)?).map_err(|is| KeyError::NoNumber { key: self.clone(), is })
     }
 }
 

@@ -7,7 +7,7 @@
 
 use super::body::Body;
 use super::build::Scene;
-use super::deform::{is_made_here, varied_body};
+use super::deform::is_made_here;
 use super::error::SceneError;
 use super::overrides;
 use super::parameter_key::{KeyValue, ParameterKey};
@@ -17,7 +17,7 @@ use super::parts::rigid::RigidBody;
 use super::read::from_text;
 use super::recorded::recorders;
 use super::recorder::{Moment, Recorder};
-use super::sensitivity::SensitivityError;
+use super::sensitivity_error::SensitivityError;
 use super::spec::{EffectSpec, SceneSpec};
 use super::trial;
 use crate::math::difference::{PLACES, derivatives};
@@ -93,7 +93,7 @@ impl SceneDifference {
                 let (own, rest) = memory.split_at(recorder.memory().len());
                 memory = rest;
                 if recorder.is_differentiable() {
-                    // An angle is kept with its turns, and has to be seen again by the other recorder
+                    // An angle is kept with its whole rotations, and has to be seen again by the other recorder
                     let mut own = own.to_vec();
                     recorder.remember(&of.body, now.state, &mut own);
                     values.extend(recorder.record(&Moment { body: &of.body, memory: &own, ..*now }));
@@ -181,7 +181,7 @@ impl<'a> Family<'a> {
         let (spec, _) = self.spec(step / self.size)?;
         let body = match self.key.makes_mesh() {
             false => scene.body.clone(),
-            true => Arc::new(varied_body(&scene.body, &scene.file, &spec.mesh).map_err(differs)?),
+            true => Arc::new(scene.body.varied(&scene.file, &spec.mesh).map_err(differs)?),
         };
         if body.mesh.cells != scene.body.mesh.cells || body.mesh.points.len() != scene.body.mesh.points.len() {
             return Err(content("the mesh has other cells"));

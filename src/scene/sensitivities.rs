@@ -2,7 +2,8 @@
 
 use super::build::Scene;
 use super::parameter_key::ParameterKey;
-use super::sensitivity::{RowDerivatives, Sensitivity, SensitivityError};
+use super::sensitivity::{RowDerivatives, Sensitivity};
+use super::sensitivity_error::SensitivityError;
 use crate::solve::{AcceptedStep, Failure, Integrator};
 use crate::system::State;
 use std::time::Instant;
@@ -189,7 +190,7 @@ impl Sensitivities {
     fn add(&mut self, RowDerivatives { values, errors }: RowDerivatives) {
         self.rows.push(values);
         for (most, error) in self.errors.iter_mut().flatten().zip(errors.into_iter().flatten()) {
-            // What is not a number is no derivative, and has no error
+            // A value that is not a number is no derivative, and has no error
             *most = most.max(error);
         }
     }

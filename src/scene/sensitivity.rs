@@ -7,67 +7,13 @@
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
 use super::build::Scene;
-use super::error::SceneError;
 use super::law_terms::law_terms;
-use super::overrides::OverrideError;
 use super::parameter_key::ParameterKey;
 use super::recorder::{Energies, Moment};
 use super::scene_difference::SceneDifference;
-use crate::material::LawSpecError;
+use super::sensitivity_error::SensitivityError;
 use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
 use crate::system::{Capabilities, Gradient, Needs, Parameter, State};
-
-/// Reason why a scene has no derivatives by a key.
-#[derive(Debug, thiserror::Error)]
-pub enum SensitivityError {
-    #[error("\"{text}\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density")]
-    Form { text: String },
-    #[error(transparent)]
-    NoKey(#[from] OverrideError),
-    #[error("{key} is {is}, and a derivative is by one number")]
-    NoNumber { key: ParameterKey, is: String },
-    #[error("{key} takes whole numbers or names only, so there is no derivative by it: {source}")]
-    Discrete { key: ParameterKey, source: SceneError },
-    #[error(
-        "{key}: the mesher would make another mesh for another value, so there is no derivative by it; declare the change of shape \
-         in [mesh.deform] and take a parameter of it, or take a grid"
-    )]
-    Mesher { key: ParameterKey },
-    #[error("{key}: there is no derivative by it, because a small change of it changes more than values: {source}")]
-    Differs { key: ParameterKey, source: SceneError },
-    #[error(
-        "{key}: the scene was made in Rust and has no text in which the key could be changed; make it with SceneBuilder::parse"
-    )]
-    NoText { key: ParameterKey },
-    #[error("{constant}: the scene has no such law; {hint}")]
-    NoLaw { constant: String, hint: String },
-    #[error("{constant}: {source}")]
-    Law { constant: String, source: LawSpecError },
-    #[error("{constant}: no elastic effect takes this law; name the law of an [[effect]] of kind \"elastic\"")]
-    Unused { constant: String },
-    #[error(
-        "stage {stage} is {integrator}, whose states are not converged and have no derivative; take implicit_euler"
-    )]
-    NotConverged { stage: usize, integrator: &'static str },
-    #[error(
-        "the signals are decided during the run, and their derivatives are not followed; remove events and formulas of columns"
-    )]
-    Decided,
-    #[error("the effect {effect} reads what came before a step and has no derivative by it; remove it")]
-    Past { effect: String },
-    #[error(
-        "the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`"
-    )]
-    Friction { cable: String },
-    #[error(
-        "the contact {contact} has friction: its forces depend on the path, which the derivatives do not follow; set its `friction` to 0"
-    )]
-    Sliding { contact: String },
-    #[error(
-        "in the contact {contact} deformable surfaces meet, which the derivatives do not follow; take a rigid obstacle, or no derivatives"
-    )]
-    Surfaces { contact: String },
-}
 
 /// Differentiates the states of a scene.
 pub(super) struct Sensitivity<'a> {

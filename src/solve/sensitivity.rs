@@ -244,7 +244,7 @@ impl<'s> TautSystem<'s> {
             }
             system.prescribed.iter().for_each(|p| change.x[p.dof as usize] = motion[p.dof as usize]);
             system.expand(&y, &mut change.x);
-            // What follows others moves with their weights, too.
+            // Tied nodes move with the weights of others, too.
             let tied = |dof: usize| system.ties.has(dof as u32 / 3) && dof < system.dofs.displacements as usize;
             (0..motion.len())
                 .filter(|&dof| motion[dof] != 0.0 && tied(dof))

@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
 use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
-use crate::scene::{ParameterKey, read_scene};
+use crate::scene::{ParameterKey, SensitivityError, read_scene};
 use crate::storage;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::Quantity;
@@ -162,7 +162,8 @@ impl CalibrationPlan {
         (name, measured): (&str, &MeasuredSpec),
         more: &[CurveSpec],
     ) -> Result<Self, InverseError> {
-        let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<ParameterKey>, _>>()?;
+        let constants = spec.unknown.iter().map(|text| text.parse()).collect::<Result<Vec<ParameterKey>, _>>();
+        let constants = constants.map_err(SensitivityError::from)?;
         let curve = MeasuredPlan::new(base, name, measured)?;
         let more = more.iter().map(|c| CurvePlan::new(base, c)).collect::<Result<Vec<_>, _>>()?;
         let settings = settings(spec)?;

@@ -48,10 +48,12 @@ pub fn check(label: &str, table: &Table, build: &dyn Fn(&Table) -> Scene) -> f64
             }
             other => (other.as_float().expect("a number"), None),
         };
-        let scale = theta * if unit == Some("kPa") { 1e3 } else { 1.0 };
+        // A constant that is zero is moved by shares of one
+        let whole = if theta == 0.0 { 1.0 } else { theta };
+        let scale = whole * if unit == Some("kPa") { 1e3 } else { 1.0 };
         let at = |s: f64| {
             let mut table = table.clone();
-            let value = theta * (1.0 + s);
+            let value = theta + whole * s;
             let quantity = unit.map(|unit| Value::from(format!("{value:?} {unit}")));
             table.insert(key.clone(), quantity.unwrap_or(Value::from(value)));
             let moved = super::run(&build(&table));

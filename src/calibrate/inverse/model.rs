@@ -8,7 +8,7 @@ use super::{InverseError, Measured};
 use crate::scene::protocol::extremes;
 use crate::scene::{
     Body, ParameterKey, Progress, Run, RunOptions, Scene, SceneSpec, SensitivityError, SensitivityRecorder, from_text,
-    overrides, varied_body,
+    overrides,
 };
 use crate::solve::Status;
 use nalgebra::DMatrix;
@@ -88,7 +88,7 @@ impl SceneModel {
         let text = toml::to_string(&table).expect("a table that was read can be written");
         let spec: SceneSpec = from_text(&self.file, &text, "")?;
         let body = match self.unknown.iter().any(|u| u.key.makes_mesh()) {
-            true => Arc::new(varied_body(&self.body, &self.file, &spec.mesh)?),
+            true => Arc::new(self.body.varied(&self.file, &spec.mesh)?),
             false => self.body.clone(),
         };
         Ok(Scene::build(&self.file, spec, text, body)?)

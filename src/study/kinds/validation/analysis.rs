@@ -17,6 +17,8 @@ use serde::Serialize;
 const SEED: u64 = 19;
 /// Predictions that a verdict names.
 const SHOWN: usize = 4;
+/// Standard deviations by which data may move an input without a warning.
+const FAR: f64 = 2.0;
 /// Largest relative difference of the deviations by derivatives and by simulated experiments.
 const CURVED: f64 = 0.1;
 
@@ -30,7 +32,7 @@ pub struct ValidationFindings {
     pub chi2: f64,
     pub freedom: usize,
     pub predictions: Vec<Prediction>,
-    /// What each term of the budget rests on: (term, deviation, source)
+    /// Terms of the budget with their origin: (term, deviation, source)
     pub sources: Vec<(String, String, String)>,
 }
 
@@ -365,6 +367,13 @@ fn warn_of_fit(solution: &Solution, plan: &ValidationPlan, warnings: &mut Vec<St
         warnings.push(format!(
             "{} ({}) is found at {:.4} {}, outside of its range {} to {}, where its response is extrapolated: widen the range.",
             capital(&u.label), u.key, u.at(*xi), u.unit, u.range[0], u.range[1]
+        ));
+    }
+    for (input, s) in plan.inputs.iter().zip(&solution.s).filter(|(_, s)| s.abs() > FAR) {
+        let fact = "its deviation is understated, or it makes up for something that the model misses";
+        warnings.push(format!(
+            "The records move the input \"{}\" by {s:+.1} of its standard deviations: {fact}.",
+            input.name
         ));
     }
     if !solution.is_consistent() {

@@ -343,7 +343,7 @@ impl Builder<'_> {
         (q.times * factor, window)
     }
 
-    /// What is calibrated with is not predicted.
+    /// Refuses values that are both calibrated with and predicted.
     fn check_sets(&mut self, quantities: &Vec<QuantityPlan>) {
         for q in quantities {
             let of = |purpose: Purpose| {

@@ -17,7 +17,7 @@ pub struct MeasuredTable {
     factor: f64,
 }
 
-/// Stands for the experiment of a record.
+/// Replaced by the experiment of a record.
 const EXPERIMENT: &str = "{experiment}";
 
 /// Reads a table; the error says what is wrong in words.

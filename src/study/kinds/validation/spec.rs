@@ -12,7 +12,7 @@ pub struct ValidationStudy {
     /// Constants that are found from the calibration records
     #[serde(rename = "unknown", default)]
     pub unknowns: Vec<UnknownSpec>,
-    /// What is known with an uncertainty
+    /// Numbers that are known with an uncertainty
     #[serde(rename = "input", default)]
     pub inputs: Vec<InputSpec>,
     #[serde(rename = "record", default)]
@@ -64,7 +64,7 @@ pub struct InputSpec {
     pub records: Option<Vec<String>>,
 }
 
-/// What a record is for.
+/// Purpose of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Purpose {
@@ -72,7 +72,7 @@ pub enum Purpose {
     Prediction,
 }
 
-/// One experiment, and the scene that stands for it.
+/// One experiment, and its scene.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordSpec {
@@ -162,7 +162,7 @@ pub struct TableSpec {
     pub column: String,
     /// Unit of the numbers in the file
     pub unit: String,
-    /// Column → text of the rows that count; `{experiment}` stands for the experiment of the record. Several rows are repeats.
+    /// Column → text of the rows that count; `{experiment}` is replaced by the experiment of the record. Several rows are repeats.
     #[serde(rename = "where")]
     pub rows: BTreeMap<String, String>,
 }
@@ -173,7 +173,7 @@ pub struct TableSpec {
 pub struct FieldSpec {
     /// Part of the names of its columns and quantities
     pub name: String,
-    /// CSV relative to the study; `{experiment}` stands for the experiment of the record
+    /// CSV relative to the study; `{experiment}` is replaced by the experiment of the record
     pub file: String,
     /// Unit of its lengths
     pub unit: String,
