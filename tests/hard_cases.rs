@@ -241,6 +241,7 @@ fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
         notes: body.notes.clone(),
         warnings: body.warnings.clone(),
         undeformed: None,
+        patches: durometer::scene::Patches::default(),
     }
 }
 
@@ -310,6 +311,7 @@ impl Similar {
             notes: body.notes.clone(),
             warnings: body.warnings.clone(),
             undeformed: None,
+            patches: durometer::scene::Patches::default(),
         }
     }
 

@@ -300,7 +300,7 @@ fn a_start_that_the_law_does_not_survive_is_refused() {
     let (spec, text) = durometer::scene::read_scene(&file, &[]).expect("the file itself is fine");
     let mesh = block(1, 1, 1, 1.0, 1.0, 1.0, Order::Linear);
     let (source, sha256, notes) = ("block".into(), String::new(), Vec::new());
-    let body = durometer::scene::Body { source, sha256, notes, ..Body::of_mesh(mesh) };
+    let body = durometer::scene::Body { source, sha256, notes, ..durometer::scene::Body::of_mesh(mesh) };
     let refusal = durometer::scene::Scene::build(&file, spec, text, body.into()).err().expect("refused").to_string();
     assert!(
         refusal.ends_with(

@@ -294,6 +294,16 @@ impl Scene {
         Ok(scene)
     }
 
+    /// Equations, body and recorders, in the order of their columns, of a scene that is not run itself.
+    pub(super) fn into_parts(self) -> (System, Arc<Body>, Vec<Box<dyn Recorder>>) {
+        fn boxed<T: Recorder + 'static>(all: Vec<T>) -> impl Iterator<Item = Box<dyn Recorder>> {
+            all.into_iter().map(|r| Box::new(r) as Box<dyn Recorder>)
+        }
+        let Self { body, system, probes, cables, cavities, rigids, contacts, .. } = self;
+        let others = boxed(cables).chain(boxed(cavities)).chain(boxed(rigids)).chain(boxed(contacts));
+        (system, body, probes.into_iter().chain(others).collect())
+    }
+
     /// Refuses a scene whose time runs back, where curves over time are to be compared.
     pub fn check_time(&self) -> Result<(), String> {
         if self.spans.iter().all(|s| !matches!(s.integrator, Integrator::ArcLength { .. })) {

@@ -11,11 +11,7 @@ use super::deform::is_made_here;
 use super::error::SceneError;
 use super::overrides;
 use super::parameter_key::{KeyValue, ParameterKey};
-use super::parts::constraints::{NamedCable, NamedCavity};
-use super::parts::contact::NamedContact;
-use super::parts::rigid::RigidBody;
 use super::read::from_text;
-use super::recorded::recorders;
 use super::recorder::{Moment, Recorder};
 use super::sensitivity_error::SensitivityError;
 use super::spec::{EffectSpec, SceneSpec};
@@ -47,11 +43,7 @@ pub(super) struct SceneDifference {
 /// The recorders of a scene, and their body.
 struct Recorders {
     body: Arc<Body>,
-    probes: Vec<Box<dyn Recorder>>,
-    cables: Vec<NamedCable>,
-    cavities: Vec<NamedCavity>,
-    rigids: Vec<RigidBody>,
-    contacts: Vec<NamedContact>,
+    all: Vec<Box<dyn Recorder>>,
 }
 
 impl SceneDifference {
@@ -89,7 +81,7 @@ impl SceneDifference {
             let of = &self.recorders[place];
             let mut memory = now.memory;
             let mut values = Vec::new();
-            for recorder in recorders(&of.probes, &of.cables, &of.cavities, &of.rigids, &of.contacts) {
+            for recorder in &of.all {
                 let (own, rest) = memory.split_at(recorder.memory().len());
                 memory = rest;
                 if recorder.is_differentiable() {
@@ -158,8 +150,8 @@ impl<'a> Family<'a> {
         let mut recorders = Vec::new();
         let mut systems = Vec::new();
         for scene in scenes {
-            let Scene { body, system, probes, cables, cavities, rigids, contacts, .. } = scene;
-            recorders.push(Recorders { body, probes, cables, cavities, rigids, contacts });
+            let (system, body, all) = scene.into_parts();
+            recorders.push(Recorders { body, all });
             systems.push(system);
         }
         let start = start(&starts, h);
