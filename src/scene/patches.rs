@@ -7,10 +7,13 @@ use crate::mesh::embed::{EmbedError, ball_weights};
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};
 
+/// (node, w)
+type Weights = Vec<(u32, f64)>;
+
 /// Weights by the bits of centre and radius.
 #[derive(Debug, Default)]
 pub struct Patches {
-    known: Mutex<HashMap<[u64; 4], Vec<(u32, f64)>>>,
+    known: Mutex<HashMap<[u64; 4], Weights>>,
 }
 
 impl Patches {

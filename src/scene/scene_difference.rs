@@ -137,7 +137,8 @@ impl<'a> Family<'a> {
         }
         let text = toml::to_string(&table).expect("a table that was read can be written");
         let read = from_text(&self.scene.file, &text, &format!("with another {}", self.key));
-        let spec = read.map_err(|source| SensitivityError::Discrete { key: self.key.clone(), source })?;
+        let spec =
+            read.map_err(|source| SensitivityError::Discrete { key: self.key.clone(), source: Box::new(source) })?;
         Ok((spec, text))
     }
 
@@ -161,7 +162,7 @@ impl<'a> Family<'a> {
     /// The scene at θ + `step`, with the equations of the scene.
     fn at(&self, step: f64) -> Result<Scene, SensitivityError> {
         let scene = self.scene;
-        let differs = |source| SensitivityError::Differs { key: self.key.clone(), source };
+        let differs = |source| SensitivityError::Differs { key: self.key.clone(), source: Box::new(source) };
         let content = |fact: &str| {
             differs(SceneError::Content {
                 file: scene.file.clone(),

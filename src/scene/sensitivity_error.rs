@@ -13,14 +13,14 @@ pub enum SensitivityError {
     #[error(transparent)]
     Path(#[from] OverrideError),
     #[error("{key} takes whole numbers or names only, so there is no derivative by it: {source}")]
-    Discrete { key: ParameterKey, source: SceneError },
+    Discrete { key: ParameterKey, source: Box<SceneError> },
     #[error(
         "{key}: the mesher would make another mesh for another value, so there is no derivative by it; declare the change of shape \
          in [mesh.deform] and take a parameter of it, or take a grid"
     )]
     Mesher { key: ParameterKey },
     #[error("{key}: there is no derivative by it, because a small change of it changes more than values: {source}")]
-    Differs { key: ParameterKey, source: SceneError },
+    Differs { key: ParameterKey, source: Box<SceneError> },
     #[error(
         "{key}: the scene was made in Rust and has no text in which the key could be changed; make it with SceneBuilder::parse"
     )]

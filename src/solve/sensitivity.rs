@@ -213,7 +213,7 @@ impl<'s> TautSystem<'s> {
         let Self { system, factor, sums, taut, z, lu } = self;
         let n = system.dofs.free.len();
         let still = vec![0.0; next.x.len()];
-        let (forces, gaps) = by_motion(system, (next, at), &own)?;
+        let [forces, gaps] = by_motion(system, (next, at), &own)?;
         for (k, (change, past)) in changes.iter_mut().zip(pasts).enumerate() {
             let EquationChange { gaps: own_gaps, limits, motion, .. } = &own[k];
             let residual = &mut residuals[k];
@@ -260,17 +260,17 @@ fn by_motion(
     system: &System,
     (next, at): (&State, &At),
     own: &[EquationChange],
-) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), Failure> {
+) -> Result<[Vec<Vec<f64>>; 2], Failure> {
     let (unknowns, constraints) = (vec![0.0; next.x.len()], vec![0.0; next.lambda.len()]);
     let (mut forces, mut gaps) = (vec![unknowns; own.len()], vec![constraints.clone(); own.len()]);
     let motions: Vec<&[f64]> = own.iter().map(|change| &change.motion[..]).collect();
     if motions.iter().all(|motion| motion.iter().all(|value| *value == 0.0)) {
-        return Ok((forces, gaps));
+        return Ok([forces, gaps]);
     }
     let directions: Vec<(&[f64], &[f64])> = motions.iter().map(|motion| (*motion, &constraints[..])).collect();
     add_products(system, at, &next.lambda, Rows::Free, &directions, &mut forces).map_err(Failure::Eval)?;
     if !constraints.is_empty() {
         gaps = constraint_changes(system, at, &motions).map_err(Failure::Eval)?;
     }
-    Ok((forces, gaps))
+    Ok([forces, gaps])
 }

@@ -114,7 +114,7 @@ impl Builder<'_> {
             source: i.source.clone(),
         });
         let inputs = inputs.collect();
-        let records = (0..self.study.records.len()).map(|k| self.record(k, &unknowns)).collect();
+        let records: Vec<RecordPlan> = (0..self.study.records.len()).map(|k| self.record(k, &unknowns)).collect();
         self.check_unknowns(&records);
         let mut quantities: Vec<QuantityPlan> = self.study.quantities.iter().map(|q| self.quantity(q)).collect();
         quantities.extend(self.fields());
@@ -184,7 +184,7 @@ impl Builder<'_> {
     }
 
     /// Every unknown is in some calibration record, every input somewhere.
-    fn check_unknowns(&mut self, records: &Vec<RecordPlan>) {
+    fn check_unknowns(&mut self, records: &[RecordPlan]) {
         let calibrated =
             |k: &usize| records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k));
         for (_, u) in self.study.unknowns.iter().enumerate().filter(|(k, _)| !calibrated(k)) {
@@ -212,12 +212,11 @@ impl Builder<'_> {
         for r in self.study.records.iter().filter(|r| wanted.contains(&r.name)) {
             let mut values = q.measured.get(&r.name).map_or(vec![], |v| v.values());
             let experiment = r.experiment.as_ref().unwrap_or(&r.name);
-            match &from_table {
-                Some(Ok(table)) => match table.values(experiment) {
+            if let Some(Ok(table)) = &from_table {
+                match table.values(experiment) {
                     Ok(found) => values.extend(found),
                     Err(why) => self.wrong.push(format!("quantity {}, record {}: {why}", q.name, r.name)),
-                },
-                Some(Err(_)) | None => {}
+                }
             }
             if values.is_empty() && r.purpose == Purpose::Calibration && !matches!(from_table, Some(Err(_))) {
                 self.wrong.push(format!(
@@ -344,7 +343,7 @@ impl Builder<'_> {
     }
 
     /// Refuses values that are both calibrated with and predicted.
-    fn check_sets(&mut self, quantities: &Vec<QuantityPlan>) {
+    fn check_sets(&mut self, quantities: &[QuantityPlan]) {
         for q in quantities {
             let of = |purpose: Purpose| {
                 let own =
@@ -499,7 +498,7 @@ fn shifted(v: &toml::Value, by: f64) -> Option<toml::Value> {
 /// The keys of an input with one standard deviation each \[SI\].
 fn deviations(input: &InputSpec, scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
     let (amount, dimension) = units::quantity(&input.deviation).map_err(|e| e.to_string())?;
-    if !(amount > 0.0) {
+    if amount <= 0.0 {
         return Err("its deviation is not above zero".into());
     }
     let share = input.deviation.trim().ends_with('%');

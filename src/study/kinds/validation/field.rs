@@ -52,8 +52,7 @@ impl Field {
                 let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
                 value.map(|v| v * factor).ok_or_else(|| format!("{file}: line {line}: \"{text}\" is no finite number"))
             };
-            let vector =
-                |own: &[usize]| own.iter().map(number).collect::<Result<Vec<_>, _>>().map(|v| Vec3::from_vec(v));
+            let vector = |own: &[usize]| own.iter().map(number).collect::<Result<Vec<_>, _>>().map(Vec3::from_vec);
             out.points.push(vector(&at)?);
             let is_empty = by.iter().all(|k| row.get(*k).unwrap_or_default().is_empty());
             out.displacements.push(if is_empty { None } else { Some(vector(&by)?) });

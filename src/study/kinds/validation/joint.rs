@@ -16,6 +16,7 @@
 
 use crate::study::kinds::validation::surface::Surface;
 use nalgebra::{DMatrix, DVector};
+use std::cmp::Ordering;
 
 /// Most steps of the search.
 const STEPS: usize = 100;
@@ -179,7 +180,7 @@ impl Problem<'_> {
     }
 
     fn determined(&self, h: &DMatrix<f64>) -> Result<Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>, JointError> {
-        if let Some(constant) = (0..self.constants).find(|k| !(h[(*k, *k)] > 0.0)) {
+        if let Some(constant) = (0..self.constants).find(|k| h[(*k, *k)].partial_cmp(&0.0) != Some(Ordering::Greater)) {
             return Err(JointError::Undetermined { constant });
         }
         Ok(h.clone().cholesky())
@@ -190,7 +191,8 @@ impl Problem<'_> {
         let undetermined = |constant| Err(JointError::Undetermined { constant });
         let Some(factor) = self.determined(h)? else { return undetermined(0) };
         let inverse = factor.inverse();
-        match (0..self.constants).find(|k| !(1.0 / (h[(*k, *k)] * inverse[(*k, *k)]) > DETERMINED)) {
+        let left = |k: usize| 1.0 / (h[(k, k)] * inverse[(k, k)]);
+        match (0..self.constants).find(|k| left(*k).partial_cmp(&DETERMINED) != Some(Ordering::Greater)) {
             Some(constant) => undetermined(constant),
             None => Ok(inverse),
         }

@@ -11,6 +11,7 @@
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
+use std::cmp::Ordering;
 
 /// Largest total degree of p; three points per axis with derivatives determine five along it.
 const DEGREE: usize = 4;
@@ -111,7 +112,7 @@ impl Polynomial {
             let found = svd(matrix, true, true);
             let largest = found.singular_values.max();
             let least = found.singular_values.min();
-            if !(least > RANK * largest) {
+            if least.partial_cmp(&(RANK * largest)) != Some(Ordering::Greater) {
                 return None;
             }
             let solved = found.solve(&DVector::from_vec(right.clone()), 0.0).ok()?;
