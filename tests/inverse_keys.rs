@@ -175,9 +175,9 @@ fn what_cannot_be_an_unknown_is_refused() {
     // The curve over a signal that the unknown moves
     let own = model(&truth, &["constraint.cable.drive.signal.to"], &none, "cable_tension_N").expect("a number");
     let own = SceneModel { x: "cable_shortening_m".into(), ..own };
-    let message = search(own, recorded(&truth, "cable_tension_N")).err().expect("refused");
+    let message = search(own, recorded(&truth, "cable_tension_N")).expect_err("refused");
     assert!(message.contains("it moves cable_shortening_m, over which the curve is compared"), "{message}");
     let own = model(&truth, &["mesh.grid.divisions.0"], &none, "cable_tension_N").expect("a number");
-    let message = search(own, recorded(&truth, "cable_tension_N")).err().expect("refused");
+    let message = search(own, recorded(&truth, "cable_tension_N")).expect_err("refused");
     assert!(message.contains("integer"), "{message}");
 }
