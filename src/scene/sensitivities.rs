@@ -52,7 +52,7 @@ impl Sensitivities {
         self.keys.iter().enumerate().filter(move |(k, _)| is_idle(*k)).map(|(_, key)| key)
     }
 
-    /// Column, key and relative error of the derivatives whose estimated error is above [`DOUBTFUL`] of their largest value, where the column depends on
+    /// Column, key and relative error of the derivatives whose estimated error is above 1e-6 of their largest value, where the column depends on
     /// the key by more than rounding.
     pub fn doubtful(&self) -> Vec<(&str, &ParameterKey, f64)> {
         let largest = |c: usize, k: usize| self.rows.iter().map(|row| row[c][k].abs()).fold(0.0, f64::max);

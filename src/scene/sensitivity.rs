@@ -1,7 +1,7 @@
 //! Derivatives of recorded columns by keys of the scene.
 //!
-//! By a constant of a law they are exact ([`super::law_terms`]), by any other key whose value is a number they come from scenes with other values of it
-//! ([`super::scene_difference`]). The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! By a constant of a law they are exact (`law_terms`), by any other key whose value is a number they come from scenes with other values of it
+//! (`scene_difference`). The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
