@@ -24,8 +24,8 @@ const STEPS: usize = 100;
 const SETTLED: f64 = 1e-6;
 /// Largest |ξ| of the search: beyond its design a surface is an extrapolation.
 const FARTHEST: f64 = 2.0;
-/// Least share of the information about a constant that must remain once all else is unknown.
-const DETERMINED: f64 = 1e-12;
+/// Largest standard deviation of a constant that data determine, in halves of its range.
+const OPEN: f64 = 1e3;
 
 /// A quantity that is measured or to be predicted.
 #[derive(Clone, Debug)]
@@ -186,13 +186,13 @@ impl Problem<'_> {
         Ok(h.clone().cholesky())
     }
 
-    /// H⁻¹, where every constant keeps some of its information once the others are unknown.
+    /// H⁻¹, where the data determine every constant.
     fn covariance(&self, h: &DMatrix<f64>) -> Result<DMatrix<f64>, JointError> {
         let undetermined = |constant| Err(JointError::Undetermined { constant });
         let Some(factor) = self.determined(h)? else { return undetermined(0) };
         let inverse = factor.inverse();
-        let left = |k: usize| 1.0 / (h[(k, k)] * inverse[(k, k)]);
-        match (0..self.constants).find(|k| left(*k).partial_cmp(&DETERMINED) != Some(Ordering::Greater)) {
+        let open = |k: &usize| inverse[(*k, *k)].sqrt().partial_cmp(&OPEN) != Some(Ordering::Less);
+        match (0..self.constants).find(open) {
             Some(constant) => undetermined(constant),
             None => Ok(inverse),
         }
