@@ -415,7 +415,9 @@ fn differences_agree_with_exact_derivatives() {
             }
         }
         println!("{formulation}: {worst:.1e}, estimated {most:.1e}");
-        assert!(worst <= 2e-6, "{formulation}: {worst:e}");
+        // Where softened and virgin cells meet, the law has a kink, which the estimate sees
+        let accepted = if effects == SOFTENING { 1e-5 } else { 1e-9 };
+        assert!(worst <= accepted, "{formulation}: {worst:e}");
     }
 }
 
