@@ -151,7 +151,7 @@ mod tests {
         let found =
             judge(100.0, &single(&[("a", &[-30.0, 40.0]), ("b", &[-20.0, 50.0])]), &[]).expect("two dimensions");
         assert!(found.change[0] == -50.0 && (found.change[1] - 110.0).abs() < 1e-9, "{found:?}");
-        assert!(found.note.is_some_and(|n| n.contains("14.3 % of the range") && n.contains("corners = true")));
+        assert!(found.note.is_some_and(|n| n.contains("14 % of the range") && n.contains("corners = true")));
         assert_eq!(judge(1.0, &BTreeMap::new(), &[]), None);
     }
 
