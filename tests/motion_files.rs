@@ -90,6 +90,54 @@ fn damaged_c3d_files_are_refused() {
     assert!(fact(&with(unit, b"m ")).contains("off by 1000"), "{}", fact(&with(unit, b"m ")));
 }
 
+/// Labels that occur twice get numbers that no other label has, with a line that says so; the points stay those of the file.
+#[test]
+fn equal_labels_are_numbered() {
+    let sound = bytes("intel_integer");
+    let plain = Tracks::parse("a.c3d", &sound, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let with = |labels: [&str; 3]| {
+        let mut b = sound.clone();
+        let first = b.windows(4).position(|w| w == b"tip1").expect("the first label");
+        let second = b.windows(4).position(|w| w == b"tip2").expect("the second label");
+        for (k, label) in labels.iter().enumerate() {
+            let at = first + k * (second - first);
+            b[at..second - first + at].fill(b' ');
+            b[at..at + label.len()].copy_from_slice(label.as_bytes());
+        }
+        let tracks = Tracks::parse("a.c3d", &b, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        let names: Vec<String> = tracks.markers.iter().map(|m| m.name.clone()).collect();
+        assert!(tracks.markers.iter().zip(&plain.markers).all(|(a, b)| a.points == b.points));
+        (names, tracks.log.join("\n"))
+    };
+    let (names, log) = with(["tip", "tip", "tip"]);
+    assert_eq!(names, ["tip", "tip 2", "tip 3"]);
+    assert!(log.contains("\"tip\" occurs 3 times; after the first the points are named \"tip 2\", \"tip 3\""), "{log}");
+    assert_eq!(with(["t", "t", "t 2"]).0, ["t", "t 3", "t 2"]);
+}
+
+/// The header says how many analog numbers a frame has; a rate that is no multiple of that of the points does not tell. A file without a processor is one of
+/// C3D that is damaged, not a text.
+#[test]
+fn analog_numbers_of_a_frame_are_those_of_the_header() {
+    let sound = bytes("intel_float");
+    let plain = Tracks::parse("a.c3d", &sound, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let word = |k: usize| usize::from(u16::from_le_bytes([sound[2 * k - 2], sound[2 * k - 1]]));
+    let (start, own) = (512 * (word(9) - 1), word(3));
+    let mut b = sound[..start].to_vec();
+    // 17 more, of which no ratio of rates tells
+    b[4..6].copy_from_slice(&(own as u16 + 17).to_le_bytes());
+    for frame in sound[start..].chunks_exact((3 * 4 + own) * 4).take(20) {
+        b.extend(frame);
+        b.extend([7_u8; 17 * 4]);
+    }
+    let found = Tracks::parse("a.c3d", &b, &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(found.markers, plain.markers);
+    let mut empty = vec![0; 1024];
+    empty[..2].copy_from_slice(&[2, 0x50]);
+    let why = Tracks::parse("a.c3d", &empty, &ReadOptions::default()).expect_err("nothing is in it").to_string();
+    assert!(why.contains("the C3D file is damaged: processor 0"), "{why}");
+}
+
 /// Every byte of a small file changed in turn, and every length: an answer or a refusal, never a panic.
 #[test]
 fn no_single_change_of_a_c3d_file_ends_the_program() {

@@ -3,43 +3,19 @@
 use super::body::{self, Pose};
 use super::curve::Curve;
 use super::error::MotionError;
-use super::plateau::{Plateau, PlateauRule, held_and_final};
+use super::plateau::{Plateau, held_and_final};
 use super::registration::{Registration, rigid};
-use super::release::{Release, ReleaseRule, release};
-use super::ring_down::{Creep, RingDown, ring_down};
+use super::release::{Release, release};
+use super::request::{BodyRequest, MotionRequest};
+use super::ring_down::ring_down;
 use super::track::{ReadOptions, Track};
 use super::tracks::Tracks;
+use super::vibration::RingDown;
 use super::words;
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::statistics::t_quantile;
 use crate::math::tensor::Vec3;
-use std::path::{Path, PathBuf};
-
-/// A rigid group of markers and the point of the body that is followed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BodyRequest {
-    pub markers: Vec<String>,
-    /// Position of the point in the held state \[m\]; else the centroid of the markers
-    pub at: Option<Vec3>,
-}
-
-/// Request for an evaluation.
-#[derive(Clone, Debug, Default)]
-pub struct MotionRequest {
-    pub file: PathBuf,
-    pub read: ReadOptions,
-    pub body: Option<BodyRequest>,
-    /// Table of positions of markers in the frame of the body, onto which the held state is registered
-    pub reference: Option<PathBuf>,
-    /// Windows of the held and of the final state \[s\]; else they are found
-    pub held_s: Option<[f64; 2]>,
-    pub final_s: Option<[f64; 2]>,
-    /// Name of a curve, and the window from the release on \[s\]
-    pub ring_down: Option<(String, [f64; 2])>,
-    pub creep: Creep,
-    pub plateau: PlateauRule,
-    pub release: ReleaseRule,
-}
+use std::path::Path;
 
 /// A curve with its states.
 #[derive(Clone, Debug)]

@@ -2,67 +2,13 @@
 //! z_mm`). Delimiter, decimal mark and encoding are detected as in tables of material tests.
 
 use super::error::MotionError;
-use super::table_names::{self as names, Cell};
+use super::table_columns::{Columns, find_names};
+use super::table_names as names;
 use super::track::{Raw, ReadOptions, Track};
 use crate::calibrate::intake::names as units;
 use crate::calibrate::intake::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
-use std::collections::{BTreeMap, HashMap, HashSet};
-
-/// Lines in which the names of the columns are sought
-const HEAD: usize = 200;
-
-/// Places of the columns.
-#[derive(Default)]
-struct Columns {
-    time: Option<usize>,
-    samples: Option<usize>,
-    /// Name of the marker of a row
-    marker: Option<usize>,
-    record: Option<usize>,
-    /// Columns of x, y and z by marker, in the order of the file; one without a name where rows name it
-    points: Vec<(String, [Option<usize>; 3])>,
-}
-
-impl Columns {
-    fn of(cells: &[String]) -> Self {
-        let mut columns = Self::default();
-        let mut places: HashMap<String, usize> = HashMap::new();
-        for (k, cell) in cells.iter().enumerate() {
-            let free = |place: &mut Option<usize>| *place = place.or(Some(k));
-            match names::meaning(cell) {
-                Cell::Time => free(&mut columns.time),
-                Cell::Samples => free(&mut columns.samples),
-                Cell::Marker => free(&mut columns.marker),
-                Cell::Record => free(&mut columns.record),
-                Cell::Coordinate { marker, axis } => {
-                    let next = columns.points.len();
-                    let at = *places.entry(marker.clone()).or_insert(next);
-                    if at == next {
-                        columns.points.push((marker, [None; 3]));
-                    }
-                    let place = &mut columns.points[at].1[axis];
-                    *place = place.or(Some(k));
-                }
-                Cell::Other => {}
-            }
-        }
-        // Rows that name their marker have one set of coordinates, any other table has no set without a name
-        let by_row = columns.marker.is_some();
-        columns.points.retain(|(name, _)| name.is_empty() == by_row);
-        columns
-    }
-
-    fn is_table(&self, rate: Option<f64>) -> bool {
-        let timed = self.time.is_some() || self.marker.is_some() || rate.is_some();
-        timed && self.points.iter().any(|p| p.1.iter().all(Option::is_some))
-    }
-
-    fn numeric(&self) -> Vec<usize> {
-        let points = self.points.iter().flat_map(|p| p.1).flatten();
-        self.time.into_iter().chain(self.samples).chain(points).collect()
-    }
-}
+use std::collections::{BTreeMap, HashSet};
 
 /// Reads the bytes of a table.
 pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, MotionError> {
@@ -100,31 +46,6 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
         log.push(format!("rows are means of up to {most} samples, with which they are weighted"));
     }
     Ok(Raw { format, unit, time_s: time.iter().map(|t| factor * t).collect(), samples, markers, log })
-}
-
-/// The delimiter and the number of the line with the names.
-fn find_names(file: &str, text: &str, options: &ReadOptions) -> Result<(char, usize), MotionError> {
-    let end = text.match_indices('\n').nth(HEAD).map_or(text.len(), |(end, _)| end);
-    let mut nearest: Vec<String> = vec![];
-    for delimiter in table::DELIMITERS {
-        for (at, line) in table::split(&text[..end], delimiter).iter().enumerate() {
-            if line.cells.iter().any(|c| table::is_number(c)) {
-                continue;
-            }
-            if Columns::of(&line.cells).is_table(options.rate_hz) {
-                return Ok((delimiter, at));
-            }
-            let found: Vec<String> = line.cells.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect();
-            if found.len() > nearest.len() {
-                nearest = found;
-            }
-        }
-    }
-    if nearest.is_empty() {
-        nearest.push("no names".into());
-    }
-    nearest.truncate(12);
-    Err(MotionError::Columns { file: file.into(), found: nearest })
 }
 
 /// Rows in the unit of the file.

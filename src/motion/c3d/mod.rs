@@ -8,26 +8,25 @@ mod layout;
 mod parameters;
 
 use super::error::MotionError;
-use super::track::{Raw, ReadOptions, Track, twice};
+use super::track::{Raw, ReadOptions, Track};
 use bytes::Order;
 use layout::Layout;
+use std::collections::{BTreeMap, HashSet};
 
-/// Whether a file begins as a C3D file: the second byte is 50 in hexadecimal digits, and the parameters that the first one points at name a processor.
+/// Whether a file begins as a C3D file: the second byte is 50 in hexadecimal digits, and the first one is no character of a text, or points at parameters
+/// that name a processor.
 pub fn is_c3d(file: &[u8]) -> bool {
-    let pointed = file.first().map(|block| (usize::from(*block).max(1) - 1) * bytes::BLOCK);
-    file.len() > bytes::BLOCK
-        && file.get(1) == Some(&0x50)
-        && pointed.and_then(|at| file.get(at + 3)).is_some_and(|code| Order::of(*code).is_some())
+    let [block, 0x50, ..] = *file else { return false };
+    let pointed = (usize::from(block).max(1) - 1) * bytes::BLOCK;
+    let has_processor = file.get(pointed + 3).is_some_and(|code| Order::of(*code).is_some());
+    file.len() > bytes::BLOCK && (has_processor || (block < b' ' && !block.is_ascii_whitespace()))
 }
 
 /// Reads the bytes of a C3D file.
 pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, MotionError> {
     let damaged = |what: String| MotionError::Damaged { file: file.into(), what };
     let layout = Layout::read(bytes).map_err(damaged)?;
-    let labels = layout.labels();
-    if let Some(name) = twice(labels.iter()) {
-        return Err(MotionError::Twice { file: file.into(), name: name.clone(), at: None });
-    }
+    let (labels, renamed) = distinct(layout.labels());
     let rate = options.rate_hz.unwrap_or(layout.rate);
     if !(rate > 0.0 && rate.is_finite()) {
         return Err(MotionError::Rate { file: file.into(), rate });
@@ -48,10 +47,38 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
         }
     }
     let mut log = vec![layout.words()];
+    log.extend(renamed);
     if zeros > 0 {
         log.push(format!("{zeros} points exactly at the origin are taken as not seen"));
     }
     let first = layout.first_frame.max(1) - 1;
     let time_s = (0..told).map(|k| (first + k) as f64 / rate).collect();
     Ok(Raw { format: "C3D", unit: layout.unit, time_s, samples: vec![1.0; told], markers, log })
+}
+
+/// Labels of which no two are equal, the second of a name with a 2 after it, and a line on each name that occurs several times.
+fn distinct(labels: Vec<String>) -> (Vec<String>, Vec<String>) {
+    let known: HashSet<String> = labels.iter().cloned().collect();
+    let (mut taken, mut found, mut renamed) = (HashSet::new(), vec![], BTreeMap::<String, Vec<String>>::new());
+    for label in labels {
+        let mut name = label.clone();
+        let mut number = 2;
+        while taken.contains(&name) || (name != label && known.contains(&name)) {
+            name = format!("{label} {number}");
+            number += 1;
+        }
+        taken.insert(name.clone());
+        if name != label {
+            renamed.entry(label).or_default().push(format!("\"{name}\""));
+        }
+        found.push(name);
+    }
+    let line = |(label, names): (String, Vec<String>)| {
+        format!(
+            "the label \"{label}\" occurs {} times; after the first the points are named {}",
+            names.len() + 1,
+            names.join(", ")
+        )
+    };
+    (found, renamed.into_iter().map(line).collect())
 }
