@@ -44,6 +44,7 @@ pub fn main(args: Args) -> CommandResult {
     }
     let (spec, text) = read_scene(&file, &changes)?;
     let scene = build(&file, spec, text, &mut BTreeMap::new())?;
+    durometer::study::overlay::markers::read(&scene)?;
     describe(&scene);
     picture(args.figure.as_deref(), &scene)
 }

@@ -15,7 +15,7 @@ use durometer::scene::{
 use durometer::solve::Status;
 use durometer::storage;
 use durometer::study::locking::REMEDY;
-use durometer::study::overlay::overlays;
+use durometer::study::overlay::{markers, overlays};
 use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
 use durometer::study::store::fields::{Fields, USUAL};
@@ -97,9 +97,7 @@ pub fn main(args: Args) -> CommandResult {
     check_out(&args.out)?;
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
-    let building = Instant::now();
-    let scene = Scene::build(&file, spec, text, body)?;
-    let build_s = building.elapsed().as_secs_f64();
+    let (scene, build_s) = build(&file, spec, text, body)?;
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
     let (save_at, save_end) = times(&args.save_state, &scene)?;
@@ -169,6 +167,19 @@ pub fn main(args: Args) -> CommandResult {
     full.map_or(Ok(()), Err)?;
     fields.map_or(Ok(()), |(_, done)| done.map(|_| ()))?;
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
+}
+
+/// The scene with the seconds that it took; tracks that it is compared with are refused before the run.
+fn build(
+    file: &Path,
+    spec: SceneSpec,
+    text: String,
+    body: Arc<Body>,
+) -> Result<(Scene, f64), Box<dyn std::error::Error>> {
+    let building = Instant::now();
+    let scene = Scene::build(file, spec, text, body)?;
+    markers::read(&scene)?;
+    Ok((scene, building.elapsed().as_secs_f64()))
 }
 
 /// Refuses a folder that cannot be written before anything is computed for it.
@@ -383,7 +394,7 @@ fn write(
     }
     let json = folder::json(record)?;
     folder::write(&out.join(format!("{name}.json")), &json)?;
-    durometer::study::overlay::save(out, name, &overlays(scene, run))?;
+    durometer::study::overlay::save(out, name, &overlays(scene, run), &markers::overlays(scene, run)?)?;
     Ok(json)
 }
 
@@ -409,6 +420,7 @@ fn print(record: &CaseRecord, known: usize) {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
         println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
     }
+    record.markers.iter().for_each(|d| println!("{}", markers::words(d)));
     // Contacts that are solved for with multipliers have no counts.
     for c in record.contacts.iter().filter(|c| c.seen > 0) {
         println!(

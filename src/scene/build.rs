@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::builder::{Builder, Gathered, LawSource, Tables};
-use super::compare::{Measured, read_measured};
+use super::compare::{MeasuredData, read_measured};
 use super::control::{Controls, build_controls};
 use super::cover::check_cover;
 use super::error::{SceneError, hint, part};
@@ -75,8 +75,8 @@ pub struct Scene {
     pub signals: Vec<NamedSignal>,
     /// Decisions during the run: events, inputs
     pub controls: Controls,
-    /// Measured curves to compare with
-    pub measured: Vec<Measured>,
+    /// Measured curves and tracks to compare with
+    pub measured: MeasuredData,
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,

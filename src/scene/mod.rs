@@ -109,7 +109,7 @@ pub use body::{Body, request};
 pub use build::{Scene, SceneBuilder};
 pub use builder::LawSource;
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
-pub use compare::Measured;
+pub use compare::{Measured, MeasuredData, MeasuredTracks};
 pub(crate) use control::in_unit_of;
 pub use error::{Mistake, SceneError, hint};
 pub use error_estimate::{

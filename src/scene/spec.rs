@@ -1,6 +1,6 @@
 //! A scene as it is given in a TOML file. Unknown keys are refused; there is no default physics.
 
-pub use super::compare::{CompareSpec, MeasuredSpec};
+pub use super::compare::{CompareSpec, Comparisons, MarkersSpec, MeasuredSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
 pub use super::mesh_spec::{
     CornersSpec, DeformSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
@@ -69,7 +69,7 @@ pub struct SceneSpec {
     #[serde(rename = "event", default)]
     pub events: Vec<EventSpec>,
     #[serde(rename = "compare", default)]
-    pub comparisons: Vec<CompareSpec>,
+    pub comparisons: Comparisons,
     #[serde(default)]
     pub output: OutputSpec,
     #[serde(default)]

@@ -21,6 +21,25 @@ pub struct Distance {
     pub largest: f64,
 }
 
+/// Distance of a recorded point from a measured marker.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct MarkerDistance {
+    pub marker: String,
+    /// Recorded point
+    pub point: String,
+    /// File of the tracks
+    pub file: String,
+    /// Rows of the marker within the run
+    pub rows: usize,
+    /// Time of the run that these cover \[s\]
+    pub from_s: f64,
+    pub to_s: f64,
+    pub rms_m: f64,
+    pub largest_m: f64,
+    /// Time of the run of the largest distance \[s\]
+    pub largest_at_s: f64,
+}
+
 /// Both curves whole, for a figure, and their distance; none where they have less than two points in common.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlay {

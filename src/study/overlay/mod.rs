@@ -8,11 +8,14 @@
 
 pub mod distance;
 mod figure;
+pub mod markers;
+mod markers_figure;
 
 use crate::report::{ReportError, export};
 use crate::scene::{Measured, Run, Scene};
 use crate::study::curve::{Curve, l2};
 use distance::{Distance, Overlay};
+use markers::MarkerOverlay;
 use std::path::Path;
 
 /// The overlays that the scene asks for.
@@ -22,7 +25,7 @@ pub fn overlays(scene: &Scene, run: &Run) -> Vec<Overlay> {
         let (x, y) = (column(&measured.over), column(&measured.column));
         Overlay { distance: distance(measured, &x, &y), measured: measured.clone(), x, y }
     };
-    scene.measured.iter().map(one).collect()
+    scene.measured.curves.iter().map(one).collect()
 }
 
 fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
@@ -59,10 +62,12 @@ fn branch(x: &[f64], y: &[f64]) -> Option<Curve> {
     (n >= 2).then_some(Curve { t, f })
 }
 
-/// Draws measured curves over recorded ones: `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`.
-pub fn save(dir: &Path, name: &str, overlays: &[Overlay]) -> Result<(), ReportError> {
-    for (k, overlay) in overlays.iter().enumerate() {
-        let figure = figure::draw(&format!("{name}-compare-{}", k + 1), overlay);
+/// Draws measured curves over recorded ones, `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`, and tracks over recorded points,
+/// `<name>-markers-1.svg`.
+pub fn save(dir: &Path, name: &str, overlays: &[Overlay], tracks: &[MarkerOverlay]) -> Result<(), ReportError> {
+    let curves = overlays.iter().enumerate().map(|(k, o)| figure::draw(&format!("{name}-compare-{}", k + 1), o));
+    let tracks = tracks.iter().enumerate().map(|(k, o)| markers_figure::draw(&format!("{name}-markers-{}", k + 1), o));
+    for figure in curves.chain(tracks) {
         export::save(dir, &figure.name, &figure.svg)?;
     }
     Ok(())

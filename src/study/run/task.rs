@@ -3,6 +3,7 @@
 use crate::scene::{ParameterKey, Scene};
 use crate::study::case::Case;
 use crate::study::expand::Study;
+use crate::study::overlay::markers::{self, MarkersError};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -35,6 +36,8 @@ pub enum TaskError {
     Controlled { file: PathBuf, signal: String },
     #[error("{}: variant {variant}: {fact}", file.display())]
     Quantity { file: PathBuf, variant: String, fact: String },
+    #[error("{}: {source}", file.display())]
+    Markers { file: PathBuf, source: MarkersError },
 }
 
 impl Task {
@@ -59,6 +62,7 @@ impl Task {
         if let Some(signal) = scene.controls.controlled().pop() {
             return Err(TaskError::Controlled { file: self.case.scene_file.clone(), signal });
         }
+        markers::read(scene).map_err(|source| TaskError::Markers { file: self.case.scene_file.clone(), source })?;
         let refuse = |fact| {
             let (file, variant) = (self.study_file.clone(), self.case.variant.clone());
             TaskError::Quantity { file, variant, fact }

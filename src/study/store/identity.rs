@@ -88,7 +88,10 @@ pub fn mesh_sha256(body: &Body) -> String {
     sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
-/// The files that a resolved scene names, under the key `file` wherever it is: relative to the scene.
+/// Keys under which a scene names files, wherever they are.
+const KEYS: [&str; 2] = ["file", "reference"];
+
+/// The files that a resolved scene names: relative to the scene.
 fn files(scene_file: &Path, text: &str) -> Vec<FileDigest> {
     let base = scene_file.parent().unwrap_or(Path::new(""));
     let mut names = vec![];
@@ -107,7 +110,7 @@ fn named(value: &Value, names: &mut Vec<String>) {
         Value::Table(table) => {
             for (key, value) in table {
                 match value.as_str() {
-                    Some(name) if key == "file" => {
+                    Some(name) if KEYS.contains(&key.as_str()) => {
                         if !names.iter().any(|n| n == name) {
                             names.push(name.into());
                         }

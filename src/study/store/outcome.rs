@@ -7,6 +7,8 @@ use crate::mesh::quality::Quality;
 use crate::mesh::wall::{Wall, thinnest};
 use crate::scene::{Extreme, NamedSkin, Run, Scene, extreme, path_dependence};
 use crate::study::case::Case;
+use crate::study::overlay::distance::MarkerDistance;
+use crate::study::overlay::markers;
 use crate::study::overlay::overlays;
 use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
@@ -23,6 +25,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let mesh = &scene.body.mesh;
     let quality = Quality::of(mesh);
     let wall = wall(scene);
+    let (markers, unread) = marker_distances(scene, run);
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -85,14 +88,23 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         probes: probes(run),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        notes: scene.notes.iter().cloned().chain(solver::notes(scene, run)).collect(),
+        notes: scene.notes.iter().cloned().chain(solver::notes(scene, run)).chain(unread).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
+        markers,
         one_run: None,
         inputs: vec![],
         events: run.events.clone(),
         no_limit: scene.no_limit.clone(),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
+    }
+}
+
+/// Distances from measured markers, and a note where their tracks can no longer be read.
+fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Option<String>) {
+    match markers::overlays(scene, run) {
+        Ok(all) => (all.into_iter().flat_map(|o| o.pairs).filter_map(|p| p.distance).collect(), None),
+        Err(why) => (vec![], Some(why.to_string())),
     }
 }
 

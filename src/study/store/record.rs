@@ -6,7 +6,7 @@ use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::solve::{Integrator, Status};
 use crate::study::estimate::tolerance::Tolerance;
-use crate::study::overlay::distance::Distance;
+use crate::study::overlay::distance::{Distance, MarkerDistance};
 use crate::study::run::inputs::InputRecord;
 use crate::study::run::one_run::OneRunRecord;
 use crate::study::run::refinement::RefinementRecord;
@@ -89,6 +89,9 @@ pub struct CaseRecord {
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distances: Vec<Distance>,
+    /// Distances from measured markers
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub markers: Vec<MarkerDistance>,
     /// Errors estimated from this run alone, where the study asks for them
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub one_run: Option<OneRunRecord>,

@@ -1,0 +1,60 @@
+//! Measured tracks as marks, recorded points as lines: one panel per coordinate.
+
+use super::markers::{MarkerOverlay, words};
+use crate::report::canvas::{At, DOUBLE, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::figure::{Figure, Sample, legend};
+use crate::report::plot::{Axis, Plot};
+
+/// Most marks of one marker in a panel.
+const MARKED: usize = 40;
+/// Markers with a colour of their own, and lines of the legend.
+const COLOURS: usize = 6;
+
+/// Height of a panel and distance from one to the next \[mm\].
+const TALL: f64 = 36.0;
+const STEP: f64 = 44.0;
+
+pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
+    let (left, top, wide) = (18.0, 4.0, 100.0);
+    let svg = figure(DOUBLE, top + 3.0 * STEP + 6.0, "", |area| {
+        for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+            let upper = top + STEP * axis as f64;
+            let simulated = overlay.pairs.iter().flat_map(|p| p.simulated[axis].f.iter().copied());
+            let seen = overlay.pairs.iter().flat_map(|p| p.measured.iter().map(|m| m.1[axis]));
+            let times = overlay.pairs.iter().flat_map(|p| p.simulated[axis].t.iter().copied());
+            let plot = Plot {
+                area,
+                frame: [mm(left), mm(upper), mm(left + wide), mm(upper + TALL)],
+                x: Axis::linear(times, "t [s]"),
+                y: Axis::linear(simulated.chain(seen).map(|v| 1e3 * v), &format!("{letter} [mm]")),
+            };
+            plot.grid();
+            for (k, pair) in overlay.pairs.iter().enumerate() {
+                let scaled = |v: &[f64]| v.iter().map(|v| 1e3 * v).collect::<Vec<_>>();
+                let curve = &pair.simulated[axis];
+                line(area, &plot.path(&curve.t, &scaled(&curve.f)), PALETTE[k % COLOURS], 10);
+                let inside: Vec<&(f64, [f64; 3])> =
+                    pair.measured.iter().filter(|(t, _)| *t >= plot.x.lo && *t <= plot.x.hi).collect();
+                for (t, m) in inside.iter().step_by(inside.len().div_ceil(MARKED).max(1)) {
+                    for at in plot.path(&[*t], &[1e3 * m[axis]]) {
+                        hollow(area, MARKS[0], at, 18, PALETTE[k % COLOURS]);
+                    }
+                }
+            }
+            plot.axes(true);
+        }
+        let at = |row: f64| (mm(left + wide + 6.0), mm(top + 3.0 + 4.2 * row));
+        let entries = [(Sample::Line(INK), "simulated"), (Sample::Hollow(MARKS[0], INK), "measured")];
+        legend(area, at(0.0), &entries.map(|(s, w)| (s, w.to_string())));
+        for (k, pair) in overlay.pairs.iter().take(COLOURS).enumerate() {
+            let row = 2.5 + 3.2 * k as f64;
+            text(area, &pair.marker, at(row), At::Left, SMALL, PALETTE[k % COLOURS]);
+            let Some(d) = &pair.distance else { continue };
+            text(area, &format!("rms {:.2} mm", 1e3 * d.rms_m), at(row + 1.0), At::Left, SMALL, INK);
+            text(area, &format!("largest {:.2} mm", 1e3 * d.largest_m), at(row + 2.0), At::Left, SMALL, INK);
+        }
+    });
+    let all: Vec<String> = overlay.pairs.iter().filter_map(|p| p.distance.as_ref()).map(words).collect();
+    let caption = if all.is_empty() { "No row of the tracks is within the run".into() } else { all.join("; ") };
+    Figure { name: name.into(), svg, caption: format!("{}: {caption}.", overlay.source) }
+}
