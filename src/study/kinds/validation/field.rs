@@ -29,8 +29,7 @@ pub struct Field {
 impl Field {
     /// Reads the table of a record; the error says what is wrong in words.
     pub fn read(base: &Path, spec: &FieldSpec, record: &RecordSpec) -> Result<Self, String> {
-        let experiment = record.experiment.as_ref().unwrap_or(&record.name);
-        let file = spec.file.replace("{experiment}", experiment);
+        let file = spec.file.replace("{experiment}", record.experiment());
         let factor = units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| format!("unit: {e}"))?;
         let bytes = storage::read(&base.join(&file), DATA_LIMIT)
             .map_err(|e| format!("{file}: {e}; the path is relative to the study"))?;
@@ -113,6 +112,7 @@ impl Field {
                 window: None,
                 records: BTreeMap::from([(record.name.clone(), measured)]),
                 errors: all,
+                by_record: BTreeMap::new(),
             }
         };
         (0..self.points.len()).flat_map(|k| (0..3).map(move |i| (k, i))).map(one).collect()

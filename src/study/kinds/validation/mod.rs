@@ -2,35 +2,45 @@
 //!
 //! | Step | File |
 //! |---|---|
-//! | Keys of the study, its plan, its cases | [`spec`], [`plan`], [`expansion`], [`measured`], [`field`] |
+//! | Keys of the study, its plan, its cases | [`spec`], [`plan`], [`expansion`], [`constants`], [`quantities`], [`design`] |
+//! | Measured values | [`measured`], [`tracks`], [`tracks_request`], [`field`] |
 //! | A number from a run, with derivatives | [`evaluate`] |
-//! | Runs of a design as a function | [`surface`] |
+//! | Runs of a design as a function | [`surface`], [`responses`] |
 //! | Constants and predictions with all their sources of error | [`joint`], [`monte_carlo`], [`budget`] |
 //! | Error of mesh, time steps and surface | [`numerical`] |
-//! | Verdict, page, files | [`analysis`], [`report`], [`figures`], [`predictions`] |
+//! | Findings, verdict, page, files | [`analysis`], [`findings`], [`words`], [`report`], [`figures`], [`predictions`] |
 
 pub mod analysis;
 pub mod budget;
+pub mod constants;
+pub mod design;
 pub mod evaluate;
 pub mod expansion;
 pub mod field;
 pub mod figures;
+pub mod findings;
 pub mod joint;
 pub mod measured;
 pub mod monte_carlo;
 pub mod numerical;
 pub mod plan;
 pub mod predictions;
+pub mod quantities;
 pub mod report;
+pub mod responses;
 pub mod spec;
 pub mod surface;
+pub mod tracks;
+pub mod tracks_request;
+pub mod words;
 
 use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::store::results::Results;
-use analysis::{ValidationFindings, analyse};
+use analysis::analyse;
+use findings::ValidationFindings;
 use plan::ValidationPlan;
 pub use spec::ValidationStudy;
 use std::path::Path;

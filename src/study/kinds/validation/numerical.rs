@@ -1,10 +1,11 @@
-//! Errors of a prediction by mesh, time steps and response surface.
+//! Errors of a prediction by mesh, time steps, response surface and the tolerance of Newton's method.
 //!
 //! The calibration is repeated with every surface moved to another mesh, and the prediction made there: what mesh does to both alike cancels. The
 //! predictions over the meshes have the error bars of a convergence study ([`estimate`](mod@crate::study::estimate)).
 
 use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
 use crate::study::kinds::validation::budget::COVERAGE;
+use crate::study::kinds::validation::design::{TIGHTER, tighter_case};
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::plan::{FamilyPlan, QuantityPlan, RecordPlan, ValidationPlan};
 use crate::study::kinds::validation::surface::Surface;
@@ -22,13 +23,20 @@ pub struct Numerical {
     pub mesh: f64,
     pub steps: f64,
     pub surface: f64,
+    /// By Newton's method, which stops short of the solution
+    pub algebraic: f64,
     pub doubts: Vec<String>,
 }
 
 impl Numerical {
     /// Groups of the budget with standard deviations.
-    pub fn deviations(&self) -> [(&'static str, f64); 3] {
-        [("mesh", self.mesh), ("time step", self.steps), ("response surface", self.surface)]
+    pub fn deviations(&self) -> [(&'static str, f64); 4] {
+        [
+            ("mesh", self.mesh),
+            ("time step", self.steps),
+            ("response surface", self.surface),
+            ("algebraic", self.algebraic),
+        ]
     }
 }
 
@@ -84,7 +92,23 @@ impl<'a> Meshes<'a> {
             ),
             None => {}
         }
+        match self.algebraic(value, again) {
+            Some(deviation) => out.algebraic = deviation,
+            None => out.doubts.push(
+                "no converged run with tighter tolerances, so that the algebraic error is not in the interval".into(),
+            ),
+        }
         out
+    }
+
+    /// Standard deviation by the runs whose tolerances are 100 times tighter. The error of the design is the difference to them over 1 − 1/100, since
+    /// theirs is in proportion to the tolerance.
+    fn algebraic(&self, value: f64, again: &Again) -> Option<f64> {
+        let of = |id: String, q: &QuantityPlan| Some(evaluate(q, &self.case(&id)?.series, None, &[])?.0);
+        let on = |r: &RecordPlan, q: &QuantityPlan| {
+            Some(of(tighter_case(&r.name), q)? - of(format!("design-{}-centre", r.name), q)?)
+        };
+        Some((again(&on)? - value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE)
     }
 
     fn case(&self, id: &str) -> Option<&'a StoredCase> {

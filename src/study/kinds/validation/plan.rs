@@ -12,6 +12,9 @@ pub struct ValidationPlan {
     pub records: Vec<RecordPlan>,
     pub quantities: Vec<QuantityPlan>,
     pub families: Vec<FamilyPlan>,
+    /// Files of tracks that values were measured in
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tracks: Vec<TracksPlan>,
     /// Case of the design → its place ξ among the unknowns of its record
     pub points: BTreeMap<String, Vec<f64>>,
     /// Case of a check → its place ξ, and the inputs of its record in standard deviations
@@ -105,6 +108,27 @@ pub struct QuantityPlan {
     /// Record → measured values; empty where it is only predicted
     pub records: BTreeMap<String, Vec<f64>>,
     pub errors: Vec<ErrorPlan>,
+    /// Record → errors that it has in addition
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub by_record: BTreeMap<String, Vec<ErrorPlan>>,
+}
+
+impl QuantityPlan {
+    /// The errors of a measurement of it in a record.
+    pub fn errors_of<'a>(&'a self, record: &str) -> impl Iterator<Item = &'a ErrorPlan> {
+        self.errors.iter().chain(self.by_record.get(record).into_iter().flatten())
+    }
+}
+
+/// A file of tracks with the audit of its evaluation.
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
+pub struct TracksPlan {
+    pub record: String,
+    pub file: String,
+    pub sha256: String,
+    pub log: Vec<String>,
+    /// Reasons to doubt its values
+    pub doubts: Vec<String>,
 }
 
 /// An error of a measurement.

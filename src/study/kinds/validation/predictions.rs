@@ -1,13 +1,13 @@
 //! `predictions.toml`: every prediction with its interval and budget.
 
 use crate::study::analysis::Analysis;
-use crate::study::kinds::validation::analysis::ValidationFindings;
 use crate::study::kinds::validation::budget::COVERAGE;
+use crate::study::kinds::validation::findings::ValidationFindings;
 use toml::{Table, Value};
 
 /// The text of the file.
 pub fn text(a: &Analysis<ValidationFindings>, study: &str) -> String {
-    let one = |p: &crate::study::kinds::validation::analysis::Prediction| -> Value {
+    let one = |p: &crate::study::kinds::validation::findings::Prediction| -> Value {
         let mut t = Table::new();
         t.insert("record".into(), p.experiment.clone().into());
         t.insert("quantity".into(), p.quantity.clone().into());

@@ -5,10 +5,11 @@ use crate::report::numbers::{digits, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
-use crate::study::kinds::validation::analysis::{Prediction, ValidationFindings, advice, sentence};
 use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::figures::{budget, score};
+use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 use crate::study::kinds::validation::predictions;
+use crate::study::kinds::validation::words::{advice, sentence};
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
@@ -23,12 +24,19 @@ pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
         facts: a.predictions.iter().take(4).map(fact).collect(),
         sentences: sentences.collect(),
         analysis: analysis(a),
-        tables: vec![constants(a), fitted(a), budgets(a)],
-        folded: vec![("What the budget rests on", sources(a)), ("Every case", tables::cases(store))],
+        // A study without unknowns has no constants and no calibration
+        tables: [constants(a), fitted(a), budgets(a)].into_iter().filter(|t| !t.rows.is_empty()).collect(),
+        folded: folded(store, a),
         figures: figures.into_iter().flatten().collect(),
         files: vec![("predictions.toml".into(), predictions::text(a, &store.study.study))],
         ..Content::new(a, !a.predictions.is_empty(), ("What is predicted, and was it so", answer(a)))
     }
+}
+
+fn folded(store: &Results, a: &Analysis<ValidationFindings>) -> Vec<(&'static str, Table)> {
+    let tracks = (!a.tracks.is_empty()).then(|| ("How the tracks were evaluated", audit(a)));
+    let rest = [("What the budget rests on", sources(a)), ("Every case", tables::cases(store))];
+    tracks.into_iter().chain(rest).collect()
 }
 
 fn fact(p: &Prediction) -> (String, String) {
@@ -181,6 +189,21 @@ fn sources(a: &ValidationFindings) -> Table {
         caption: "Terms of the budget (and their group) with the standard deviation and where it is from.".into(),
         columns: headings(&[("Term", "", false), ("Deviation", "", true), ("Source", "", false)]),
         rows: a.sources.iter().map(|(a, b, c)| vec![a.clone(), b.clone(), c.clone()]).collect(),
+        pick: None,
+    }
+}
+
+fn audit(a: &ValidationFindings) -> Table {
+    let rows = a.tracks.iter().flat_map(|t| {
+        let doubts = t.doubts.iter().map(|d| format!("doubt: {d}"));
+        let lines = t.log.iter().cloned().chain(doubts);
+        lines.map(|line| vec![t.record.clone(), t.file.clone(), line])
+    });
+    Table {
+        name: "tracks",
+        caption: "Audit of the tracks that values were measured in: every decision of their evaluation.".into(),
+        columns: headings(&[("Record", "", false), ("File", "", false), ("Decision", "", false)]),
+        rows: rows.collect(),
         pick: None,
     }
 }

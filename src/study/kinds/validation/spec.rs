@@ -87,6 +87,42 @@ pub struct RecordSpec {
     /// Changes by path
     #[serde(default)]
     pub set: toml::Table,
+    /// Measured tracks of markers
+    pub tracks: Option<TracksSpec>,
+}
+
+impl RecordSpec {
+    /// Name of its experiment.
+    pub fn experiment(&self) -> &str {
+        self.experiment.as_ref().unwrap_or(&self.name)
+    }
+}
+
+/// Files of marker tracks of one experiment, with statements on how they are read.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TracksSpec {
+    /// C3D, TRC or tables relative to the study; several are repeats
+    pub files: Vec<PathBuf>,
+    /// Unit of the coordinates; the one that the file states if absent
+    pub unit: Option<String>,
+    pub time_unit: Option<String>,
+    /// Frames per second, `100 Hz`
+    pub rate: Option<String>,
+    /// Record of a table that holds several
+    pub record: Option<String>,
+    /// Markers that move as a rigid body
+    pub body: Option<Vec<String>>,
+    /// Point of the body that is followed, in the held state
+    pub at: Option<[String; 3]>,
+    /// Table of marker positions in the frame of the scene, onto which the held state is registered
+    pub reference: Option<PathBuf>,
+    /// Windows of the states; found if absent
+    pub held: Option<[String; 2]>,
+    #[serde(rename = "final")]
+    pub last: Option<[String; 2]>,
+    /// Departure from the held state that counts as release
+    pub threshold: Option<String>,
 }
 
 /// The number that is taken from a column.
@@ -128,6 +164,8 @@ pub struct QuantitySpec {
     pub measured: BTreeMap<String, Repeats>,
     /// Measured values in a file
     pub table: Option<TableSpec>,
+    /// Curve of the tracks of its records that is measured, `tip_z_m`
+    pub curve: Option<String>,
     #[serde(rename = "error", default)]
     pub errors: Vec<ErrorSpec>,
 }

@@ -4,8 +4,8 @@ use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, 
 use crate::report::figure::Figure;
 use crate::report::numbers::{digits, space};
 use crate::study::analysis::Analysis;
-use crate::study::kinds::validation::analysis::{Prediction, ValidationFindings};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
+use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 
 /// Predictions and groups that are drawn.
 const PANELS: usize = 6;

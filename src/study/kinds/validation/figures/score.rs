@@ -6,7 +6,7 @@ use crate::report::canvas::{
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;
-use crate::study::kinds::validation::analysis::{Prediction, ValidationFindings};
+use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 use plotters::style::Color;
 
 const LEFT: f64 = 15.0;

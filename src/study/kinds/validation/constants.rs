@@ -1,0 +1,115 @@
+//! Constants to be found and inputs with a deviation, read from their keys and the scenes.
+
+use crate::math::units::{self, Dimension};
+use crate::scene::{ParameterKey, find};
+use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan};
+use crate::study::kinds::validation::spec::{InputSpec, Purpose, RecordSpec, UnknownSpec, ValidationStudy};
+
+/// Most unknowns: their corners are 16 runs.
+const MOST_UNKNOWNS: usize = 4;
+
+/// An unknown with its range in its unit; the error says what is wrong in words.
+pub fn unknown(u: &UnknownSpec) -> Result<UnknownPlan, String> {
+    let read = |v: &toml::Value| match v {
+        toml::Value::String(text) => units::quantity(text).map_err(|e| e.to_string()),
+        other => number(other).map(|n| (n, Dimension::NONE)).ok_or_else(|| format!("{other} is not a number")),
+    };
+    let found = match (read(&u.range[0]), read(&u.range[1])) {
+        (Ok((low, a)), Ok((high, b))) if a == b && low < high => Ok([low, high]),
+        (Ok((_, a)), Ok((_, b))) if a != b => Err("its ends have different dimensions".to_string()),
+        (Ok(_), Ok(_)) => Err("its lower end is not below the upper one".into()),
+        (Err(why), _) | (_, Err(why)) => Err(why),
+    };
+    let [low, high] = found.map_err(|why| format!("unknown {}: range: {why}", u.name))?;
+    let unit = unit_of(&u.range[0]);
+    let factor = units::quantity(&format!("1 {unit}")).map_or(1.0, |(f, _)| f);
+    let (name, key, label, symbol) = (u.name.clone(), u.key.clone(), u.label.clone(), u.symbol.clone());
+    Ok(UnknownPlan { name, key, label, symbol, unit, range: [low / factor, high / factor], factor })
+}
+
+/// A record with the unknowns and inputs that its scene has; mistakes are added to `wrong`.
+pub fn record(
+    r: &RecordSpec,
+    scene: &toml::Table,
+    study: &ValidationStudy,
+    unknowns: &[UnknownPlan],
+    wrong: &mut Vec<String>,
+) -> RecordPlan {
+    let own = (0..unknowns.len()).filter(|u| find(scene, &unknowns[*u].key).is_ok()).collect();
+    let mut inputs = vec![];
+    for (j, input) in study.inputs.iter().enumerate() {
+        let named = input.records.as_ref().map(|of| of.contains(&r.name));
+        if named == Some(false) {
+            continue;
+        }
+        let there = input.keys.iter().all(|key| find(scene, key).is_ok());
+        match (there, named) {
+            (true, _) => match deviations(input, scene) {
+                Ok(found) => inputs.push((j, found)),
+                Err(why) => wrong.push(format!("input {}, record {}: {why}", input.name, r.name)),
+            },
+            (false, Some(_)) => {
+                wrong.push(format!("input {}: the scene of record {} has not all of its keys", input.name, r.name));
+            }
+            (false, None) => {}
+        }
+    }
+    RecordPlan {
+        name: r.name.clone(),
+        label: r.label.clone().unwrap_or_else(|| r.name.clone()),
+        experiment: r.experiment().into(),
+        purpose: r.purpose,
+        unknowns: own,
+        inputs,
+    }
+}
+
+/// Mistakes of unknowns that no calibration record has, of inputs that no scene has, and of too many unknowns.
+pub fn without_use(study: &ValidationStudy, records: &[RecordPlan]) -> Vec<String> {
+    let mut wrong = vec![];
+    let calibrated = |k: &usize| records.iter().any(|r| r.purpose == Purpose::Calibration && r.unknowns.contains(k));
+    for (_, u) in study.unknowns.iter().enumerate().filter(|(k, _)| !calibrated(k)) {
+        wrong.push(format!("unknown {}: no calibration record has the key {}", u.name, u.key));
+    }
+    let used = |j: usize| records.iter().any(|r| r.inputs.iter().any(|(i, _)| *i == j));
+    for (_, i) in study.inputs.iter().enumerate().filter(|(j, _)| !used(*j)) {
+        wrong.push(format!("input {}: no scene has all of its keys {}", i.name, i.keys.join(", ")));
+    }
+    if study.unknowns.len() > MOST_UNKNOWNS {
+        wrong.push(format!("{} unknowns; at most {MOST_UNKNOWNS} are found at once", study.unknowns.len()));
+    }
+    wrong
+}
+
+/// The keys of an input with one standard deviation each \[SI\].
+fn deviations(input: &InputSpec, scene: &toml::Table) -> Result<Vec<(String, f64)>, String> {
+    let (amount, dimension) = units::quantity(&input.deviation).map_err(|e| e.to_string())?;
+    if amount <= 0.0 {
+        return Err("its deviation is not above zero".into());
+    }
+    let share = input.deviation.trim().ends_with('%');
+    let one = |key: &String| {
+        let found = key.parse::<ParameterKey>().and_then(|key| key.value(scene)).map_err(|e| e.to_string())?;
+        let value = found.si();
+        match share {
+            true if value == 0.0 => {
+                Err(format!("{key} is zero, of which no share is taken; give the deviation as a quantity"))
+            }
+            true => Ok((key.clone(), amount * value.abs())),
+            false if found.dimension == dimension => Ok((key.clone(), amount)),
+            false => Err(format!("{key} has another dimension than the deviation \"{}\"", input.deviation)),
+        }
+    };
+    input.keys.iter().map(one).collect()
+}
+
+fn number(v: &toml::Value) -> Option<f64> {
+    v.as_float().or_else(|| v.as_integer().map(|n| n as f64))
+}
+
+/// Unit of a quantity as it is written.
+fn unit_of(v: &toml::Value) -> String {
+    v.as_str()
+        .and_then(|text| text.trim().split_once(char::is_whitespace))
+        .map_or(String::new(), |(_, unit)| unit.trim().into())
+}

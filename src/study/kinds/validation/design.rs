@@ -1,0 +1,149 @@
+//! The cases of a validation: the design of each record over its constants, checks at random places, and at the centre families of meshes and steps and
+//! a run with tighter tolerances of Newton's method.
+//!
+//! The design of a record over its m unknowns has the centre of their ranges, the middle of each face and, with several unknowns, the corners (Box &
+//! Wilson, *J. R. Stat. Soc. B* 13, 1951, face-centred).
+
+use crate::math::random::SplitMix;
+use crate::scene::spec::NumericsSpec;
+use crate::scene::{KeyValue, find};
+use crate::study::kinds::validation::plan::{RecordPlan, UnknownPlan, ValidationPlan};
+use crate::study::kinds::validation::spec::ValidationStudy;
+use crate::study::spec::FamilySpec;
+use crate::study::store::record::Role;
+use std::collections::BTreeMap;
+
+/// Seed of the places of checks, to which the name of the record is added.
+const SEED: u64 = 0x7661_6c69_6461_7465;
+/// Share of the ranges within which checks lie.
+const INNER: f64 = 0.8;
+/// Factor between the tolerances of the design and those of the run that shows its algebraic error.
+pub const TIGHTER: f64 = 100.0;
+/// Smallest tolerance, that of rounding.
+const LEAST: f64 = 1e-13;
+
+/// Name of the run with tighter tolerances.
+const MEMBER: &str = "tighter";
+
+/// Families of the design and of the checks before those of the study, and the places of their cases. `scenes` are those of the records.
+pub fn cases(
+    study: &ValidationStudy,
+    scenes: &[toml::Table],
+    mut plan: ValidationPlan,
+) -> (ValidationPlan, Vec<FamilySpec>) {
+    let (mut designs, mut checks, mut tighter) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    for (r, scene) in plan.records.iter().zip(scenes) {
+        let own: Vec<&UnknownPlan> = r.unknowns.iter().map(|k| &plan.unknowns[*k]).collect();
+        let setting = |xi: &[f64]| -> toml::Table {
+            own.iter().zip(xi).map(|(u, xi)| (u.key.clone(), value_at(u, *xi))).collect()
+        };
+        let names: Vec<&str> = own.iter().map(|u| u.name.as_str()).collect();
+        let mut members = toml::Table::new();
+        for (label, xi) in design(&names) {
+            members.insert(label.clone(), setting(&xi).into());
+            plan.points.insert(format!("design-{}-{label}", r.name), xi);
+        }
+        designs.insert(r.name.clone(), members);
+        let seed = r.name.bytes().fold(SEED, |seed, byte| seed.rotate_left(8) ^ u64::from(byte));
+        let mut random = SplitMix(seed);
+        let mut members = toml::Table::new();
+        for k in 1..=study.checks {
+            let xi: Vec<f64> = own.iter().map(|_| INNER * (2.0 * random.unit() - 1.0)).collect();
+            let s: Vec<f64> = r.inputs.iter().map(|_| 2.0 * random.unit() - 1.0).collect();
+            let mut set: toml::Table = setting(&xi).into_iter().chain(tolerances(scene)).collect();
+            for (s, (_, keys)) in s.iter().zip(&r.inputs) {
+                for (key, deviation) in keys {
+                    let before = set.get(key).cloned().or_else(|| find(scene, key).ok().cloned());
+                    let after = before.and_then(|v| shifted(&v, s * deviation));
+                    after.map(|value| set.insert(key.clone(), value));
+                }
+            }
+            members.insert(k.to_string(), set.into());
+            plan.checks.insert(format!("check-{}-{k}", r.name), (xi, s));
+        }
+        checks.insert(r.name.clone(), members);
+        let changes = centre(r, &plan).into_iter().chain(tolerances(scene)).collect();
+        tighter.insert(r.name.clone(), toml::Table::from_iter([(MEMBER.to_string(), toml::Value::Table(changes))]));
+    }
+    let mut families = vec![family("design", Role::Design, designs)];
+    if study.checks > 0 {
+        families.push(family("check", Role::Check, checks));
+    }
+    families.push(family("algebraic", Role::Solver, tighter));
+    families.extend(study.families.iter().map(|f| at_centre(f, &plan)));
+    (plan, families)
+}
+
+fn family(name: &str, role: Role, own: BTreeMap<String, toml::Table>) -> FamilySpec {
+    FamilySpec {
+        name: name.into(),
+        role,
+        variants: None,
+        set: toml::Table::new(),
+        members: toml::Table::new(),
+        own,
+        scene: None,
+    }
+}
+
+/// A family of the study with the constants at the centre of the design.
+fn at_centre(f: &FamilySpec, plan: &ValidationPlan) -> FamilySpec {
+    let runs = |r: &&RecordPlan| f.variants.as_ref().is_none_or(|own| own.contains(&r.name));
+    let with_centre = |r: &RecordPlan, member: &toml::Value| match member {
+        toml::Value::Table(changes) => toml::Value::Table(centre(r, plan).into_iter().chain(changes.clone()).collect()),
+        other => other.clone(),
+    };
+    let members = |r: &RecordPlan| f.members.iter().map(|(l, m)| (l.clone(), with_centre(r, m))).collect();
+    let own = plan.records.iter().filter(runs).map(|r| (r.name.clone(), members(r))).collect();
+    FamilySpec { members: toml::Table::new(), own, ..f.clone() }
+}
+
+/// The constants of a record at the centre of the design.
+fn centre(r: &RecordPlan, plan: &ValidationPlan) -> toml::Table {
+    r.unknowns.iter().map(|k| &plan.unknowns[*k]).map(|u| (u.key.clone(), value_at(u, 0.0))).collect()
+}
+
+/// The tolerances of Newton's method in a scene, divided.
+fn tolerances(scene: &toml::Table) -> toml::Table {
+    let own: NumericsSpec = scene.get("numerics").cloned().and_then(|n| n.try_into().ok()).unwrap_or_default();
+    let keys = [("numerics.tolerance", own.tolerance), ("numerics.accuracy", own.accuracy)];
+    keys.map(|(key, value)| (key.to_string(), (value / TIGHTER).max(LEAST.min(value)).into())).into_iter().collect()
+}
+
+/// Case of the run of a record with tighter tolerances.
+pub fn tighter_case(record: &str) -> String {
+    format!("algebraic-{record}-{MEMBER}")
+}
+
+/// Labels and places of a face-centred central composite design.
+fn design(names: &[&str]) -> Vec<(String, Vec<f64>)> {
+    let m = names.len();
+    let word = |x: f64| if x < 0.0 { "low" } else { "high" };
+    let mut all = vec![("centre".to_string(), vec![0.0; m])];
+    for (k, name) in names.iter().enumerate() {
+        for x in [-1.0, 1.0] {
+            let mut at = vec![0.0; m];
+            at[k] = x;
+            all.push((format!("{name}-{}", word(x)), at));
+        }
+    }
+    if m > 1 {
+        for corner in 0..1_usize << m {
+            let at: Vec<f64> = (0..m).map(|k| if corner >> k & 1 == 1 { 1.0 } else { -1.0 }).collect();
+            let label: Vec<String> = names.iter().zip(&at).map(|(n, x)| format!("{n}-{}", word(*x))).collect();
+            all.push((label.join("-"), at));
+        }
+    }
+    all
+}
+
+fn value_at(u: &UnknownPlan, xi: f64) -> toml::Value {
+    let value = u.at(xi);
+    if u.unit.is_empty() { value.into() } else { format!("{value} {}", u.unit).into() }
+}
+
+/// A value of a scene, larger by an amount in SI.
+fn shifted(v: &toml::Value, by: f64) -> Option<toml::Value> {
+    let value = KeyValue::of(v).ok()?;
+    Some(value.written_si(value.si() + by))
+}

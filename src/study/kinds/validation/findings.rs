@@ -1,0 +1,75 @@
+//! Findings of a validation: constants, predictions with their budgets, and the score of those that were measured.
+
+use crate::study::kinds::validation::budget::Contribution;
+use crate::study::kinds::validation::plan::TracksPlan;
+use serde::Serialize;
+
+/// Findings of a validation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ValidationFindings {
+    pub constants: Vec<FoundConstant>,
+    pub fitted: Vec<FittedDatum>,
+    /// √(χ²/ν) where that is beyond chance, else 1
+    pub widened: f64,
+    pub chi2: f64,
+    pub freedom: usize,
+    pub predictions: Vec<Prediction>,
+    /// Terms of the budget with their origin: (term, deviation, source)
+    pub sources: Vec<(String, String, String)>,
+    /// Audit of the tracks that values were measured in
+    pub tracks: Vec<TracksPlan>,
+}
+
+/// A constant that the calibration records give.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundConstant {
+    pub key: String,
+    pub label: String,
+    pub symbol: String,
+    pub unit: String,
+    pub value: f64,
+    /// 95 %, from the errors of data and inputs
+    pub interval: [f64; 2],
+    pub range: [f64; 2],
+}
+
+/// A measured value of the calibration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FittedDatum {
+    pub record: String,
+    pub quantity: String,
+    pub unit: String,
+    pub measured: f64,
+    pub fitted: f64,
+    /// (measured − fitted)/standard deviation of its independent errors
+    pub residual: f64,
+}
+
+/// A value that is predicted.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Prediction {
+    pub record: String,
+    pub record_label: String,
+    pub experiment: String,
+    pub quantity: String,
+    pub label: String,
+    pub symbol: String,
+    pub unit: String,
+    pub value: f64,
+    /// 95 %
+    pub interval: [f64; 2],
+    /// Largest first
+    pub budget: Vec<Contribution>,
+    /// Standard deviation by derivatives, and by simulated experiments
+    pub deviations: [f64; 2],
+    /// The response is so curved that the interval is that of simulated experiments
+    pub curved: bool,
+    /// Mean of the measured values, where it was measured
+    pub measured: Option<f64>,
+    /// Whether the interval contains the measured value
+    pub inside: Option<bool>,
+    /// (measured − predicted) over the half of the interval on that side
+    pub score: Option<f64>,
+    /// Reasons to doubt the numerical error bars
+    pub doubts: Vec<String>,
+}

@@ -1,0 +1,96 @@
+//! Responses of all records and quantities by the runs of their designs, with their measured values and the errors of these.
+
+use crate::study::kinds::validation::evaluate::evaluate;
+use crate::study::kinds::validation::joint::Response;
+use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan, RecordPlan, ValidationPlan};
+use crate::study::kinds::validation::surface::{Sample, Surface};
+use crate::study::store::results::Results;
+
+/// A record and a quantity with their response.
+pub struct Target<'a> {
+    pub record: &'a RecordPlan,
+    pub quantity: &'a QuantityPlan,
+    pub response: Response,
+    pub measured: &'a [f64],
+    /// Per independent error of the response: its group
+    pub groups: Vec<String>,
+}
+
+/// Responses of all records and quantities, by the cases of their designs.
+pub fn targets<'a>(results: &Results, plan: &'a ValidationPlan) -> Result<Vec<Target<'a>>, String> {
+    let shared = shared_errors(plan);
+    let mut all = vec![];
+    for record in &plan.records {
+        for quantity in &plan.quantities {
+            let Some(measured) = quantity.records.get(&record.name) else { continue };
+            let samples = samples(results, plan, record, quantity);
+            let surface = Surface::fit(record.unknowns.len(), &samples)
+                .map_err(|e| format!("{} of {}: {e}", quantity.label, record.label))?;
+            let (mut noise, mut groups) = (vec![], vec![]);
+            for e in quantity.errors_of(&record.name).filter(|e| e.shared.is_none()) {
+                noise.push(e.deviation);
+                groups.push(e.group.clone());
+            }
+            if let Some(scatter) = scatter_of_mean(measured) {
+                noise.push(scatter);
+                groups.push("repeats".into());
+            }
+            let amount = |e: &ErrorPlan| {
+                let place = shared.iter().position(|(name, _)| e.shared.as_ref() == Some(name))?;
+                Some((plan.inputs.len() + place, e.deviation))
+            };
+            let response = Response {
+                surface,
+                constants: record.unknowns.clone(),
+                inputs: record.inputs.iter().map(|(k, _)| *k).collect(),
+                noise,
+                shared: quantity.errors_of(&record.name).filter_map(amount).collect(),
+            };
+            all.push(Target { record, quantity, response, measured, groups });
+        }
+    }
+    Ok(all)
+}
+
+fn samples(results: &Results, plan: &ValidationPlan, record: &RecordPlan, q: &QuantityPlan) -> Vec<Sample> {
+    let keys = record.keys(&plan.unknowns);
+    let one = |(case, at): (&String, &Vec<f64>)| {
+        let stored = results.cases.iter().find(|c| c.record.id == *case && c.record.variant == record.name)?;
+        let derivatives = results.sensitivities.get(case);
+        let (value, by) = evaluate(q, &stored.series, derivatives, &keys).filter(|_| stored.record.converged())?;
+        let of = |key: &String| keys.iter().position(|k| k == key).map_or(0.0, |k| by[k]);
+        let by_constants =
+            record.unknowns.iter().map(|k| &plan.unknowns[*k]).map(|u| of(&u.key) * u.half() * u.factor).collect();
+        let along = |(_, keys): &(usize, Vec<(String, f64)>)| keys.iter().map(|(key, d)| of(key) * d).sum();
+        Some(Sample { at: at.clone(), value, by_constants, by_inputs: record.inputs.iter().map(along).collect() })
+    };
+    plan.points.iter().filter_map(one).collect()
+}
+
+/// Sources that several data share: name and group, each once.
+pub fn shared_errors(plan: &ValidationPlan) -> Vec<(String, String)> {
+    let mut all: Vec<(String, String)> = vec![];
+    for e in plan.quantities.iter().flat_map(|q| q.errors.iter().chain(q.by_record.values().flatten())) {
+        if let Some(name) = e.shared.as_ref().filter(|name| !all.iter().any(|(known, _)| known == *name)) {
+            all.push((name.clone(), e.group.clone()));
+        }
+    }
+    all
+}
+
+/// Shares of the independent errors of a datum in its variance; they reach a prediction by way of the constants.
+pub fn shares(t: &Target) -> Vec<(String, f64)> {
+    let total: f64 = t.response.noise.iter().map(|s| s * s).sum();
+    t.groups.iter().map(|g| format!("constants: {g}")).zip(t.response.noise.iter().map(|s| s * s / total)).collect()
+}
+
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Standard deviation of the mean of repeats; `None` of a single value.
+fn scatter_of_mean(values: &[f64]) -> Option<f64> {
+    let (n, m) = (values.len() as f64, mean(values));
+    let variance = values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (n - 1.0);
+    (values.len() > 1 && variance > 0.0).then(|| (variance / n).sqrt())
+}

@@ -1,0 +1,103 @@
+//! Sentences of a validation: its verdict, predictions, advice, and warnings of the calibration.
+
+use crate::report::numbers::{capital, digits, space};
+use crate::study::kinds::validation::budget::{COVERAGE, half_width};
+use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
+use crate::study::kinds::validation::joint::Solution;
+use crate::study::kinds::validation::plan::ValidationPlan;
+
+/// Predictions that a verdict names.
+const SHOWN: usize = 4;
+/// Standard deviations by which data may move an input without a warning.
+const FAR: f64 = 2.0;
+
+/// `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, of at most six terms.
+pub fn sentence(p: &Prediction) -> String {
+    let n = digits(0.1 * (p.interval[1] - p.interval[0]));
+    let (up, down) = (p.interval[1] - p.value, p.value - p.interval[0]);
+    let half = if (up - down).abs() < 0.05 * (up + down) {
+        format!("± {:.n$}", 0.5 * (up + down))
+    } else {
+        format!("+ {up:.n$} − {down:.n$}")
+    };
+    let terms: Vec<String> =
+        p.budget.iter().take(6).map(|c| format!("{} {:.n$}", c.group, COVERAGE * c.deviation)).collect();
+    let mut words = format!(
+        "The {} of {} is predicted as {:.n$} {half}{} (95 %: {})",
+        p.label,
+        p.record_label,
+        p.value,
+        space(&p.unit),
+        terms.join(", ")
+    );
+    if let (Some(m), Some(inside)) = (p.measured, p.inside) {
+        words += &format!(
+            "; measured {m:.n$}{}, {} the interval",
+            space(&p.unit),
+            if inside { "inside" } else { "outside of" }
+        );
+    }
+    (words + ".").replace(" -", " −")
+}
+
+pub fn verdict(found: &ValidationFindings) -> String {
+    if found.predictions.is_empty() {
+        return "No verdict: there is no prediction.".into();
+    }
+    let scored: Vec<bool> = found.predictions.iter().filter_map(|p| p.inside).collect();
+    let mut words: Vec<String> = vec![];
+    if !scored.is_empty() {
+        let inside = scored.iter().filter(|i| **i).count();
+        words.push(format!("{inside} of {} measured predictions lie in their 95 % intervals.", scored.len()));
+    }
+    words.extend(found.predictions.iter().take(SHOWN).map(sentence));
+    if found.predictions.len() > SHOWN {
+        words.push(format!("{} more predictions are in the table.", found.predictions.len() - SHOWN));
+    }
+    words.join(" ")
+}
+
+/// The measurement that would narrow the interval of a prediction most.
+pub fn advice(p: &Prediction) -> Option<String> {
+    let largest = p.budget.first()?;
+    let half = half_width(&p.budget);
+    let n = digits(0.1 * half);
+    Some(format!(
+        "{} of {}: {} counts most; known exactly, it would leave ± {:.n$} of ± {half:.n$}{}.",
+        capital(&p.label),
+        p.record_label,
+        largest.group,
+        largest.without,
+        space(&p.unit)
+    ))
+}
+
+/// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more than they may.
+pub fn warn_of_fit(solution: &Solution, plan: &ValidationPlan, warnings: &mut Vec<String>) {
+    for (u, xi) in plan.unknowns.iter().zip(&solution.xi).filter(|(_, xi)| xi.abs() > 1.0) {
+        warnings.push(format!(
+            "{} ({}) is found at {:.4} {}, outside of its range {} to {}, where its response is extrapolated: widen the range.",
+            capital(&u.label), u.key, u.at(*xi), u.unit, u.range[0], u.range[1]
+        ));
+    }
+    for (input, s) in plan.inputs.iter().zip(&solution.s).filter(|(_, s)| s.abs() > FAR) {
+        let fact = "its deviation is understated, or it makes up for something that the model misses";
+        warnings.push(format!(
+            "The records move the input \"{}\" by {s:+.1} of its standard deviations: {fact}.",
+            input.name
+        ));
+    }
+    if !solution.is_consistent() {
+        warnings.push(format!(
+            "The calibration records scatter {:.1} times as much as their errors say (χ² = {:.1} with {} degrees of freedom): the model misses something, or errors are understated. All statistical parts of the intervals are widened by this factor.",
+            solution.birge(), solution.chi2, solution.freedom
+        ));
+    }
+}
+
+/// The message with names of constants in place of their indices.
+pub fn named(message: &str, plan: &ValidationPlan) -> String {
+    plan.unknowns.iter().enumerate().fold(message.to_string(), |m, (k, u)| {
+        m.replace(&format!("constant {k};"), &format!("{} ({});", u.label, u.key))
+    })
+}

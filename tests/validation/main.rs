@@ -1,0 +1,6 @@
+//! Studies of kind `validation`.
+
+mod algebraic;
+mod beam;
+mod intervals;
+mod tracks;
