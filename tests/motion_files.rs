@@ -138,6 +138,29 @@ fn analog_numbers_of_a_frame_are_those_of_the_header() {
     assert!(why.contains("the C3D file is damaged: processor 0"), "{why}");
 }
 
+/// A marker that is hidden in the final state has no such state, which is said; the others have theirs. A window in which no marker is seen is refused.
+#[test]
+fn a_hidden_marker_does_not_refuse_the_others() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut text = String::from("t_s,tip_x_mm,tip_y_mm,tip_z_mm,side_x_mm,side_y_mm,side_z_mm\n");
+    for k in 0..200 {
+        let (t, fallen) = (0.01 * f64::from(k), if k < 60 { 0.0 } else { 5.0 });
+        let side = if k < 62 { format!("3,4,{}", 20.0 - 0.1 * fallen) } else { ",,".into() };
+        text += &format!("{t},1,2,{},{side}\n", 30.0 - fallen + 1e-4 * f64::from(k).sin());
+    }
+    let file = folder.path().join("hidden.csv");
+    std::fs::write(&file, text).expect("writable");
+    let found =
+        evaluate(&MotionRequest { file: file.clone(), ..MotionRequest::default() }).unwrap_or_else(|e| panic!("{e}"));
+    let of = |name: &str| found.curves.iter().find(|c| c.curve.name == name).expect("a curve");
+    let change = of("tip_z_m").change.expect("both states");
+    assert!((change.value + 0.005).abs() < 1e-7 && of("side_z_m").held.is_some() && of("side_z_m").last.is_none());
+    // Two rows of the final window are seen, and six are needed
+    assert!(found.doubts.iter().any(|d| d.starts_with("side_z_m: ") && d.contains("are needed")), "{:?}", found.doubts);
+    let late = MotionRequest { file, final_s: Some([5.0, 6.0]), ..MotionRequest::default() };
+    assert!(evaluate(&late).expect_err("nothing is seen").to_string().contains("0 samples in 5 s to 6 s"));
+}
+
 /// Every byte of a small file changed in turn, and every length: an answer or a refusal, never a panic.
 #[test]
 fn no_single_change_of_a_c3d_file_ends_the_program() {

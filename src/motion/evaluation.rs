@@ -2,6 +2,7 @@
 
 use super::body::{self, Pose};
 use super::curve::Curve;
+use super::curve_states::{EvaluatedCurve, with_states};
 use super::error::MotionError;
 use super::plateau::{Plateau, held_and_final};
 use super::registration::{Registration, rigid};
@@ -12,20 +13,8 @@ use super::track::{ReadOptions, Track};
 use super::tracks::Tracks;
 use super::vibration::RingDown;
 use super::words;
-use crate::calibrate::Bounded;
-use crate::calibrate::judgement::statistics::t_quantile;
 use crate::math::tensor::Vec3;
 use std::path::Path;
-
-/// A curve with its states.
-#[derive(Clone, Debug)]
-pub struct EvaluatedCurve {
-    pub curve: Curve,
-    pub held: Option<Plateau>,
-    pub last: Option<Plateau>,
-    /// Final minus held mean with its 95 % interval: noise of this record only
-    pub change: Option<Bounded>,
-}
 
 /// Evaluated motion of one record.
 #[derive(Clone, Debug)]
@@ -77,7 +66,7 @@ pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
         Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log)?,
         None => (vec![], marker_curves(&tracks)?),
     };
-    let curves: Vec<EvaluatedCurve> = curves.into_iter().map(|c| with_states(c, &states)).collect::<Result<_, _>>()?;
+    let curves = with_states(curves, [states.held, states.last], &mut doubts)?;
     let origin = states.release.as_ref().map_or(0.0, |r| r.time_s);
     let ring_down = match &request.ring_down {
         None => None,
@@ -219,17 +208,4 @@ fn body_curves(
         curves.push(curve(format!("rotation_{axis}_deg"), &|p| p.rotation_about(direction).to_degrees())?);
     }
     Ok((poses, curves))
-}
-
-/// The states of a curve in the windows of the record.
-fn with_states(curve: Curve, states: &States) -> Result<EvaluatedCurve, MotionError> {
-    let over = |window: Option<[f64; 2]>| window.map(|w| Plateau::over(&curve, w)).transpose();
-    let (held, last) = (over(states.held)?, over(states.last)?);
-    let change = held.as_ref().zip(last.as_ref()).map(|(a, b)| {
-        let value = b.mean.value - a.mean.value;
-        let free = (a.effective.min(b.effective) - 1.0).max(1.0) as usize;
-        let half = t_quantile(0.95, free) * a.uncertainty.hypot(b.uncertainty);
-        Bounded { value, interval: [value - half, value + half] }
-    });
-    Ok(EvaluatedCurve { curve, held, last, change })
 }

@@ -7,6 +7,7 @@
 pub mod body;
 mod c3d;
 mod curve;
+mod curve_states;
 mod error;
 mod evaluation;
 pub mod plateau;
@@ -27,8 +28,9 @@ mod vibration;
 mod words;
 
 pub use curve::Curve;
+pub use curve_states::EvaluatedCurve;
 pub use error::{MotionError, Swap};
-pub use evaluation::{EvaluatedCurve, Evaluation, evaluate};
+pub use evaluation::{Evaluation, evaluate};
 pub use request::{BodyRequest, MotionRequest};
 pub use track::{ReadOptions, Track};
 pub use tracks::{LARGEST, SMALLEST, Tracks};
