@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 #[error("compare.markers {file}: {source}")]
 pub struct MarkersError {
     file: String,
-    source: MotionError,
+    source: Box<MotionError>,
 }
 
 /// A marker and its recorded point over the time of the run.
@@ -45,7 +45,7 @@ pub fn read(scene: &Scene) -> Result<Vec<Tracks>, MarkersError> {
         .measured
         .tracks
         .iter()
-        .map(|t| one(t).map_err(|source| MarkersError { file: t.source.clone(), source }))
+        .map(|t| one(t).map_err(|e| MarkersError { file: t.source.clone(), source: e.into() }))
         .collect()
 }
 
