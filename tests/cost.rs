@@ -293,7 +293,7 @@ fn a_plan_is_made_and_carried_out() {
         "--tolerance",
         "40 %",
         "--budget",
-        "60 s",
+        "20 min",
         "--quantity",
         "cable_tension_N",
         "--run",

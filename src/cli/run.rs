@@ -3,6 +3,7 @@
 use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::math::threads;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
@@ -89,7 +90,7 @@ pub struct How {
     /// Folder of the results [default: reports/<study>]
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]
+    /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]; where fewer are left, a case uses several threads
     #[arg(long, value_parser = super::arguments::at_least_one)]
     jobs: Option<usize>,
     /// Memory that the cases may take together, e.g. "8 GB" [default: 90 % of what is available]; a case waits until it fits
@@ -155,7 +156,7 @@ enum End {
 /// Runs the cases of a study, with fields for ParaView where `vtu` asks for them, and writes its report.
 pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std::error::Error>> {
     let dir = how.dir(&study.name);
-    let jobs = how.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, Into::into));
+    let jobs = how.jobs.unwrap_or_else(threads::available);
     let stop = super::interrupt::stop_flag();
     let options = Options {
         jobs,

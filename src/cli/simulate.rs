@@ -2,6 +2,7 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::math::threads::{self, CpuClock};
 use durometer::math::units::{self, Dimension};
 use durometer::report::numbers::seconds;
 use durometer::scene::control::Controller;
@@ -85,14 +86,26 @@ pub struct Args {
     /// Longest time for an answer of the controller
     #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
     controller_timeout: String,
+    /// Threads that the run may use [default: one per core]; the results do not depend on it
+    #[arg(long, value_name = "N", value_parser = super::arguments::at_least_one)]
+    threads: Option<usize>,
     /// Print the record instead of progress
     #[arg(long)]
     json: bool,
 }
 
+impl Args {
+    /// The scene with its changes: file, content and text.
+    fn read(&self) -> Result<(PathBuf, SceneSpec, String), Box<dyn std::error::Error>> {
+        let file = files::find(&self.scene, "scene.toml")?;
+        let (spec, text) = read_scene(&file, &super::arguments::changes(&self.set)?)?;
+        Ok((file, spec, text))
+    }
+}
+
 pub fn main(args: Args) -> CommandResult {
-    let file = files::find(&args.scene, "scene.toml")?;
-    let (spec, text) = read_scene(&file, &super::arguments::changes(&args.set)?)?;
+    threads::use_threads(args.threads.unwrap_or_else(threads::available));
+    let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     check_out(&args.out)?;
     let bars = Bars::new(args.json);
@@ -134,7 +147,7 @@ pub fn main(args: Args) -> CommandResult {
         sensitivities,
         ..RunOptions::default()
     };
-    let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+    let (wall, cpu) = (Instant::now(), CpuClock::start());
     let run = scene.run_with(options);
     let mut times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
     // Derivatives, the answers of a controller and the writing of fields are no part of the cost of the run.

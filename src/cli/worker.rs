@@ -1,6 +1,7 @@
 //! `durometer worker`
 
 use super::outcome::{CommandResult, Outcome};
+use durometer::math::threads;
 use durometer::study::run::worker::{Said, obey};
 use std::io::Write;
 use std::path::PathBuf;
@@ -28,13 +29,15 @@ pub fn main(_: Args) -> CommandResult {
     static SHARED: AtomicBool = AtomicBool::new(false);
     // Where memory is short, the system ends this process before the one that has started it
     std::fs::write("/proc/self/oom_score_adj", "500").ok();
+    threads::use_threads(1);
     let mut order = String::new();
     std::io::stdin().read_line(&mut order)?;
     let (sender, admitted) = channel();
     std::thread::spawn(move || {
         for line in std::io::stdin().lines().map_while(Result::ok) {
-            match line.as_str() {
-                "shared" => SHARED.store(true, Ordering::Relaxed),
+            match (line.as_str(), line.strip_prefix("threads ").and_then(|count| count.parse().ok())) {
+                ("shared", _) => SHARED.store(true, Ordering::Relaxed),
+                (_, Some(count)) => threads::use_threads(count),
                 // It is asked for once
                 _ => sender.send(()).unwrap_or_default(),
             }

@@ -9,7 +9,7 @@ use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{Batch, BlockValues, Blocks, EvalError, Want};
 
 /// Nodes of the largest cell.
-const MOST_NODES: usize = 10;
+pub(super) const MOST_NODES: usize = 10;
 
 /// Gradients and weights at the quadrature points of some cells, [`LANES`] cells side by side.
 pub struct CellPoints {
@@ -134,7 +134,24 @@ impl CellPoints {
         want: Want,
         out: &mut Batch,
     ) -> Result<(), EvalError> {
-        let group = first / LANES;
+        let u = self.displacements(x, first);
+        let mut response = LaneResponse::default();
+        for q in 0..self.points {
+            let f = self.deformation_gradients(&u, first, q);
+            let fail = |(lane, e)| EvalError::of_law(name, self.cells[first + lane] as usize, e);
+            law.eval_lanes(&f, want, &mut response).map_err(fail)?;
+            let w = self.weights_of_batch(first, q);
+            out.energy += w * response.psi;
+            if want > Want::Energy {
+                let gradients = self.gradients_of_batch(first, q);
+                widest(Forces { gradients, w, response: &response, stride: 3 * self.nodes, want, out });
+            }
+        }
+        Ok(())
+    }
+
+    /// Displacements of the nodes of the [`LANES`] blocks from `first` on.
+    pub fn displacements(&self, x: &[f64], first: usize) -> [[Lanes; 3]; MOST_NODES] {
         let mut u = [[Lanes::ZERO; 3]; MOST_NODES];
         for lane in 0..LANES {
             for (u, &node) in u.iter_mut().zip(self.blocks.nodes(first + lane)) {
@@ -142,20 +159,24 @@ impl CellPoints {
                 u.iter_mut().zip(of_node).for_each(|(u, x)| u.0[lane] = *x);
             }
         }
-        let mut response = LaneResponse::default();
-        for q in 0..self.points {
-            let gradients = self.gradients_of_group(group, q);
-            let mut f = IDENTITY.map(Lanes::of);
-            widest(Deformation { u: &u, gradients, f: &mut f });
-            let fail = |(lane, e)| EvalError::of_law(name, self.cells[first + lane] as usize, e);
-            law.eval_lanes(&f, want, &mut response).map_err(fail)?;
-            let w = self.weights[group * self.points + q];
-            out.energy += w * response.psi;
-            if want > Want::Energy {
-                widest(Forces { gradients, w, response: &response, want, out });
-            }
-        }
-        Ok(())
+        u
+    }
+
+    /// F by rows at point `q` of these blocks.
+    pub fn deformation_gradients(&self, u: &[[Lanes; 3]; MOST_NODES], first: usize, q: usize) -> [Lanes; 9] {
+        let mut f = IDENTITY.map(Lanes::of);
+        widest(Deformation { u, gradients: self.gradients_of_batch(first, q), f: &mut f });
+        f
+    }
+
+    /// w det ∂X/∂ξ of point `q` of the [`LANES`] blocks from `first` on \[m³\].
+    pub fn weights_of_batch(&self, first: usize, q: usize) -> Lanes {
+        self.weights[first / LANES * self.points + q]
+    }
+
+    /// ∂N_a/∂X of each node at point `q` of these blocks \[1/m\].
+    pub fn gradients_of_batch(&self, first: usize, q: usize) -> &[[Lanes; 3]] {
+        self.gradients_of_group(first / LANES, q)
     }
 
     /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
@@ -200,23 +221,25 @@ impl Kernel for Deformation<'_> {
     }
 }
 
-struct Forces<'a> {
-    gradients: &'a [[Lanes; 3]],
-    w: Lanes,
-    response: &'a LaneResponse,
-    want: Want,
-    out: &'a mut Batch,
+/// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride` entries.
+pub(super) struct Forces<'a> {
+    pub gradients: &'a [[Lanes; 3]],
+    pub w: Lanes,
+    pub response: &'a LaneResponse,
+    pub stride: usize,
+    pub want: Want,
+    pub out: &'a mut Batch,
 }
 
 impl Kernel for Forces<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { gradients, w, response: LaneResponse { p, a, .. }, want, out } = self;
+        let Self { gradients, w, response: LaneResponse { p, a, .. }, stride, want, out } = self;
         match <&[[Lanes; 3]; 4]>::try_from(gradients) {
-            Ok(g) => scatter(g, w, 12, p, a, want, &mut out.r, &mut out.k),
+            Ok(g) => scatter(g, w, stride, p, a, want, &mut out.r, &mut out.k),
             Err(_) => {
                 let g = gradients.try_into().expect("a cell has 4 or 10 nodes");
-                scatter::<Lanes, MOST_NODES>(g, w, 30, p, a, want, &mut out.r, &mut out.k);
+                scatter::<Lanes, MOST_NODES>(g, w, stride, p, a, want, &mut out.r, &mut out.k);
             }
         }
     }

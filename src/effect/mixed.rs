@@ -11,13 +11,14 @@
 //! The unknown is π = p ℓ/μ \[m\], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
-use super::cell::CellPoints;
+use super::cell::{CellPoints, Forces};
 use super::mixed_along::MixedAlong;
 use super::pressure_scatter::{PointStress, Stressed};
-use crate::material::{Law, LawError, Moduli, Volumetric};
-use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, det_minus_one};
+use crate::material::{LaneResponse, Law, LawError, Moduli, Volumetric};
+use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
+use crate::math::tensor::{Mat3, Mat9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
+use crate::system::{At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// α of the stabilisation on tet4.
@@ -158,6 +159,116 @@ impl Effect for MixedElastic {
         }
         Ok(())
     }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { batched: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl Batched for MixedElastic {
+    fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
+        let mut pressures = [Lanes::ZERO; 4];
+        for lane in 0..LANES {
+            let of_block = self.pressures(at.x, first + lane);
+            pressures.iter_mut().zip(of_block).for_each(|(to, p)| to.0[lane] = p);
+        }
+        let n = self.blocks.size(first);
+        let u = self.points.displacements(at.x, first);
+        let mut response = LaneResponse::default();
+        for (q, shape) in self.shape.iter().enumerate() {
+            let f = self.points.deformation_gradients(&u, first, q);
+            let undefined = |(lane, e)| EvalError::of_law(&self.name, self.points.cells[first + lane] as usize, e);
+            self.rest.eval_lanes(&f, want, &mut response).map_err(undefined)?;
+            let (mut g, mut dg, mut d2g) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
+            for lane in 0..LANES {
+                let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
+                let gap = self.volumetric.gap(det_minus_one(&(f - Mat3::identity())));
+                (g.0[lane], dg.0[lane], d2g.0[lane]) = gap.map_err(|e| undefined((lane, e)))?;
+            }
+            let w = self.points.weights_of_batch(first, q);
+            let p = shape.iter().zip(&pressures).fold(Lanes::ZERO, |sum, (n, p)| sum + Lanes::of(*n) * *p);
+            out.energy += w * (response.psi + p * g);
+            if want < Want::Residual {
+                continue;
+            }
+            let gradients = self.points.gradients_of_batch(first, q);
+            widest(AddPressure { f: &f, p, dg, d2g, want, response: &mut response });
+            widest(Forces { gradients, w, response: &response, stride: n, want, out });
+            widest(Coupling { gradients, f: &f, ws: w * Lanes::of(self.s), g, dg, shape, n, want, out });
+        }
+        for lane in 0..LANES {
+            for (c, compliance) in self.compliance[first + lane].iter().enumerate() {
+                let row: f64 = compliance.iter().zip(&pressures).map(|(k, p)| k * p.0[lane] / self.s).sum();
+                out.energy.0[lane] -= 0.5 * row * pressures[c].0[lane] / self.s;
+                out.r[n - 4 + c].0[lane] -= row;
+                if want == Want::Tangent {
+                    let entries = &mut out.k[(n - 4 + c) * n + n - 4..][..4];
+                    entries.iter_mut().zip(compliance).for_each(|(k, c)| k.0[lane] -= c);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// P += p G' cof F and A += p G' ∂cof F/∂F + p G'' cof F ⊗ cof F.
+struct AddPressure<'a> {
+    f: &'a [Lanes; 9],
+    p: Lanes,
+    dg: Lanes,
+    d2g: Lanes,
+    want: Want,
+    response: &'a mut LaneResponse,
+}
+
+impl Kernel for AddPressure<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { f, p, dg, d2g, want, response } = self;
+        let cof = cofactor_by_rows(f);
+        for (to, cof) in response.p.iter_mut().zip(cof) {
+            *to += p * dg * cof;
+        }
+        if want == Want::Tangent {
+            add_pressure_tangent_by_rows(&mut response.a, f, &cof, p * dg, p * d2g);
+        }
+    }
+}
+
+/// r_π += w s N_c G and ∂r_π/∂u += w s N_c G' cof F ∂N/∂X.
+struct Coupling<'a> {
+    gradients: &'a [[Lanes; 3]],
+    f: &'a [Lanes; 9],
+    ws: Lanes,
+    g: Lanes,
+    dg: Lanes,
+    shape: &'a [f64; 4],
+    n: usize,
+    want: Want,
+    out: &'a mut Batch,
+}
+
+impl Kernel for Coupling<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { gradients, f, ws, g, dg, shape, n, want, out } = self;
+        for (r, shape) in out.r[n - 4..n].iter_mut().zip(shape) {
+            *r += ws * Lanes::of(*shape) * g;
+        }
+        if want < Want::Tangent {
+            return;
+        }
+        let cof = cofactor_by_rows(f);
+        for (node, gradient) in gradients.iter().enumerate() {
+            for i in 0..3 {
+                let [a, b, c] = [cof[3 * i] * gradient[0], cof[3 * i + 1] * gradient[1], cof[3 * i + 2] * gradient[2]];
+                let row = ws * dg * (a + b + c);
+                for (c, shape) in shape.iter().enumerate() {
+                    out.k[(n - 4 + c) * n + 3 * node + i] += Lanes::of(*shape) * row;
+                }
+            }
+        }
+    }
 }
 
 impl PointStress for MixedElastic {
@@ -198,21 +309,41 @@ impl Stressed for MixedElastic {
     }
 }
 
-/// A += a ∂cof F/∂F + b cof F ⊗ cof F, with ∂cof F_iJ/∂F_kL = ε_ikm ε_JLN F_mN.
+/// A += a ∂cof F/∂F + b cof F ⊗ cof F.
 pub(super) fn add_pressure_tangent(out: &mut Mat9, f: &Mat3, cof: &Mat3, a: f64, b: f64) {
-    let mut derivative = ZERO9;
-    for (row, out) in derivative.iter_mut().enumerate() {
+    let by_rows = |m: &Mat3| std::array::from_fn(|n| m[(n / 3, n % 3)]);
+    add_pressure_tangent_by_rows(out, &by_rows(f), &by_rows(cof), a, b);
+}
+
+/// The same with tensors by rows; ∂cof F_iJ/∂F_kL = ε_ikm ε_JLN F_mN.
+#[inline(always)]
+fn add_pressure_tangent_by_rows<S: Real>(out: &mut [[S; 9]; 9], f: &[S; 9], cof: &[S; 9], a: S, b: S) {
+    for (row, out) in out.iter_mut().enumerate() {
+        let outer = b * cof[row];
+        out.iter_mut().zip(cof).for_each(|(out, cof)| *out += outer * *cof);
         let (i, j) = (row / 3, row % 3);
-        for (k, m, sign) in [((i + 1) % 3, (i + 2) % 3, 1.0), ((i + 2) % 3, (i + 1) % 3, -1.0)] {
-            for (l, n, other) in [((j + 1) % 3, (j + 2) % 3, 1.0), ((j + 2) % 3, (j + 1) % 3, -1.0)] {
-                out[3 * k + l] = sign * other * f[(m, n)];
-            }
-        }
+        let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
+        let minus = S::of(-1.0) * a;
+        out[3 * i1 + j1] += a * f[3 * i2 + j2];
+        out[3 * i1 + j2] += minus * f[3 * i2 + j1];
+        out[3 * i2 + j1] += minus * f[3 * i1 + j2];
+        out[3 * i2 + j2] += a * f[3 * i1 + j1];
     }
-    for row in 0..9 {
-        for column in 0..9 {
-            let outer = cof[(row / 3, row % 3)] * cof[(column / 3, column % 3)];
-            out[row][column] += a * derivative[row][column] + b * outer;
-        }
-    }
+}
+
+/// cof F by rows.
+#[inline(always)]
+fn cofactor_by_rows<S: Real>(f: &[S; 9]) -> [S; 9] {
+    let minor = |a: usize, b: usize, c: usize, d: usize| f[a] * f[d] - f[b] * f[c];
+    [
+        minor(4, 5, 7, 8),
+        minor(5, 3, 8, 6),
+        minor(3, 4, 6, 7),
+        minor(7, 8, 1, 2),
+        minor(8, 6, 2, 0),
+        minor(6, 7, 0, 1),
+        minor(1, 2, 4, 5),
+        minor(2, 0, 5, 3),
+        minor(0, 1, 3, 4),
+    ]
 }

@@ -1,34 +1,41 @@
-//! Generalised minimal residuals without restarts: x with ‖b − M x‖ ≤ 1e-10 ‖b‖ from products M v alone.
+//! Flexible generalised minimal residuals without restarts: x with ‖b − A x‖ ≤ bound from products A v and approximate inverses P⁻¹ r.
 //!
-//! Source: Saad & Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, algorithm 3: Arnoldi's basis by modified Gram–Schmidt, the least
-//! squares by Givens rotations. Limits: for an M near the identity, which takes a few products; every one is kept.
+//! Source: Saad, SIAM J. Sci. Comput. 14, 1993, algorithm 2.2: Arnoldi's basis of A P⁻¹ by modified Gram–Schmidt, the least squares by
+//! Givens rotations. Neither A nor P need be symmetric or definite. Limits: every direction is kept, so P has to be near A.
 
 use super::linear::LinearError;
 use super::vector::{dot, norm};
 
-/// ‖b − M x‖/‖b‖
-const TOLERANCE: f64 = 1e-10;
-/// Products that are tried.
-const MOST: usize = 100;
-
-/// Solves M x = b; `apply` gives M v.
+/// Solves A x = b in at most `most` products; returns x and how many it took.
+///
+/// # Errors
+///
+/// [`LinearError::Inaccurate`] where the residual is still above the `bound`, [`LinearError::Singular`] where A P⁻¹ is singular, and those
+/// of `precondition`.
 pub fn gmres(
-    mut apply: impl FnMut(&[f64]) -> Result<Vec<f64>, LinearError>,
+    mut multiply: impl FnMut(&[f64]) -> Vec<f64>,
+    mut precondition: impl FnMut(&[f64]) -> Result<Vec<f64>, LinearError>,
     b: &[f64],
-) -> Result<Vec<f64>, LinearError> {
-    let size = norm(b);
-    if size == 0.0 {
-        return Ok(b.to_vec());
+    bound: f64,
+    most: usize,
+) -> Result<(Vec<f64>, usize), LinearError> {
+    let (mut x, size) = (vec![0.0; b.len()], norm(b));
+    if size <= bound {
+        return Ok((x, 0));
     }
     let mut basis: Vec<Vec<f64>> = vec![b.iter().map(|b| b / size).collect()];
-    // Columns of R, the rotations (c, s) that made them, and the right side they turned
-    let (mut r, mut turns, mut rhs) = (Vec::<Vec<f64>>::new(), Vec::<(f64, f64)>::new(), vec![size]);
-    while rhs[r.len()].abs() > TOLERANCE * size {
+    // P⁻¹ of the basis, columns of R, the rotations (c, s) that made them, and the right side they turned
+    let (mut directions, mut r) = (Vec::<Vec<f64>>::new(), Vec::<Vec<f64>>::new());
+    let (mut turns, mut rhs) = (Vec::<(f64, f64)>::new(), vec![size]);
+    // Not a number is not below the bound.
+    while rhs[r.len()].abs() > bound || rhs[r.len()].is_nan() {
         let k = r.len();
-        if k == MOST || !rhs[k].is_finite() {
+        if k == most || !rhs[k].is_finite() {
             return Err(LinearError::Inaccurate { residual: rhs[k].abs() / size });
         }
-        let mut w = apply(&basis[k])?;
+        let z = precondition(&basis[k])?;
+        let mut w = multiply(&z);
+        directions.push(z);
         let mut column: Vec<f64> = Vec::with_capacity(k + 1);
         for v in &basis {
             let h = dot(&w, v);
@@ -58,11 +65,10 @@ pub fn gmres(
             rhs[j] -= r[i][j] * rhs[i];
         }
     }
-    let mut x = vec![0.0; b.len()];
-    for (v, y) in basis.iter().zip(&rhs[..r.len()]) {
-        x.iter_mut().zip(v).for_each(|(x, v)| *x += y * v);
+    for (z, y) in directions.iter().zip(&rhs[..r.len()]) {
+        x.iter_mut().zip(z).for_each(|(x, z)| *x += y * z);
     }
-    Ok(x)
+    Ok((x, r.len()))
 }
 
 #[cfg(test)]
@@ -70,9 +76,11 @@ mod tests {
     use super::*;
     use crate::math::random::SplitMix;
 
-    /// M = I + a skew part of norm about 1 on 40 unknowns: M x against b, and a b of one product.
+    const TOLERANCE: f64 = 1e-10;
+
+    /// D (I + a skew part of norm about 1) on 40 unknowns with a D of both signs, and D as P.
     #[test]
-    fn solves_to_its_tolerance() {
+    fn solves_to_its_bound() {
         let n = 40;
         let mut random = SplitMix(5);
         let mut skew = vec![0.0; n * n];
@@ -80,24 +88,30 @@ mod tests {
             let value = 0.2 * (random.unit() - 0.5);
             (skew[i * n + j], skew[j * n + i]) = (value, -value);
         }
-        let apply = |v: &[f64]| -> Vec<f64> { (0..n).map(|i| v[i] + dot(&skew[i * n..(i + 1) * n], v)).collect() };
+        let d: Vec<f64> = (0..n).map(|i| (1.0 + i as f64) * if i % 3 == 0 { -1.0 } else { 1.0 }).collect();
+        let multiply =
+            |v: &[f64]| -> Vec<f64> { (0..n).map(|i| d[i] * (v[i] + dot(&skew[i * n..(i + 1) * n], v))).collect() };
+        let precondition = |r: &[f64]| Ok(r.iter().zip(&d).map(|(r, d)| r / d).collect());
         let b: Vec<f64> = (0..n).map(|_| random.unit()).collect();
-        let mut products = 0;
-        let count = |v: &[f64]| {
-            products += 1;
-            Ok(apply(v))
-        };
-        let x = gmres(count, &b).expect("regular");
-        let left: Vec<f64> = apply(&x).iter().zip(&b).map(|(a, b)| a - b).collect();
+        let bound = TOLERANCE * norm(&b);
+        let (x, products) = gmres(multiply, precondition, &b, bound, n).expect("regular");
+        let left: Vec<f64> = multiply(&x).iter().zip(&b).map(|(a, b)| a - b).collect();
         // The recurrence and the true residual differ by rounding: 1e-13
-        assert!(norm(&left) <= 1.001 * TOLERANCE * norm(&b) && products < n, "{:e} {products}", norm(&left));
-        let same = gmres(|v| Ok(v.to_vec()), &b).expect("the identity");
-        assert!(same.iter().zip(&b).all(|(x, b)| (x - b).abs() < 1e-15));
+        assert!(norm(&left) <= 1.001 * bound && products < n, "{:e} {products}", norm(&left));
+        let slow = gmres(multiply, precondition, &b, bound, products - 1);
+        assert!(matches!(slow, Err(LinearError::Inaccurate { .. })), "{slow:?}");
+        let same = |v: &[f64]| v.to_vec();
+        let (x, products) = gmres(same, |r| Ok(r.to_vec()), &b, bound, n).expect("the identity");
+        assert!(x.iter().zip(&b).all(|(x, b)| (x - b).abs() < 1e-15) && products == 1);
     }
 
     #[test]
     fn names_a_singular_matrix() {
-        assert_eq!(gmres(|v| Ok(vec![0.0; v.len()]), &[1.0, 2.0]), Err(LinearError::Singular));
-        assert_eq!(gmres(|v| Ok(vec![0.0; v.len()]), &[0.0, 0.0]), Ok(vec![0.0, 0.0]));
+        let zero = |v: &[f64]| vec![0.0; v.len()];
+        let same = |v: &[f64]| Ok(v.to_vec());
+        assert_eq!(gmres(zero, same, &[1.0, 2.0], 1e-10, 5), Err(LinearError::Singular));
+        assert_eq!(gmres(zero, same, &[0.0, 0.0], 1e-10, 5), Ok((vec![0.0, 0.0], 0)));
+        let undefined = |v: &[f64]| vec![f64::NAN; v.len()];
+        assert!(matches!(gmres(undefined, same, &[1.0, 2.0], 1e-10, 5), Err(LinearError::Inaccurate { .. })));
     }
 }

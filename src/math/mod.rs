@@ -15,5 +15,6 @@ pub mod signal;
 pub mod sparse;
 pub mod svd;
 pub mod tensor;
+pub mod threads;
 pub mod units;
 pub mod vector;

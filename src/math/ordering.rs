@@ -37,6 +37,11 @@ pub fn minimum_degree(graph: &SymPattern) -> Vec<u32> {
     order
 }
 
+/// An order of the same fill in which every subtree is contiguous.
+pub fn postorder(graph: &SymPattern, order: &[u32]) -> Vec<u32> {
+    analyse(graph, order).postordered(order)
+}
+
 /// Not postordered.
 fn nested_dissection(graph: &SymPattern) -> Vec<u32> {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());

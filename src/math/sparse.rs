@@ -121,6 +121,23 @@ impl SymPattern {
     }
 }
 
+/// Matrix of few entries: (i, j, A_ij) in any order and with repeats, which add up.
+#[derive(Clone, Debug, Default)]
+pub struct FewEntries {
+    pub entries: Vec<(u32, u32, f64)>,
+}
+
+impl FewEntries {
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// y ← y + A x
+    pub fn add_product(&self, x: &[f64], y: &mut [f64]) {
+        self.entries.iter().for_each(|&(i, j, a)| y[i as usize] += a * x[j as usize]);
+    }
+}
+
 /// Skew-symmetric matrix of few entries: (i, j, A_ij) in any order and with repeats, which add up; A_ji = −A_ij.
 #[derive(Clone, Debug, Default)]
 pub struct SkewMatrix {

@@ -3,6 +3,7 @@
 mod assemble;
 pub mod attach;
 pub mod boundary;
+pub mod cell_order;
 pub mod census;
 pub mod child;
 pub mod closed_surface;

@@ -19,6 +19,7 @@ use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::Dimension;
 use crate::mesh::Region;
+use crate::mesh::cell_order::cell_order;
 use crate::mesh::error::point;
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Constraint, Effect, Prescribed};
@@ -141,7 +142,9 @@ impl<'a> Builder<'a> {
         body: Arc<Body>,
         carriers: usize,
     ) -> Result<Self, SceneError> {
-        let regions = regions(file, &body.mesh, tables.regions)?;
+        let mut regions = regions(file, &body.mesh, tables.regions)?;
+        let place = cell_order(&body.mesh);
+        regions.values_mut().for_each(|region| region.cells.sort_unstable_by_key(|&c| place[c as usize]));
         let notes = [body.warnings.clone(), body.notes.clone(), notes(&regions, tables.regions)].concat();
         Ok(Self {
             file,

@@ -11,6 +11,7 @@ use super::body::Body;
 use super::error_estimate::{ErrorEstimator, EstimateError, QuantityError};
 use super::mesh_spec::RefineSpec;
 use super::{Progress, RunOptions, Scene, SceneError, SceneSpec};
+use crate::math::threads::CpuClock;
 use crate::mesh::TetMesh;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::generate::{MeshStore, SizeField};
@@ -99,7 +100,7 @@ pub fn refine(
 ) -> Result<Refinement, RefineError> {
     let (mut body, mut steps, mut until) = (body, Vec::new(), f64::INFINITY);
     loop {
-        let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         let mut scene = Scene::build(file, spec.clone(), text.to_string(), body.clone())?;
         scene.spans.retain(|span| span.start < until);
         scene.spans.iter_mut().for_each(|span| span.end = span.end.min(until));

@@ -4,6 +4,7 @@ use super::build::Scene;
 use super::parameter_key::ParameterKey;
 use super::sensitivity::{RowDerivatives, Sensitivity};
 use super::sensitivity_error::SensitivityError;
+use crate::math::threads::CpuClock;
 use crate::solve::{AcceptedStep, Failure, Integrator};
 use crate::system::State;
 use std::time::Instant;
@@ -176,7 +177,7 @@ impl<'a> SensitivityRecorder<'a> {
         if self.sensitivities.stopped.is_some() {
             return;
         }
-        let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         match work(&mut self.sensitivity) {
             Ok(row) => row.into_iter().for_each(|row| self.sensitivities.add(row)),
             Err(why) => self.sensitivities.stopped = Some((t, why)),

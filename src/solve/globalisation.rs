@@ -90,6 +90,9 @@ impl LineSearch<'_> {
         let line_search = self.searches();
         let mut length = equations.longest(system, &start, &direction.x)?;
         let mut best = None;
+        // The barrier of contact rises within a small part of a step that it limits: there G = 0 is bracketed.
+        let brackets = length < 1.0;
+        let (mut before, mut beyond) = ((0.0, derivative), None);
         for _ in 0..TRIALS {
             next.x.copy_from_slice(&start);
             let moving = next.x[..displacements].iter_mut().zip(&direction.x);
@@ -103,16 +106,18 @@ impl LineSearch<'_> {
                     if !line_search || g.abs() <= RATIO * derivative.abs() || derivative >= 0.0 {
                         return Ok(length == 1.0);
                     }
-                    if g <= 0.0 && length < 1.0 {
-                        // Still descending beyond a shortened step: good enough.
-                        return Ok(false);
-                    }
-                    if g < 0.0 {
-                        return Ok(true);
+                    match (g < 0.0, beyond) {
+                        // Still descending at the end of the longest step.
+                        (true, None) => return Ok(length == 1.0),
+                        (true, Some(_)) if !brackets => return Ok(false),
+                        (true, Some(_)) => before = (length, g),
+                        (false, _) => beyond = Some((length, g)),
                     }
                     best = Some(length);
+                    let (end, g) = beyond.expect("a length beyond has been found");
                     // Secant for G = 0, kept away from the ends.
-                    length *= (derivative / (derivative - g)).clamp(0.1, 0.6);
+                    let share = (before.1 / (before.1 - g)).clamp(0.1, 0.6);
+                    length = before.0 + (end - before.0) * share;
                 }
                 Err(failure @ Failure::Eval(_)) => {
                     best = None;

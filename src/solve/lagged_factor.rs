@@ -19,6 +19,7 @@ use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
 use super::nodal_rotations::NodalRotations;
 use super::stability::negative_eigenvalues;
+use crate::math::gmres::gmres;
 use crate::math::linear::Factor;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
@@ -112,7 +113,8 @@ impl LaggedFactor {
     fn softest(&self, factor: &mut Factor, system: &System) -> Vec<Vec<f64>> {
         let n = system.dofs.free.len();
         let mut random = SplitMix(1);
-        let mut columns: Vec<f64> = (0..WATCHED * n).map(|_| random.unit() - 0.5).collect();
+        let mut force = |i: usize| if system.dofs.is_scalar(i % n) { 0.0 } else { random.unit() - 0.5 };
+        let mut columns: Vec<f64> = (0..WATCHED * n).map(&mut force).collect();
         factor.solve_roughly(&mut columns);
         let mut soft: Vec<Vec<f64>> = Vec::new();
         let mut product = vec![0.0; n];
@@ -222,6 +224,7 @@ impl LaggedFactor {
         }
         let mut left = vec![0.0; n];
         system.pattern.multiply(&sums.k, &x, &mut left);
+        sums.remainder.add_product(&x, &mut left);
         left.iter_mut().zip(&rhs).for_each(|(left, rhs)| *left = rhs - *left);
         let gradient = &sums.gradient;
         gradient.iter().zip(&change).for_each(|(h, d)| left.iter_mut().zip(h).for_each(|(l, h)| *l -= h * d));
@@ -233,12 +236,13 @@ impl LaggedFactor {
         let multiply = |v: &[f64]| {
             let mut product = vec![0.0; v.len()];
             system.pattern.multiply(values, &v[..n], &mut product[..n]);
+            sums.remainder.add_product(&v[..n], &mut product[..n]);
             for (&c, d) in held.rows.iter().zip(&v[n..]) {
                 product.iter_mut().zip(&gradient[c]).for_each(|(p, h)| *p += d * h);
             }
             product
         };
-        let precondition = |r: &[f64]| {
+        let mut precondition = |r: &[f64]| {
             let mut z = r[..n].to_vec();
             rotations.rotate_back(&mut z);
             factor.solve_roughly(&mut z);
@@ -248,9 +252,18 @@ impl LaggedFactor {
             z.extend(multipliers);
             z
         };
-        let (outcome, iterations) = pcg(multiply, precondition, &left, bound, most);
+        let is_symmetric = sums.remainder.is_empty();
+        let (rest, iterations) = if system.scalar_equations() == 0 && is_symmetric {
+            match pcg(multiply, precondition, &left, bound, most) {
+                (Outcome::Solved(rest), iterations) => (Some(rest), iterations),
+                (_, iterations) => (None, iterations),
+            }
+        } else {
+            let solved = gmres(multiply, |r| Ok(precondition(r)), &left, bound, most).ok();
+            solved.map_or((None, most), |(rest, iterations)| (Some(rest), iterations))
+        };
         self.record.solves[1] += iterations;
-        let Outcome::Solved(rest) = outcome else { return None };
+        let rest = rest?;
         x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
         for (&c, d) in held.rows.iter().zip(&rest[n..]) {
             lambda[c] = system.constraints[c].kind().admit(lambda[c] + d);

@@ -52,7 +52,6 @@ impl LinearSystem {
     pub(super) fn may_reuse_factor(&self, settings: &NewtonSettings, system: &System, sums: &Assembled) -> bool {
         settings.reuse_factor
             && self.factor.relative_cost() >= settings.reuse_threshold
-            && system.scalar_equations() == 0
             && !system.has_skew_tangent()
             && !system.has_transient_coupling()
             && !sums.projected
@@ -159,6 +158,11 @@ impl LinearSystem {
                     }
                 }
                 Err(failure @ Failure::Linear(LinearError::TooLarge { .. })) => return Err(failure),
+                Err(_) if !sums.remainder.is_empty() => {
+                    // Too far from K
+                    sums.remainder.entries.clear();
+                    continue;
+                }
                 Err(failure) if shift > SHIFT.2 => return Err(failure),
                 Err(_) => {}
             }

@@ -5,7 +5,7 @@
 
 use super::contact_correction::{correct_repeatedly, uses_corrections};
 use super::convergence::{AtRounding, Convergence};
-use super::equations::ScaledError;
+use super::equations::{Equations, ScaledError};
 use super::globalisation::LineSearch;
 use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
@@ -69,6 +69,38 @@ struct NewtonIteration<'a> {
     schur: Option<Schur>,
     /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
     last_error: f64,
+    remainder: RemainderUse,
+}
+
+/// Decides whether a direction takes the exact tangent, with the [remainder](crate::system::Assembled::remainder) that K leaves out.
+///
+/// K alone leads from far away, but converges linearly where points slide or obstacles are curved. The remainder is taken from the
+/// first iteration on that does not reduce the error well. After one with it that increases the error much, K alone leads twice.
+struct RemainderUse {
+    taken: bool,
+    last_error: f64,
+    rest: usize,
+}
+
+/// Growth of the error with the remainder after which K alone leads, and for how many directions.
+const GROWN: (f64, usize) = (10.0, 2);
+
+impl RemainderUse {
+    fn new() -> Self {
+        Self { taken: false, last_error: f64::INFINITY, rest: 0 }
+    }
+
+    /// For the direction at a state of this error.
+    fn is_taken(&mut self, error: f64) -> bool {
+        if self.taken && error > GROWN.0 * self.last_error {
+            self.rest = GROWN.1;
+        }
+        let is_slow = self.taken || error > CHORD_CONTRACTION * self.last_error;
+        self.taken = self.rest == 0 && is_slow;
+        self.rest = self.rest.saturating_sub(1);
+        self.last_error = error;
+        self.taken
+    }
 }
 
 impl<'a> NewtonIteration<'a> {
@@ -76,7 +108,8 @@ impl<'a> NewtonIteration<'a> {
         let (solution, sums) = (solver.no_solution_yet(), &solver.equations.sums);
         let may_reuse_factor =
             solver.linear.may_reuse_factor(&solver.settings, step.system, sums) && !step.integrator.is_linearised();
-        Self { solver, step, solution, may_reuse_factor, schur: None, last_error: f64::INFINITY }
+        let (last_error, remainder) = (f64::INFINITY, RemainderUse::new());
+        Self { solver, step, solution, may_reuse_factor, schur: None, last_error, remainder }
     }
 
     /// The correction that a state of this error still asks for, by the factor that is available and as a share of the largest displacement;
@@ -128,9 +161,17 @@ impl<'a> NewtonIteration<'a> {
         error: f64,
     ) -> Result<NewtonDirection, Failure> {
         let (step, first) = (self.step, self.solution.iterations == 0);
+        let takes_remainder = self.remainder.is_taken(error);
         let NonlinearSolver { settings, equations, linear, has_reused_factor, .. } = &mut *self.solver;
-        if self.may_reuse_factor {
+        let linearise = |equations: &mut Equations, next: &mut State| {
             equations.linearise(step, next, increment)?;
+            if !takes_remainder {
+                equations.sums.remainder.entries.clear();
+            }
+            Ok::<_, Failure>(())
+        };
+        if self.may_reuse_factor {
+            linearise(equations, next)?;
             let problem = LinearProblem { step, equations, state: next, increment };
             // Below the tolerance the displacements are what is not accurate yet.
             let tolerance = if error > settings.tolerance { settings.tolerance } else { BELOW * error };
@@ -149,14 +190,27 @@ impl<'a> NewtonIteration<'a> {
             }
             None => {
                 if !self.may_reuse_factor {
-                    equations.linearise(step, next, increment)?;
+                    linearise(equations, next)?;
                 }
                 linear.factorise(step, next, equations, self.may_reuse_factor, &mut self.solution)?
             }
         };
         let problem = LinearProblem { step, equations, state: next, increment };
-        let direction = problem.solve(&mut linear.factor, &schur);
+        let mut direction = problem.solve(&mut linear.factor, &schur)?;
         self.schur = Some(schur);
-        direction
+        if !equations.sums.remainder.is_empty() && !descends(step, equations, &direction) {
+            equations.sums.remainder.entries.clear();
+            let schur = linear.schur(step.system, &equations.sums)?;
+            direction = LinearProblem { step, equations, state: next, increment }.solve(&mut linear.factor, &schur)?;
+            self.schur = Some(schur);
+        }
+        Ok(direction)
     }
+}
+
+/// Whether the forces do work along a direction, so that a line search can follow it.
+fn descends(step: &Step, equations: &Equations, direction: &NewtonDirection) -> bool {
+    let dofs = &step.system.dofs;
+    let moving = dofs.free.iter().filter(|dof| **dof < dofs.displacements).map(|dof| *dof as usize);
+    moving.map(|dof| equations.sums.r[dof] * direction.x[dof]).sum::<f64>() < 0.0
 }

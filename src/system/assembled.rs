@@ -2,7 +2,7 @@
 
 use super::{Caches, EnergyRole};
 use crate::math::low_rank::Pattern;
-use crate::math::sparse::SkewMatrix;
+use crate::math::sparse::{FewEntries, SkewMatrix};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -29,6 +29,9 @@ pub struct Assembled {
     pub(crate) widened: Vec<u32>,
     /// Skew part of the tangent, on the equations \[N/m\]; empty if no effect declares one
     pub skew: SkewMatrix,
+    /// The tangent less K and the skew part, on the equations \[N/m\]: negative eigenvalues of blocks that
+    /// [`Capabilities::semidefinite`](super::Capabilities::semidefinite) left out of K, and unsymmetric parts. Only where `descending`
+    pub remainder: FewEntries,
     /// \[equations\] Σ K_e d of the prescribed increment d, if one was given \[N\]
     pub increment_force: Vec<f64>,
     /// Per constraint: g = target + compliance λ − c
@@ -64,6 +67,7 @@ impl Assembled {
             pattern,
             widened: Vec::new(),
             skew: SkewMatrix::default(),
+            remainder: FewEntries::default(),
             increment_force: vec![0.0; equations],
             g: vec![0.0; constraints],
             increment_gap: vec![0.0; constraints],
@@ -91,6 +95,7 @@ impl Assembled {
             self.k.clear();
             self.k.resize(nnz, 0.0);
             self.skew.entries.clear();
+            self.remainder.entries.clear();
         }
     }
 

@@ -1,13 +1,14 @@
 //! Residual and tangent: one loop over the contributions of all effects and constraints.
 //!
-//! Blocks are evaluated and summed in their order, so the result does not depend on how many cases run at the same time.
+//! Blocks are summed in their order, or in that of their [groups](super::groups), so the result does not depend on how many threads or cases
+//! run at the same time.
 
 use super::contribution::{Contribution, Coupling, Kernel, Receiver};
+use super::groups::{Grouped, triangle};
 use super::projection::project;
 use super::skew;
 use super::transient::TransientTangents;
-use super::{Assembled, At, Batch, Batched, BlockValues, Blocks, Dofs, EvalError, Means, State, System, Want};
-use crate::math::lanes::{LANES, Lanes};
+use super::{Assembled, At, Batched, BlockValues, Blocks, Dofs, EvalError, Means, State, System, Want};
 use crate::math::vector::norm;
 use std::time::Instant;
 
@@ -31,20 +32,21 @@ impl System {
             let capabilities = effect.capabilities();
             let mut own = self.effect(e);
             own.projected = tangent && (assembly.out.projected || assembly.out.descending && capabilities.semidefinite);
+            own.keeps_remainder = tangent && assembly.out.descending && !assembly.out.projected;
             let active = capabilities.active.map(|blocks| blocks.active(at, &mut assembly.out.caches));
             let batched = capabilities.batched.filter(|_| !(tangent && assembly.out.projected));
-            let mut forces = assembly.add(&own, at, batched, active.as_deref())?;
+            let mut forces = assembly.add_effect(&own, e, at, batched, active.as_deref())?;
             if let Some(coupling) = capabilities.transient {
                 let kernel = Kernel::Transient(coupling.blocks_at(at, &mut assembly.out.caches));
                 let transient = Contribution { kernel, coupling: Coupling::Transient, ..own };
-                forces += assembly.add(&transient, at, None, None)?;
+                forces += assembly.add(&transient, at, None)?;
             }
             assembly.finish(e, forces, start);
         }
         for (c, constraint) in self.constraints.iter().enumerate() {
             let start = Instant::now();
             assembly.out.g[c] = constraint.target(at.clock()) + constraint.compliance() * lambda[c];
-            let forces = assembly.add(&self.constraint(c, lambda[c]), at, None, None)?;
+            let forces = assembly.add(&self.constraint(c, lambda[c]), at, None)?;
             assembly.finish(self.effects.len() + c, forces, start);
         }
         if tangent {
@@ -83,24 +85,37 @@ struct Assembly<'a> {
 }
 
 impl Assembly<'_> {
-    /// Adds a contribution, restricted to the blocks of `active` if there is such a list; returns Σ_e ‖r_e‖ of its forces.
-    fn add(
+    /// Adds the blocks of effect `index`, or those of `active` if there is such a list; returns Σ_e ‖r_e‖ of its forces.
+    fn add_effect(
         &mut self,
         of: &Contribution,
+        index: usize,
         at: &At,
         batched: Option<&dyn Batched>,
         active: Option<&[u32]>,
     ) -> Result<f64, EvalError> {
+        let (Coupling::Groups(groups), Kernel::Effect(effect)) = (of.coupling, &of.kernel) else {
+            return self.add(of, at, active);
+        };
+        // In the place of an effect that does not vary
+        if effect.blocks().is_empty() {
+            return Ok(0.0);
+        }
+        let (want, increment, equation) = (self.want, self.increment, &self.system.dofs.equation[..]);
+        let grouped =
+            Grouped { effect: *effect, index, groups, batched, projected: of.projected, want, increment, equation };
+        grouped.add(at, self.out)
+    }
+
+    /// Adds a contribution, restricted to the blocks of `active` if there is such a list; returns Σ_e ‖r_e‖ of its forces.
+    fn add(&mut self, of: &Contribution, at: &At, active: Option<&[u32]>) -> Result<f64, EvalError> {
         let (blocks, x) = (of.kernel.blocks(), of.positions(at.x));
         let at = &At { x: &x, ..*at };
-        let (first, mut forces) = match batched {
-            Some(batched) => self.add_batches(of, at, batched)?,
-            None => (0, 0.0),
-        };
+        let mut forces = 0.0;
         let mut values = BlockValues::new(if of.is_transient() { blocks.largest() } else { self.system.largest() });
         let mut sums = of.means().map(|means| MeanSums::new(means, self.increment));
-        let mut next = if first > 0 { first * triangle(blocks.size(0)) } else { 0 };
-        for i in first..active.map_or(blocks.len(), <[u32]>::len) {
+        let mut next = 0;
+        for i in 0..active.map_or(blocks.len(), <[u32]>::len) {
             let b = active.map_or(i, |list| list[i] as usize);
             let n = blocks.size(b);
             let start = if active.is_some() { b * triangle(n) } else { next };
@@ -108,21 +123,32 @@ impl Assembly<'_> {
             values.reset(n, self.want);
             of.kernel.eval(at, b, self.want, &mut values)?;
             if of.projected {
+                let exact = of.keeps_remainder.then(|| values.k[..n * n].to_vec());
                 project(&mut values, n, 3 * blocks.nodes(b).len());
+                if let Some(exact) = exact {
+                    let lost = |i: usize, j: usize| exact[i.max(j) * n + i.min(j)] - values.k[i.max(j) * n + i.min(j)];
+                    self.add_remainder(blocks, b, lost);
+                }
+            }
+            if let Some(unsymmetric) = of.unsymmetric() {
+                let mut part = BlockValues::new(n);
+                unsymmetric.eval(at, b, &mut part)?;
+                self.add_remainder(blocks, b, |i, j| part.k[i * n + j]);
             }
             match &mut sums {
                 Some(sums) => sums.add(blocks, b, &values),
                 None => {
                     self.add_energy(of, values.energy, values.dissipated);
                     forces += of.size() * norm(&values.r[..n]);
-                    self.add_vector(of, blocks, b, (&values.r, 0));
+                    self.add_vector(of, blocks, b, &values.r);
                 }
             }
             if let (Want::Tangent, Some(weight)) = (self.want, of.weight) {
                 match of.coupling {
                     Coupling::Dofs(slots) | Coupling::Means(_, slots) => {
-                        add_matrix(&mut self.out.k, &slots[start..next], n, (&values.k, 0), weight);
+                        add_matrix(&mut self.out.k, &slots[start..next], n, &values.k, weight);
                     }
+                    Coupling::Groups(_) => unreachable!("the blocks of groups are added by groups"),
                     Coupling::Transient => self.transient.push(self.system, blocks, b, &values),
                 }
                 match &mut sums {
@@ -138,36 +164,16 @@ impl Assembly<'_> {
         Ok(forces)
     }
 
-    /// Adds the whole batches of an effect; returns the first block that is in none, and Σ_e ‖r_e‖.
-    fn add_batches(&mut self, of: &Contribution, at: &At, batched: &dyn Batched) -> Result<(usize, f64), EvalError> {
-        let blocks = of.kernel.blocks();
-        let whole = blocks.len() / LANES * LANES;
-        let (Coupling::Dofs(slots), Some(weight), true) = (of.coupling, of.weight, whole > 0) else {
-            return Ok((0, 0.0));
-        };
-        let n = blocks.size(0);
-        let (mut batch, mut values, mut forces) = (Batch::new(n), BlockValues::new(n), 0.0);
-        for first in (0..whole).step_by(LANES) {
-            batch.reset(n, self.want);
-            batched.eval(at, first, self.want, &mut batch)?;
-            let squares = batch.r.iter().fold(Lanes::ZERO, |sum, r| sum + *r * *r);
-            for lane in 0..LANES {
-                let b = first + lane;
-                self.add_energy(of, batch.energy.0[lane], 0.0);
-                forces += squares.0[lane].sqrt();
-                self.add_vector(of, blocks, b, (&batch.r, lane));
-                if self.want < Want::Tangent {
-                    continue;
-                }
-                let own = &slots[b * triangle(n)..(b + 1) * triangle(n)];
-                add_matrix(&mut self.out.k, own, n, (&batch.k, lane), weight);
-                if self.increment.is_some() {
-                    values.k.iter_mut().zip(&batch.k).for_each(|(to, from)| *to = from.0[lane]);
-                    self.add_increment_force(blocks, b, &values, weight);
-                }
+    /// Adds what the tangent of block `b` has beyond K, on the free dofs.
+    fn add_remainder(&mut self, blocks: &Blocks, b: usize, entry: impl Fn(usize, usize) -> f64) {
+        let equations: Vec<u32> = blocks.dofs(b).map(|dof| self.system.dofs.equation[dof as usize]).collect();
+        let free = || equations.iter().enumerate().filter(|(_, equation)| **equation != Dofs::FIXED);
+        for ((i, &row), (j, &column)) in free().flat_map(|row| free().map(move |column| (row, column))) {
+            let value = entry(i, j);
+            if value != 0.0 {
+                self.out.remainder.entries.push((row, column, value));
             }
         }
-        Ok((whole, forces))
     }
 
     fn add_energy(&mut self, of: &Contribution, energy: f64, dissipated: f64) {
@@ -181,19 +187,14 @@ impl Assembly<'_> {
     }
 
     /// Adds r of block `b` to the residual, and to the gradient of a constraint.
-    #[inline]
-    fn add_vector<T: Entry>(&mut self, of: &Contribution, blocks: &Blocks, b: usize, (r, lane): (&[T], usize)) {
-        if let Receiver::Constraint(c) = of.receiver {
-            blocks.dofs(b).zip(r).for_each(|(dof, r)| self.add_gradient(c, dof, r.at(lane)));
-        }
-        let Some(weight) = of.weight else { return };
-        let (of_nodes, of_scalars) = r.split_at(3 * blocks.nodes(b).len());
-        for (&node, r) in blocks.nodes(b).iter().zip(of_nodes.chunks_exact(3)) {
-            let to = &mut self.out.r[3 * node as usize..][..3];
-            to.iter_mut().zip(r).for_each(|(to, r)| *to += weight * r.at(lane));
-        }
-        for (&dof, r) in blocks.scalars(b).iter().zip(of_scalars) {
-            self.out.r[dof as usize] += weight * r.at(lane);
+    fn add_vector(&mut self, of: &Contribution, blocks: &Blocks, b: usize, r: &[f64]) {
+        for (dof, r) in blocks.dofs(b).zip(r) {
+            if let Receiver::Constraint(c) = of.receiver {
+                self.add_gradient(c, dof, *r);
+            }
+            if let Some(weight) = of.weight {
+                self.out.r[dof as usize] += weight * r;
+            }
         }
     }
 
@@ -288,39 +289,14 @@ impl<'a> MeanSums<'a> {
     }
 }
 
-/// A local entry: of one block, or of one lane of a batch.
-trait Entry: Copy {
-    fn at(self, lane: usize) -> f64;
-}
-
-impl Entry for f64 {
-    #[inline(always)]
-    fn at(self, _: usize) -> f64 {
-        self
-    }
-}
-
-impl Entry for Lanes {
-    #[inline(always)]
-    fn at(self, lane: usize) -> f64 {
-        self.0[lane]
-    }
-}
-
-/// Entries of a block of `n` unknowns with column ≤ row.
-fn triangle(n: usize) -> usize {
-    n * (n + 1) / 2
-}
-
 /// Adds weight · K_e of a block of `n` unknowns to the values in these slots.
-#[inline]
-fn add_matrix<T: Entry>(to: &mut [f64], slots: &[u32], n: usize, (k, lane): (&[T], usize), weight: f64) {
+fn add_matrix(to: &mut [f64], slots: &[u32], n: usize, k: &[f64], weight: f64) {
     let mut start = 0;
     for (i, row) in k.chunks_exact(n).take(n).enumerate() {
         for (value, &slot) in row[..=i].iter().zip(&slots[start..=start + i]) {
             // Slots of prescribed dofs are beyond the end.
             if let Some(to) = to.get_mut(slot as usize) {
-                *to += weight * value.at(lane);
+                *to += weight * value;
             }
         }
         start += i + 1;

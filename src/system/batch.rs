@@ -29,7 +29,7 @@ impl Batch {
 
 /// An effect that evaluates [`LANES`](crate::math::lanes::LANES) blocks at once: what [`Effect::eval`](super::Effect::eval) gives
 /// for each, to rounding.
-pub trait Batched {
+pub trait Batched: Sync {
     /// The blocks `first` to `first` + LANES − 1, where `first` is a multiple of LANES.
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError>;
 }

@@ -1,6 +1,7 @@
 //! Contributions to the sums: what is evaluated block by block, how the local unknowns map to those of the system, and the weight.
 
-use super::{At, BlockValues, Blocks, Constraint, Effect, EvalError, Means, TransientBlocks, Want};
+use super::groups::Group;
+use super::{At, BlockValues, Blocks, Constraint, Effect, EvalError, Means, TransientBlocks, UnsymmetricTangent, Want};
 use std::borrow::Cow;
 
 /// Local evaluations of one effect or constraint.
@@ -35,6 +36,8 @@ impl Kernel<'_> {
 pub(super) enum Coupling<'a> {
     /// The unknowns of the blocks are dofs; slot in K of each local entry with column ≤ row, block after block
     Dofs(&'a [u32]),
+    /// The unknowns are dofs, and all blocks of the effect contribute, in groups
+    Groups(&'a [Group]),
     /// The unknowns are weighted means of the displacement; the slots are those of the inner matrix of the low-rank part
     Means(&'a Means, &'a [u32]),
     /// The unknowns are dofs of a block that has no slots: it is inserted into a widened pattern after all others
@@ -59,6 +62,8 @@ pub(super) struct Contribution<'a> {
     pub weight: Option<f64>,
     /// Whether the blocks of the tangent lose their negative eigenvalues
     pub projected: bool,
+    /// Whether what the blocks of the tangent lack is kept apart
+    pub keeps_remainder: bool,
 }
 
 impl<'a> Contribution<'a> {
@@ -77,6 +82,14 @@ impl<'a> Contribution<'a> {
     /// Positions that its kernel reads: the means of x where it depends on the body through means.
     pub fn positions<'x>(&self, x: &'x [f64]) -> Cow<'x, [f64]> {
         self.means().map_or(x.into(), |means| means.of(x).into())
+    }
+
+    /// The unsymmetric part of its tangent, if it is to be kept.
+    pub fn unsymmetric(&self) -> Option<&'a dyn UnsymmetricTangent> {
+        match self.kernel {
+            Kernel::Effect(effect) if self.keeps_remainder => effect.capabilities().unsymmetric,
+            _ => None,
+        }
     }
 
     /// |weight|, 0 of a constraint that does not act on the body.

@@ -63,6 +63,8 @@ pub struct Capabilities<'a> {
     pub past: Option<&'a dyn PastDerivative>,
     /// The skew part of ∂r/∂x, which the symmetric K_e does not contain
     pub skew: Option<&'a dyn SkewTangent>,
+    /// The unsymmetric part of ∂r/∂x that the symmetric K_e leaves out
+    pub unsymmetric: Option<&'a dyn UnsymmetricTangent>,
     /// Selection of the blocks that contribute at a state; absent if all do
     pub active: Option<&'a dyn ActiveBlocks>,
     /// Blocks that exist at one state only, in addition to those of the effect
@@ -151,6 +153,12 @@ pub trait SkewTangent {
     fn blocks(&self) -> &Blocks;
     /// A_e of block `b` in `out.k` \[n × n\] row by row; only entries with column < row are read.
     fn eval(&self, at: &At, b: usize, out: &mut BlockValues);
+}
+
+/// The part of ∂r/∂x that the symmetric K_e of an effect leaves out. Newton's method adds it to its directions where that saves iterations.
+pub trait UnsymmetricTangent {
+    /// ∂r_e/∂x − K_e of block `b` in `out.k` \[n × n\] row by row, all entries.
+    fn eval(&self, at: &At, b: usize, out: &mut BlockValues) -> Result<(), EvalError>;
 }
 
 /// Selection of the blocks of an effect that contribute at a state; all blocks have one size.

@@ -1,7 +1,7 @@
 //! The system of equations: effects, constraints, and the sparsity that follows from them.
 
 use super::contribution::{Contribution, Coupling, Kernel, Receiver};
-use super::sparsity::{Sparsity, TangentBlocks};
+use super::sparsity::{Slots, Sparsity, TangentBlocks};
 use super::{
     Assembled, At, Blocks, Caches, Constraint, ConstraintKind, ContactPoint, ContactPoints, Cost, Dofs, Effect,
     EnergyRole, EvalError, Means, MotionLimit, Prescribed, State, Ties,
@@ -35,8 +35,8 @@ pub struct System {
     pub ties: Ties,
     /// Of all blocks but the transient ones
     pub pattern: Arc<Pattern>,
-    /// Per effect, then per constraint: slot of each local entry with column ≤ row, block after block
-    pub(super) slots: Vec<Vec<u32>>,
+    /// Per effect, then per constraint
+    pub(super) slots: Arc<Vec<Slots>>,
     /// Unknowns of the largest block
     pub(super) largest: usize,
     /// Per effect: range of its variables in the history of the state
@@ -87,11 +87,15 @@ impl System {
             }
         }
         let none = Blocks::default();
-        let of_effects = effects.iter().map(|e| (e.capabilities().means, e.blocks()));
+        let of_effects = effects.iter().map(|e| {
+            let capabilities = e.capabilities();
+            let in_groups = capabilities.means.is_none() && capabilities.active.is_none();
+            TangentBlocks { blocks: e.blocks(), means: capabilities.means, in_groups }
+        });
         let of_constraints = constraints.iter().map(|c| match c.kind() {
             // A monitored constraint has no part in the tangent.
-            ConstraintKind::Monitored => (None, &none),
-            _ => (c.means(), c.blocks()),
+            ConstraintKind::Monitored => TangentBlocks { blocks: &none, means: None, in_groups: false },
+            _ => TangentBlocks { blocks: c.blocks(), means: c.means(), in_groups: false },
         });
         let all: Vec<TangentBlocks> = of_effects.chain(of_constraints).collect();
         let Sparsity { dofs, pattern, slots } =
@@ -103,7 +107,7 @@ impl System {
             let start = histories.last().map_or(0, |h| h.end);
             histories.push(start..start + e.blocks().len() * e.capabilities().history_size());
         }
-        let (dofs, pattern) = (Arc::new(dofs), Arc::new(pattern));
+        let (dofs, pattern, slots) = (Arc::new(dofs), Arc::new(pattern), Arc::new(slots));
         Ok(Self { effects, constraints, prescribed, dofs, ties, pattern, slots, largest, histories })
     }
 
@@ -131,6 +135,7 @@ impl System {
             receiver: Receiver::Effect(e),
             weight: Some(1.0),
             projected: false,
+            keeps_remainder: false,
         }
     }
 
@@ -143,13 +148,15 @@ impl System {
             receiver: Receiver::Constraint(c),
             weight: (constraint.kind() != ConstraintKind::Monitored).then_some(lambda),
             projected: false,
+            keeps_remainder: false,
         }
     }
 
     fn coupling<'a>(&'a self, i: usize, means: Option<&'a Arc<Means>>) -> Coupling<'a> {
-        match means {
-            Some(means) => Coupling::Means(means, &self.slots[i]),
-            None => Coupling::Dofs(&self.slots[i]),
+        match (means, &self.slots[i]) {
+            (Some(means), Slots::Entries(slots)) => Coupling::Means(means, slots),
+            (_, Slots::Entries(slots)) => Coupling::Dofs(slots),
+            (_, Slots::Groups(groups)) => Coupling::Groups(groups),
         }
     }
 

@@ -18,6 +18,7 @@ mod equations;
 mod error;
 pub mod friction;
 mod gradient;
+mod groups;
 mod means;
 mod parameter;
 mod projection;
@@ -41,7 +42,7 @@ pub use derivative::{ParameterDerivative, add_history_derivative, add_residual_d
 pub use dofs::{Dofs, Prescribed};
 pub use effect::{
     ActiveBlocks, Capabilities, Effect, EnergyRole, HistoryVariables, MotionLimit, Needs, PastDerivative, SkewTangent,
-    StepLimit, TransientBlocks, TransientCoupling, Want,
+    StepLimit, TransientBlocks, TransientCoupling, UnsymmetricTangent, Want,
 };
 pub use equations::{System, SystemError};
 pub use error::EvalError;

@@ -1,27 +1,43 @@
 //! Sparsity of the tangent: numbering of the unknowns, pattern of K, and the slot in it of every local entry.
 
 use super::dofs::MeanGraph;
+use super::groups::{self, Group};
 use super::{Blocks, Dofs, Means, Prescribed, Ties};
 use crate::math::low_rank::{LowRank, Pattern};
 use crate::math::sparse::SymPattern;
+use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Blocks that enter the tangent, and the means through which they depend on the body, if they do.
-pub(super) type TangentBlocks<'a> = (Option<&'a Arc<Means>>, &'a Blocks);
+/// Blocks that enter the tangent.
+#[derive(Clone, Copy)]
+pub(super) struct TangentBlocks<'a> {
+    pub blocks: &'a Blocks,
+    /// Through which they depend on the body, if they do
+    pub means: Option<&'a Arc<Means>>,
+    /// Whether all of them contribute at every state, in groups
+    pub in_groups: bool,
+}
+
+/// Slots in K of the local entries of a list of blocks.
+pub(super) enum Slots {
+    /// Of each entry with column ≤ row, block after block
+    Entries(Vec<u32>),
+    Groups(Vec<Group>),
+}
 
 /// Numbering, pattern and slots.
 pub(super) struct Sparsity {
     pub dofs: Dofs,
     pub pattern: Pattern,
-    /// Per list of blocks: slot of each local entry with column ≤ row, block after block
-    pub slots: Vec<Vec<u32>>,
+    /// Per list of blocks
+    pub slots: Vec<Slots>,
 }
 
 impl Sparsity {
     /// Of these lists of blocks, with what is prescribed or tied; None if every dof is.
     pub fn new(nodes: usize, hosts: &[u32], held: (&[Prescribed], &Ties), all: &[TangentBlocks]) -> Option<Self> {
-        let direct = || all.iter().filter(|(means, _)| means.is_none()).map(|(_, list)| *list);
+        let direct = || all.iter().filter(|list| list.means.is_none()).map(|list| list.blocks);
         let coupled = CoupledMeans::new(all);
         let dofs = Dofs::new(nodes, hosts, held, direct(), &coupled.graph);
         if dofs.free.is_empty() {
@@ -42,9 +58,10 @@ impl Sparsity {
             let sparse = SymPattern::from_pairs(dofs.free.len(), free);
             Pattern { low_rank: coupled.low_rank(dofs).into(), ..sparse.into() }
         };
-        let of_blocks = |(means, list): &TangentBlocks| match means {
-            Some(means) => coupled.slots(&pattern, means, list),
-            None => slots(&dofs, &pattern, list),
+        let of_blocks = |&TangentBlocks { blocks, means, in_groups }: &TangentBlocks| match means {
+            Some(means) => Slots::Entries(coupled.slots(&pattern, means, blocks)),
+            None if in_groups => Slots::Groups(groups::divide(blocks, |range| slots(&dofs, &pattern, blocks, range))),
+            None => Slots::Entries(slots(&dofs, &pattern, blocks, 0..blocks.len())),
         };
         let slots = all.iter().map(of_blocks).collect();
         Some(Self { dofs, pattern, slots })
@@ -56,9 +73,9 @@ fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> Rc<[u32]> {
 }
 
 /// Slots of the entries of blocks of dofs, [`Dofs::FIXED`] where a dof is prescribed.
-fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks) -> Vec<u32> {
+fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks, range: Range<usize>) -> Vec<u32> {
     let mut out = Vec::new();
-    for b in 0..list.len() {
+    for b in range {
         let equations = equations(dofs, list, b);
         for (i, &row) in equations.iter().enumerate() {
             for &column in &equations[..=i] {
@@ -83,7 +100,7 @@ struct CoupledMeans<'a> {
 impl<'a> CoupledMeans<'a> {
     fn new(all: &[TangentBlocks<'a>]) -> Self {
         let mut out = Self { sets: Vec::new(), graph: MeanGraph::default() };
-        for (means, list) in all.iter().filter_map(|&(means, list)| Some((means?, list))) {
+        for (means, list) in all.iter().filter_map(|list| Some((list.means?, list.blocks))) {
             let first = out.first(means).unwrap_or_else(|| {
                 let first = out.graph.count as u32;
                 let of_mean = |(k, list): (u32, &Vec<(u32, f64)>)| list.iter().map(|n| (k, n.0)).collect::<Vec<_>>();

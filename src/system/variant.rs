@@ -60,7 +60,7 @@ impl SystemParts {
             return differ(&format!("the segments of {}", known.name()));
         }
         Ok(System {
-            slots: vec![Vec::new(); kept.len() + constraints.len()],
+            slots: of.slots.clone(),
             effects: kept,
             constraints,
             prescribed,

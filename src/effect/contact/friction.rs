@@ -12,7 +12,10 @@ use super::placement::displacement;
 use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::friction::regularised;
-use crate::system::{ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, Want};
+use crate::system::{
+    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, UnsymmetricTangent,
+    Want,
+};
 use std::sync::Arc;
 
 /// The law, with the smooth start of sliding.
@@ -32,6 +35,24 @@ impl Coulomb {
         if dt.is_finite() { self.stick_velocity * dt } else { self.slip }
     }
 
+    /// Adds ∂F_t/∂N ∂N/∂x of a point that is pressed, which is not symmetric, to a block of `n` unknowns that begins with `nodes`.
+    pub fn add_unsymmetric(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, out: &mut BlockValues) {
+        let epsilon = self.threshold(at.dt);
+        if epsilon == 0.0 {
+            return;
+        }
+        let u = sliding(at, nodes, press);
+        let (ratio, _) = regularised(u.norm(), epsilon);
+        let part = u * press.normal.transpose() * (-self.coefficient * ratio * press.stiffness);
+        for (k, sk) in press.shares.iter().enumerate() {
+            for (l, sl) in press.shares.iter().enumerate() {
+                for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
+                    out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * part[(i, j)];
+                }
+            }
+        }
+    }
+
     /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.
     pub fn add(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, want: Want, out: &mut BlockValues) {
         let epsilon = self.threshold(at.dt);
@@ -39,9 +60,7 @@ impl Coulomb {
         if epsilon == 0.0 {
             return;
         }
-        let u: Vec3 =
-            nodes.iter().zip(&press.shares).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
-        let u = u - press.normal * press.normal.dot(&u);
+        let u = sliding(at, nodes, press);
         let (limit, size) = (self.coefficient * press.force, u.norm());
         let (ratio, slope) = regularised(size, epsilon);
         out.energy += limit * ratio * size * size;
@@ -62,6 +81,13 @@ impl Coulomb {
             }
         }
     }
+}
+
+/// (I − nnᵀ) Σ_k s_k (z_k − z_k^old)
+fn sliding(at: &At, nodes: &[u32], press: &NormalForce) -> Vec3 {
+    let u: Vec3 =
+        nodes.iter().zip(&press.shares).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
+    u - press.normal * press.normal.dot(&u)
 }
 
 pub struct ContactFriction {
@@ -98,7 +124,18 @@ impl Effect for ContactFriction {
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { active: (self.pressing.reach() < f64::INFINITY).then_some(self), ..Capabilities::default() }
+        let active: Option<&dyn ActiveBlocks> = if self.pressing.reach() < f64::INFINITY { Some(self) } else { None };
+        Capabilities { active, unsymmetric: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl UnsymmetricTangent for ContactFriction {
+    fn eval(&self, at: &At, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
+        let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
+        for press in self.pressing.normal_forces(at.x, b) {
+            self.law.add_unsymmetric(at, nodes, &press, n, out);
+        }
+        Ok(())
     }
 }
 

@@ -59,13 +59,16 @@ pub struct NormalForce {
     pub normal: Vec3,
     /// s of the nodes of the block
     pub shares: Vec<f64>,
+    /// −∂N/∂d, where d is the distance along the normal \[N/m\]
+    pub stiffness: f64,
 }
 
 impl NormalForce {
-    /// Of a pair whose potential falls by `first` \[N\] with the distance.
-    fn new(pair: &Pair, own: &[f64], first: f64) -> Self {
+    /// Of a pair whose potential falls by `first` \[N\] with the distance, which itself falls by `second` \[N/m\].
+    fn new(pair: &Pair, own: &[f64], (first, second): (f64, f64)) -> Self {
         let size = pair.normal.norm();
-        Self { force: first * size, normal: pair.normal / size, shares: pair.shares(own) }
+        let (normal, shares) = (pair.normal / size, pair.shares(own));
+        Self { force: first * size, normal, shares, stiffness: second * size * size }
     }
 }
 

@@ -135,7 +135,10 @@ impl NormalForces for Multiplier {
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let pair = self.pair(x, b);
         let force = self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0);
-        let press = (force > 0.0).then(|| NormalForce::new(&pair, &self.contact.points[b].weights, force));
+        let press = (force > 0.0).then(|| {
+            // N depends on the multiplier as much as on the distance.
+            NormalForce::new(&pair, &self.contact.points[b].weights, (force, 0.0))
+        });
         press.into_iter().collect()
     }
 }

@@ -102,7 +102,7 @@ impl<R: Response> NormalForces for Pressed<R> {
 
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let own = &self.contact.points[b].weights;
-        let press = |(pair, [_, first, _]): (Pair, [f64; 3])| NormalForce::new(&pair, own, -first);
+        let press = |(pair, [_, first, second]): (Pair, [f64; 3])| NormalForce::new(&pair, own, (-first, second));
         self.pairs(x, b).into_iter().flatten().map(press).filter(|p| p.force > 0.0).collect()
     }
 }

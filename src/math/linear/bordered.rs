@@ -41,15 +41,15 @@ impl Bordered {
     }
 
     /// LLᵀ; false where a pivot is not positive, and with a border.
-    pub fn definite(&mut self, pattern: &Pattern, values: &[f64]) -> bool {
-        self.border.is_none() && self.direct.definite(&pattern.sparse, values)
+    pub fn definite(&mut self, values: &[f64]) -> bool {
+        self.border.is_none() && self.direct.definite(values)
     }
 
     /// LDLᵀ; the number of negative eigenvalues of K + B S Bᵀ.
     pub fn indefinite(&mut self, pattern: &Pattern, values: &[f64]) -> Result<usize, ZeroPivot> {
-        let Some(border) = &mut self.border else { return self.direct.indefinite(&pattern.sparse, values) };
+        let Some(border) = &mut self.border else { return self.direct.indefinite(values) };
         border.fill(pattern, values);
-        let pivots = self.direct.indefinite(&border.pattern, &border.values)?;
+        let pivots = self.direct.indefinite(&border.values)?;
         Ok(pivots.saturating_sub(border.f.len()))
     }
 

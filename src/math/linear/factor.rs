@@ -243,7 +243,7 @@ impl Factor {
         if gigabytes > self.method.factor_memory {
             return Err(LinearError::TooLarge { gigabytes });
         }
-        if !(self.try_llt && direct.definite(&self.pattern, values)) {
+        if !(self.try_llt && direct.definite(values)) {
             self.negative_eigenvalues = direct.indefinite(&self.pattern, values).map_err(|_| LinearError::Singular)?;
         }
         self.ready = Ready::Direct;

@@ -9,9 +9,11 @@
 mod border;
 mod bordered;
 mod direct;
+mod elimination_tree;
 mod error;
 mod factor;
 mod method;
+mod multifrontal;
 mod solve;
 
 pub use direct::Direct;

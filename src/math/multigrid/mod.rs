@@ -219,7 +219,7 @@ impl Bottom {
             values[pattern.slot(r as u32, c as u32).expect("made of these pairs") as usize] = value;
         }
         let mut factor = Direct::new(&pattern, false).ok_or(NotDefinite)?;
-        factor.definite(&pattern, &values).then_some(()).ok_or(NotDefinite)?;
+        factor.definite(&values).then_some(()).ok_or(NotDefinite)?;
         Ok(Self { pattern, factor })
     }
 

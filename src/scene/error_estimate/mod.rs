@@ -34,6 +34,7 @@ pub use refusal::{EstimateError, path_dependence};
 use super::extreme::extreme;
 use super::recorder::Energies;
 use super::{Run, Scene};
+use crate::math::threads::CpuClock;
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
@@ -161,7 +162,7 @@ impl<'a> ErrorEstimator<'a> {
 
     /// Errors of these columns of the run, or of all that are functions of the state.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
-        let (wall, cpu) = (Instant::now(), cpu_time::ThreadTime::now());
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         let columns = self.columns(&run.columns, columns)?;
         if !self.whole_run && self.states.len() != run.rows.len() {
             return Err(EstimateError::OtherRun { states: self.states.len(), rows: run.rows.len() });

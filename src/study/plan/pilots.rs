@@ -1,6 +1,7 @@
 //! Coarse runs, element by element and size by size, as long as their share of the budget lasts.
 
 use crate::math::linear::Factor;
+use crate::math::threads::CpuClock;
 use crate::scene::{
     Body, ErrorEstimator, RunOptions, Scene, SceneSpec, Time, error_estimate::path_dependence, read_scene,
 };
@@ -14,7 +15,6 @@ use crate::study::run::one_run::one_run;
 use crate::study::store::outcome::record;
 use crate::study::store::record::{Series, StoredCase};
 use crate::system::State;
-use cpu_time::ThreadTime;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -78,7 +78,7 @@ pub struct Trial<'a> {
 pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Option<StoredCase>, PlanError> {
     let Trial { name, scene, limit_s, estimated } = trial;
     watch.started(&name);
-    let (wall, cpu) = (Instant::now(), ThreadTime::now());
+    let (wall, cpu) = (Instant::now(), CpuClock::start());
     let mut estimator = (!estimated.is_empty()).then(|| ErrorEstimator::new(scene));
     let mut states = |state: &State| {
         if let Some(Ok(estimator)) = &mut estimator {

@@ -3,6 +3,7 @@
 use crate::calibrate::inverse::{
     Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
 };
+use crate::math::threads::CpuClock;
 use crate::scene::{
     Body, ErrorEstimator, OnProgress, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneError,
     SceneSpec, Sensitivities, SensitivityRecorder, from_text,
@@ -21,7 +22,6 @@ use crate::study::store::identity::Identity;
 use crate::study::store::outcome::{record, refused, skin};
 use crate::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME, PANICKED, REFUSED};
 use crate::system::State;
-use cpu_time::ThreadTime;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
@@ -208,7 +208,7 @@ fn solve(
         },
     };
     let (run, sensitivities, times, all) = if let Some(recorder) = recorder {
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         let mut run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
             on_state: Some(&mut states),

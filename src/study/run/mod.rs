@@ -4,12 +4,13 @@
 //! |---|---|
 //! | Which cases run | [`only`], [`waiting`] |
 //! | Side by side, and which stored result is reused | [`runner`] |
-//! | Memory of cases that run side by side | [`memory`] |
+//! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
 //! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
 //! | Adaptive meshes, errors from one run and derivatives by constants, kept with a result | [`refinement`], [`one_run`], [`inputs`] |
 //! | How much work a case was | [`work`] |
 
 pub mod compute;
+pub mod cores;
 pub mod inputs;
 pub mod memory;
 pub mod one_run;

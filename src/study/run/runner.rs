@@ -4,6 +4,7 @@ use crate::scene::{Body, ParameterKey, Progress, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
+use crate::study::run::cores::{Cores, Share};
 use crate::study::run::inputs::uncertain_constants;
 use crate::study::run::memory::{self, Admission, Allowance, SHARE};
 use crate::study::run::only::Only;
@@ -70,6 +71,7 @@ pub enum Isolation {
 
 /// How to run.
 pub struct Options<'a> {
+    /// Cases that run at the same time; those in processes share as many threads
     pub jobs: usize,
     /// Run also what is done
     pub redo: bool,
@@ -121,8 +123,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let with_constants = |c: &Case| (c.clone(), c.derivatives.iter().cloned().chain(uncertain(c)).collect());
     let usual = || memory::available().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
     let memory = Allowance::new(options.memory.unwrap_or_else(usual));
-    let run =
-        Running { store: &store, locks: &locks, options, watch, cases: AtomicUsize::new(0), memory, begun: unix_s() };
+    let (cases, cores) = (AtomicUsize::new(0), Cores::new(options.jobs));
+    let run = Running { store: &store, locks: &locks, options, watch, cases, memory, cores, begun: unix_s() };
     let mut records = run.side_by_side(study, now.into_iter().map(with_constants).collect())?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
@@ -204,6 +206,7 @@ struct Running<'a> {
     /// Cases that are being computed
     cases: AtomicUsize,
     memory: Allowance,
+    cores: Cores,
     /// Start of the run, in seconds since 1970 UTC
     begun: u64,
 }
@@ -282,7 +285,7 @@ impl Running<'_> {
         self.cases.fetch_add(1, Ordering::SeqCst);
         let record = match &self.options.isolation {
             Isolation::Threads => self.in_this_thread(&ready.task),
-            Isolation::Processes(program) => self.in_a_process(program, &ready.task),
+            Isolation::Processes(program) => self.in_a_process(program, &ready.task, ready.size),
         };
         self.cases.fetch_sub(1, Ordering::SeqCst);
         let record = record?;
@@ -333,10 +336,10 @@ impl Running<'_> {
         Ok(compute(task, self.store, &mut follow)?)
     }
 
-    fn in_a_process(&self, program: &Path, task: &Task) -> Result<Option<CaseRecord>, RunError> {
+    fn in_a_process(&self, program: &Path, task: &Task, size: usize) -> Result<Option<CaseRecord>, RunError> {
         let id = &task.case.id;
         let order = Order { dir: self.store.dir.clone(), task: task.clone() };
-        let mut following = Following { run: self, id, promised: 0 };
+        let mut following = Following { run: self, id, size, promised: 0, share: None };
         let end = compute_apart(program, &order, &mut following)
             .map_err(|e| RunError::Start { program: program.into(), reason: e.to_string() })?;
         let crashed = |how: String| {
@@ -371,8 +374,12 @@ impl Running<'_> {
 struct Following<'a> {
     run: &'a Running<'a>,
     id: &'a str,
+    /// Nodes
+    size: usize,
     /// Memory \[bytes\]
     promised: u64,
+    /// In the cores, from the moment it computes
+    share: Option<Share<'a>>,
 }
 
 impl Wants for Following<'_> {
@@ -389,10 +396,15 @@ impl Wants for Following<'_> {
         self.run.shared()
     }
 
+    fn threads(&self) -> usize {
+        self.share.as_ref().map_or(1, Share::threads)
+    }
+
     fn admit(&mut self, bytes: u64) -> Admission {
         let admission = self.run.memory.admit(bytes);
         if admission == Admission::Now {
             self.promised += bytes;
+            self.share.get_or_insert_with(|| self.run.cores.join(self.size));
         }
         admission
     }

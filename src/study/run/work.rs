@@ -1,9 +1,9 @@
 //! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
+use crate::math::threads::CpuClock;
 use crate::scene::{Progress, Run, RunOptions, Scene};
 use crate::solve::Status;
 use crate::system::State;
-use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -45,7 +45,7 @@ pub(super) fn measure(
 ) -> (Run, (f64, f64), Vec<RepeatRecord>) {
     let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
     loop {
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         let first = runs.is_empty();
         let mut on_state = |state: &State| {
             if first {

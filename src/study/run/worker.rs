@@ -2,8 +2,9 @@
 //!
 //! The process reads one [`Order`] as a line of JSON from its standard input, computes the case, stores it, and says on its standard
 //! output, in lines of JSON, how far it is and how it ended ([`Said`]). Before the first factorisation it says what memory it needs, and waits
-//! for the line `go`. A line `shared` on its input means that another case has begun meanwhile. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it
-//! has started: they form a group.
+//! for the line `go`. A line `shared` on its input means that another case has begun meanwhile, a line `threads 2` that it may use two threads
+//! from now on. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it has started:
+//! they form a group.
 
 use crate::scene::Progress;
 use crate::study::run::compute::{Follow, compute};
@@ -56,6 +57,8 @@ pub trait Wants {
     fn said(&mut self, said: Option<&Said>) -> bool;
     /// Whether another case runs at this moment.
     fn shared(&self) -> bool;
+    /// Threads that it may use at this moment.
+    fn threads(&self) -> usize;
     /// Whether it may take so much memory \[bytes\].
     fn admit(&mut self, bytes: u64) -> Admission;
 }
@@ -101,7 +104,7 @@ pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool
 /// Computes a case in a process of `program`, started as `program worker`.
 pub fn compute_apart(program: &Path, order: &Order, wants: &mut dyn Wants) -> std::io::Result<End> {
     let mut process = Process::start(program, order)?;
-    let (mut end, mut told, mut asks) = (None, false, None);
+    let (mut end, mut told, mut asks, mut threads) = (None, false, None, 1);
     loop {
         let said = match process.lines.recv_timeout(LOOK) {
             Ok(line) => serde_json::from_str(&line).ok(),
@@ -123,6 +126,10 @@ pub fn compute_apart(program: &Path, order: &Order, wants: &mut dyn Wants) -> st
             told = true;
             // A process that has just ended does not read it any more
             process.input.write_all(b"shared\n").ok();
+        }
+        if wants.threads() != threads {
+            threads = wants.threads();
+            writeln!(process.input, "threads {threads}").ok();
         }
         match said {
             Some(Said::Stored) => end = Some(End::Stored),

@@ -1,12 +1,12 @@
 //! Fields of a run for ParaView: a VTU file per state on the time grid and a PVD collection of them.
 
+use crate::math::threads::CpuClock;
 use crate::mesh::error::MeshError;
 use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
 use crate::mesh::{Region, TetMesh};
 use crate::scene::Scene;
 use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
-use cpu_time::ThreadTime;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -44,7 +44,7 @@ impl Fields {
         if self.failure.is_some() {
             return;
         }
-        let (wall, cpu) = (Instant::now(), ThreadTime::now());
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
         let fields = scene.fields(state, &self.what);
         let (nodes, cells): (Vec<&Field>, Vec<&Field>) = fields.iter().partition(|f| f.at_nodes);
         let (nodes, cells): (Vec<Data>, Vec<Data>) =

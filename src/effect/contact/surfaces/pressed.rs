@@ -83,10 +83,12 @@ impl PressedSurfaces {
 
     /// The force of a term, as friction sees it.
     pub fn normal_force(&self, x: &[f64], term: &Term) -> Option<NormalForce> {
-        let [_, first, _] = self.potential(term).ok()?;
-        let force = -first * term.blunt.map_or(1.0, |blunt| self.cross(x, term).bluntness(blunt)[0]);
+        let [_, first, second] = self.potential(term).ok()?;
+        let bluntness = term.blunt.map_or(1.0, |blunt| self.cross(x, term).bluntness(blunt)[0]);
+        let force = -first * bluntness;
         (force != 0.0).then(|| NormalForce {
             force,
+            stiffness: second * bluntness,
             normal: term.distance.normal(),
             shares: term.distance.shares.clone(),
         })

@@ -1,0 +1,270 @@
+//! The supernodes of a factor L as a tree, and its division into tasks for threads.
+//!
+//! A supernode is a range of columns of L with the same rows below them; its parent has the first of these rows among its columns. In a
+//! postorder every subtree is contiguous. The elimination goes up the tree and the back-substitution down (Liu, SIAM Review 34, 1992): a
+//! supernode takes from its children, or its parent, a *message* only, so that disjoint subtrees are independent.
+//!
+//! The tasks follow from counts of operations, never from the number of threads, and messages are taken in the order of the children:
+//! the same bits come from any number of threads.
+
+use crate::math::sparse::SymPattern;
+use crate::math::threads;
+use faer::Side;
+use faer::sparse::SymbolicSparseColMatRef;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use std::ops::Range;
+
+/// Share of all operations that is worth a task of its own, and the least number of operations.
+const TASK: (f64, f64) = (0.01, 1e6);
+
+/// Columns of L that share their rows.
+#[derive(Clone, Debug)]
+pub(super) struct Supernode {
+    pub columns: Range<usize>,
+    /// Of the rows below the columns, in [`EliminationTree::rows`]
+    pub rows: Range<usize>,
+    /// Of its block of L, columns one after another: the rows of its own columns, then those below
+    pub values: Range<usize>,
+    /// Ascending
+    pub children: Vec<usize>,
+    /// First supernode of its subtree
+    first: usize,
+    /// Operations of its subtree
+    operations: f64,
+}
+
+/// A subtree, and the parts of it that other threads may do.
+#[derive(Clone, Debug)]
+struct Task {
+    supernodes: Range<usize>,
+    /// Disjoint, ascending
+    parts: Vec<Task>,
+}
+
+/// The supernodes in postorder.
+#[derive(Clone, Debug)]
+pub(super) struct EliminationTree {
+    pub supernodes: Vec<Supernode>,
+    /// Rows below the columns of the supernodes, ascending within each
+    pub rows: Vec<u32>,
+    /// \[rows\] place of the row in its parent: one of the columns, or behind them one of the rows
+    pub places: Vec<u32>,
+    pub roots: Vec<usize>,
+    all: Task,
+}
+
+impl EliminationTree {
+    /// Of a pattern whose columns are postordered; none where L has more entries than 32 bits count.
+    pub fn new(pattern: &SymPattern) -> Option<Self> {
+        let n = pattern.n;
+        let (col_ptr, row_idx) = pattern.upper();
+        let matrix = SymbolicSparseColMatRef::new_checked(n, n, &col_ptr, None, &row_idx);
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+            ..Default::default()
+        };
+        let symbolic = factorize_symbolic_cholesky(matrix, Side::Upper, SymmetricOrdering::Identity, params);
+        let symbolic = symbolic.ok()?;
+        let SymbolicCholeskyRaw::Supernodal(symbolic) = symbolic.raw() else {
+            unreachable!("the supernodal path is forced");
+        };
+        let (begin, end) = (symbolic.supernode_begin(), symbolic.supernode_end());
+        let (below, values) = (symbolic.col_ptr_for_row_idx(), symbolic.col_ptr_for_val());
+        let range = |list: &[u32], s: usize| list[s] as usize..list[s + 1] as usize;
+        let supernode = |s: usize| Supernode {
+            columns: begin[s] as usize..end[s] as usize,
+            rows: range(below, s),
+            values: range(values, s),
+            children: Vec::new(),
+            first: s,
+            operations: 0.0,
+        };
+        let supernodes = (0..symbolic.n_supernodes()).map(supernode).collect();
+        let nothing = Task { supernodes: 0..0, parts: Vec::new() };
+        let rows = symbolic.row_idx().to_vec();
+        let mut tree = Self { supernodes, rows, places: Vec::new(), roots: Vec::new(), all: nothing };
+        tree.connect(n);
+        tree.divide();
+        Some(tree)
+    }
+
+    /// Entries of L.
+    pub fn nnz(&self) -> usize {
+        self.supernodes.last().map_or(0, |s| s.values.end)
+    }
+
+    /// Additions and multiplications of one factorisation: Σ over the columns of L of the square of their length.
+    pub fn operations(&self) -> f64 {
+        self.roots.iter().map(|&root| self.supernodes[root].operations).sum()
+    }
+
+    /// Tasks that it is divided into.
+    #[cfg(test)]
+    pub fn tasks(&self) -> usize {
+        fn count(task: &Task) -> usize {
+            1 + task.parts.iter().map(count).sum::<usize>()
+        }
+        count(&self.all)
+    }
+
+    /// The largest sum of messages of an elimination that wait at the same time on one thread \[entries\].
+    pub fn waiting(&self) -> usize {
+        let (mut most, mut now) = (0, 0);
+        for supernode in &self.supernodes {
+            now += supernode.rows.len().pow(2);
+            most = most.max(now);
+            now -= supernode.children.iter().map(|&c| self.supernodes[c].rows.len().pow(2)).sum::<usize>();
+        }
+        most
+    }
+
+    /// Parents, children, operations, and places in the parent.
+    fn connect(&mut self, n: usize) {
+        let Self { supernodes, rows, places, roots, .. } = self;
+        let mut owner = vec![0; n];
+        for (s, supernode) in supernodes.iter().enumerate() {
+            owner[supernode.columns.clone()].fill(s);
+        }
+        places.resize(rows.len(), 0);
+        for s in 0..supernodes.len() {
+            let Supernode { columns, rows: range, first, operations, .. } = supernodes[s].clone();
+            let lengths = (range.len() + 1..=range.len() + columns.len()).map(|length| (length as f64).powi(2));
+            let operations = operations + lengths.sum::<f64>();
+            supernodes[s].operations = operations;
+            let Some(&next) = rows[range.clone()].first() else {
+                roots.push(s);
+                continue;
+            };
+            let parent = &mut supernodes[owner[next as usize]];
+            parent.children.push(s);
+            parent.first = parent.first.min(first);
+            parent.operations += operations;
+            let (columns, above) = (&parent.columns, &rows[parent.rows.clone()]);
+            let mut place = 0;
+            for (to, &row) in places[range.clone()].iter_mut().zip(&rows[range]) {
+                *to = if (row as usize) < columns.end {
+                    row - columns.start as u32
+                } else {
+                    while above[place] < row {
+                        place += 1;
+                    }
+                    (columns.len() + place) as u32
+                };
+            }
+        }
+    }
+
+    fn divide(&mut self) {
+        let worth = (TASK.0 * self.operations()).max(TASK.1);
+        let parts = self.parts(&self.roots, worth);
+        self.all = Task { supernodes: 0..self.supernodes.len(), parts };
+    }
+
+    /// The subtrees below some supernodes that are worth a task, where they are more than one: else those further down.
+    fn parts(&self, of: &[usize], worth: f64) -> Vec<Task> {
+        let mut of = of;
+        loop {
+            let large: Vec<usize> = of.iter().copied().filter(|&s| self.supernodes[s].operations > worth).collect();
+            match large[..] {
+                [] => return Vec::new(),
+                [one] => of = &self.supernodes[one].children,
+                _ => return large.into_iter().map(|s| self.task(s, worth)).collect(),
+            }
+        }
+    }
+
+    fn task(&self, root: usize, worth: f64) -> Task {
+        let supernode = &self.supernodes[root];
+        Task { supernodes: supernode.first..root + 1, parts: self.parts(&supernode.children, worth) }
+    }
+
+    /// Goes up from the leaves to the roots: `visit` gets a supernode, its own of the `data`, and the messages of its children, and returns
+    /// its message to the parent. Returns those of the roots.
+    pub fn up<D: Send, M: Send, E: Send>(
+        &self,
+        data: &mut [D],
+        visit: &(impl Fn(&Supernode, &mut D, &[M]) -> Result<M, E> + Sync),
+    ) -> Result<Vec<M>, E> {
+        self.task_up(&self.all, data, visit)
+    }
+
+    fn task_up<D: Send, M: Send, E: Send>(
+        &self,
+        task: &Task,
+        data: &mut [D],
+        visit: &(impl Fn(&Supernode, &mut D, &[M]) -> Result<M, E> + Sync),
+    ) -> Result<Vec<M>, E> {
+        let (mut between, of_parts) = task.separate(data);
+        let pairs: Vec<_> = task.parts.iter().zip(of_parts).collect();
+        let one = |(part, data): (&Task, &mut [D])| self.task_up(part, data, visit);
+        let done: Result<Vec<Vec<M>>, E> = threads::map(pairs, one).into_iter().collect();
+        let mut waiting = Vec::new();
+        let mut done = done?.into_iter();
+        for (first, own) in &mut between {
+            for (supernode, data) in self.supernodes[*first..].iter().zip(own.iter_mut()) {
+                let children = waiting.len() - supernode.children.len();
+                let message = visit(supernode, data, &waiting[children..])?;
+                waiting.truncate(children);
+                waiting.push(message);
+            }
+            waiting.extend(done.next().into_iter().flatten());
+        }
+        Ok(waiting)
+    }
+
+    /// Goes down from the roots to the leaves: `visit` gets a supernode, its own of the `data`, and the message of its parent, or for a
+    /// root that of `waiting`; it pushes one message for each child, in their order.
+    pub fn down<D: Send, M: Send>(
+        &self,
+        data: &mut [D],
+        waiting: Vec<M>,
+        visit: &(impl Fn(&Supernode, &mut D, M, &mut Vec<M>) + Sync),
+    ) {
+        self.task_down(&self.all, data, waiting, visit);
+    }
+
+    fn task_down<D: Send, M: Send>(
+        &self,
+        task: &Task,
+        data: &mut [D],
+        mut waiting: Vec<M>,
+        visit: &(impl Fn(&Supernode, &mut D, M, &mut Vec<M>) + Sync),
+    ) {
+        let (mut between, of_parts) = task.separate(data);
+        let mut messages = Vec::with_capacity(task.parts.len());
+        for (gap, (first, own)) in between.iter_mut().enumerate().rev() {
+            if gap < task.parts.len() {
+                messages.push(waiting.pop().expect("the parent of a part has sent a message"));
+            }
+            for (supernode, data) in self.supernodes[*first..].iter().zip(own.iter_mut()).rev() {
+                let message = waiting.pop().expect("a parent has sent a message, and a root has one");
+                visit(supernode, data, message, &mut waiting);
+            }
+        }
+        messages.reverse();
+        let parts: Vec<_> = task.parts.iter().zip(of_parts).zip(messages).collect();
+        threads::map(parts, |((part, data), message)| self.task_down(part, data, vec![message], visit));
+    }
+}
+
+/// Data of consecutive supernodes.
+type Run<'a, D> = &'a mut [D];
+
+impl Task {
+    /// The data of its supernodes: before, between and after its parts, each with the first supernode; and those of the parts.
+    fn separate<'a, D>(&self, mut data: Run<'a, D>) -> (Vec<(usize, Run<'a, D>)>, Vec<Run<'a, D>>) {
+        let (mut between, mut of_parts, mut next) = (Vec::new(), Vec::new(), self.supernodes.start);
+        for part in &self.parts {
+            let (before, rest) = data.split_at_mut(part.supernodes.start - next);
+            let (own, rest) = rest.split_at_mut(part.supernodes.len());
+            between.push((next, before));
+            of_parts.push(own);
+            (data, next) = (rest, part.supernodes.end);
+        }
+        between.push((next, data));
+        (between, of_parts)
+    }
+}

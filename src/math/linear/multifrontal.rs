@@ -1,0 +1,181 @@
+//! Elimination and substitution with one supernode: dense work by faer's kernels, on one thread.
+
+use super::elimination_tree::{EliminationTree, Supernode};
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::{ldlt, llt};
+use faer::linalg::matmul::matmul;
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::linalg::triangular_solve::{
+    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place, solve_unit_upper_triangular_in_place,
+    solve_upper_triangular_in_place,
+};
+use faer::mat::{MatMut, MatRef};
+use faer::prelude::{Reborrow, ReborrowMut};
+use faer::traits::RealField;
+use faer::{Accum, Par};
+
+/// The form of a factorisation.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Kind {
+    Llt,
+    Ldlt,
+}
+
+/// A pivot is zero or not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ZeroPivot;
+
+/// Message of a supernode to its parent in an elimination.
+pub(super) struct Update {
+    /// \[rows × rows\] lower triangle by columns: what its subtree adds to the matrix of the unknowns that are left
+    schur: Vec<f64>,
+    /// Negative pivots of its subtree
+    pub negative: usize,
+}
+
+/// Eliminates the columns of a supernode, whose entries of A are in `block`; in their place come those of L.
+pub(super) fn eliminate(
+    tree: &EliminationTree,
+    supernode: &Supernode,
+    block: &mut [f64],
+    children: &[Update],
+    kind: Kind,
+) -> Result<Update, ZeroPivot> {
+    let (c, m) = (supernode.columns.len(), supernode.rows.len());
+    let mut update = Update { schur: vec![0.0; m * m], negative: 0 };
+    for (&child, of_child) in supernode.children.iter().zip(children) {
+        let places = &tree.places[tree.supernodes[child].rows.clone()];
+        add(of_child, places, (block, c), (&mut update.schur, m));
+        update.negative += of_child.negative;
+    }
+    let whole = MatMut::from_column_major_slice_mut(block, c + m, c);
+    let (mut own, mut below) = whole.split_at_row_mut(c);
+    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(c, Par::Seq, Default::default()));
+    let stack = MemStack::new(&mut memory);
+    let left = MatMut::from_column_major_slice_mut(&mut update.schur, m, m);
+    match kind {
+        Kind::Llt => {
+            let (regularisation, settings) = Default::default();
+            llt::factor::cholesky_in_place(own.rb_mut(), regularisation, Par::Seq, stack, settings)
+                .map_err(|_| ZeroPivot)?;
+            solve_lower_triangular_in_place(own.rb(), below.rb_mut().transpose_mut(), Par::Seq);
+            subtract(left, below.rb(), below.rb());
+        }
+        Kind::Ldlt => {
+            let (regularisation, settings) = Default::default();
+            ldlt::factor::cholesky_in_place(own.rb_mut(), regularisation, Par::Seq, stack, settings)
+                .map_err(|_| ZeroPivot)?;
+            solve_unit_lower_triangular_in_place(own.rb(), below.rb_mut().transpose_mut(), Par::Seq);
+            // Now L D; the product needs L too.
+            let scaled = below.to_owned();
+            for j in 0..c {
+                let d = own[(j, j)];
+                if !d.is_finite() || d == 0.0 {
+                    return Err(ZeroPivot);
+                }
+                update.negative += usize::from(d < 0.0);
+                below.rb_mut().col_mut(j).iter_mut().for_each(|l| *l /= d);
+            }
+            subtract(left, below.rb(), scaled.as_ref());
+        }
+    }
+    Ok(update)
+}
+
+/// A ← A − B Cᵀ, lower triangle.
+fn subtract(a: MatMut<f64>, b: MatRef<f64>, c: MatRef<f64>) {
+    use BlockStructure::{Rectangular, TriangularLower};
+    triangular::matmul(a, TriangularLower, Accum::Add, b, Rectangular, c.transpose(), Rectangular, -1.0, Par::Seq);
+}
+
+/// Adds the message of a child to the block of its parent, `c` columns, and to its message of `m` rows.
+fn add(child: &Update, places: &[u32], (block, c): (&mut [f64], usize), (schur, m): (&mut [f64], usize)) {
+    let height = c + m;
+    for (j, (&column, values)) in places.iter().zip(child.schur.chunks_exact(places.len())).enumerate() {
+        let column = column as usize;
+        // A column of the block has all rows, one of the message those below the columns.
+        let (to, first) = if column < c {
+            (&mut block[column * height..][..height], 0)
+        } else {
+            (&mut schur[(column - c) * m..][..m], c)
+        };
+        for (&place, value) in places[j..].iter().zip(&values[j..]) {
+            to[place as usize - first] += value;
+        }
+    }
+}
+
+/// Substitutes forward in the columns of a supernode: `own`, a vector for each of `k` right sides, becomes L⁻¹b of them. Returns what is
+/// added to the right sides of the rows below, a vector for each.
+pub(super) fn forward<T: RealField + Copy>(
+    tree: &EliminationTree,
+    supernode: &Supernode,
+    l: &[T],
+    (own, k): (&mut [T], usize),
+    children: &[Vec<T>],
+    kind: Kind,
+) -> Vec<T> {
+    let (c, m) = (supernode.columns.len(), supernode.rows.len());
+    let (of_columns, of_rows) = MatRef::from_column_major_slice(&l[supernode.values.clone()], c + m, c).split_at_row(c);
+    let mut all = vec![T::zero_impl(); m * k];
+    for right in 0..k {
+        let (own, below) = (&mut own[right * c..][..c], &mut all[right * m..][..m]);
+        for (&child, message) in supernode.children.iter().zip(children) {
+            let places = &tree.places[tree.supernodes[child].rows.clone()];
+            let (in_columns, in_rows) = places.split_at(places.partition_point(|&place| (place as usize) < c));
+            let (of_columns, of_rows) = message[right * places.len()..][..places.len()].split_at(in_columns.len());
+            in_columns.iter().zip(of_columns).for_each(|(&place, v)| own[place as usize] = own[place as usize] + *v);
+            for (&place, v) in in_rows.iter().zip(of_rows) {
+                let to = &mut below[place as usize - c];
+                *to = *to + *v;
+            }
+        }
+        let mut own = MatMut::from_column_major_slice_mut(own, c, 1);
+        match kind {
+            Kind::Llt => solve_lower_triangular_in_place(of_columns, own.rb_mut(), Par::Seq),
+            Kind::Ldlt => solve_unit_lower_triangular_in_place(of_columns, own.rb_mut(), Par::Seq),
+        }
+        let to = MatMut::from_column_major_slice_mut(below, m, 1);
+        matmul(to, Accum::Add, of_rows, own.rb(), -T::one_impl(), Par::Seq);
+    }
+    all
+}
+
+/// Substitutes back in the columns of a supernode, given the values `above` of the rows below its columns, a vector for each of `k` right
+/// sides; pushes those of its children.
+pub(super) fn back<T: RealField + Copy>(
+    tree: &EliminationTree,
+    supernode: &Supernode,
+    l: &[T],
+    (own, k): (&mut [T], usize),
+    above: &[T],
+    messages: &mut Vec<Vec<T>>,
+    kind: Kind,
+) {
+    let (c, m) = (supernode.columns.len(), supernode.rows.len());
+    let (of_columns, of_rows) = MatRef::from_column_major_slice(&l[supernode.values.clone()], c + m, c).split_at_row(c);
+    for right in 0..k {
+        let own = &mut own[right * c..][..c];
+        if kind == Kind::Ldlt {
+            own.iter_mut().enumerate().for_each(|(j, x)| *x = *x / of_columns[(j, j)]);
+        }
+        let mut x = MatMut::from_column_major_slice_mut(own, c, 1);
+        let known = MatRef::from_column_major_slice(&above[right * m..][..m], m, 1);
+        matmul(x.rb_mut(), Accum::Add, of_rows.transpose(), known, -T::one_impl(), Par::Seq);
+        match kind {
+            Kind::Llt => solve_upper_triangular_in_place(of_columns.transpose(), x, Par::Seq),
+            Kind::Ldlt => solve_unit_upper_triangular_in_place(of_columns.transpose(), x, Par::Seq),
+        }
+    }
+    for &child in &supernode.children {
+        let places = &tree.places[tree.supernodes[child].rows.clone()];
+        let (in_columns, in_rows) = places.split_at(places.partition_point(|&place| (place as usize) < c));
+        let mut message = Vec::with_capacity(k * places.len());
+        for right in 0..k {
+            let (own, above) = (&own[right * c..][..c], &above[right * m..][..m]);
+            message.extend(in_columns.iter().map(|&place| own[place as usize]));
+            message.extend(in_rows.iter().map(|&place| above[place as usize - c]));
+        }
+        messages.push(message);
+    }
+}

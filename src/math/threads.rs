@@ -1,0 +1,92 @@
+//! Threads within one case: how many there are, and the only loop that uses them.
+//!
+//! A program that owns its process says how many threads it may use ([`use_threads`]), at any time; a library user who says nothing has
+//! one. Results do not depend on the number: what a loop does, and the order of its results, follow from its items alone.
+
+use cpu_time::{ProcessTime, ThreadTime};
+use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Threads in use from now on; 0 where nobody has said anything.
+static WANTED: AtomicUsize = AtomicUsize::new(0);
+static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+
+/// Lets the loops of this process use `count` threads, at least one; the process computes nothing else.
+pub fn use_threads(count: usize) {
+    WANTED.store(count.max(1), Ordering::Relaxed);
+}
+
+/// Cores that this process may use.
+pub fn available() -> usize {
+    std::thread::available_parallelism().map_or(1, Into::into)
+}
+
+/// Threads in use.
+pub fn count() -> usize {
+    WANTED.load(Ordering::Relaxed).max(1)
+}
+
+/// f of each item, in the order of the items, on as many threads as there are.
+pub fn map<T: Send, R: Send>(items: Vec<T>, f: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let pool = if items.len() < 2 { None } else { pool(count()) };
+    match pool {
+        Some(pool) => pool.install(|| items.into_par_iter().map(&f).collect()),
+        None => items.into_iter().map(f).collect(),
+    }
+}
+
+/// None for one thread, and where the system gives no more.
+fn pool(count: usize) -> Option<Arc<ThreadPool>> {
+    if count < 2 {
+        return None;
+    }
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = pools.get(&count) {
+        return Some(pool.clone());
+    }
+    let pool = Arc::new(ThreadPoolBuilder::new().num_threads(count).build().ok()?);
+    pools.insert(count, pool.clone());
+    Some(pool)
+}
+
+/// CPU time of a computation: of all threads where the process computes nothing else, otherwise of the thread that calls.
+#[derive(Clone, Copy, Debug)]
+pub enum CpuClock {
+    Process(ProcessTime),
+    Thread(ThreadTime),
+}
+
+impl CpuClock {
+    pub fn start() -> Self {
+        match WANTED.load(Ordering::Relaxed) {
+            0 => Self::Thread(ThreadTime::now()),
+            _ => Self::Process(ProcessTime::now()),
+        }
+    }
+
+    pub fn elapsed(&self) -> Duration {
+        match self {
+            Self::Process(start) => start.elapsed(),
+            Self::Thread(start) => start.elapsed(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_are_in_the_order_of_the_items_and_loops_may_be_nested() {
+        for threads in [1, 2, 3, 8] {
+            use_threads(threads);
+            let sum = |n: u64| map((0..n).collect(), |i| i * i).into_iter().sum::<u64>();
+            let found = map((0..50).collect(), sum);
+            assert!(found.into_iter().eq((0..50).map(|n| (0..n).map(|i| i * i).sum::<u64>())), "{threads} threads");
+        }
+    }
+}
