@@ -197,7 +197,7 @@ impl EliminationTree {
         data: &mut [D],
         visit: &(impl Fn(&Supernode, &mut D, &[M]) -> Result<M, E> + Sync),
     ) -> Result<Vec<M>, E> {
-        let (mut between, of_parts) = task.separate(data);
+        let Separated { mut between, of_parts } = task.separate(data);
         let pairs: Vec<_> = task.parts.iter().zip(of_parts).collect();
         let one = |(part, data): (&Task, &mut [D])| self.task_up(part, data, visit);
         let done: Result<Vec<Vec<M>>, E> = threads::map(pairs, one).into_iter().collect();
@@ -233,7 +233,7 @@ impl EliminationTree {
         mut waiting: Vec<M>,
         visit: &(impl Fn(&Supernode, &mut D, M, &mut Vec<M>) + Sync),
     ) {
-        let (mut between, of_parts) = task.separate(data);
+        let Separated { mut between, of_parts } = task.separate(data);
         let mut messages = Vec::with_capacity(task.parts.len());
         for (gap, (first, own)) in between.iter_mut().enumerate().rev() {
             if gap < task.parts.len() {
@@ -250,12 +250,16 @@ impl EliminationTree {
     }
 }
 
-/// Data of consecutive supernodes.
-type Run<'a, D> = &'a mut [D];
+/// The data of the supernodes of a task.
+struct Separated<'a, D> {
+    /// Before, between and after its parts, each with the first supernode
+    between: Vec<(usize, &'a mut [D])>,
+    of_parts: Vec<&'a mut [D]>,
+}
 
 impl Task {
-    /// The data of its supernodes: before, between and after its parts, each with the first supernode; and those of the parts.
-    fn separate<'a, D>(&self, mut data: Run<'a, D>) -> (Vec<(usize, Run<'a, D>)>, Vec<Run<'a, D>>) {
+    /// Separates the data of its supernodes from those of its parts.
+    fn separate<'a, D>(&self, mut data: &'a mut [D]) -> Separated<'a, D> {
         let (mut between, mut of_parts, mut next) = (Vec::new(), Vec::new(), self.supernodes.start);
         for part in &self.parts {
             let (before, rest) = data.split_at_mut(part.supernodes.start - next);
@@ -265,6 +269,6 @@ impl Task {
             (data, next) = (rest, part.supernodes.end);
         }
         between.push((next, data));
-        (between, of_parts)
+        Separated { between, of_parts }
     }
 }

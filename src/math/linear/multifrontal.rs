@@ -124,10 +124,10 @@ pub(super) fn forward<T: RealField + Copy>(
             let places = &tree.places[tree.supernodes[child].rows.clone()];
             let (in_columns, in_rows) = places.split_at(places.partition_point(|&place| (place as usize) < c));
             let (of_columns, of_rows) = message[right * places.len()..][..places.len()].split_at(in_columns.len());
-            in_columns.iter().zip(of_columns).for_each(|(&place, v)| own[place as usize] = own[place as usize] + *v);
+            in_columns.iter().zip(of_columns).for_each(|(&place, v)| own[place as usize] += *v);
             for (&place, v) in in_rows.iter().zip(of_rows) {
                 let to = &mut below[place as usize - c];
-                *to = *to + *v;
+                *to += *v;
             }
         }
         let mut own = MatMut::from_column_major_slice_mut(own, c, 1);
@@ -157,7 +157,7 @@ pub(super) fn back<T: RealField + Copy>(
     for right in 0..k {
         let own = &mut own[right * c..][..c];
         if kind == Kind::Ldlt {
-            own.iter_mut().enumerate().for_each(|(j, x)| *x = *x / of_columns[(j, j)]);
+            own.iter_mut().enumerate().for_each(|(j, x)| *x /= of_columns[(j, j)]);
         }
         let mut x = MatMut::from_column_major_slice_mut(own, c, 1);
         let known = MatRef::from_column_major_slice(&above[right * m..][..m], m, 1);
