@@ -182,7 +182,9 @@ impl<'a> NewtonIteration<'a> {
             }
         }
         let contracts = error < CHORD_CONTRACTION * self.last_error;
-        let is_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none() && contracts;
+        let may_be_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none();
+        // The exact tangent of contact changes with every state.
+        let is_chord = may_be_chord && contracts && !takes_remainder;
         let schur = match self.schur.take().filter(|_| is_chord) {
             Some(schur) => {
                 *has_reused_factor = true;
