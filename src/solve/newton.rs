@@ -74,7 +74,7 @@ struct NewtonIteration<'a> {
 
 /// Decides whether a direction takes the exact tangent, with the [remainder](crate::system::Assembled::remainder) that K leaves out.
 ///
-/// K alone leads from far away, but converges linearly where points slide or obstacles are curved. The remainder is taken from the
+/// K alone leads from far away, but converges linearly where points slide. The remainder is taken from the
 /// first iteration on that does not reduce the error well. After one with it that increases the error much, K alone leads twice.
 struct RemainderUse {
     taken: bool,
@@ -183,7 +183,7 @@ impl<'a> NewtonIteration<'a> {
         }
         let contracts = error < CHORD_CONTRACTION * self.last_error;
         let may_be_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none();
-        // The exact tangent of contact changes with every state.
+        // The remainder changes with every state.
         let is_chord = may_be_chord && contracts && !takes_remainder;
         let schur = match self.schur.take().filter(|_| is_chord) {
             Some(schur) => {

@@ -29,8 +29,8 @@ pub struct Assembled {
     pub(crate) widened: Vec<u32>,
     /// Skew part of the tangent, on the equations \[N/m\]; empty if no effect declares one
     pub skew: SkewMatrix,
-    /// The tangent less K and the skew part, on the equations \[N/m\]: negative eigenvalues of blocks that
-    /// [`Capabilities::semidefinite`](super::Capabilities::semidefinite) left out of K, and unsymmetric parts. Only where `descending`
+    /// The tangent less K and the skew part, on the equations \[N/m\]: the unsymmetric parts of
+    /// [`Capabilities::unsymmetric`](super::Capabilities::unsymmetric). Only where `descending`
     pub remainder: FewEntries,
     /// \[equations\] Σ K_e d of the prescribed increment d, if one was given \[N\]
     pub increment_force: Vec<f64>,

@@ -123,12 +123,7 @@ impl Assembly<'_> {
             values.reset(n, self.want);
             of.kernel.eval(at, b, self.want, &mut values)?;
             if of.projected {
-                let exact = of.keeps_remainder.then(|| values.k[..n * n].to_vec());
                 project(&mut values, n, 3 * blocks.nodes(b).len());
-                if let Some(exact) = exact {
-                    let lost = |i: usize, j: usize| exact[i.max(j) * n + i.min(j)] - values.k[i.max(j) * n + i.min(j)];
-                    self.add_remainder(blocks, b, lost);
-                }
             }
             if let Some(unsymmetric) = of.unsymmetric() {
                 let mut part = BlockValues::new(n);

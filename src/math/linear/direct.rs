@@ -55,7 +55,7 @@ impl Direct {
         self.tree.operations()
     }
 
-    /// Memory apart from L while it is computed on one thread \[bytes\].
+    /// Memory apart from L while it is computed on two threads \[bytes\].
     pub fn work_bytes(&self) -> usize {
         8 * self.tree.waiting()
     }

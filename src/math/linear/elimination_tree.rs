@@ -110,15 +110,25 @@ impl EliminationTree {
         count(&self.all)
     }
 
-    /// The largest sum of messages of an elimination that wait at the same time on one thread \[entries\].
+    /// The largest sum of messages of an elimination on two threads that wait at the same time \[entries\].
     pub fn waiting(&self) -> usize {
-        let (mut most, mut now) = (0, 0);
-        for supernode in &self.supernodes {
-            now += supernode.rows.len().pow(2);
+        self.waiting_in(&self.all).0
+    }
+
+    /// The same in a task, and the messages that it leaves.
+    fn waiting_in(&self, task: &Task) -> (usize, usize) {
+        let of_parts: Vec<(usize, usize)> = task.parts.iter().map(|part| self.waiting_in(part)).collect();
+        let left = of_parts.iter().map(|part| part.1).sum::<usize>();
+        let largest = of_parts.iter().map(|part| part.0).max().unwrap_or(0);
+        let at_once = of_parts.iter().map(|part| part.0).sum::<usize>().min(left + 2 * largest);
+        let (mut most, mut now) = (at_once, left);
+        let size = |s: usize| self.supernodes[s].rows.len().pow(2);
+        for s in task.supernodes.clone().filter(|s| !task.parts.iter().any(|part| part.supernodes.contains(s))) {
+            now += size(s);
             most = most.max(now);
-            now -= supernode.children.iter().map(|&c| self.supernodes[c].rows.len().pow(2)).sum::<usize>();
+            now -= self.supernodes[s].children.iter().map(|&child| size(child)).sum::<usize>();
         }
-        most
+        (most, now)
     }
 
     /// Parents, children, operations, and places in the parent.
