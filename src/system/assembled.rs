@@ -1,5 +1,6 @@
 //! The sums that an assembly fills.
 
+use super::groups::GroupSums;
 use super::{Caches, EnergyRole};
 use crate::math::low_rank::Pattern;
 use crate::math::sparse::{FewEntries, SkewMatrix};
@@ -54,6 +55,8 @@ pub struct Assembled {
     pub costs: Vec<Cost>,
     /// Caches and counters of the run
     pub caches: Caches,
+    /// Memory for the sums of groups
+    pub(super) groups: Vec<GroupSums>,
 }
 
 impl Assembled {
@@ -79,6 +82,7 @@ impl Assembled {
             descending: false,
             costs,
             caches: Caches::default(),
+            groups: Vec::new(),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use super::elimination_tree::{EliminationTree, Supernode};
 pub use super::multifrontal::ZeroPivot;
-use super::multifrontal::{Kind, back, eliminate, forward};
+use super::multifrontal::{Buffers, Kind, back, eliminate, forward};
 use crate::math::ordering::{minimum_degree, postorder};
 use crate::math::sparse::SymPattern;
 use crate::math::vector::norm;
@@ -28,6 +28,7 @@ pub struct Direct {
     single: Vec<f32>,
     /// The factorisation that `l` holds
     kind: Option<Kind>,
+    buffers: Buffers,
 }
 
 impl Direct {
@@ -42,7 +43,7 @@ impl Direct {
         let tree = EliminationTree::new(&SymPattern::from_pairs(pattern.n, pairs))?;
         let (offsets, entries) = places(pattern, &step, &tree);
         let (l, single) = (Vec::new(), Vec::new());
-        Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, kind: None })
+        Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, kind: None, buffers: Buffers::default() })
     }
 
     /// Entries of L.
@@ -73,7 +74,7 @@ impl Direct {
     fn factorise(&mut self, values: &[f64], kind: Kind) -> Result<usize, ZeroPivot> {
         self.kind = None;
         self.single.clear();
-        let Self { tree, offsets, entries, l, .. } = self;
+        let Self { tree, offsets, entries, l, buffers, .. } = self;
         l.resize(tree.nnz(), 0.0);
         let mut rest = &mut l[..];
         let split = |(s, supernode): (usize, &Supernode)| {
@@ -85,10 +86,12 @@ impl Direct {
         let roots = tree.up(&mut data, &|supernode, (entries, block), children| {
             block.fill(0.0);
             entries.iter().for_each(|&(slot, place)| block[place as usize] += values[slot as usize]);
-            eliminate(tree, supernode, block, children, kind)
+            eliminate(tree, supernode, block, children, kind, buffers)
         })?;
+        let negative = roots.iter().map(|update| update.negative).sum();
+        buffers.keep(roots);
         self.kind = Some(kind);
-        Ok(roots.iter().map(|update| update.negative).sum())
+        Ok(negative)
     }
 
     /// In place, unchecked; `columns` of length n one after the other.
