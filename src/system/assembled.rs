@@ -56,7 +56,7 @@ pub struct Assembled {
     /// Caches and counters of the run
     pub caches: Caches,
     /// Memory for the sums of groups
-    pub(super) groups: Vec<GroupSums>,
+    pub(crate) groups: Vec<GroupSums>,
 }
 
 impl Assembled {

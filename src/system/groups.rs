@@ -84,7 +84,7 @@ impl Group {
 
 /// Sums over the blocks of a group.
 #[derive(Debug, Default)]
-pub(super) struct GroupSums {
+pub(crate) struct GroupSums {
     energy: f64,
     dissipated: f64,
     /// Σ_e ‖r_e‖

@@ -56,9 +56,9 @@ impl Direct {
         self.tree.operations()
     }
 
-    /// Memory apart from L while it is computed on two threads \[bytes\].
+    /// Memory apart from L while it is computed on two threads \[bytes\]: twice that of the messages, since kept memory seldom fits exactly.
     pub fn work_bytes(&self) -> usize {
-        8 * self.tree.waiting()
+        2 * 8 * self.tree.waiting()
     }
 
     /// LLᵀ; false where a pivot is not positive.
