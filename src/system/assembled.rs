@@ -1,6 +1,5 @@
 //! The sums that an assembly fills.
 
-use super::groups::GroupSums;
 use super::{Caches, EnergyRole};
 use crate::math::low_rank::Pattern;
 use crate::math::sparse::{FewEntries, SkewMatrix};
@@ -55,8 +54,6 @@ pub struct Assembled {
     pub costs: Vec<Cost>,
     /// Caches and counters of the run
     pub caches: Caches,
-    /// Memory for the sums of groups
-    pub(crate) groups: Vec<GroupSums>,
 }
 
 impl Assembled {
@@ -82,7 +79,6 @@ impl Assembled {
             descending: false,
             costs,
             caches: Caches::default(),
-            groups: Vec::new(),
         }
     }
 

@@ -83,8 +83,8 @@ impl Group {
 }
 
 /// Sums over the blocks of a group.
-#[derive(Debug, Default)]
-pub(crate) struct GroupSums {
+#[derive(Default)]
+struct GroupSums {
     energy: f64,
     dissipated: f64,
     /// Σ_e ‖r_e‖
@@ -117,13 +117,10 @@ impl Grouped<'_> {
     pub fn add(&self, at: &At, out: &mut Assembled) -> Result<f64, EvalError> {
         let mut forces = 0.0;
         for groups in self.groups.chunks(WAITING) {
-            out.groups.resize_with(groups.len().max(out.groups.len()), GroupSums::default);
-            let of_groups = groups.iter().zip(&mut out.groups).collect();
-            let done = threads::map(of_groups, |(group, sums): (&Group, &mut GroupSums)| self.sum(at, group, sums));
+            let sums = threads::map(groups.iter().collect(), |group| self.sum(at, group));
             // The first error in the order of the blocks
-            done.into_iter().collect::<Result<(), _>>()?;
-            let sums = &out.groups[..groups.len()];
-            for (group, sums) in groups.iter().zip(sums) {
+            let sums: Vec<GroupSums> = sums.into_iter().collect::<Result<_, _>>()?;
+            for (group, sums) in groups.iter().zip(&sums) {
                 out.energy[self.index] += sums.energy;
                 out.dissipated[self.index] += sums.dissipated;
                 forces += sums.forces;
@@ -137,7 +134,7 @@ impl Grouped<'_> {
             if self.want == Want::Tangent {
                 threads::map(out.k.chunks_mut(PIECE).enumerate().collect(), |(piece, k)| {
                     let first = (piece * PIECE) as u32;
-                    for (group, sums) in groups.iter().zip(sums) {
+                    for (group, sums) in groups.iter().zip(&sums) {
                         let start = group.slots.partition_point(|&slot| slot < first);
                         let end = group.slots.partition_point(|&slot| slot < first + k.len() as u32);
                         for (&slot, value) in group.slots[start..end].iter().zip(&sums.k[start..end]) {
@@ -150,11 +147,16 @@ impl Grouped<'_> {
         Ok(forces)
     }
 
-    fn sum(&self, at: &At, group: &Group, sums: &mut GroupSums) -> Result<(), EvalError> {
+    fn sum(&self, at: &At, group: &Group) -> Result<GroupSums, EvalError> {
         let n = group.largest;
         let (batch, values) = (&mut Batch::new(if self.batched.is_some() { n } else { 0 }), &mut BlockValues::new(n));
-        let has_increment = self.want == Want::Tangent && self.increment.is_some();
-        sums.reset(group, self.want, has_increment);
+        let mut sums = GroupSums { r: vec![0.0; group.dofs.len()], ..GroupSums::default() };
+        if self.want == Want::Tangent {
+            sums.k = vec![0.0; group.slots.len() + 1];
+            if self.increment.is_some() {
+                sums.increment_force = vec![0.0; group.dofs.len()];
+            }
+        }
         let (mut unknowns, mut entries) = (&group.of_unknowns[..], &group.of_entries[..]);
         let mut next = |n: usize| {
             let (own, rest) = unknowns.split_at(n);
@@ -180,7 +182,7 @@ impl Grouped<'_> {
                 add_matrix(&mut sums.k, of_k, n, |i| batch.k[i].0[lane]);
                 if let Some(d) = self.increment {
                     values.k.iter_mut().zip(&batch.k).for_each(|(to, from)| *to = from.0[lane]);
-                    add_increment_force(sums, (of_r, blocks.dofs(b + lane)), n, values, d);
+                    add_increment_force(&mut sums, (of_r, blocks.dofs(b + lane)), n, values, d);
                 }
             }
             b += LANES;
@@ -200,27 +202,11 @@ impl Grouped<'_> {
             if self.want == Want::Tangent {
                 add_matrix(&mut sums.k, of_k, n, |i| values.k[i]);
                 if let Some(d) = self.increment {
-                    add_increment_force(sums, (of_r, blocks.dofs(b)), n, values, d);
+                    add_increment_force(&mut sums, (of_r, blocks.dofs(b)), n, values, d);
                 }
             }
         }
-        Ok(())
-    }
-}
-
-impl GroupSums {
-    /// Zeroes; without a tangent K is left as it is.
-    fn reset(&mut self, group: &Group, want: Want, has_increment: bool) {
-        (self.energy, self.dissipated, self.forces) = (0.0, 0.0, 0.0);
-        let zeroes = |list: &mut Vec<f64>, size: usize| {
-            list.clear();
-            list.resize(size, 0.0);
-        };
-        zeroes(&mut self.r, group.dofs.len());
-        zeroes(&mut self.increment_force, if has_increment { group.dofs.len() } else { 0 });
-        if want == Want::Tangent {
-            zeroes(&mut self.k, group.slots.len() + 1);
-        }
+        Ok(sums)
     }
 }
 

@@ -6,7 +6,7 @@
 
 use super::elimination_tree::{EliminationTree, Supernode};
 pub use super::multifrontal::ZeroPivot;
-use super::multifrontal::{Buffers, Kind, back, eliminate, forward};
+use super::multifrontal::{Kind, back, eliminate, forward};
 use crate::math::ordering::{minimum_degree, postorder};
 use crate::math::sparse::SymPattern;
 use crate::math::vector::norm;
@@ -28,7 +28,6 @@ pub struct Direct {
     single: Vec<f32>,
     /// The factorisation that `l` holds
     kind: Option<Kind>,
-    buffers: Buffers,
 }
 
 impl Direct {
@@ -43,7 +42,7 @@ impl Direct {
         let tree = EliminationTree::new(&SymPattern::from_pairs(pattern.n, pairs))?;
         let (offsets, entries) = places(pattern, &step, &tree);
         let (l, single) = (Vec::new(), Vec::new());
-        Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, kind: None, buffers: Buffers::default() })
+        Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, kind: None })
     }
 
     /// Entries of L.
@@ -56,7 +55,8 @@ impl Direct {
         self.tree.operations()
     }
 
-    /// Memory apart from L while it is computed on two threads \[bytes\]: twice that of the messages, since kept memory seldom fits exactly.
+    /// Memory apart from L while it is computed on two threads \[bytes\]: twice that of the messages, since memory that was used before seldom
+    /// fits exactly.
     pub fn work_bytes(&self) -> usize {
         2 * 8 * self.tree.waiting()
     }
@@ -74,7 +74,7 @@ impl Direct {
     fn factorise(&mut self, values: &[f64], kind: Kind) -> Result<usize, ZeroPivot> {
         self.kind = None;
         self.single.clear();
-        let Self { tree, offsets, entries, l, buffers, .. } = self;
+        let Self { tree, offsets, entries, l, .. } = self;
         l.resize(tree.nnz(), 0.0);
         let mut rest = &mut l[..];
         let split = |(s, supernode): (usize, &Supernode)| {
@@ -86,12 +86,10 @@ impl Direct {
         let roots = tree.up(&mut data, &|supernode, (entries, block), children| {
             block.fill(0.0);
             entries.iter().for_each(|&(slot, place)| block[place as usize] += values[slot as usize]);
-            eliminate(tree, supernode, block, children, kind, buffers)
+            eliminate(tree, supernode, block, children, kind)
         })?;
-        let negative = roots.iter().map(|update| update.negative).sum();
-        buffers.keep(roots);
         self.kind = Some(kind);
-        Ok(negative)
+        Ok(roots.iter().map(|update| update.negative).sum())
     }
 
     /// In place, unchecked; `columns` of length n one after the other.

@@ -196,7 +196,7 @@ impl EliminationTree {
     pub fn up<D: Send, M: Send, E: Send>(
         &self,
         data: &mut [D],
-        visit: &(impl Fn(&Supernode, &mut D, Vec<M>) -> Result<M, E> + Sync),
+        visit: &(impl Fn(&Supernode, &mut D, &[M]) -> Result<M, E> + Sync),
     ) -> Result<Vec<M>, E> {
         self.task_up(&self.all, data, visit)
     }
@@ -205,7 +205,7 @@ impl EliminationTree {
         &self,
         task: &Task,
         data: &mut [D],
-        visit: &(impl Fn(&Supernode, &mut D, Vec<M>) -> Result<M, E> + Sync),
+        visit: &(impl Fn(&Supernode, &mut D, &[M]) -> Result<M, E> + Sync),
     ) -> Result<Vec<M>, E> {
         let Separated { mut between, of_parts } = task.separate(data);
         let pairs: Vec<_> = task.parts.iter().zip(of_parts).collect();
@@ -216,8 +216,9 @@ impl EliminationTree {
         for (first, own) in &mut between {
             for (supernode, data) in self.supernodes[*first..].iter().zip(own.iter_mut()) {
                 let children = waiting.len() - supernode.children.len();
-                let of_children = waiting.split_off(children);
-                waiting.push(visit(supernode, data, of_children)?);
+                let message = visit(supernode, data, &waiting[children..])?;
+                waiting.truncate(children);
+                waiting.push(message);
             }
             waiting.extend(done.next().into_iter().flatten());
         }

@@ -13,7 +13,6 @@ use faer::mat::{MatMut, MatRef};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::traits::RealField;
 use faer::{Accum, Par};
-use std::sync::{Mutex, PoisonError};
 
 /// The form of a factorisation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -25,36 +24,6 @@ pub(super) enum Kind {
 /// A pivot is zero or not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ZeroPivot;
-
-/// Memory of messages that have been taken, for those that follow: new pages from the system cost more than the sums in them.
-#[derive(Default)]
-pub(super) struct Buffers(Mutex<Vec<Vec<f64>>>);
-
-/// Entries of a message that is worth being kept.
-const KEPT: usize = 1 << 12;
-
-impl Buffers {
-    /// Zeroes, in the smallest kept memory that holds them.
-    fn take(&self, entries: usize) -> Vec<f64> {
-        if entries < KEPT {
-            return vec![0.0; entries];
-        }
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let fits = kept.iter().enumerate().filter(|(_, buffer)| buffer.capacity() >= entries);
-        let best = fits.min_by_key(|(_, buffer)| buffer.capacity()).map(|(k, _)| k);
-        let mut buffer = best.map_or_else(Vec::new, |k| kept.swap_remove(k));
-        drop(kept);
-        buffer.clear();
-        buffer.resize(entries, 0.0);
-        buffer
-    }
-
-    /// Keeps the memory of messages.
-    pub fn keep(&self, messages: impl IntoIterator<Item = Update>) {
-        let large = messages.into_iter().map(|message| message.schur).filter(|schur| schur.len() >= KEPT);
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).extend(large);
-    }
-}
 
 /// Message of a supernode to its parent in an elimination.
 pub(super) struct Update {
@@ -69,18 +38,16 @@ pub(super) fn eliminate(
     tree: &EliminationTree,
     supernode: &Supernode,
     block: &mut [f64],
-    children: Vec<Update>,
+    children: &[Update],
     kind: Kind,
-    buffers: &Buffers,
 ) -> Result<Update, ZeroPivot> {
     let (c, m) = (supernode.columns.len(), supernode.rows.len());
-    let mut update = Update { schur: buffers.take(m * m), negative: 0 };
-    for (&child, of_child) in supernode.children.iter().zip(&children) {
+    let mut update = Update { schur: vec![0.0; m * m], negative: 0 };
+    for (&child, of_child) in supernode.children.iter().zip(children) {
         let places = &tree.places[tree.supernodes[child].rows.clone()];
         add(of_child, places, (block, c), (&mut update.schur, m));
         update.negative += of_child.negative;
     }
-    buffers.keep(children);
     let whole = MatMut::from_column_major_slice_mut(block, c + m, c);
     let (mut own, mut below) = whole.split_at_row_mut(c);
     let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(c, Par::Seq, Default::default()));
@@ -145,7 +112,7 @@ pub(super) fn forward<T: RealField + Copy>(
     supernode: &Supernode,
     l: &[T],
     (own, k): (&mut [T], usize),
-    children: Vec<Vec<T>>,
+    children: &[Vec<T>],
     kind: Kind,
 ) -> Vec<T> {
     let (c, m) = (supernode.columns.len(), supernode.rows.len());
@@ -153,7 +120,7 @@ pub(super) fn forward<T: RealField + Copy>(
     let mut all = vec![T::zero_impl(); m * k];
     for right in 0..k {
         let (own, below) = (&mut own[right * c..][..c], &mut all[right * m..][..m]);
-        for (&child, message) in supernode.children.iter().zip(&children) {
+        for (&child, message) in supernode.children.iter().zip(children) {
             let places = &tree.places[tree.supernodes[child].rows.clone()];
             let (in_columns, in_rows) = places.split_at(places.partition_point(|&place| (place as usize) < c));
             let (of_columns, of_rows) = message[right * places.len()..][..places.len()].split_at(in_columns.len());
