@@ -29,8 +29,8 @@ fn peaks(run: &Run) -> [f64; 2] {
 }
 
 /// Against a run to 1e-12 with a factorisation in every iteration: by the residual alone the tension is off by 6e-6 and the angle by 1e-6;
-/// with the default of 1e-6 for the displacements they are off by less than that, and than the estimate. The cost is a tenth: 88
-/// iterations, by the residual alone 79.
+/// with the default of 1e-6 for the displacements they are off by less than that, and than the estimate. The cost is a few per cent: at
+/// most a tenth more iterations.
 #[test]
 fn the_algebraic_error_is_held_and_estimated() {
     let exact =
@@ -47,5 +47,5 @@ fn the_algebraic_error_is_held_and_estimated() {
     );
     assert!(estimate > 0.0 && estimate <= 1e-6 && held_by <= estimate, "{held_by:e} {estimate:e}");
     assert!(loose_by > 1e-6 && loosely > 1e-6, "{loose_by:e} {loosely:e}");
-    assert!(held.totals.iterations as f64 <= 1.15 * loose.totals.iterations as f64);
+    assert!(held.totals.iterations as f64 <= 1.1 * loose.totals.iterations as f64);
 }

@@ -1,8 +1,8 @@
 //! Breadth-first order of the cells, in which cells that follow each other have nodes in common.
 //!
 //! Nodes are numbered breadth-first from an end of the body (Cuthill & McKee, Proc. 24th Nat. Conf. ACM, 1969), cells by their nodes. Meshers
-//! number cells at random places: a thousand linear cells of the finger then have 59 different entries of K each, of the 78 of one cell, and in
-//! this order 18. It follows from the connectivity alone, so that it stays where a mesh is deformed.
+//! number cells at random places, and cells that follow each other then have few entries of K in common. The order follows from the
+//! connectivity alone, so that it stays where a mesh is deformed.
 
 use super::TetMesh;
 use std::cmp::Reverse;

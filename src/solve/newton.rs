@@ -184,7 +184,7 @@ impl<'a> NewtonIteration<'a> {
         let contracts = error < CHORD_CONTRACTION * self.last_error;
         let may_be_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none();
         // The remainder changes with every state.
-        let is_chord = may_be_chord && contracts && !takes_remainder;
+        let is_chord = may_be_chord && contracts && equations.sums.remainder.is_empty();
         let schur = match self.schur.take().filter(|_| is_chord) {
             Some(schur) => {
                 *has_reused_factor = true;
