@@ -1,6 +1,7 @@
 //! Symmetric matrices K + B S Bᵀ: K sparse, S small, and B few columns of few entries (weighted means of unknowns). Written out, B S Bᵀ
 //! would be dense over all rows that a pair of columns has.
 
+use super::parts::Parts;
 use super::sparse::SymPattern;
 use std::sync::Arc;
 
@@ -40,11 +41,13 @@ pub struct Pattern {
     pub n: usize,
     pub sparse: Arc<SymPattern>,
     pub low_rank: Arc<LowRank>,
+    /// Of the products with K
+    parts: Arc<Parts>,
 }
 
 impl From<SymPattern> for Pattern {
     fn from(sparse: SymPattern) -> Self {
-        Self { n: sparse.n, sparse: Arc::new(sparse), low_rank: Arc::default() }
+        Self { n: sparse.n, parts: Parts::new(&sparse).into(), sparse: Arc::new(sparse), low_rank: Arc::default() }
     }
 }
 
@@ -57,7 +60,7 @@ impl From<SymPattern> for Arc<Pattern> {
 impl Pattern {
     /// With more pairs in K, in any order and with repeats.
     pub fn with_pairs(&self, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
-        Self { sparse: Arc::new(self.sparse.with_pairs(pairs)), ..self.clone() }
+        Self { low_rank: self.low_rank.clone(), ..self.sparse.with_pairs(pairs).into() }
     }
 
     /// Where each value is in a pattern that holds all of this one.
@@ -90,7 +93,7 @@ impl Pattern {
     /// y ← (K + B S Bᵀ) x
     pub fn multiply(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         let (k, s) = values.split_at(self.sparse.nnz());
-        self.sparse.multiply(k, x, y);
+        self.parts.multiply(&self.sparse, k, x, y);
         self.low_rank.add_product(s, x, y, |b| b);
     }
 

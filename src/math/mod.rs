@@ -9,6 +9,7 @@ pub mod linear;
 pub mod low_rank;
 pub mod multigrid;
 pub mod ordering;
+mod parts;
 pub mod pcg;
 pub mod random;
 pub mod signal;

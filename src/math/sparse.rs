@@ -1,5 +1,7 @@
 //! Symmetric sparse matrices: the pattern is made once, the values change.
 
+use std::ops::Range;
+
 /// Lower triangle of a symmetric n × n pattern, compressed columns, rows ascending, diagonal always present.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SymPattern {
@@ -92,17 +94,22 @@ impl SymPattern {
     /// y ← A x
     pub fn multiply(&self, values: &[f64], x: &[f64], y: &mut [f64]) {
         y.fill(0.0);
-        for j in 0..self.n {
+        self.add_columns(0..self.n, values, x, |i, v| y[i] += v);
+    }
+
+    /// Calls `add(i, v)` for what the stored entries of these columns add to each y_i of y = A x.
+    pub fn add_columns(&self, columns: Range<usize>, values: &[f64], x: &[f64], mut add: impl FnMut(usize, f64)) {
+        for j in columns {
             let mut sum = 0.0;
             let column = self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize;
             for (&i, value) in self.row_idx[column.clone()].iter().zip(&values[column]) {
                 let i = i as usize;
-                y[i] += value * x[j];
+                add(i, value * x[j]);
                 if i != j {
                     sum += value * x[i];
                 }
             }
-            y[j] += sum;
+            add(j, sum);
         }
     }
 

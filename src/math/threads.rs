@@ -7,6 +7,7 @@ use cpu_time::{ProcessTime, ThreadTime};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -37,6 +38,17 @@ pub fn map<T: Send, R: Send>(items: Vec<T>, f: impl Fn(T) -> R + Sync) -> Vec<R>
         Some(pool) => pool.install(|| items.into_par_iter().map(&f).collect()),
         None => items.into_iter().map(f).collect(),
     }
+}
+
+/// Ranges of about equal weight, of at least `least` and at most `most` in number; `ends[i + 1] − ends[i]` is the weight of item i.
+pub fn divide(ends: &[u32], least: usize, most: usize) -> Vec<Range<usize>> {
+    let (items, total) = (ends.len() - 1, ends[ends.len() - 1] as usize);
+    let parts = (total / least).clamp(1, most);
+    let end = |part: usize| match part {
+        _ if part == parts => items,
+        _ => ends.partition_point(|&end| (end as usize) < total * part / parts).min(items),
+    };
+    (0..parts).map(|part| end(part)..end(part + 1)).collect()
 }
 
 /// None for one thread, and where the system gives no more.
@@ -79,6 +91,20 @@ impl CpuClock {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn parts_are_contiguous_and_of_equal_weight() {
+        let ends: Vec<u32> = (0..=1000).map(|i| 3 * i).collect();
+        let parts = divide(&ends, 400, 5);
+        assert_eq!(parts.len(), 5);
+        assert!(parts.iter().all(|p| p.len().abs_diff(200) <= 1));
+        assert!(parts[0].start == 0 && parts[4].end == 1000 && parts.windows(2).all(|w| w[0].end == w[1].start));
+        assert_eq!(divide(&ends, 5000, 5), [0..1000]);
+        assert_eq!(divide(&[0], 1, 5), [0..0]);
+        // One heavy item leaves parts without any.
+        let parts = divide(&[0, 0, 900, 901], 100, 4);
+        assert_eq!(parts.iter().map(Range::len).sum::<usize>(), 3);
+    }
 
     #[test]
     fn results_are_in_the_order_of_the_items_and_loops_may_be_nested() {

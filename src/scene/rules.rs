@@ -141,10 +141,8 @@ fn iterative_solver(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
 
 /// The property of the tangents, if one exists, that rules out the iterative solver.
 pub(super) fn against_iterations(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<&'static str> {
-    let mixed = |e: &EffectSpec| matches!(e, EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed());
-    let multiplier = spec.contacts.iter().any(|c| c.response == ResponseSpec::Multiplier);
-    if multiplier || spec.effects.iter().any(mixed) {
-        Some("pressures of a mixed formulation or multipliers of a contact are unknown next to the displacements")
+    if spec.contacts.iter().any(|c| c.response == ResponseSpec::Multiplier) {
+        Some("multipliers of a contact are unknown next to the displacements")
     } else if spec.constraints.iter().any(|c| matches!(c, ConstraintSpec::Rigid(_)))
         || !spec.rigids.is_empty()
         || spec.contacts.iter().any(|c| c.motion.is_some())

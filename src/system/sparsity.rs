@@ -43,21 +43,8 @@ impl Sparsity {
         if dofs.free.is_empty() {
             return None;
         }
-        let pattern = {
-            let dofs = &dofs;
-            let pairs = direct().flat_map(move |list| {
-                (0..list.len()).flat_map(move |b| {
-                    let equations = equations(dofs, list, b);
-                    (0..equations.len()).flat_map(move |i| {
-                        let equations = equations.clone();
-                        (0..i).map(move |j| (equations[i], equations[j]))
-                    })
-                })
-            });
-            let free = pairs.filter(|p| p.0 != Dofs::FIXED && p.1 != Dofs::FIXED);
-            let sparse = SymPattern::from_pairs(dofs.free.len(), free);
-            Pattern { low_rank: coupled.low_rank(dofs).into(), ..sparse.into() }
-        };
+        let mut pattern: Pattern = sparse(&dofs, direct()).into();
+        pattern.low_rank = coupled.low_rank(&dofs).into();
         let of_blocks = |&TangentBlocks { blocks, means, in_groups }: &TangentBlocks| match means {
             Some(means) => Slots::Entries(coupled.slots(&pattern, means, blocks)),
             None if in_groups => Slots::Groups(groups::divide(blocks, |range| slots(&dofs, &pattern, blocks, range))),
@@ -66,6 +53,45 @@ impl Sparsity {
         let slots = all.iter().map(of_blocks).collect();
         Some(Self { dofs, pattern, slots })
     }
+}
+
+/// Pattern of K. Unknowns of a node couple with the same others, so pairs of nodes are sorted, not of unknowns.
+fn sparse<'a>(dofs: &Dofs, all: impl Iterator<Item = &'a Blocks>) -> SymPattern {
+    // A vertex is a node, or an unknown of the second field.
+    let vertex = |dof: u32| if dof < dofs.displacements { dof / 3 } else { dof };
+    let (mut first, mut of_equation, mut last) = (Vec::new(), Vec::with_capacity(dofs.free.len()), None);
+    for (e, &dof) in dofs.free.iter().enumerate() {
+        if last.replace(vertex(dof)) != Some(vertex(dof)) {
+            first.push(e as u32);
+        }
+        of_equation.push(first.len() as u32 - 1);
+    }
+    let vertices = first.len();
+    first.push(dofs.free.len() as u32);
+    let of_equation = &of_equation;
+    let pairs = all.flat_map(|list| {
+        (0..list.len()).flat_map(move |b| {
+            let equations = equations(dofs, list, b);
+            let free = equations.iter().filter(|e| **e != Dofs::FIXED);
+            let mut vertices: Vec<u32> = free.map(|&e| of_equation[e as usize]).collect();
+            vertices.dedup();
+            (0..vertices.len()).flat_map(move |i| {
+                let row = vertices[i];
+                vertices[..i].to_vec().into_iter().map(move |column| (row, column))
+            })
+        })
+    });
+    let graph = SymPattern::from_pairs(vertices, pairs);
+    let mut pattern = SymPattern { n: dofs.free.len(), col_ptr: vec![0], row_idx: Vec::new() };
+    for v in 0..vertices {
+        let below = &graph.row_idx[graph.col_ptr[v] as usize..graph.col_ptr[v + 1] as usize];
+        for j in first[v]..first[v + 1] {
+            let of_vertex = |&w: &u32| first[w as usize].max(j)..first[w as usize + 1];
+            pattern.row_idx.extend(below.iter().flat_map(of_vertex));
+            pattern.col_ptr.push(pattern.row_idx.len() as u32);
+        }
+    }
+    pattern
 }
 
 fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> Rc<[u32]> {

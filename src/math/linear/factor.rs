@@ -69,9 +69,7 @@ impl Factor {
 
     /// For matrices that are expected to be positive definite, or are of saddle points, directly or iteratively.
     pub fn by(method: Method, pattern: Arc<Pattern>, definite: bool) -> Self {
-        let places =
-            if definite { method.places } else { method.places.and(Err("the tangent is that of a saddle point")) };
-        Self::with(pattern, Method { places, ..method }, definite, true)
+        Self::with(pattern, method, definite, true)
     }
 
     /// For another pattern of the same size, with an elimination order of its own; counts and times go on.

@@ -5,12 +5,15 @@
 use super::error::LinearError;
 use super::factor::{Factor, Ready};
 use super::method::MOST_ITERATIONS;
+use crate::math::gmres::gmres;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;
 use std::time::Instant;
 
 /// Largest accepted ‖Ax − b‖/‖b‖ of a solve, after refinement.
 const SOLVE_TOLERANCE: f64 = 1e-9;
+/// Reduction of the residual after which minimal residuals begin again.
+const RESTART: f64 = 1e-3;
 /// A residual of this share of ‖|A||x|‖ is rounding: slender bodies and stiffness ratios have no smaller one, and x is the
 /// exact solution of a matrix that differs from A in its last digits (Oettli & Prager 1964).
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -81,7 +84,11 @@ impl Factor {
             z
         };
         for (b, bound) in columns.chunks_exact_mut(self.pattern.n).zip(bounds) {
-            let (outcome, iterations) = pcg(multiply, precondition, b, 0.5 * bound, MOST_ITERATIONS);
+            let (outcome, iterations) = if multigrid.is_symmetric() {
+                pcg(multiply, precondition, b, 0.5 * bound, MOST_ITERATIONS)
+            } else {
+                restarted(multiply, precondition, b, 0.5 * bound)
+            };
             self.gradients[0] += 1;
             self.gradients[1] += iterations;
             self.solves += iterations;
@@ -107,4 +114,25 @@ impl Factor {
         self.solves += columns.len() / n;
         self.solve_time += start.elapsed();
     }
+}
+
+/// Generalised minimal residuals that begin again whenever three digits are gained, so that few directions are kept.
+fn restarted(
+    multiply: impl Fn(&[f64]) -> Vec<f64>,
+    precondition: impl Fn(&[f64]) -> Vec<f64>,
+    b: &[f64],
+    bound: f64,
+) -> (Outcome, usize) {
+    let (mut x, mut left, mut products) = (vec![0.0; b.len()], b.to_vec(), 0);
+    while norm(&left) > bound {
+        let next = bound.max(RESTART * norm(&left));
+        let most = MOST_ITERATIONS - products;
+        let Ok((dx, count)) = gmres(&multiply, |r| Ok(precondition(r)), &left, next, most) else {
+            return (Outcome::Slow, MOST_ITERATIONS);
+        };
+        products += count;
+        x.iter_mut().zip(&dx).for_each(|(x, d)| *x += d);
+        left.iter_mut().zip(multiply(&x)).zip(b).for_each(|((left, ax), b)| *left = b - ax);
+    }
+    (Outcome::Solved(x), products)
 }

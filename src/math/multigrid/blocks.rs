@@ -1,5 +1,12 @@
 //! Sparse matrices of small dense blocks in compressed rows: what the levels of a multigrid hierarchy consist of.
 
+use crate::math::threads;
+use std::ops::Range;
+
+/// Blocks of a part of the rows at least, and parts at most: more than threads, so that they are even.
+const LEAST: usize = 50_000;
+const MOST: usize = 8;
+
 /// A block of R × C, column by column: `block[c][r]`.
 pub type Block<const R: usize, const C: usize, T = f64> = [[T; R]; C];
 
@@ -16,7 +23,7 @@ pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
     pub values: Vec<Block<R, C, T>>,
 }
 
-impl<const R: usize, const C: usize, T: Copy + Into<f64>> BlockMatrix<R, C, T> {
+impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, C, T> {
     /// Rows, in blocks.
     pub fn rows(&self) -> usize {
         self.row_ptr.len() - 1
@@ -38,26 +45,30 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64>> BlockMatrix<R, C, T> {
         R * C * self.values.len()
     }
 
-    /// Aᵀ x
-    pub fn transpose_times(&self, x: &[[f64; R]]) -> Vec<[f64; C]> {
-        let mut y = vec![[0.0; C]; self.columns];
-        for (i, x) in x.iter().enumerate() {
-            for (j, a) in self.row(i) {
-                y[j].iter_mut().zip(a).for_each(|(y, a)| *y += dot(a, x));
-            }
-        }
-        y
+    /// Ranges of rows with about as many blocks each: what threads share.
+    pub fn parts(&self) -> Vec<Range<usize>> {
+        threads::divide(&self.row_ptr, LEAST, MOST)
     }
-}
 
-impl<const R: usize, const C: usize> BlockMatrix<R, C> {
+    /// f of each row.
+    pub fn by_rows<Y: Clone + Send>(&self, f: impl Fn(usize) -> Y + Sync) -> Vec<Y> {
+        threads::map(self.parts(), |rows| rows.map(&f).collect::<Vec<Y>>()).concat()
+    }
+
+    /// A x
+    pub fn product(&self, x: &[[f64; C]]) -> Vec<[f64; R]> {
+        self.by_rows(|i| self.row_times(i, x))
+    }
+
     /// y_i of y = A x
     pub fn row_times(&self, i: usize, x: &[[f64; C]]) -> [f64; R] {
         let mut y = [0.0; R];
         self.row(i).for_each(|(j, a)| add_product(&mut y, a, &x[j]));
         y
     }
+}
 
+impl<const R: usize, const C: usize> BlockMatrix<R, C> {
     /// In single precision.
     pub fn rounded(self) -> BlockMatrix<R, C, f32> {
         let values = self.values.iter().map(|block| block.map(|column| column.map(|v| v as f32))).collect();
@@ -84,10 +95,25 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
 
     /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978).
     pub fn times<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
+        let parts = threads::map(self.parts(), |rows| self.rows_times(rows, other));
+        let mut product = BlockMatrix { columns: other.columns, row_ptr: vec![0], col: Vec::new(), values: Vec::new() };
+        product.col.reserve_exact(parts.iter().map(|part| part.col.len()).sum());
+        product.values.reserve_exact(parts.iter().map(|part| part.col.len()).sum());
+        for part in parts {
+            let before = product.col.len() as u32;
+            product.row_ptr.extend(part.row_ptr[1..].iter().map(|end| before + end));
+            product.col.extend(part.col);
+            product.values.extend(part.values);
+        }
+        product
+    }
+
+    /// These rows of A B.
+    fn rows_times<const D: usize>(&self, rows: Range<usize>, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
         let mut product = BlockMatrix { columns: other.columns, row_ptr: vec![0], col: Vec::new(), values: Vec::new() };
         // Where the blocks of the current row are, by column; of other rows where `seen` is set.
         let (mut place, mut seen) = (vec![0u32; other.columns], vec![u32::MAX; other.columns]);
-        for i in 0..self.rows() {
+        for i in rows {
             let start = product.col.len();
             for &j in &self.col[self.range(i)] {
                 for &k in &other.col[other.range(j as usize)] {
@@ -112,7 +138,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
     }
 }
 
-impl<const B: usize, T: Copy + Into<f64>> BlockMatrix<B, B, T> {
+impl<const B: usize, T: Copy + Into<f64> + Sync> BlockMatrix<B, B, T> {
     /// Where the block of the diagonal is in row i.
     pub fn diagonal(&self, i: usize) -> usize {
         let range = self.range(i);
@@ -140,10 +166,6 @@ pub fn subtract_product<const R: usize, const C: usize, T: Copy + Into<f64>>(
     for (a, x) in a.iter().zip(x) {
         y.iter_mut().zip(a).for_each(|(y, &a)| *y -= a.into() * x);
     }
-}
-
-fn dot<const R: usize, T: Copy + Into<f64>>(a: &[T; R], x: &[f64; R]) -> f64 {
-    a.iter().zip(x).map(|(&a, x)| a.into() * x).sum()
 }
 
 #[cfg(test)]
@@ -185,7 +207,7 @@ mod tests {
         assert_eq!(dense(&a.transposed()), dense(&a).transpose());
         let x: Vec<[f64; 3]> = (0..9).map(|_| std::array::from_fn(|_| r.unit())).collect();
         let flat = DMatrix::from_iterator(27, 1, x.iter().flatten().copied());
-        let y = a.transpose_times(&x).into_iter().flatten();
+        let y = a.transposed().product(&x).into_iter().flatten();
         assert!(y.zip((dense(&a).transpose() * flat).iter()).all(|(y, d)| (y - d).abs() < 1e-14));
     }
 }

@@ -11,9 +11,11 @@
 
 mod aggregate;
 mod blocks;
+mod level;
 mod nodal;
 mod places;
 mod prolong;
+mod saddle;
 #[cfg(test)]
 mod tests;
 
@@ -22,9 +24,11 @@ pub use places::Places;
 use super::linear::Direct;
 use super::sparse::SymPattern;
 use aggregate::aggregate;
-use blocks::{Block, BlockMatrix, add_product, subtract_product};
+use blocks::{Block, BlockMatrix};
+use level::{Level, inverses};
 use nodal::Nodal;
 use prolong::{largest_eigenvalue, smoothed, tentative};
+use saddle::Pressures;
 use std::sync::Arc;
 
 /// Strength of a coupling that counts on the finest level; half of it on each next one (Vaněk, Mandel & Brezina 1996).
@@ -38,18 +42,12 @@ const COARSENING: f64 = 1.5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NotDefinite;
 
-/// A level with blocks of B × B, and the transfer to the next. In single precision, which halves the memory traffic: the same rounded numbers
-/// are used for restriction and prolongation, so M⁻¹ is symmetric to the rounding of double precision.
-struct Level<const B: usize> {
-    a: BlockMatrix<B, B, f32>,
-    /// Of the blocks of the diagonal
-    inverse: Vec<Block<B, B>>,
-    p: BlockMatrix<B, 6, f32>,
-}
-
 /// The hierarchy of the last matrix, and the structure that matrices of one pattern share.
 pub struct Multigrid {
+    /// Of the whole matrix
     pattern: Arc<SymPattern>,
+    /// Those of a mixed formulation, and the pattern of the displacements alone
+    pressures: Option<(Pressures, SymPattern)>,
     places: Arc<Places>,
     nodal: Nodal,
     levels: Option<(Level<3>, Vec<Level<6>>, Bottom)>,
@@ -77,15 +75,22 @@ struct Bottom {
 
 impl Multigrid {
     pub fn new(pattern: Arc<SymPattern>, places: Arc<Places>) -> Self {
-        let nodal = Nodal::new(&pattern, &places);
-        Self { pattern, places, nodal, levels: None, size: Size::default() }
+        let (pressures, places) = match Pressures::split(&pattern, &places) {
+            Some((pressures, a, displaced)) => (Some((pressures, a)), displaced.into()),
+            None => (None, places),
+        };
+        let nodal = Nodal::new(pressures.as_ref().map_or(&pattern, |(_, a)| a), &places);
+        Self { pattern, pressures, places, nodal, levels: None, size: Size::default() }
     }
 
     /// The hierarchy of A, the nodes being displaced by u \[3 × nodes\] or at rest.
     pub fn set_up(&mut self, values: &[f64], displacement: &[f64]) -> Result<(), NotDefinite> {
         self.levels = None;
         self.size = Size { levels: 2, ..Size::default() };
-        let a = self.nodal.matrix(&self.pattern, values);
+        let a = match &mut self.pressures {
+            Some((pressures, a)) => self.nodal.matrix(a, &pressures.set_up(&self.pattern, values)),
+            None => self.nodal.matrix(&self.pattern, values),
+        };
         let modes = self.places.rigid_modes(displacement);
         let finest = a.entries() as f64;
         let (fine, mut a, mut modes) = self.level(a, &modes, STRONG)?;
@@ -102,12 +107,13 @@ impl Multigrid {
             }
         }
         let bottom = Bottom::new(&a)?;
-        let of_levels: usize = coarse.iter().map(|l| l.a.entries()).sum();
+        let of_levels: usize = coarse.iter().map(Level::matrix_entries).sum();
         let size = &mut self.size;
         size.set_up += bottom.factor.flops();
         size.levels += coarse.len();
         size.complexity = 1.0 + (of_levels + 2 * bottom.pattern.nnz()) as f64 / finest;
         size.entries = fine.entries() + coarse.iter().map(Level::entries).sum::<usize>() + bottom.factor.nnz();
+        size.entries += self.pressures.as_ref().map_or(0, |(pressures, _)| pressures.entries());
         self.levels = Some((fine, coarse, bottom));
         Ok(())
     }
@@ -122,11 +128,12 @@ impl Multigrid {
     ) -> Result<(Level<B>, BlockMatrix<6, 6>, Vec<Block<6, 6>>), NotDefinite> {
         let (group, groups) = aggregate(&a, theta);
         let (p, next) = tentative(modes, &group, groups);
-        let inverse = inverses(&a)?;
+        let inverse = inverses(&a, &vec![[0.0; B]; a.rows()])?;
         let rho = largest_eigenvalue(&a, &inverse).ok_or(NotDefinite)?;
         let p = smoothed(&a, &inverse, &p, 4.0 / (3.0 * rho));
         let ap = a.times(&p);
-        let mut coarse = p.transposed().times(&ap);
+        let restriction = p.transposed();
+        let mut coarse = restriction.times(&ap);
         for (g, modes) in next.iter().enumerate() {
             let k = coarse.diagonal(g);
             (0..6).filter(|&m| modes[m][m] == 0.0).for_each(|m| coarse.values[k][m][m] = 1.0);
@@ -135,11 +142,24 @@ impl Multigrid {
         let products = B as f64
             * (ap.entries() as f64 * per_row(&p.col, a.rows()) + p.entries() as f64 * per_row(&a.col, a.rows()));
         self.size.set_up += products + (p.entries() * 6) as f64 * per_row(&ap.col, a.rows());
-        Ok((Level { a: a.rounded(), inverse, p: p.rounded() }, coarse, next))
+        Ok((Level::new(a, p, restriction)?, coarse, next))
     }
 
-    /// z ← M⁻¹ r
+    /// M is symmetric, which it is not with pressures.
+    pub fn is_symmetric(&self) -> bool {
+        self.pressures.is_none()
+    }
+
+    /// r ← M⁻¹ r
     pub fn apply(&self, r: &mut [f64]) {
+        match &self.pressures {
+            Some((pressures, _)) => pressures.apply(r, |u| self.cycle(u)),
+            None => self.cycle(r),
+        }
+    }
+
+    /// Of the displacements.
+    fn cycle(&self, r: &mut [f64]) {
         let (fine, coarse, bottom) = self.levels.as_ref().expect("a hierarchy was set up");
         let z = fine.cycle(&self.nodal.gather(r), |r| descend(coarse, bottom, r));
         self.nodal.scatter(&z, r);
@@ -148,6 +168,7 @@ impl Multigrid {
     /// Gives its memory back.
     pub fn clear(&mut self) {
         self.levels = None;
+        self.pressures.iter_mut().for_each(|(pressures, _)| pressures.clear());
     }
 }
 
@@ -156,52 +177,6 @@ fn descend(levels: &[Level<6>], bottom: &Bottom, r: &[[f64; 6]]) -> Vec<[f64; 6]
         [] => bottom.solve(r),
         [level, rest @ ..] => level.cycle(r, |r| descend(rest, bottom, r)),
     }
-}
-
-impl<const B: usize> Level<B> {
-    /// M⁻¹ r of this level, with that of the next.
-    fn cycle(&self, r: &[[f64; B]], next: impl FnOnce(&[[f64; 6]]) -> Vec<[f64; 6]>) -> Vec<[f64; B]> {
-        let n = r.len();
-        let mut x = vec![[0.0; B]; n];
-        for i in 0..n {
-            let mut rest = r[i];
-            self.a.row(i).take_while(|(j, _)| *j < i).for_each(|(j, a)| subtract_product(&mut rest, a, &x[j]));
-            add_product(&mut x[i], &self.inverse[i], &rest);
-        }
-        // After a forward sweep from zero r − A x = −U x.
-        let mut left = vec![[0.0; B]; n];
-        for (i, left) in left.iter_mut().enumerate() {
-            let start = self.a.diagonal(i) + 1;
-            for k in start..self.a.range(i).end {
-                subtract_product(left, &self.a.values[k], &x[self.a.col[k] as usize]);
-            }
-        }
-        let correction = next(&self.p.transpose_times(&left));
-        for (i, x) in x.iter_mut().enumerate() {
-            self.p.row(i).for_each(|(g, p)| add_product(x, p, &correction[g]));
-        }
-        for i in (0..n).rev() {
-            let mut rest = r[i];
-            self.a.row(i).filter(|(j, _)| *j != i).for_each(|(j, a)| subtract_product(&mut rest, a, &x[j]));
-            x[i] = [0.0; B];
-            add_product(&mut x[i], &self.inverse[i], &rest);
-        }
-        x
-    }
-
-    fn entries(&self) -> usize {
-        self.a.entries() + self.p.entries() + B * B * self.inverse.len()
-    }
-}
-
-/// D⁻¹
-fn inverses<const B: usize>(a: &BlockMatrix<B, B>) -> Result<Vec<Block<B, B>>, NotDefinite> {
-    let of_row = |i: usize| {
-        let block = nalgebra::SMatrix::<f64, B, B>::from(a.values[a.diagonal(i)]);
-        let inverse = block.cholesky().ok_or(NotDefinite)?.inverse();
-        Ok(inverse.into())
-    };
-    (0..a.rows()).map(of_row).collect()
 }
 
 impl Bottom {

@@ -61,26 +61,23 @@ pub fn largest_eigenvalue<const B: usize>(a: &BlockMatrix<B, B>, inverse: &[Bloc
     let mut x: Vec<[f64; B]> = (0..a.rows()).map(|_| std::array::from_fn(|_| random.unit() - 0.5)).collect();
     let mut largest = 0.0;
     for _ in 0..PRODUCTS {
-        let (mut stiffness, mut scale, mut size) = (0.0, 0.0, 0.0);
-        let mut next = vec![[0.0; B]; x.len()];
-        for (i, next) in next.iter_mut().enumerate() {
+        let rows = a.by_rows(|i| {
             let force = a.row_times(i, &x);
-            let mut own = [0.0; B];
+            let (mut own, mut next) = ([0.0; B], [0.0; B]);
             add_product(&mut own, &a.values[a.diagonal(i)], &x[i]);
-            add_product(next, &inverse[i], &force);
-            for c in 0..B {
-                stiffness += x[i][c] * force[c];
-                scale += x[i][c] * own[c];
-                size += next[c] * next[c];
-            }
+            add_product(&mut next, &inverse[i], &force);
+            (next, dot(&x[i], &force), dot(&x[i], &own))
+        });
+        let (mut stiffness, mut scale, mut size) = (0.0, 0.0, 0.0);
+        for (next, force, own) in &rows {
+            (stiffness, scale, size) = (stiffness + force, scale + own, size + dot(next, next));
         }
         if !(stiffness > 0.0 && scale > 0.0 && size.is_finite()) {
             return None;
         }
         largest = stiffness / scale;
         let size = size.sqrt();
-        x = next;
-        x.iter_mut().flatten().for_each(|x| *x /= size);
+        x = rows.into_iter().map(|(next, ..)| next.map(|x| x / size)).collect();
     }
     Some(largest)
 }
@@ -93,15 +90,21 @@ pub fn smoothed<const B: usize>(
     omega: f64,
 ) -> BlockMatrix<B, 6> {
     let mut p = a.times(tentative);
-    for (i, inverse) in inverse.iter().enumerate() {
+    let rows = p.by_rows(|i| {
         let own = tentative.col[i];
-        for k in p.range(i) {
+        let of_group = |k: usize| {
             let mut block = if p.col[k] == own { tentative.values[i] } else { [[0.0; B]; 6] };
             for (to, from) in block.iter_mut().zip(&p.values[k]) {
-                subtract_product(to, inverse, &from.map(|v| omega * v));
+                subtract_product(to, &inverse[i], &from.map(|v| omega * v));
             }
-            p.values[k] = block;
-        }
-    }
+            block
+        };
+        p.range(i).map(of_group).collect::<Vec<_>>()
+    });
+    p.values = rows.concat();
     p
+}
+
+fn dot<const B: usize>(a: &[f64; B], b: &[f64; B]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
