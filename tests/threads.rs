@@ -60,6 +60,14 @@ fn with_the_iterative_method() {
 }
 
 #[test]
+fn with_pressures_and_the_iterative_method() {
+    // 8 177 nodes: the finest level has several parts
+    let changes =
+        ["mesh.cells=4500", "mesh.element=tet10", "effect.elastic.formulation=mixed", "numerics.linear=iterative"];
+    have_the_same_bits("finger-convergence", &[&THREE_STEPS[..], &changes].concat());
+}
+
+#[test]
 fn in_time_with_friction() {
     let changes = ["mesh.cells=1770", "stage.0.duration=\"0.05 s\""];
     have_the_same_bits("finger-cube", &changes);

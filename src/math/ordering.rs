@@ -14,14 +14,17 @@ use std::sync::Mutex;
 
 /// Vertices from which nested dissection is tried.
 const LARGE: usize = 8_000;
+/// Vertices from which minimum degree is not tried: it had three to five times the operations there, and takes as long.
+const VERY_LARGE: usize = 100_000;
 
 /// Fill-reducing order of a graph: `order[k]` is the vertex eliminated at step k.
 pub fn fill_reducing(graph: &SymPattern) -> Vec<u32> {
-    let order = minimum_degree(graph);
-    if graph.n < LARGE {
-        return order;
+    let other = (graph.n >= LARGE).then(|| nested_dissection(graph));
+    let Some(other) = other else { return minimum_degree(graph) };
+    if graph.n >= VERY_LARGE {
+        return postorder(graph, &other);
     }
-    let other = nested_dissection(graph);
+    let order = minimum_degree(graph);
     let (by_degree, by_dissection) = (analyse(graph, &order), analyse(graph, &other));
     if by_degree.operations <= by_dissection.operations { order } else { by_dissection.postordered(&other) }
 }

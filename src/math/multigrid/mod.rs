@@ -142,6 +142,8 @@ impl Multigrid {
         let products = B as f64
             * (ap.entries() as f64 * per_row(&p.col, a.rows()) + p.entries() as f64 * per_row(&a.col, a.rows()));
         self.size.set_up += products + (p.entries() * 6) as f64 * per_row(&ap.col, a.rows());
+        // The largest of all, and no longer needed
+        drop(ap);
         Ok((Level::new(a, p, restriction)?, coarse, next))
     }
 
