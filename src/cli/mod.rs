@@ -6,6 +6,7 @@ mod body_figure;
 mod cases;
 mod check;
 mod doctor;
+mod drawing;
 mod engine;
 mod files;
 mod fit;
