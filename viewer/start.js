@@ -10,7 +10,7 @@ globalThis.inflate = async (base64) => {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
 };
 if (typeof DecompressionStream === "undefined") {
-  say("This browser cannot unpack the page. Open it in Firefox 113, Chrome 103, Safari 16.4 or a later version.");
+  say("This browser cannot unpack the page. Open it in Firefox 113, Chrome 80, Safari 16.4 or a later version.");
 } else {
   globalThis.inflate(document.getElementById("program").textContent).then((bytes) => {
     const script = document.createElement("script");

@@ -20,29 +20,51 @@ const union = (ranges) => [Math.min(...ranges.map((r) => r[0])), Math.max(...ran
 const hasBothSigns = ([low, high]) => low < 0 && high > 0 && Math.min(-low, high) > 0.05 * Math.max(-low, high);
 
 export class App {
-  constructor(root, cases) {
-    this.cases = cases;
+  constructor(root, cases, library) {
+    Object.assign(this, { cases, library });
+    this.listening = new AbortController();
+    const { signal } = this.listening;
     this.dirty = new Set(["all"]);
     this.view = new View(() => this.redraw("view"));
     const dark = matchMedia("(prefers-color-scheme: dark)");
+    const isDark = document.documentElement.dataset.theme ? document.documentElement.dataset.theme === "dark" : dark.matches;
     this.s = {
-      time: 0, quantity: "", map: "viridis", bands: 0, range: [0, 1], fixed: "all", scale: 1, smooth: false, playing: false, seconds: 5, dark: dark.matches, radius: 1,
+      time: 0, quantity: "", map: "viridis", bands: 0, range: [0, 1], fixed: "all", scale: 1, smooth: false, playing: false, seconds: 5, dark: isDark, radius: 1,
       show: { body: true, edges: true, ghost: false, held: true, cables: true, rigid: true, forces: true },
       section: { on: false, axis: "y", normal: [0, 1, 0], share: 0.5, offset: 0, flip: false },
       column: "",
       state: (body) => this.#state(body),
     };
-    dark.addEventListener("change", () => this.#theme(dark.matches));
+    dark.addEventListener("change", () => this.#theme(dark.matches), { signal });
     this.times = [Math.min(...cases.map((c) => c.times[0] ?? 0)), Math.max(...cases.map((c) => c.times.at(-1) ?? 0))];
     this.s.time = this.times[0];
     this.moves = cases.some((c) => c.states > 1);
     this.#build(root);
-    this.#theme(dark.matches);
+    this.#theme(isDark);
     this.#bounds();
     this.#begin();
-    new ResizeObserver(() => this.redraw("size")).observe(this.stage);
-    addEventListener("keydown", (e) => this.#key(e));
+    this.observer = new ResizeObserver(() => this.redraw("size"));
+    this.observer.observe(this.stage);
+    addEventListener("keydown", (e) => this.#key(e), { signal });
     this.redraw("all");
+  }
+
+  /** Stops to follow the window, before other cases are shown. */
+  end() {
+    this.listening.abort();
+    this.observer.disconnect();
+    this.panes = null;
+    this.s.playing = false;
+  }
+
+  /** The cases to choose from, where there are more than two. */
+  #choices() {
+    const { all, chosen, show } = this.library;
+    if (all.length <= 2) return [];
+    const names = all.map((c, k) => [String(k), c.title]);
+    const first = select("Case", names, String(chosen[0]), (k) => show([Number(k), ...chosen.slice(1)]));
+    const second = select("Case next to it", [["", "next to it: none"], ...names], chosen.length > 1 ? String(chosen[1]) : "", (k) => show(k === "" ? [chosen[0]] : [chosen[0], Number(k)]));
+    return [first, second];
   }
 
   /** The first picture: the state farthest from rest, coloured by its stretch where that is known. */
@@ -73,8 +95,7 @@ export class App {
     for (const c of this.cases) {
       for (const state of new Set([0, (c.states - 1) >> 1, c.states - 1])) {
         const x = c.positions(Math.max(0, state), this.s.scale);
-        const use = c.nodes + c.parts.filter((p) => p.kind === "cable").reduce((n, p) => n + p.count, 0);
-        for (let p = 0; p < Math.min(use, c.count); p++) {
+        for (const p of this.#framed(c)) {
           for (let i = 0; i < 3; i++) {
             low[i] = Math.min(low[i], x[3 * p + i]);
             high[i] = Math.max(high[i], x[3 * p + i]);
@@ -85,6 +106,24 @@ export class App {
     this.box = [low, high];
     this.view.frame(low, high);
     this.s.radius = this.view.radius;
+  }
+
+  /** Points that the first view shows: the body, its cables, and rigid bodies that are not much larger than it. */
+  #framed(c) {
+    const size = (first, count) => {
+      const ends = [0, 1, 2].map((i) => {
+        let [low, high] = [Infinity, -Infinity];
+        for (let p = first; p < first + count; p++) [low, high] = [Math.min(low, c.rest[3 * p + i]), Math.max(high, c.rest[3 * p + i])];
+        return high - low;
+      });
+      return Math.hypot(...ends);
+    };
+    const own = size(0, c.nodes);
+    const out = Array.from({ length: c.nodes }, (_, k) => k);
+    for (const part of c.parts) {
+      if (part.kind === "cable" || size(part.first, part.count) < 1.5 * own) for (let k = 0; k < part.count; k++) out.push(part.first + k);
+    }
+    return out;
   }
 
   #build(root) {
@@ -99,7 +138,7 @@ export class App {
     this.stage = el("div", { class: "stage" }, ...frames, this.legend, this.readout);
     this.panel = el("aside", { class: "panel" });
     const head = el(
-      "header", {}, el("h1", {}, this.cases.map((c) => c.title).join(" · ")),
+      "header", {}, el("h1", {}, this.cases.map((c) => c.title).join(" · ")), ...this.#choices(),
       button(icon("theme"), "Light or dark", () => this.#theme(!this.s.dark)), button(icon("menu"), "Show or hide the controls", () => root.classList.toggle("wide")),
     );
     this.foot = el("footer", {});
@@ -176,7 +215,7 @@ export class App {
     const { s, cases } = this;
     const has = (test) => cases.some((c) => test(c));
     const all = [
-      ["body", "body", true], ["edges", "element edges", true], ["ghost", "outline at rest", this.moves], ["held", "held or moved nodes", has((c) => c.marked.some((m) => m.kind === "held"))],
+      ["body", "body", true], ["edges", "element edges", true], ["ghost", "outline at rest", has((c) => c.motion.size)], ["held", "held or moved nodes", has((c) => c.marked.some((m) => m.kind === "held"))],
       ["cables", "cables with their guides", has((c) => c.parts.some((p) => p.kind === "cable"))],
       ["rigid", "rigid bodies, obstacles, skins", has((c) => c.parts.some((p) => p.kind !== "cable"))], ["forces", "contact forces", has((c) => c.arrows.length)],
     ];
@@ -197,7 +236,7 @@ export class App {
         this.choose("regions");
       }, css(r.colour));
     }));
-    const list = regions.length ? [el("details", { class: "hint" }, el("summary", {}, `${regions.length} regions`), ...regions)] : [];
+    const list = regions.length ? [el("details", { class: "hint", open: this.#names().length === 0 }, el("summary", {}, `${regions.length} regions`), ...regions)] : [];
     return group("Show", true, ...checks, ...list);
   }
 

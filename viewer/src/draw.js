@@ -6,18 +6,19 @@ import { Camera, Geometry, Mesh, Program, Renderer, Texture, Transform } from "o
 const NONE = -3e38;
 
 const FACE_VERTEX = `#version 300 es
-in vec3 position; in float value;
+in vec3 position; in float value; in vec2 local;
 uniform mat4 modelViewMatrix; uniform mat4 projectionMatrix;
-out vec3 seen; out vec3 place; out float v;
+out vec3 seen; out vec3 place; out float v; out vec3 corners;
 void main() {
   vec4 p = modelViewMatrix * vec4(position, 1.0);
-  seen = p.xyz; place = position; v = value;
+  seen = p.xyz; place = position; v = value; corners = vec3(1.0 - local.x - local.y, local);
   gl_Position = projectionMatrix * p;
 }`;
 
 const FACE_FRAGMENT = `#version 300 es
 precision highp float;
-in vec3 seen; in vec3 place; in float v;
+in vec3 seen; in vec3 place; in float v; in vec3 corners;
+uniform vec3 ink; uniform vec2 stroke;
 uniform sampler2D table; uniform vec2 range; uniform vec4 plane; uniform vec3 plain; uniform float opacity; uniform float mode; uniform float shade;
 out vec4 result;
 void main() {
@@ -28,6 +29,9 @@ void main() {
   if (mode > 1.5) base = texelFetch(table, ivec2(int(v + 0.5), 0), 0).rgb;
   else if (mode > 0.5 && v > -1e38) base = texture(table, vec2(clamp((v - range.x) / max(range.y - range.x, 1e-30), 0.002, 0.998), 0.5)).rgb;
   base *= 1.0 - shade * (1.0 - light);
+  // Pixels to the nearest edge of the element: one of its three barycentric coordinates is zero there
+  vec3 away = corners / max(fwidth(corners), vec3(1e-9));
+  base = mix(base, ink, stroke.y * (1.0 - smoothstep(stroke.x - 0.5, stroke.x + 0.5, min(away.x, min(away.y, away.z)))));
   result = vec4(base * opacity, opacity);
 }`;
 
@@ -66,11 +70,19 @@ void main() {
 
 const EVERYWHERE = [0, 0, 0, 1];
 
+/** Whether the machine draws in software: then every pixel is drawn once, and edges are smoothed by the lines alone. */
+const isSlow = (() => {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  return /swiftshader|llvmpipe|software|basic render/i.test(info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "");
+})();
+const dots = () => (isSlow ? 1 : Math.min(2, devicePixelRatio || 1));
+
 /** One canvas with its objects, drawn in the order in which they were added. */
 export class Canvas {
   constructor(canvas) {
     this.canvas = canvas;
-    this.renderer = new Renderer({ canvas, alpha: true, antialias: true, premultipliedAlpha: true, webgl: 2, dpr: Math.min(2, devicePixelRatio || 1) });
+    this.renderer = new Renderer({ canvas, alpha: true, antialias: !isSlow, premultipliedAlpha: true, webgl: 2, dpr: dots() });
     this.gl = this.renderer.gl;
     if (!this.renderer.isWebgl2) throw new Error("this browser draws without WebGL 2, which the viewer needs");
     this.camera = new Camera(this.gl);
@@ -79,7 +91,7 @@ export class Canvas {
     this.objects = [];
   }
 
-  resize(width, height, dpr = Math.min(2, devicePixelRatio || 1)) {
+  resize(width, height, dpr = dots()) {
     this.renderer.dpr = dpr;
     this.renderer.setSize(width, height);
     this.size = [this.gl.drawingBufferWidth, this.gl.drawingBufferHeight];
@@ -117,13 +129,13 @@ class Drawn {
   }
 
   /** New numbers for the attributes, `count` of them; the index stays. */
-  set(count, attributes, index) {
+  set(count, attributes, index, local) {
     this.used = count;
     if (count === 0) return;
     if (count > this.capacity || index) {
       this.node.geometry.remove();
-      this.capacity = index ? count : Math.ceil(1.3 * count);
-      this.node.geometry = this.makeGeometry(attributes, index, this.capacity);
+      this.capacity = index ? count : 4 * Math.ceil(0.33 * count);
+      this.node.geometry = this.makeGeometry(attributes, index, this.capacity, local);
     } else {
       for (const [name, data] of Object.entries(attributes)) {
         const attribute = this.node.geometry.attributes[name];
@@ -153,28 +165,29 @@ export class Faces extends Drawn {
       image: new Uint8Array(1024), width: 256, height: 1, generateMipmaps: false, flipY: false,
       minFilter: this.gl.NEAREST, magFilter: this.gl.NEAREST,
     });
-    const uniforms = { table: { value: this.table }, range: { value: [0, 1] }, plane: { value: EVERYWHERE }, plain: { value: [1, 1, 1] }, opacity: { value: 1 }, mode: { value: 0 }, shade: { value: 0.5 } };
+    const uniforms = { table: { value: this.table }, range: { value: [0, 1] }, plane: { value: EVERYWHERE }, plain: { value: [1, 1, 1] }, opacity: { value: 1 }, mode: { value: 0 }, shade: { value: 0.5 }, ink: { value: [0, 0, 0] }, stroke: { value: [0.6, 0] } };
     const program = new Program(this.gl, { vertex: FACE_VERTEX, fragment: FACE_FRAGMENT, uniforms, cullFace: false, transparent: true });
     program.setBlendFunc(this.gl.ONE, this.gl.ONE_MINUS_SRC_ALPHA);
     return program;
   }
 
-  makeGeometry({ position, value }, index, capacity) {
+  makeGeometry({ position, value }, index, capacity, local) {
     const grow = (data, size) => {
       const out = new Float32Array(size * capacity);
       out.set(data);
       return out;
     };
     const attributes = { position: { size: 3, data: grow(position, 3), usage: this.gl.DYNAMIC_DRAW }, value: { size: 1, data: grow(value, 1), usage: this.gl.DYNAMIC_DRAW } };
+    attributes.local = { size: 2, data: grow(local ?? [], 2) };
     if (index) attributes.index = { data: index };
     return new Geometry(this.gl, attributes);
   }
 
-  /** Positions and numbers of the vertices; values that are not finite are drawn plain. */
-  show(position, value, index) {
+  /** Positions and numbers of the vertices; values that are not finite are drawn plain. With the index: two barycentric coordinates of each vertex. */
+  show(position, value, index, local) {
     const numbers = value ?? new Float32Array(position.length / 3);
     for (let k = 0; k < numbers.length; k++) if (!Number.isFinite(numbers[k])) numbers[k] = NONE;
-    this.set(position.length / 3, { position, value: numbers }, index);
+    this.set(position.length / 3, { position, value: numbers }, index, local);
     if (!this.node.geometry.attributes.index) this.node.geometry.setDrawRange(0, this.used);
   }
 
@@ -183,8 +196,10 @@ export class Faces extends Drawn {
     this.table.needsUpdate = true;
   }
 
-  adjust() {
+  adjust(_, dpr) {
     const u = this.program.uniforms;
+    u.ink.value = (this.options.ink ?? [0, 0, 0]).map((c) => c / 255);
+    u.stroke.value = [0.1 + 0.3 * dpr, this.options.edges ?? 0];
     u.range.value = this.options.range ?? [0, 1];
     u.mode.value = this.options.mode ?? 0;
     u.shade.value = this.options.shade ?? 0.38;
@@ -200,28 +215,38 @@ export class Lines extends Drawn {
     return program;
   }
 
+  /** Four vertices for each segment. (Instances would be shorter, but renderers in software draw each of them by itself.) */
   makeGeometry({ a, b, ends }, _, capacity) {
     const grow = (data, size) => {
       const out = new Float32Array(size * capacity);
       out.set(data);
-      return { instanced: 1, size, data: out, usage: this.gl.DYNAMIC_DRAW };
+      return { size, data: out, usage: this.gl.DYNAMIC_DRAW };
     };
-    const corner = { size: 2, data: new Float32Array([0, -1, 1, -1, 1, 1, 0, -1, 1, 1, 0, 1]) };
-    return new Geometry(this.gl, { corner, a: grow(a, 3), b: grow(b, 3), ends: grow(ends, 2) });
+    const segments = Math.ceil(capacity / 4);
+    const corner = new Float32Array(8 * segments);
+    const index = new Uint32Array(6 * segments);
+    for (let s = 0; s < segments; s++) {
+      corner.set([0, -1, 1, -1, 1, 1, 0, 1], 8 * s);
+      index.set([4 * s, 4 * s + 1, 4 * s + 2, 4 * s, 4 * s + 2, 4 * s + 3], 6 * s);
+    }
+    return new Geometry(this.gl, { corner: { size: 2, data: corner }, a: grow(a, 3), b: grow(b, 3), ends: grow(ends, 2), index: { data: index } });
   }
 
   /** [segments × 6] both ends; [segments × 2] factors of the width at the ends. */
   show(segments, factors) {
     const n = segments.length / 6;
-    const [a, b] = [new Float32Array(3 * n), new Float32Array(3 * n)];
+    const [a, b, ends] = [new Float32Array(12 * n), new Float32Array(12 * n), new Float32Array(8 * n).fill(1)];
     for (let s = 0; s < n; s++) {
-      for (let i = 0; i < 3; i++) {
-        a[3 * s + i] = segments[6 * s + i];
-        b[3 * s + i] = segments[6 * s + 3 + i];
+      for (let k = 4 * s; k < 4 * s + 4; k++) {
+        for (let i = 0; i < 3; i++) {
+          a[3 * k + i] = segments[6 * s + i];
+          b[3 * k + i] = segments[6 * s + 3 + i];
+        }
+        if (factors) ends.set([factors[2 * s], factors[2 * s + 1]], 2 * k);
       }
     }
-    this.set(n, { a, b, ends: factors ?? new Float32Array(2 * n).fill(1) });
-    this.node.geometry.setInstancedCount(n);
+    this.set(4 * n, { a, b, ends });
+    this.node.geometry.setDrawRange(0, 6 * n);
   }
 
   adjust(size, dpr) {

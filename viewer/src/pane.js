@@ -27,7 +27,6 @@ export class Pane {
     this.faces = add(new Faces({}));
     this.rigid = add(new Faces({ shade: 0.6 }));
     this.cut = add(new Faces({ shade: 0.12 }));
-    this.edges = add(new Lines({ width: 1 }));
     this.cutEdges = add(new Lines({ width: 1.1 }));
     this.ghost = add(new Lines({ width: 1.2, opacity: 0.75, writes: true }));
     this.held = add(new Lines({ width: 4 }));
@@ -56,7 +55,7 @@ export class Pane {
 
   /** Everything at a state of the page's settings. */
   update(s) {
-    const { body, surface } = this;
+    const { body } = this;
     const state = this.state = s.state(body);
     const x = this.x = body.positions(state, s.scale);
     const ink = s.dark ? DARK : LIGHT;
@@ -67,8 +66,6 @@ export class Pane {
     const plane = s.section.on ? [...s.section.normal, s.section.offset] : EVERYWHERE;
     this.#body(s, x, quantity, values, ink, plane);
     this.#section(s, x, quantity, values, ink, inside);
-    Object.assign(this.edges.options, { visible: s.show.edges, colour: ink.edge, writes: true, plane });
-    if (s.show.edges) this.edges.show(surface.lines(x));
     Object.assign(this.ghost.options, { visible: s.show.ghost, colour: ink.ghost });
     this.#parts(s, x, ink);
     this.#forces(s, x, state, ink);
@@ -90,8 +87,10 @@ export class Pane {
       faces.setTable(table(s.map, s.bands));
       mode = 1;
     }
-    Object.assign(faces.options, { visible: s.show.body, mode, colour: ink.body, plane, range: s.range });
-    faces.show(surface.vertices(x), numbers, this.indexed ? undefined : surface.index);
+    this.hasEdges = s.show.edges;
+    Object.assign(faces.options, { visible: s.show.body, mode, colour: ink.body, plane, range: s.range, ink: ink.edge });
+    if (this.indexed) faces.show(surface.vertices(x), numbers);
+    else faces.show(surface.vertices(x), numbers, surface.index, surface.local);
     this.indexed = true;
   }
 
@@ -162,7 +161,9 @@ export class Pane {
     const [w, h] = this.canvas.size;
     const half = view.half * Math.max(1, h / w);
     const long = (this.edgeLength / half) * (h / 2) / (this.canvas.renderer.dpr * pixels);
-    this.edges.options.opacity = this.cutEdges.options.opacity = Math.min(0.85, Math.max(0.12, long / 22));
+    const opacity = Math.min(0.85, Math.max(0.12, long / 22));
+    this.faces.options.edges = this.hasEdges ? opacity : 0;
+    this.cutEdges.options.opacity = opacity;
     this.canvas.draw(view, pixels);
   }
 

@@ -21,9 +21,11 @@ export function compose(canvas, panes, view, o) {
   const unit = Math.max(10, height / 32);
   c.fillStyle = c.strokeStyle = o.ink;
   panes.forEach((pane, k) => {
-    pane.canvas.resize(each, height, 1);
+    // Twice as fine and scaled down, as far as graphics cards can
+    pane.canvas.resize(each, height, Math.min(2, 8192 / each, 8192 / height));
     pane.draw(view, each / o.shown);
-    c.drawImage(pane.canvas.canvas, k * each, 0);
+    c.imageSmoothingQuality = "high";
+    c.drawImage(pane.canvas.canvas, k * each, 0, each, height);
     if (panes.length > 1) {
       c.font = `${unit}px ${FONT}`;
       c.textAlign = "left";

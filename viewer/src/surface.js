@@ -17,13 +17,14 @@ export class Surface {
   /** Local points of a face with their shape functions, and its triangles. */
   #subdivide() {
     const { n } = this;
-    const weights = [];
+    const [weights, local] = [[], []];
     const number = new Map();
     for (let i = 0; i <= n; i++) {
       for (let j = 0; j <= n - i; j++) {
         number.set(`${i},${j}`, weights.length);
         const [b, c] = [i / n, j / n];
         const a = 1 - b - c;
+        local.push(b, c);
         weights.push(
           this.body.facetNodes === 3 ? [a, b, c] : [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a],
         );
@@ -38,6 +39,9 @@ export class Surface {
       }
     }
     this.weights = weights;
+    /** Two barycentric coordinates of each vertex in its face, by which the edges of the element are drawn */
+    this.local = new Float32Array(this.facetCount * local.length);
+    for (let f = 0; f < this.facetCount; f++) this.local.set(local, f * local.length);
     this.vertexCount = this.facetCount * weights.length;
     this.index = new Uint32Array(this.facetCount * triangles.length);
     for (let f = 0, k = 0; f < this.facetCount; f++) for (const t of triangles) this.index[k++] = f * weights.length + t;

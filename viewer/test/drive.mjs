@@ -128,6 +128,15 @@ try {
   console.log(JSON.stringify(found));
 } finally {
   clearTimeout(patience);
+  // Its processes end together and leave their folder; killed one by one they would still write into it
+  const ended = new Promise((done) => chromium.on("exit", done));
+  session = undefined;
+  send("Browser.close").catch(() => {});
+  await Promise.race([ended, new Promise((next) => setTimeout(next, 5000))]);
   chromium.kill("SIGKILL");
-  chromium.on("exit", () => rmSync(profile, { recursive: true, force: true, maxRetries: 5 }));
+  try {
+    rmSync(profile, { recursive: true, force: true, maxRetries: 10, retryDelay: 200 });
+  } catch (error) {
+    console.error(`${profile} is left: ${error.message}`);
+  }
 }

@@ -1,9 +1,9 @@
 //! States of a run gathered for a page, within bounded memory.
 
-use super::model::{Arrows, Curves, Field, Model};
-use super::modes::{History, Modes};
+use super::footage::{About, Footage, Quantity};
+use super::model::Arrows;
 use super::of_scene;
-use super::pack::{Packed, pack};
+use super::pack::Packed;
 use super::shape::{Limits, Shape};
 use crate::scene::Scene;
 use crate::scene::output::FieldSpec;
@@ -13,19 +13,6 @@ use crate::system::State;
 const STATES: usize = 240;
 /// Most numbers that are kept during a run: 160 MB.
 const NUMBERS: usize = 40 << 20;
-/// Most bytes of a packed case; with base64 and the program of the page it is below 5 MB.
-const BYTES: usize = 3_500_000;
-/// Tolerance of displacements, as a share of the largest extent: a tenth of a pixel of a picture of 2000 pixels.
-const OF_EXTENT: f64 = 5e-5;
-/// The same as a share of the largest displacement, for stiff bodies.
-const OF_DISPLACEMENT: f64 = 1e-3;
-/// Tolerance of fields, as a share of their range: half a grade of a colour map.
-const OF_RANGE: f64 = 2e-3;
-/// Smallest tolerance, as a share of the largest displacement: a few units of the rounding of the first mode to 16 bits.
-const OF_ROUNDING: f64 = 5e-5;
-/// The same of fields that are nearly constant, as a share of their largest value.
-const OF_SIZE: f64 = 1e-6;
-
 /// One state.
 struct Frame {
     t: f64,
@@ -115,92 +102,31 @@ impl Film {
         (kept < self.seen).then(|| format!("{kept} of the {} states of the run are shown.", self.seen))
     }
 
-    /// The page data of the film: as modes to the tolerances, without the inside or at larger ones where it would be too large.
-    pub fn finish(mut self, scene: &Scene, about: About) -> Packed {
+    /// The data of a page.
+    pub fn finish(mut self, scene: &Scene, mut about: About) -> Packed {
         if let Some(last) = self.last.take() {
             self.frames.push(self.frame(scene, &last));
         }
-        let mut model = Model {
-            title: about.title,
-            facts: about.facts,
-            notes: about.notes.into_iter().chain(self.note()).collect(),
-            times: self.frames.iter().map(|f| f.t).collect(),
-            curves: about.curves,
-            absent: absent(scene, &self.what),
-            ..Model::default()
-        };
-        let contact = self.frames.iter().map(|f| f.contact.clone()).collect::<Vec<_>>();
+        about.notes.extend(self.note());
+        about.absent = absent(scene, &self.what);
+        let mut footage = Footage { times: self.frames.iter().map(|f| f.t).collect(), ..Footage::default() };
+        let mut quantities: Vec<Quantity> = self.what.iter().map(quantity).collect();
+        let mut contact = vec![];
+        for frame in self.frames {
+            footage.motion.push(frame.motion);
+            contact.push(frame.contact);
+            quantities.iter_mut().zip(frame.fields).for_each(|(q, values)| q.states.push(values));
+        }
         if contact.iter().any(|c| !c.is_empty()) {
-            model.arrows = vec![Arrows { name: "contact forces".into(), unit: "N".into(), states: contact }];
+            footage.arrows = vec![Arrows { name: "contact forces".into(), unit: "N".into(), states: contact }];
         }
-        let names = self.what.iter().map(name_of);
-        let mut wider = 1.0;
-        loop {
-            let motion = self.frames.iter().map(|f| f.motion.clone()).collect();
-            model.motion = self.displacement(History { components: 3, states: motion }, wider);
-            let field = |(k, (name, unit, components)): (usize, (&str, &str, usize))| {
-                let states = self.frames.iter().map(|f| f.fields[k].clone()).collect();
-                let modes = quantity(History { components, states }, wider);
-                Field { name: name.into(), unit: unit.into(), at_nodes: true, modes }
-            };
-            model.fields = names.clone().enumerate().map(field).collect();
-            model.shape = self.shape.clone();
-            let packed = pack(&model);
-            if packed.data.len() <= BYTES || wider > 100.0 {
-                return packed;
-            }
-            let packed = pack(&hollow(&model));
-            if packed.data.len() <= BYTES {
-                return packed;
-            }
-            wider *= 4.0;
-        }
-    }
-
-    fn displacement(&self, history: History, wider: f64) -> Modes {
-        let largest = size(&history);
-        let tolerance = (OF_EXTENT * self.shape.diagonal()).min(OF_DISPLACEMENT * largest);
-        Modes::of(history, wider * tolerance.max(OF_ROUNDING * largest))
+        Footage { shape: self.shape, quantities, ..footage }.packed(about)
     }
 }
 
-/// Texts and curves of a film.
-#[derive(Default)]
-pub struct About {
-    pub title: String,
-    pub facts: Vec<(String, String)>,
-    pub notes: Vec<String>,
-    pub curves: Curves,
-}
-
-/// The modes of a quantity that a colour shows.
-pub fn quantity(history: History, wider: f64) -> Modes {
-    let values = || history.states.iter().flatten().filter(|v| v.is_finite()).map(|v| f64::from(*v));
-    let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    let tolerance = if high > low { OF_RANGE * (high - low) } else { 0.0 };
-    let floor = OF_SIZE * low.abs().max(high.abs());
-    Modes::of(history, wider * if floor.is_finite() { tolerance.max(floor) } else { tolerance })
-}
-
-/// The largest value.
-fn size(history: &History) -> f64 {
-    history.states.iter().flatten().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(f64::from(v.abs())))
-}
-
-/// The model without its inside.
-fn hollow(model: &Model) -> Model {
-    let (shape, kept) = model.shape.hollow();
-    let nodes = &kept[..shape.nodes.len()];
-    let place = |p: u32| kept.binary_search(&p).ok().map(|k| k as u32);
-    let states =
-        |a: &Arrows| a.states.iter().map(|s| s.iter().filter_map(|(p, v)| Some((place(*p)?, *v))).collect()).collect();
-    Model {
-        motion: model.motion.of_points(&kept),
-        fields: model.fields.iter().map(|f| Field { modes: f.modes.of_points(nodes), ..f.clone() }).collect(),
-        arrows: model.arrows.iter().map(|a| Arrows { states: states(a), ..a.clone() }).collect(),
-        shape,
-        ..model.clone()
-    }
+/// The data of a page that shows a scene at rest, before anything is run.
+pub fn at_rest(scene: &Scene, limits: &Limits, about: About) -> Packed {
+    Footage { shape: of_scene::shape(scene, limits), times: vec![0.0], ..Footage::default() }.packed(about)
 }
 
 /// xx, yy, zz, xy, yz, xz of tensors row by row.
@@ -208,9 +134,9 @@ pub fn symmetric(values: &[f64]) -> Vec<f64> {
     values.chunks_exact(9).flat_map(|s| [s[0], s[4], s[8], s[1], s[5], s[2]]).collect()
 }
 
-/// Name, unit and number of components of a field.
-fn name_of(field: &FieldSpec) -> (&'static str, &'static str, usize) {
-    match field {
+/// A field, without its states.
+fn quantity(field: &FieldSpec) -> Quantity {
+    let (name, unit, components) = match field {
         FieldSpec::Displacement => ("displacement", "m", 3),
         FieldSpec::Velocity => ("velocity", "m/s", 3),
         FieldSpec::Stretch => ("stretch", "", 1),
@@ -218,7 +144,8 @@ fn name_of(field: &FieldSpec) -> (&'static str, &'static str, usize) {
         FieldSpec::VonMises => ("von Mises stress", "Pa", 1),
         FieldSpec::Pressure => ("pressure", "Pa", 1),
         FieldSpec::ContactForce => ("contact force", "N", 3),
-    }
+    };
+    Quantity { name: name.into(), unit: unit.into(), components, at_nodes: true, states: vec![] }
 }
 
 /// Fields that the scene does not ask for, each with the key that records it.

@@ -19,6 +19,18 @@ pub struct Packed {
     pub data: Vec<u8>,
 }
 
+impl Packed {
+    /// The title of the case.
+    pub fn title(&self) -> &str {
+        self.head["title"].as_str().unwrap_or_default()
+    }
+
+    /// What is left out or simplified.
+    pub fn notes(&self) -> Vec<&str> {
+        self.head["notes"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
+    }
+}
+
 /// Rows of curves on a page; a screen has fewer points.
 const ROWS: usize = 4000;
 

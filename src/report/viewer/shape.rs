@@ -140,8 +140,8 @@ impl Shape {
         }
     }
 
-    /// The same without the inside: only the points of the surface and of the parts are kept. With it, the points that are kept.
-    pub fn hollow(&self) -> (Self, Vec<u32>) {
+    /// The same without the inside: only the points of the surface and of the parts are kept. With it, the points and the cells that are kept.
+    pub fn hollow(&self) -> (Self, Vec<u32>, Vec<u32>) {
         let nodes = self.nodes.len() as u32;
         let used: BTreeSet<u32> = self.facets.iter().copied().chain(nodes..self.points.len() as u32).collect();
         let kept: Vec<u32> = used.into_iter().collect();
@@ -173,7 +173,7 @@ impl Shape {
             notes,
             ..self.clone()
         };
-        (shape, kept)
+        (shape, kept, own.into_iter().collect())
     }
 
     /// Largest extent of the points \[m\].
@@ -222,10 +222,10 @@ mod tests {
         let surface = Shape::of_mesh(&mesh, &Limits { cells: 10, facets: 1000 });
         assert!(surface.cells.is_empty() && surface.points.len() < whole.points.len());
         assert!(surface.notes[0].contains("hollow"), "{:?}", surface.notes);
-        let (hollow, kept) = whole.hollow();
+        let (hollow, kept, cells) = whole.hollow();
         assert_eq!((&hollow.points, &hollow.facets, &hollow.nodes), (&surface.points, &surface.facets, &surface.nodes));
         assert_eq!((hollow.facet_cells, hollow.cell_numbers), (surface.facet_cells, surface.cell_numbers));
-        assert_eq!(kept.len(), hollow.points.len());
+        assert_eq!((kept.len(), cells.len()), (hollow.points.len(), surface.cell_numbers.len()));
     }
 
     #[test]
