@@ -226,6 +226,32 @@ fn files_of_all_kinds_are_shown_or_refused() {
     }
 }
 
+/// The report of a study links to its cases at their peaks: each with the surface that is stored of it.
+#[test]
+fn the_report_of_a_study_has_its_cases_in_three_dimensions() {
+    let folder = TempDir::new().expect("a temporary folder");
+    let out = folder.path().to_string_lossy().into_owned();
+    let output = durometer(&["run", "tests/cli/study.toml", "--out", &out]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let index = std::fs::read_to_string(folder.path().join("index.html")).expect("the report");
+    assert!(index.contains("href=\"view.html\""));
+    let found = page::read(&folder.path().join("view.html")).expect("a page");
+    let stored = durometer::study::store::results::read(folder.path()).expect("results");
+    assert_eq!(found.len(), stored.skins.len());
+    for case in &found {
+        let skin = &stored.skins[case.title()];
+        let numbers = Numbers::of(case);
+        let u = numbers.history(&numbers.head["motion"], 0);
+        let stated = numbers.head["motion"]["error"].as_f64().expect("a number");
+        for (k, displacement) in skin.displacement.iter().enumerate() {
+            let off = distance(&std::array::from_fn(|i| u[k][i]), displacement);
+            assert!(off <= stated + SINGLE, "{}: node {k} is off by {off}, stated {stated}", case.title());
+        }
+    }
+    let again = durometer(&["view", &out, "--out", &folder.path().join("out.html").to_string_lossy()]);
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stderr));
+}
+
 #[test]
 fn a_run_can_be_without_a_page_and_names_the_keys_of_fields_that_are_missing() {
     let folder = TempDir::new().expect("a temporary folder");

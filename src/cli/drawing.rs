@@ -25,7 +25,7 @@ pub struct Drawing {
     number: usize,
     /// Time of the last one \[s\]
     past: Option<f64>,
-    /// What the page took so far
+    /// Time that the page has taken so far
     wall: Duration,
     cpu: Duration,
 }
@@ -90,7 +90,7 @@ pub struct Drawn {
     shown: bool,
     collection: Option<PathBuf>,
     pub failure: Option<Box<dyn std::error::Error>>,
-    /// What they took during the run \[s\]
+    /// Time that they took during the run \[s\]
     pub wall: f64,
     pub cpu: f64,
 }

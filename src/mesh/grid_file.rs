@@ -277,7 +277,7 @@ mod tests {
     use crate::mesh::structured::block;
     use crate::mesh::vtu::{Data, write_pvd, write_vtu};
 
-    /// What ParaView gets is read back bit for bit.
+    /// The numbers for ParaView are read back bit for bit.
     #[test]
     fn what_was_written_is_read_back() {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -25,7 +25,7 @@ impl Packed {
         self.head["title"].as_str().unwrap_or_default()
     }
 
-    /// What is left out or simplified.
+    /// Notes on the parts that are left out or simplified.
     pub fn notes(&self) -> Vec<&str> {
         self.head["notes"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
     }

@@ -15,7 +15,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// What a browser turns smoothly, and a page of a few megabytes holds.
+    /// Sizes that a browser turns smoothly, and that a page of a few megabytes holds.
     pub const USUAL: Self = Self { cells: 150_000, facets: 120_000 };
 }
 
@@ -86,7 +86,7 @@ pub struct Shape {
     pub cell_numbers: Vec<u32>,
     pub parts: Vec<Part>,
     pub marked: Vec<Marked>,
-    /// What was left out or simplified
+    /// Sentences on the parts that were left out or simplified
     pub notes: Vec<String>,
 }
 
@@ -224,8 +224,8 @@ mod tests {
         assert!(surface.notes[0].contains("hollow"), "{:?}", surface.notes);
         let (hollow, kept, cells) = whole.hollow();
         assert_eq!((&hollow.points, &hollow.facets, &hollow.nodes), (&surface.points, &surface.facets, &surface.nodes));
-        assert_eq!((hollow.facet_cells, hollow.cell_numbers), (surface.facet_cells, surface.cell_numbers));
-        assert_eq!((kept.len(), cells.len()), (hollow.points.len(), surface.cell_numbers.len()));
+        assert_eq!((&hollow.facet_cells, &hollow.cell_numbers), (&surface.facet_cells, &surface.cell_numbers));
+        assert_eq!((kept.len(), cells.len()), (surface.points.len(), surface.cell_numbers.len()));
     }
 
     #[test]
