@@ -547,14 +547,14 @@ export class App {
   }
 
   /** Settings of a picture of the views as they are. */
-  #picture(width) {
+  #picture(width, fine) {
     const q = this.#quantity();
     const { unit, factor } = this.#scaled();
     const { clientWidth: w, clientHeight: h } = this.canvases[0];
     const ink = this.out.background === "dark" ? "#eee" : "#111";
     const background = { white: "#fff", dark: "#14181d", none: null }[this.out.background];
     return {
-      width, background, ink, aspect: w / h, shown: w,
+      width, background, ink, fine, aspect: w / h, shown: w,
       time: this.moves ? `t = ${number(this.s.time)} s` : "",
       legend: q && { map: this.s.map, bands: this.s.bands, range: this.s.range.map((v) => v * factor), title: unit ? `${q.name} [${unit}]` : q.name },
     };
@@ -572,7 +572,7 @@ export class App {
       this.s.time = t;
       if (this.#quantity() && this.s.fixed !== "own") this.s.range = this.#range(this.s.fixed);
       this.panes.forEach((p) => p.update(this.s));
-      compose(canvas, this.panes, this.view, this.#picture(width));
+      compose(canvas, this.panes, this.view, this.#picture(width, kind === "png"));
     };
     let blob = null;
     try {

@@ -21,8 +21,8 @@ export function compose(canvas, panes, view, o) {
   const unit = Math.max(10, height / 32);
   c.fillStyle = c.strokeStyle = o.ink;
   panes.forEach((pane, k) => {
-    // Twice as fine and scaled down, as far as graphics cards can
-    pane.canvas.resize(each, height, Math.min(2, 8192 / each, 8192 / height));
+    // Pictures twice as fine and scaled down, as far as graphics cards can
+    pane.canvas.resize(each, height, o.fine ? Math.min(2, 8192 / each, 8192 / height) : 1);
     pane.draw(view, each / o.shown);
     c.imageSmoothingQuality = "high";
     c.drawImage(pane.canvas.canvas, k * each, 0, each, height);

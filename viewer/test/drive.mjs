@@ -106,14 +106,14 @@ async function drive() {
   await run('document.querySelector("header button").click()');
   await settle();
   shots.theme = await picture("theme");
-  await run("viewer.export && (globalThis.saved = []); URL.createObjectURL = (blob) => { saved.push([blob.type, blob.size]); return 'data:,'; }; HTMLAnchorElement.prototype.click = () => {}");
-  await run("viewer.out.width = 800; await viewer.export('png')");
-  if (await run("return viewer.moves")) await run("viewer.s.seconds = 1; await viewer.export('gif'); await viewer.export('webm')");
-  found.saved = await run("return saved");
   if (await run("return viewer.moves")) {
     found.frames_per_s = await run(`viewer.choose(viewer.cases[0].quantities[0].name); viewer.toggle(true); const from = viewer.drawn, t = performance.now();
       await new Promise((next) => setTimeout(next, 3000)); viewer.toggle(false); return (1000 * (viewer.drawn - from)) / (performance.now() - t)`);
   }
+  await run("viewer.export && (globalThis.saved = []); URL.createObjectURL = (blob) => { saved.push([blob.type, blob.size]); return 'data:,'; }; HTMLAnchorElement.prototype.click = () => {}");
+  await run("viewer.out.width = 800; await viewer.export('png')");
+  if (await run("return viewer.moves")) await run("viewer.s.seconds = 1; await viewer.export('gif'); await viewer.export('webm')");
+  found.saved = await run("return saved");
   found.different = Object.keys(shots).filter((name, k, all) => k > 0 && shots[name] !== shots[all[k - 1]]);
   await settle();
 }
