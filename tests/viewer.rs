@@ -389,4 +389,13 @@ fn a_browser_shows_two_cases_and_a_scene_at_rest() {
         let cut = found["section"].as_array().expect("a list");
         assert!(cut.len() == files.len() && cut.iter().all(|n| n.as_u64().is_some_and(|n| n > 0)), "{cut:?}");
     }
+    // Where time runs back, as on a path by arc length, the states are counted
+    let sets =
+        [(0.0, 0), (1.0, 1), (0.5, 2)].map(|(t, k)| format!("<DataSet timestep=\"{t}\" file=\"scene-000{k}.vtu\"/>"));
+    let back = folder.path().join("back.pvd");
+    std::fs::write(&back, format!("<VTKFile><Collection>{}</Collection></VTKFile>", sets.concat())).expect("room");
+    let output = durometer(&["view", "--out", &out.to_string_lossy(), &back.to_string_lossy()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let Some(found) = driven(&out) else { return };
+    assert_eq!((&found["errors"], &found["clock"]), (&serde_json::json!([]), &"state 1, t = 0 s".into()));
 }

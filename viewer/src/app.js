@@ -44,7 +44,7 @@ export class App {
     this.#bounds();
     this.#begin();
     this.observer = new ResizeObserver(() => this.redraw("size"));
-    this.observer.observe(this.stage);
+    this.canvases.forEach((canvas) => this.observer.observe(canvas.parentElement));
     addEventListener("keydown", (e) => this.#key(e), { signal });
     this.redraw("all");
   }
@@ -499,15 +499,15 @@ export class App {
   /** Time and numbers of the state in words, for everyone and for screen readers. */
   #words() {
     const { s } = this;
-    if (this.clock) this.clock.textContent = `t = ${number(s.time)} s`;
-    if (this.slider) this.slider.setAttribute("aria-valuetext", `t = ${number(s.time)} s`);
+    if (this.clock) this.clock.textContent = this.#clockText();
+    if (this.slider) this.slider.setAttribute("aria-valuetext", this.#clockText());
     this.readout.textContent = this.panes.map((p) => this.#picked(p)).filter(Boolean).join(" · ");
     if (s.playing) return;
     const line = (...cells) => el("tr", {}, ...cells.map((c, k) => el(k ? "td" : "th", {}, c)));
     const lines = this.cases.flatMap((c, k) => {
       const state = s.state(c);
       const name = this.cases.length > 1 ? `${k + 1}: ` : "";
-      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.times[Math.round(state)])} s` : "at rest")];
+      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.realTimes[Math.round(state)])} s` : "at rest")];
       for (const q of [...new Set([c.quantity("displacement"), c.quantity(s.quantity)])].filter(Boolean)) {
         const found = c.extremes(q, state);
         const { unit, factor } = scaled(q.unit, Math.max(Math.abs(found.low), Math.abs(found.high)));
@@ -521,6 +521,13 @@ export class App {
       return own;
     });
     this.numbers.replaceChildren(...lines);
+  }
+
+  /** The time that is shown; where time does not rise, the number of the state with its time. */
+  #clockText() {
+    const c = this.cases.find((one) => !one.rises);
+    if (!c) return `t = ${number(this.s.time)} s`;
+    return `state ${Math.round(this.s.time)}, t = ${number(c.realTimes[Math.round(c.stateAt(this.s.time))])} s`;
   }
 
   #picked(pane) {
@@ -542,7 +549,7 @@ export class App {
     this.plot.mark(s.time);
     const { words, unit } = column(s.column);
     const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, s.time))} ${unit}`);
-    this.value.textContent = `${words}: ${values.join(" · ")} at t = ${number(s.time)} s`;
+    this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText()}`;
     this.plot.svg.setAttribute("aria-label", this.value.textContent);
   }
 
@@ -555,7 +562,7 @@ export class App {
     const background = { white: "#fff", dark: "#14181d", none: null }[this.out.background];
     return {
       width, background, ink, fine, aspect: w / h, shown: w,
-      time: this.moves ? `t = ${number(this.s.time)} s` : "",
+      time: this.moves ? this.#clockText() : "",
       legend: q && { map: this.s.map, bands: this.s.bands, range: this.s.range.map((v) => v * factor), title: unit ? `${q.name} [${unit}]` : q.name },
     };
   }

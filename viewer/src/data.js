@@ -112,10 +112,21 @@ export class Case {
     this.motion = new Modes(bytes, head.motion);
     this.arrows = head.arrows.map((a) => this.#arrows(a, read));
     this.curves = { columns: head.curves.columns, values: head.curves.values.map(read) };
+    this.#order();
     this.quantities = [];
     if (this.motion.size) this.#offer("displacement", "m", true, this.motion);
     for (const f of head.fields) this.#offer(f.name, f.unit, f.nodal, new Modes(bytes, f.modes));
     this.ranges = new Map();
+  }
+
+  /** Where time does not rise from state to state, as on a path by arc length, the number of the state takes its place. */
+  #order() {
+    this.realTimes = this.times;
+    this.rises = this.times.every((t, k) => k === 0 || t > this.times[k - 1]);
+    if (this.rises) return;
+    this.times = this.times.map((_, k) => k + 1);
+    const [t] = this.curves.values;
+    if (t) this.curves.values[0] = t.map((_, k) => 1 + (k / Math.max(1, t.length - 1)) * (this.times.length - 1));
   }
 
   #arrows({ name, unit, counts, points, vectors }, read) {

@@ -61,7 +61,7 @@ export class Plot {
     }
     ticks(t0, t1, 4).forEach((t, k, all) => {
       const isLast = k === all.length - 1;
-      svg.append(node("text", { x: isLast ? Math.min(px(t), w - 14) : px(t), y: h - 6, "text-anchor": "middle" }, `${number(t)}${isLast ? " s" : ""}`));
+      svg.append(node("text", { x: isLast ? Math.min(px(t), w - 14) : px(t), y: h - 6, "text-anchor": "middle" }, `${number(t)}${isLast && this.cases[0].rises ? " s" : ""}`));
     });
     const { words, unit } = column(name);
     svg.append(node("text", { x: 4, y: 13 }, `${words}${unit ? ` [${unit}]` : ""}`));
