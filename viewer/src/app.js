@@ -201,7 +201,7 @@ export class App {
       this.redraw("all");
     });
     return group("Colour", true, row("Colour by", this.pick), row("Map", this.mapPick),
-      row("Range", select("Range", [["all", "of all states"], ["now", "of this state"], ["own", "as given"]], "all", (v) => {
+      row("Range", select("Range", [["all", "of all states"], ["core", "without 1 % at each end"], ["now", "of this state"], ["own", "as given"]], "all", (v) => {
         s.fixed = v;
         this.redraw("all");
       })), el("div", { class: "row" }, el("span", {}, "From, to"), ...this.ends),
@@ -336,6 +336,7 @@ export class App {
     const of = (c) => {
       const q = c.quantity(this.s.quantity);
       if (fixed === "all") return c.range(q);
+      if (fixed === "core") return c.core(q);
       const found = c.extremes(q, this.s.state(c));
       return [found.low, found.high];
     };

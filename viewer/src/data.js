@@ -202,6 +202,23 @@ export class Case {
     return this.ranges.get(quantity.name);
   }
 
+  /** Range without the outermost hundredth of the values at each end, from up to 20 states. */
+  core(quantity) {
+    const key = `${quantity.name}, core`;
+    if (!this.ranges.has(key)) {
+      const all = [];
+      const every = Math.ceil(this.states / 20);
+      for (let s = this.states - 1; s >= 0; s -= every) {
+        const values = this.values(quantity, s);
+        for (const v of values.subarray(0, quantity.nodal ? this.nodes : values.length)) if (Number.isFinite(v)) all.push(v);
+      }
+      const sorted = Float32Array.from(all).sort();
+      const at = (share) => sorted[Math.round(share * (sorted.length - 1))] ?? NaN;
+      this.ranges.set(key, [at(0.01), at(0.99)]);
+    }
+    return this.ranges.get(key);
+  }
+
   /** State of a time, between two states linear. */
   stateAt(t) {
     const times = this.times;
