@@ -6,6 +6,7 @@ mod body_figure;
 mod cases;
 mod check;
 mod doctor;
+mod drawing;
 mod engine;
 mod files;
 mod fit;
@@ -25,6 +26,7 @@ mod run;
 mod simulate;
 mod softening;
 mod store;
+mod view;
 mod volume;
 mod worker;
 
@@ -70,6 +72,7 @@ enum Command {
     Laws(laws::Args),
     Check(check::Args),
     Report(report::Args),
+    View(view::Args),
     Store(store::Args),
     Doctor(doctor::Args),
     #[command(hide = true)]
@@ -106,6 +109,7 @@ pub fn main() -> ExitCode {
         Command::Laws(args) => laws::main(args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
+        Command::View(args) => view::main(args),
         Command::Store(args) => store::main(args),
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),

@@ -1,5 +1,6 @@
 //! `durometer simulate SCENE`
 
+use super::drawing::Drawing;
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::math::threads::{self, CpuClock};
@@ -7,7 +8,6 @@ use durometer::math::units::{self, Dimension};
 use durometer::report::numbers::seconds;
 use durometer::scene::control::Controller;
 use durometer::scene::control::process::Process;
-use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
     ParameterKey, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities, SensitivityError,
@@ -19,7 +19,6 @@ use durometer::study::locking::REMEDY;
 use durometer::study::overlay::{markers, overlays};
 use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
-use durometer::study::store::fields::{Fields, USUAL};
 use durometer::study::store::folder::{self, StoreError};
 use durometer::study::store::outcome;
 use durometer::study::store::partial_series::PartialSeries;
@@ -33,7 +32,7 @@ use std::time::{Duration, Instant};
 /// Run one scene and write its time series
 ///
 /// Writes <name>.csv (what the probes record), <name>.signals.csv (what is prescribed), <name>.json (the
-/// record, with the time each effect took), and fields for ParaView on request.
+/// record, with the time each effect took), <name>.html (the motion in three dimensions, for a browser), and fields for ParaView on request.
 ///
 /// A run that does not complete keeps everything up to its last good state. One that is killed, or finds the disk full, leaves its rows in
 /// <name>.partial.csv and a state to restart from in <name>-partial.state.
@@ -66,6 +65,9 @@ pub struct Args {
     /// --sensitivity laws.rubber.mu --sensitivity effect.gravity.density; not in implicit_euler_linearised or _corrected
     #[arg(long, value_name = "KEY", conflicts_with_all = ["save_state", "restart", "controller"])]
     sensitivity: Vec<String>,
+    /// Do not write <name>.html, the page that shows the motion in three dimensions
+    #[arg(long)]
+    no_view: bool,
     /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves again on an
     /// enriched mesh: a static scene at the times of largest departure, one that depends on its path from the start
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "all",
@@ -120,7 +122,7 @@ pub fn main(args: Args) -> CommandResult {
         scene.notes.iter().for_each(|note| eprintln!("{}: {note}", scene.kind_of_note(note)));
     }
     bars.started(&name);
-    let mut drawing = Drawing::new(&args, &name, &scene, from.as_ref());
+    let mut drawing = Drawing::new((&args.out, &name), (args.vtu, !args.no_view), &scene, from.as_ref());
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
     let mut states = States { out: &args.out, name: &name, scene: &scene, files: vec![], failure: None };
     let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
@@ -154,13 +156,13 @@ pub fn main(args: Args) -> CommandResult {
     let aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
     let waited = controller.map_or(0.0, |c| c.waited.as_secs_f64());
     // Fields that could not be written do not cost the rest
-    let fields = drawing.fields.map(|fields| (fields.collection(), fields.finish()));
-    let written = fields.as_ref().and_then(|(_, done)| done.as_ref().ok()).copied().unwrap_or_default();
-    times = (times.0 - aside.0 - waited - written.0, times.1 - aside.1 - written.1);
+    let (mut drawn, film) = drawing.finish();
+    times = (times.0 - aside.0 - waited - drawn.wall, times.1 - aside.1 - drawn.cpu);
     let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
     record.phases.build_s = build_s;
     let (json, full) = replace(partial, &args.out, &scene, &run, &record)?;
+    drawn.show(film, &scene, (&run, &record));
     states.end(&run);
     let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose()?;
     let has_errors = errors.as_ref().is_none_or(Option::is_some);
@@ -173,12 +175,10 @@ pub fn main(args: Args) -> CommandResult {
         errors.iter().flatten().for_each(print_errors);
         println!("{}", costs(&record));
         println!("results: {}", args.out.join(format!("{name}.csv")).display());
-        if let Some((collection, Ok(_))) = &fields {
-            println!("fields:  {} (open it in ParaView)", collection.display());
-        }
+        drawn.print();
     }
     full.map_or(Ok(()), Err)?;
-    fields.map_or(Ok(()), |(_, done)| done.map(|_| ()))?;
+    drawn.failure.map_or(Ok(()), Err)?;
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
 }
 
@@ -356,37 +356,6 @@ fn print_errors(found: &ErrorEstimate) {
     let (cpu, dofs) = (seconds(found.cpu), found.dofs);
     let what = if found.whole_run { "a whole run".into() } else { format!("{} solution(s)", found.solves) };
     println!("errors:  {what} with {dofs} equations in {cpu}");
-}
-
-/// The fields that a run writes at the points of the time grid that are due.
-struct Drawing {
-    fields: Option<Fields>,
-    schedule: ScheduleSpec,
-    /// Points of the grid so far
-    number: usize,
-    /// Time of the last one \[s\]
-    past: Option<f64>,
-}
-
-impl Drawing {
-    /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers.
-    fn new(args: &Args, name: &str, scene: &Scene, from: Option<&Checkpoint>) -> Self {
-        let chosen = scene.spec.output.fields.as_ref();
-        let (what, schedule) = match chosen {
-            Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
-            None => (&USUAL[..], ScheduleSpec::default()),
-        };
-        let fields = (args.vtu || chosen.is_some()).then(|| Fields::new(&args.out, name, what));
-        let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));
-        Self { fields, schedule, number, past }
-    }
-
-    fn add(&mut self, scene: &Scene, state: &State) {
-        if let Some(fields) = self.fields.as_mut().filter(|_| self.schedule.due(self.past, state.t)) {
-            fields.add(scene, state, self.number);
-        }
-        (self.number, self.past) = (self.number + 1, Some(state.t));
-    }
 }
 
 /// Writes the time series, the signals, the sensitivities, the record and the overlays; returns the record as JSON.

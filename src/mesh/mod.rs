@@ -20,6 +20,7 @@ pub mod format;
 pub mod generate;
 mod geometry;
 pub mod graded;
+pub mod grid_file;
 mod locator;
 mod msh;
 mod msh2;

@@ -1,4 +1,4 @@
-//! Toolkit of reports: canvas, plots, surfaces, tables, pages and their export; and the reports of fits.
+//! Toolkit of reports: canvas, plots, surfaces, tables, pages, their export and the 3-D viewer; and the reports of fits.
 //!
 //! Nothing here knows a study; the kinds of study draw their reports with it.
 
@@ -16,5 +16,6 @@ pub mod plot;
 pub mod summary;
 pub mod surface;
 pub mod table;
+pub mod viewer;
 
 pub use error::ReportError;

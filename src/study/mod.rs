@@ -10,6 +10,7 @@
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
+//! | The motion in three dimensions | [`view`] |
 
 pub mod analysis;
 pub mod axis;
@@ -37,3 +38,4 @@ pub mod store;
 pub mod summary;
 pub mod tables;
 pub mod time_left;
+pub mod view;

@@ -8,8 +8,11 @@ use crate::study::locking;
 use crate::study::store::builds;
 use crate::study::store::results::Results;
 
-/// The whole page with the figures that could be drawn.
-pub fn html(store: &Results, content: &Content, figures: &[Figure]) -> String {
+/// The page next to this one that shows the cases in three dimensions.
+pub const VIEW: &str = "view.html";
+
+/// The whole page with the figures that could be drawn; `shown`: there is a page with the cases in three dimensions.
+pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: bool) -> String {
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
     let class = if content.supported { "verdict" } else { "verdict refused" };
@@ -19,6 +22,11 @@ pub fn html(store: &Results, content: &Content, figures: &[Figure]) -> String {
         h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
     }
     h += &facts(&content.facts);
+    if shown {
+        h += &format!(
+            "<p><a href=\"{VIEW}\">The cases in three dimensions</a>, at the states farthest from rest.</p>\n"
+        );
+    }
     h += "<h2>Per quantity</h2>\n";
     h += &list(content.sentences.iter().cloned());
     if !content.warnings.is_empty() {

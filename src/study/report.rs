@@ -4,13 +4,14 @@
 
 use crate::report::export::Pictures;
 use crate::report::figure::Figure;
-use crate::report::{ReportError, files};
+use crate::report::{ReportError, files, viewer};
 use crate::study::content::Content;
 use crate::study::kinds::KINDS;
 use crate::study::page;
 use crate::study::store::{builds, results};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
+use crate::study::view;
 use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.
@@ -39,7 +40,11 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         files::write(&dir.join(name), text.as_bytes())?;
     }
     files::folder(&dir.join("figures"))?;
-    files::write(&dir.join("index.html"), page::html(&results, &content, &figures).as_bytes())?;
+    let shown = view::cases(&results);
+    if !shown.is_empty() {
+        files::write(&dir.join(page::VIEW), viewer::page::page(&results.study.study, &shown).as_bytes())?;
+    }
+    files::write(&dir.join("index.html"), page::html(&results, &content, &figures, !shown.is_empty()).as_bytes())?;
     for (figure, pictures) in figures.iter().zip(&pictures) {
         pictures.save(&dir.join("figures"), &figure.name)?;
     }

@@ -1,0 +1,119 @@
+//! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
+
+use durometer::math::threads::CpuClock;
+use durometer::report::files;
+use durometer::report::viewer::film::Film;
+use durometer::report::viewer::page::page;
+use durometer::report::viewer::shape::Limits;
+use durometer::scene::output::ScheduleSpec;
+use durometer::scene::{Checkpoint, Run, Scene};
+use durometer::study::store::fields::{Fields, USUAL};
+use durometer::study::store::record::CaseRecord;
+use durometer::study::view;
+use durometer::system::State;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The fields that a run writes at the points of the time grid that are due, and the states of its page.
+pub struct Drawing {
+    fields: Option<Fields>,
+    schedule: ScheduleSpec,
+    film: Option<Film>,
+    /// `<name>.html`
+    page: PathBuf,
+    /// Points of the grid so far
+    number: usize,
+    /// Time of the last one \[s\]
+    past: Option<f64>,
+    /// Time that the page has taken so far
+    wall: Duration,
+    cpu: Duration,
+}
+
+impl Drawing {
+    /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers.
+    pub fn new(
+        (out, name): (&Path, &str),
+        (vtu, shown): (bool, bool),
+        scene: &Scene,
+        from: Option<&Checkpoint>,
+    ) -> Self {
+        let chosen = scene.spec.output.fields.as_ref();
+        let (what, schedule) = match chosen {
+            Some(chosen) => (chosen.what.as_slice(), chosen.schedule()),
+            None => (&USUAL[..], ScheduleSpec::default()),
+        };
+        let fields = (vtu || chosen.is_some()).then(|| Fields::new(out, name, what));
+        let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));
+        let film = shown.then(|| Film::new(scene, what, &Limits::USUAL));
+        let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
+        Self { fields, schedule, film, page: out.join(format!("{name}.html")), number, past, wall, cpu }
+    }
+
+    pub fn add(&mut self, scene: &Scene, state: &State) {
+        if let Some(fields) = self.fields.as_mut().filter(|_| self.schedule.due(self.past, state.t)) {
+            fields.add(scene, state, self.number);
+        }
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        self.film.iter_mut().for_each(|film| film.add(scene, state));
+        self.wall += wall.elapsed();
+        self.cpu += cpu.elapsed();
+        (self.number, self.past) = (self.number + 1, Some(state.t));
+    }
+
+    /// Ends the fields; the film is left.
+    pub fn finish(self) -> (Drawn, Option<Film>) {
+        let fields = self.fields.map(|fields| (fields.collection(), fields.finish()));
+        let mut drawn = Drawn {
+            page: self.page,
+            shown: false,
+            collection: None,
+            failure: None,
+            wall: self.wall.as_secs_f64(),
+            cpu: self.cpu.as_secs_f64(),
+        };
+        match fields {
+            Some((collection, Ok((wall, cpu)))) => {
+                drawn.collection = Some(collection);
+                (drawn.wall, drawn.cpu) = (drawn.wall + wall, drawn.cpu + cpu);
+            }
+            Some((_, Err(why))) => drawn.failure = Some(why.into()),
+            None => {}
+        }
+        (drawn, self.film)
+    }
+}
+
+/// The pictures of a run that has ended.
+pub struct Drawn {
+    page: PathBuf,
+    shown: bool,
+    collection: Option<PathBuf>,
+    pub failure: Option<Box<dyn std::error::Error>>,
+    /// Time that they took during the run \[s\]
+    pub wall: f64,
+    pub cpu: f64,
+}
+
+impl Drawn {
+    /// Writes the page.
+    pub fn show(&mut self, film: Option<Film>, scene: &Scene, (run, record): (&Run, &CaseRecord)) {
+        let Some(film) = film else { return };
+        let about = view::about(scene, run, record);
+        let title = about.title.clone();
+        let html = page(&title, &[film.finish(scene, about)]);
+        match files::write(&self.page, html.as_bytes()) {
+            Ok(()) => self.shown = true,
+            Err(why) => self.failure = self.failure.take().or(Some(why.into())),
+        }
+    }
+
+    pub fn print(&self) {
+        if self.shown {
+            println!("view:    {} (open it in a browser)", self.page.display());
+        }
+        if let Some(collection) = &self.collection {
+            println!("fields:  {} (open it in ParaView)", collection.display());
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! States of a run gathered for a page, within bounded memory.
+
+use super::footage::{About, Footage, Quantity};
+use super::model::Arrows;
+use super::of_scene;
+use super::pack::Packed;
+use super::shape::{Limits, Shape};
+use crate::scene::Scene;
+use crate::scene::output::FieldSpec;
+use crate::system::State;
+
+/// Most states of a page.
+const STATES: usize = 240;
+/// Most numbers that are kept during a run: 160 MB.
+const NUMBERS: usize = 40 << 20;
+/// One state.
+struct Frame {
+    t: f64,
+    /// \[points × 3\] displacement \[m\]
+    motion: Vec<f32>,
+    /// \[fields\]\[nodes × components\]
+    fields: Vec<Vec<f32>>,
+    contact: Vec<(u32, [f32; 3])>,
+}
+
+/// The states of a run, thinned out as they become many.
+pub struct Film {
+    shape: Shape,
+    what: Vec<FieldSpec>,
+    frames: Vec<Frame>,
+    /// Every so many states are kept
+    stride: usize,
+    seen: usize,
+    /// The last state, if it is not kept
+    last: Option<State>,
+}
+
+impl Film {
+    /// A film of a scene with the stretch and the fields `what`.
+    pub fn new(scene: &Scene, what: &[FieldSpec], limits: &Limits) -> Self {
+        let has = |f: &FieldSpec| what.contains(f);
+        // Forces of contact are arrows; the page computes von Mises' stress and pressure from the stress
+        let of_stress =
+            [FieldSpec::VonMises, FieldSpec::Pressure].into_iter().filter(|f| has(f) && !has(&FieldSpec::Stress));
+        let others = [FieldSpec::Stress, FieldSpec::Velocity].into_iter().filter(has);
+        let what = std::iter::once(FieldSpec::Stretch).chain(others).chain(of_stress).collect();
+        Self { shape: of_scene::shape(scene, limits), what, frames: vec![], stride: 1, seen: 0, last: None }
+    }
+
+    /// Adds a state, the next one of the run.
+    pub fn add(&mut self, scene: &Scene, state: &State) {
+        let due = self.seen.is_multiple_of(self.stride);
+        self.seen += 1;
+        if !due {
+            self.last = Some(state.clone());
+            return;
+        }
+        self.last = None;
+        self.frames.push(self.frame(scene, state));
+        let size: usize = self.frames[0].motion.len() + self.frames[0].fields.iter().map(Vec::len).sum::<usize>();
+        if self.frames.len() > STATES.min((NUMBERS / size.max(1)).max(2)) {
+            let mut number = 0..;
+            self.frames.retain(|_| number.next().is_some_and(|k: usize| k.is_multiple_of(2)));
+            self.stride *= 2;
+            // The state that was added may be one that has gone
+            self.last = (!(self.seen - 1).is_multiple_of(self.stride)).then(|| state.clone());
+        }
+    }
+
+    fn frame(&self, scene: &Scene, state: &State) -> Frame {
+        let at = |values: &[f64], components: usize| -> Vec<f32> {
+            let own = |n: u32| (0..components).map(move |i| n as usize * components + i);
+            self.shape.nodes.iter().flat_map(|&n| own(n)).map(|k| values[k] as f32).collect()
+        };
+        let fields = scene.fields(state, &self.what).into_iter().filter(|f| f.at_nodes);
+        let fields = fields.map(|f| match f.components {
+            9 => at(&symmetric(&f.values), 6),
+            n => at(&f.values, n),
+        });
+        let mut motion = at(&state.x, 3);
+        motion.extend(
+            of_scene::parts(scene, &state.x)
+                .iter()
+                .zip(self.rest_of_parts())
+                .flat_map(|(p, rest)| (0..3).map(|i| (p[i] - rest[i]) as f32).collect::<Vec<_>>()),
+        );
+        Frame {
+            t: state.t,
+            motion,
+            fields: fields.collect(),
+            contact: of_scene::contact_forces(scene, &self.shape, &state.x),
+        }
+    }
+
+    fn rest_of_parts(&self) -> &[[f64; 3]] {
+        &self.shape.points[self.shape.nodes.len()..]
+    }
+
+    /// Number of states of the run, and of those that are kept.
+    fn note(&self) -> Option<String> {
+        let kept = self.frames.len();
+        (kept < self.seen).then(|| format!("{kept} of the {} states of the run are shown.", self.seen))
+    }
+
+    /// The data of a page.
+    pub fn finish(mut self, scene: &Scene, mut about: About) -> Packed {
+        if let Some(last) = self.last.take() {
+            self.frames.push(self.frame(scene, &last));
+        }
+        about.notes.extend(self.note());
+        about.absent = absent(scene, &self.what);
+        let mut footage = Footage { times: self.frames.iter().map(|f| f.t).collect(), ..Footage::default() };
+        let mut quantities: Vec<Quantity> = self.what.iter().map(quantity).collect();
+        let mut contact = vec![];
+        for frame in self.frames {
+            footage.motion.push(frame.motion);
+            contact.push(frame.contact);
+            quantities.iter_mut().zip(frame.fields).for_each(|(q, values)| q.states.push(values));
+        }
+        if contact.iter().any(|c| !c.is_empty()) {
+            footage.arrows = vec![Arrows { name: "contact forces".into(), unit: "N".into(), states: contact }];
+        }
+        Footage { shape: self.shape, quantities, ..footage }.packed(about)
+    }
+}
+
+/// The data of a page that shows a scene at rest, before anything is run.
+pub fn at_rest(scene: &Scene, limits: &Limits, about: About) -> Packed {
+    Footage { shape: of_scene::shape(scene, limits), times: vec![0.0], ..Footage::default() }.packed(about)
+}
+
+/// xx, yy, zz, xy, yz, xz of tensors row by row.
+pub fn symmetric(values: &[f64]) -> Vec<f64> {
+    values.chunks_exact(9).flat_map(|s| [s[0], s[4], s[8], s[1], s[5], s[2]]).collect()
+}
+
+/// A field, without its states.
+fn quantity(field: &FieldSpec) -> Quantity {
+    let (name, unit, components) = match field {
+        FieldSpec::Displacement => ("displacement", "m", 3),
+        FieldSpec::Velocity => ("velocity", "m/s", 3),
+        FieldSpec::Stretch => ("stretch", "", 1),
+        FieldSpec::Stress => ("stress", "Pa", 6),
+        FieldSpec::VonMises => ("von Mises stress", "Pa", 1),
+        FieldSpec::Pressure => ("pressure", "Pa", 1),
+        FieldSpec::ContactForce => ("contact force", "N", 3),
+    };
+    Quantity { name: name.into(), unit: unit.into(), components, at_nodes: true, states: vec![] }
+}
+
+/// Fields that the scene does not ask for, each with the key that records it.
+fn absent(scene: &Scene, what: &[FieldSpec]) -> Vec<(String, String)> {
+    let key = |name: &str| format!("[output] fields = {{ what = [\"{name}\"] }}");
+    let stress = what.contains(&FieldSpec::Stress);
+    let mut out = vec![];
+    if !stress {
+        out.push(("stress".into(), key("stress")));
+    }
+    if !stress && !what.contains(&FieldSpec::VonMises) {
+        out.push(("von Mises stress".into(), key("von_mises")));
+    }
+    if !stress && !what.contains(&FieldSpec::Pressure) {
+        out.push(("pressure".into(), key("pressure")));
+    }
+    let moves = scene.spans.iter().any(|s| s.integrator.name() != "static");
+    if moves && !what.contains(&FieldSpec::Velocity) {
+        out.push(("velocity".into(), key("velocity")));
+    }
+    out
+}

@@ -1,0 +1,19 @@
+//! The 3-D viewer: one page that shows the motion of cases, with everything that it needs in it.
+//!
+//! ```text
+//! run ──► film ──► footage ──► pack ──► page        a run: its states are gathered and become principal modes
+//! file ──► of_grid ──► footage ──► pack ──► page    VTU, PVD, meshes
+//! ```
+//!
+//! The program of the page is in the folder `viewer` of the repository; its built form is in `bundle`.
+
+mod coarsen;
+pub mod film;
+pub mod footage;
+pub mod model;
+pub mod modes;
+pub mod of_grid;
+pub mod of_scene;
+pub mod pack;
+pub mod page;
+pub mod shape;

@@ -1,0 +1,137 @@
+//! Grids of VTU and PVD files as histories: the displacement, and every other field that they hold.
+
+use super::footage::{Footage, Quantity};
+use super::shape::{Limits, Shape};
+use crate::mesh::error::MeshError;
+use crate::mesh::grid_file::{Grid, GridCells, GridData, read_grid};
+use std::path::PathBuf;
+
+/// Names of displacements, in the unit of length of the points.
+const DISPLACEMENTS: [&str; 6] = ["displacement_m", "displacement", "Displacement", "displacements", "U", "u"];
+/// Most fields of a page.
+const FIELDS: usize = 12;
+/// Most states of a page.
+const STATES: usize = 240;
+/// Most numbers that are kept.
+const NUMBERS: usize = 40 << 20;
+
+/// The grids of some times \[s\], all with the same cells, and notes on what is left out; `unit_m` is the unit of their lengths.
+pub fn footage(files: &[(f64, PathBuf)], unit_m: f64, limits: &Limits) -> Result<(Footage, Vec<String>), MeshError> {
+    let mut out = Footage::default();
+    let mut notes = vec![];
+    let Some((_, first)) = files.first() else { return Ok((out, notes)) };
+    let grid = read_grid(first, unit_m)?;
+    out.shape = shape(&grid, limits);
+    let moving = grid.data.iter().find(|d| is_displacement(d)).map(|d| d.name.clone());
+    out.quantities = quantities(&grid, moving.as_deref(), &mut notes);
+    let each = out.shape.points.len() * (3 + out.quantities.iter().map(|q| q.components).sum::<usize>());
+    let most = STATES.min(NUMBERS / each.max(1)).max(1);
+    let stride = files.len().div_ceil(most);
+    if stride > 1 {
+        notes.push(format!("Every {stride}th of the {} states is shown.", files.len()));
+    }
+    for (t, file) in files.iter().step_by(stride) {
+        let now = read_grid(file, unit_m)?;
+        if now.points.len() != grid.points.len() || now.cells != with_points_of(&now, &grid) {
+            let (fact, remedy) =
+                ("its cells are not those of the first state", "show it alone, or leave it out of the collection");
+            return Err(MeshError::Format { file: file.clone(), fact: fact.into(), remedy: remedy.into() });
+        }
+        out.times.push(*t);
+        if let Some(u) = moving.as_ref().and_then(|name| find(&now, name, true)) {
+            let u = picked(&u.values, 3, &out.shape.nodes);
+            out.motion.push(if unit_m == 1.0 {
+                u
+            } else {
+                u.into_iter().map(|v| (f64::from(v) * unit_m) as f32).collect()
+            });
+        }
+        for q in &mut out.quantities {
+            let entities = if q.at_nodes { &out.shape.nodes } else { &out.shape.cell_numbers };
+            let values = find(&now, &q.name, q.at_nodes).map(|d| match (d.components, q.components) {
+                (9, 6) => picked(&super::film::symmetric(&d.values), 6, entities),
+                (_, n) => picked(&d.values, n, entities),
+            });
+            q.states.push(values.unwrap_or_else(|| vec![f32::NAN; q.components * entities.len()]));
+        }
+    }
+    out.motion.truncate(if out.motion.len() == out.times.len() { out.times.len() } else { 0 });
+    out.quantities.iter_mut().for_each(|q| (q.name, q.unit) = words(&q.name));
+    Ok((out, notes))
+}
+
+/// The cells of another state at the reference positions of this one, to compare them.
+fn with_points_of(now: &Grid, first: &Grid) -> GridCells {
+    match (&now.cells, &first.cells) {
+        (GridCells::Tetrahedra(own), GridCells::Tetrahedra(of_first)) => {
+            let mut mesh = of_first.clone();
+            mesh.points.clone_from(&own.points);
+            GridCells::Tetrahedra(mesh)
+        }
+        _ => first.cells.clone(),
+    }
+}
+
+fn shape(grid: &Grid, limits: &Limits) -> Shape {
+    match &grid.cells {
+        GridCells::Tetrahedra(mesh) => Shape::of_mesh(mesh, limits),
+        GridCells::Triangles(triangles) => of_triangles(grid, triangles),
+    }
+}
+
+/// A surface alone: its triangles are the faces, and the cells.
+fn of_triangles(grid: &Grid, triangles: &[[u32; 3]]) -> Shape {
+    let numbers: Vec<u32> = (0..triangles.len() as u32).collect();
+    Shape {
+        points: grid.points.iter().map(|p| (*p).into()).collect(),
+        nodes: (0..grid.points.len() as u32).collect(),
+        facet_nodes: 3,
+        facets: triangles.iter().flatten().copied().collect(),
+        facet_numbers: numbers.clone(),
+        facet_cells: numbers.clone(),
+        cell_numbers: numbers,
+        ..Shape::default()
+    }
+}
+
+fn is_displacement(data: &GridData) -> bool {
+    data.at_points && data.components == 3 && DISPLACEMENTS.contains(&data.name.as_str())
+}
+
+fn find<'a>(grid: &'a Grid, name: &str, at_points: bool) -> Option<&'a GridData> {
+    grid.data.iter().find(|d| d.name == name && d.at_points == at_points)
+}
+
+/// The fields that a page shows: at the points first, and those of the cells that have no namesake there.
+fn quantities(grid: &Grid, moving: Option<&str>, notes: &mut Vec<String>) -> Vec<Quantity> {
+    let shown =
+        |d: &&GridData| [1, 3, 6, 9].contains(&d.components) && !(d.at_points && Some(d.name.as_str()) == moving);
+    let is_new = |d: &&GridData| d.at_points || find(grid, &d.name, true).is_none();
+    let mut all: Vec<&GridData> = grid.data.iter().filter(shown).filter(is_new).collect();
+    if all.len() > FIELDS {
+        let left: Vec<&str> = all[FIELDS..].iter().map(|d| d.name.as_str()).collect();
+        notes.push(format!("Of {} fields the first {FIELDS} are shown, without {}.", all.len(), left.join(", ")));
+        all.truncate(FIELDS);
+    }
+    let of = |d: &GridData| Quantity {
+        name: d.name.clone(),
+        unit: String::new(),
+        components: if d.components == 9 { 6 } else { d.components },
+        at_nodes: d.at_points,
+        states: vec![],
+    };
+    all.into_iter().map(of).collect()
+}
+
+fn picked(values: &[f64], components: usize, entities: &[u32]) -> Vec<f32> {
+    let own = |n: u32| (0..components).map(move |i| n as usize * components + i);
+    entities.iter().flat_map(|&n| own(n)).map(|k| values[k] as f32).collect()
+}
+
+/// Name and unit of a field such as `von_mises_Pa`.
+fn words(name: &str) -> (String, String) {
+    let units = [("_m_s", "m/s"), ("_Pa", "Pa"), ("_N", "N"), ("_m", "m")];
+    let found = units.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit)));
+    let (stem, unit) = found.unwrap_or((name, ""));
+    (stem.replace('_', " ").replace("von mises", "von Mises stress"), unit.into())
+}

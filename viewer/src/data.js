@@ -1,0 +1,231 @@
+// Data of a case: reads the packed block, gives positions and values at a state.
+
+const FORMAT = 1;
+
+/** All cases of the page. */
+export async function readCases() {
+  const heads = [...document.querySelectorAll("script.head")];
+  const blocks = [...document.querySelectorAll("script.data")];
+  return Promise.all(
+    heads.map(async (head, k) => {
+      const description = JSON.parse(head.textContent);
+      if (description.format > FORMAT) throw new Error(`the data have format ${description.format}, this viewer reads ${FORMAT}`);
+      return new Case(description, new Uint8Array(await globalThis.inflate(blocks[k].textContent)));
+    }),
+  );
+}
+
+/** Numbers that are stored byte by byte, first bytes first. */
+function array(bytes, { kind, at, count }) {
+  const width = kind === "i16" ? 2 : 4;
+  const buffer = new ArrayBuffer(count * width);
+  const plain = new Uint8Array(buffer);
+  for (let plane = 0; plane < width; plane++) {
+    const from = at + plane * count;
+    // Typed arrays are little endian on every machine that runs browsers
+    for (let k = 0; k < count; k++) plain[k * width + (width - 1 - plane)] = bytes[from + k];
+  }
+  if (kind === "f32") return new Float32Array(buffer);
+  if (kind === "i16") return new Int16Array(buffer);
+  const values = new Uint32Array(buffer);
+  for (let k = 0, past = 0; k < count; k++) {
+    past += (values[k] >>> 1) ^ -(values[k] & 1);
+    values[k] = past;
+  }
+  return values;
+}
+
+/** A history as principal modes. */
+class Modes {
+  constructor(bytes, { components, error, shapes, amplitudes }) {
+    this.components = components;
+    this.error = error;
+    this.shapes = shapes.map((s) => array(bytes, s));
+    this.amplitudes = amplitudes;
+    this.size = this.shapes.length ? this.shapes[0].length : 0;
+  }
+
+  /** [components × points] values at a state; between two states linear. Not a number where there is no value. */
+  at(state) {
+    const out = new Float32Array(this.size);
+    if (!this.size) return out;
+    const low = Math.floor(state);
+    const part = state - low;
+    this.shapes.forEach((shape, k) => {
+      const a = this.amplitudes[k];
+      const factor = part > 0 ? a[low] * (1 - part) + a[low + 1] * part : a[low];
+      if (factor !== 0) for (let p = 0; p < shape.length; p++) out[p] += factor * shape[p];
+    });
+    const first = this.shapes[0];
+    for (let p = 0; p < first.length; p++) if (first[p] === -32768) out[p] = NaN;
+    return out;
+  }
+}
+
+/** Von Mises' stress of xx, yy, zz, xy, yz, xz. */
+const vonMises = (s) =>
+  Math.sqrt(0.5 * ((s[0] - s[1]) ** 2 + (s[1] - s[2]) ** 2 + (s[2] - s[0]) ** 2) + 3 * (s[3] ** 2 + s[4] ** 2 + s[5] ** 2));
+
+/** Largest eigenvalue of a symmetric tensor (Smith 1961). */
+function largestPrincipal(s) {
+  const q = (s[0] + s[1] + s[2]) / 3;
+  const off = s[3] ** 2 + s[4] ** 2 + s[5] ** 2;
+  const p = Math.sqrt(((s[0] - q) ** 2 + (s[1] - q) ** 2 + (s[2] - q) ** 2 + 2 * off) / 6);
+  if (!(p > 0)) return q;
+  const [a, b, c, d, e, f] = [(s[0] - q) / p, (s[1] - q) / p, (s[2] - q) / p, s[3] / p, s[4] / p, s[5] / p];
+  const r = (a * (b * c - e * e) - d * (d * c - e * f) + f * (d * e - b * f)) / 2;
+  return q + 2 * p * Math.cos(Math.acos(Math.min(1, Math.max(-1, r))) / 3);
+}
+
+const AXES = ["x", "y", "z"];
+const TENSOR = ["xx", "yy", "zz", "xy", "yz", "xz"];
+
+/** Scalars that a field offers: name, whether they have a sign, and the scalar of the components. */
+function scalars(name, components) {
+  if (components === 1) return [{ name, of: null }];
+  if (components === 3) {
+    const size = { name, of: (v) => Math.hypot(v[0], v[1], v[2]) };
+    return [size, ...AXES.map((axis, i) => ({ name: `${name}, ${axis}`, signed: true, of: (v) => v[i] }))];
+  }
+  return [
+    { name: "von Mises stress", of: vonMises },
+    { name: "pressure", signed: true, of: (s) => -(s[0] + s[1] + s[2]) / 3 },
+    { name: `${name}, largest principal`, signed: true, of: largestPrincipal },
+    ...TENSOR.map((pair, i) => ({ name: `${name}, ${pair}`, signed: true, of: (s) => s[i] })),
+  ];
+}
+
+export class Case {
+  constructor(head, bytes) {
+    const read = (place) => array(bytes, place);
+    Object.assign(this, { head, title: head.title, times: head.times, nodes: head.nodes, facetNodes: head.facetNodes, cellNodes: head.cellNodes });
+    const relative = read(head.points);
+    this.count = relative.length / 3;
+    /** Reference positions, one point after the other */
+    this.rest = new Float32Array(relative.length);
+    for (let p = 0; p < this.count; p++) for (let i = 0; i < 3; i++) this.rest[3 * p + i] = head.origin[i] + relative[i * this.count + p];
+    this.facets = read(head.facets);
+    this.facetCells = read(head.facetCells);
+    this.cells = read(head.cells);
+    this.parts = head.parts.map((p) => ({ ...p, triangles: read(p.triangles) }));
+    this.marked = head.marked.map((m) => ({ ...m, facets: read(m.facets), points: read(m.points) }));
+    this.motion = new Modes(bytes, head.motion);
+    this.arrows = head.arrows.map((a) => this.#arrows(a, read));
+    this.curves = { columns: head.curves.columns, values: head.curves.values.map(read) };
+    this.#order();
+    this.quantities = [];
+    if (this.motion.size) this.#offer("displacement", "m", true, this.motion);
+    for (const f of head.fields) this.#offer(f.name, f.unit, f.nodal, new Modes(bytes, f.modes));
+    this.ranges = new Map();
+  }
+
+  /** Where time does not rise from state to state, as on a path by arc length, the number of the state takes its place. */
+  #order() {
+    this.realTimes = this.times;
+    this.rises = this.times.every((t, k) => k === 0 || t > this.times[k - 1]);
+    if (this.rises) return;
+    this.times = this.times.map((_, k) => k + 1);
+    const [t] = this.curves.values;
+    if (t) this.curves.values[0] = t.map((_, k) => 1 + (k / Math.max(1, t.length - 1)) * (this.times.length - 1));
+  }
+
+  #arrows({ name, unit, counts, points, vectors }, read) {
+    const [n, p, v] = [read(counts), read(points), read(vectors)];
+    const starts = [0];
+    n.forEach((count) => starts.push(starts.at(-1) + count));
+    let largest = 0;
+    for (let k = 0; k < p.length; k++) largest = Math.max(largest, Math.hypot(v[3 * k], v[3 * k + 1], v[3 * k + 2]));
+    return { name, unit, starts, points: p, vectors: v, largest };
+  }
+
+  #offer(name, unit, nodal, modes) {
+    for (const s of scalars(name, modes.components)) {
+      this.quantities.push({ name: s.name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
+    }
+  }
+
+  get states() {
+    return this.times.length;
+  }
+
+  /** Positions of all points at a state, with displacements times `factor`. */
+  positions(state, factor) {
+    const out = this.rest.slice();
+    if (!this.motion.size || factor === 0) return out;
+    const u = this.motion.at(state);
+    const n = this.count;
+    for (let p = 0; p < n; p++) for (let i = 0; i < 3; i++) out[3 * p + i] += factor * u[i * n + p];
+    return out;
+  }
+
+  quantity(name) {
+    return this.quantities.find((q) => q.name === name);
+  }
+
+  /** Values of a quantity at the points or in the cells. */
+  values(quantity, state) {
+    const all = quantity.modes.at(state);
+    const { components } = quantity.modes;
+    if (components === 1) return all;
+    const n = all.length / components;
+    const out = new Float32Array(n);
+    const own = new Array(components);
+    for (let p = 0; p < n; p++) {
+      for (let i = 0; i < components; i++) own[i] = all[i * n + p];
+      out[p] = quantity.of(own);
+    }
+    return out;
+  }
+
+  /** Least and largest value of a quantity at one state, with their places; at the nodes of the body or in its cells. */
+  extremes(quantity, state) {
+    const values = this.values(quantity, state);
+    const count = quantity.nodal ? Math.min(values.length, this.nodes) : values.length;
+    const found = { low: Infinity, high: -Infinity, lowAt: -1, highAt: -1 };
+    for (let k = 0; k < count; k++) {
+      if (values[k] < found.low) [found.low, found.lowAt] = [values[k], k];
+      if (values[k] > found.high) [found.high, found.highAt] = [values[k], k];
+    }
+    return found;
+  }
+
+  /** The same over all states. */
+  range(quantity) {
+    if (!this.ranges.has(quantity.name)) {
+      let [low, high] = [Infinity, -Infinity];
+      for (let s = 0; s < this.states; s++) {
+        const found = this.extremes(quantity, s);
+        [low, high] = [Math.min(low, found.low), Math.max(high, found.high)];
+      }
+      this.ranges.set(quantity.name, [low, high]);
+    }
+    return this.ranges.get(quantity.name);
+  }
+
+  /** Range without the outermost hundredth of the values at each end, from up to 20 states. */
+  core(quantity) {
+    const key = `${quantity.name}, core`;
+    if (!this.ranges.has(key)) {
+      const all = [];
+      const every = Math.ceil(this.states / 20);
+      for (let s = this.states - 1; s >= 0; s -= every) {
+        const values = this.values(quantity, s);
+        for (const v of values.subarray(0, quantity.nodal ? this.nodes : values.length)) if (Number.isFinite(v)) all.push(v);
+      }
+      const sorted = Float32Array.from(all).sort();
+      const at = (share) => sorted[Math.round(share * (sorted.length - 1))] ?? NaN;
+      this.ranges.set(key, [at(0.01), at(0.99)]);
+    }
+    return this.ranges.get(key);
+  }
+
+  /** State of a time, between two states linear. */
+  stateAt(t) {
+    const times = this.times;
+    if (t <= times[0]) return 0;
+    const k = times.findIndex((x) => x >= t);
+    if (k < 0) return times.length - 1;
+    const gap = times[k] - times[k - 1];
+    return gap > 0 ? k - 1 + (t - times[k - 1]) / gap : k;
+  }
+}

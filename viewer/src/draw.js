@@ -1,0 +1,258 @@
+// Drawing on one canvas: faces with colours of a table, and lines of any width with round ends.
+
+import { Camera, Geometry, Mesh, Program, Renderer, Texture, Transform } from "ogl";
+
+/** Marks a value that is not there. */
+const NONE = -3e38;
+
+const FACE_VERTEX = `#version 300 es
+in vec3 position; in float value; in vec2 local;
+uniform mat4 modelViewMatrix; uniform mat4 projectionMatrix;
+out vec3 seen; out vec3 place; out float v; out vec3 corners;
+void main() {
+  vec4 p = modelViewMatrix * vec4(position, 1.0);
+  seen = p.xyz; place = position; v = value; corners = vec3(1.0 - local.x - local.y, local);
+  gl_Position = projectionMatrix * p;
+}`;
+
+const FACE_FRAGMENT = `#version 300 es
+precision highp float;
+in vec3 seen; in vec3 place; in float v; in vec3 corners;
+uniform vec3 ink; uniform vec2 stroke;
+uniform sampler2D table; uniform vec2 range; uniform vec4 plane; uniform vec3 plain; uniform float opacity; uniform float mode; uniform float shade;
+out vec4 result;
+void main() {
+  if (dot(plane.xyz, place) > plane.w) discard;
+  vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
+  float light = abs(dot(n, normalize(vec3(-0.35, 0.5, 0.8))));
+  vec3 base = plain;
+  if (mode > 1.5) base = texelFetch(table, ivec2(int(v + 0.5), 0), 0).rgb;
+  else if (mode > 0.5 && v > -1e38) base = texture(table, vec2(clamp((v - range.x) / max(range.y - range.x, 1e-30), 0.002, 0.998), 0.5)).rgb;
+  base *= 1.0 - shade * (1.0 - light);
+  // Pixels to the nearest edge of the element: one of its three barycentric coordinates is zero there
+  vec3 away = corners / max(fwidth(corners), vec3(1e-9));
+  base = mix(base, ink, stroke.y * (1.0 - smoothstep(stroke.x - 0.5, stroke.x + 0.5, min(away.x, min(away.y, away.z)))));
+  result = vec4(base * opacity, opacity);
+}`;
+
+const LINE_VERTEX = `#version 300 es
+in vec2 corner; in vec3 a; in vec3 b; in vec2 ends;
+uniform mat4 modelViewMatrix; uniform mat4 projectionMatrix; uniform vec2 size; uniform float width; uniform float lift;
+out vec2 at; flat out float len; flat out vec2 radii; out vec3 place;
+void main() {
+  vec4 p = projectionMatrix * modelViewMatrix * vec4(a, 1.0);
+  vec4 q = projectionMatrix * modelViewMatrix * vec4(b, 1.0);
+  vec2 d = (q.xy - p.xy) * size * 0.5;
+  len = length(d);
+  vec2 along = len > 1e-4 ? d / len : vec2(1.0, 0.0);
+  vec2 across = vec2(-along.y, along.x);
+  radii = 0.5 * width * ends;
+  float r = max(radii.x, radii.y) + 1.0;
+  at = vec2(corner.x > 0.5 ? len + r : -r, corner.y * r);
+  vec4 at3 = mix(p, q, corner.x);
+  vec2 pixel = (corner.x > 0.5 ? r : -r) * along + corner.y * r * across;
+  place = mix(a, b, corner.x);
+  gl_Position = vec4(at3.xy + pixel * 2.0 / size, at3.z - lift, 1.0);
+}`;
+
+const LINE_FRAGMENT = `#version 300 es
+precision highp float;
+in vec2 at; flat in float len; flat in vec2 radii; in vec3 place;
+uniform vec3 plain; uniform vec4 plane; uniform float opacity;
+out vec4 result;
+void main() {
+  if (dot(plane.xyz, place) > plane.w) discard;
+  float s = len > 1e-4 ? clamp(at.x / len, 0.0, 1.0) : 0.0;
+  float cover = clamp(mix(radii.x, radii.y, s) + 0.5 - distance(at, vec2(s * len, 0.0)), 0.0, 1.0);
+  if (cover < 0.02) discard;
+  result = vec4(plain * cover * opacity, cover * opacity);
+}`;
+
+const EVERYWHERE = [0, 0, 0, 1];
+
+/** Whether the machine draws in software: then every pixel is drawn once, and edges are smoothed by the lines alone. */
+const isSlow = (() => {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const info = gl?.getExtension("WEBGL_debug_renderer_info");
+  return /swiftshader|llvmpipe|software|basic render/i.test(info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "");
+})();
+const dots = () => (isSlow ? 1 : Math.min(2, devicePixelRatio || 1));
+
+/** One canvas with its objects, drawn in the order in which they were added. */
+export class Canvas {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new Renderer({ canvas, alpha: true, antialias: !isSlow, premultipliedAlpha: true, webgl: 2, dpr: dots() });
+    this.gl = this.renderer.gl;
+    if (!this.renderer.isWebgl2) throw new Error("this browser draws without WebGL 2, which the viewer needs");
+    this.camera = new Camera(this.gl);
+    this.scene = new Transform();
+    this.size = [1, 1];
+    this.objects = [];
+  }
+
+  resize(width, height, dpr = dots()) {
+    this.renderer.dpr = dpr;
+    this.renderer.setSize(width, height);
+    this.size = [this.gl.drawingBufferWidth, this.gl.drawingBufferHeight];
+  }
+
+  add(object) {
+    object.attach(this.gl, this.scene);
+    this.objects.push(object);
+    return object;
+  }
+
+  draw(view, pixels = 1) {
+    view.apply(this.camera, this.size[0] / this.size[1]);
+    for (const o of this.objects) o.prepare(this.size, this.renderer.dpr * pixels);
+    this.renderer.render({ scene: this.scene, camera: this.camera, sort: false, frustumCull: false });
+  }
+}
+
+/** What faces and lines share: a mesh of the library that is made again when its numbers become more. */
+class Drawn {
+  constructor(options) {
+    this.options = { colour: [200, 200, 200], opacity: 1, visible: true, plane: EVERYWHERE, ...options };
+    this.capacity = 0;
+    this.used = 0;
+  }
+
+  attach(gl, scene) {
+    this.gl = gl;
+    this.scene = scene;
+    this.program = this.makeProgram();
+    this.node = new Mesh(gl, { geometry: new Geometry(gl, { position: { size: 3, data: new Float32Array(9) } }), program: this.program });
+    this.node.frustumCulled = false;
+    this.node.visible = false;
+    this.node.setParent(scene);
+  }
+
+  /** New numbers for the attributes, `count` of them; the index stays. */
+  set(count, attributes, index, local) {
+    this.used = count;
+    if (count === 0) return;
+    if (count > this.capacity || index) {
+      this.node.geometry.remove();
+      this.capacity = index ? count : 4 * Math.ceil(0.33 * count);
+      this.node.geometry = this.makeGeometry(attributes, index, this.capacity, local);
+    } else {
+      for (const [name, data] of Object.entries(attributes)) {
+        const attribute = this.node.geometry.attributes[name];
+        attribute.data.set(data);
+        attribute.needsUpdate = true;
+      }
+    }
+  }
+
+  prepare(size, dpr) {
+    const { colour, opacity, visible, plane } = this.options;
+    const u = this.program.uniforms;
+    u.plain.value = colour.map((c) => c / 255);
+    u.opacity.value = opacity;
+    u.plane.value = plane;
+    this.node.visible = visible && this.used > 0;
+    this.program.depthWrite = opacity === 1 || this.options.writes === true;
+    this.program.depthTest = !this.options.through;
+    this.adjust(size, dpr);
+  }
+}
+
+/** Triangles with a number at each vertex. */
+export class Faces extends Drawn {
+  makeProgram() {
+    this.table = new Texture(this.gl, {
+      image: new Uint8Array(1024), width: 256, height: 1, generateMipmaps: false, flipY: false,
+      minFilter: this.gl.NEAREST, magFilter: this.gl.NEAREST,
+    });
+    const uniforms = { table: { value: this.table }, range: { value: [0, 1] }, plane: { value: EVERYWHERE }, plain: { value: [1, 1, 1] }, opacity: { value: 1 }, mode: { value: 0 }, shade: { value: 0.5 }, ink: { value: [0, 0, 0] }, stroke: { value: [0.6, 0] } };
+    const program = new Program(this.gl, { vertex: FACE_VERTEX, fragment: FACE_FRAGMENT, uniforms, cullFace: false, transparent: true });
+    program.setBlendFunc(this.gl.ONE, this.gl.ONE_MINUS_SRC_ALPHA);
+    return program;
+  }
+
+  makeGeometry({ position, value }, index, capacity, local) {
+    const grow = (data, size) => {
+      const out = new Float32Array(size * capacity);
+      out.set(data);
+      return out;
+    };
+    const attributes = { position: { size: 3, data: grow(position, 3), usage: this.gl.DYNAMIC_DRAW }, value: { size: 1, data: grow(value, 1), usage: this.gl.DYNAMIC_DRAW } };
+    attributes.local = { size: 2, data: grow(local ?? [], 2) };
+    if (index) attributes.index = { data: index };
+    return new Geometry(this.gl, attributes);
+  }
+
+  /** Positions and numbers of the vertices; values that are not finite are drawn plain. With the index: two barycentric coordinates of each vertex. */
+  show(position, value, index, local) {
+    const numbers = value ?? new Float32Array(position.length / 3);
+    for (let k = 0; k < numbers.length; k++) if (!Number.isFinite(numbers[k])) numbers[k] = NONE;
+    this.set(position.length / 3, { position, value: numbers }, index, local);
+    if (!this.node.geometry.attributes.index) this.node.geometry.setDrawRange(0, this.used);
+  }
+
+  setTable(bytes) {
+    this.table.image = bytes;
+    this.table.needsUpdate = true;
+  }
+
+  adjust(_, dpr) {
+    const u = this.program.uniforms;
+    u.ink.value = (this.options.ink ?? [0, 0, 0]).map((c) => c / 255);
+    u.stroke.value = [0.1 + 0.3 * dpr, this.options.edges ?? 0];
+    u.range.value = this.options.range ?? [0, 1];
+    u.mode.value = this.options.mode ?? 0;
+    u.shade.value = this.options.shade ?? 0.38;
+  }
+}
+
+/** Segments; a segment without length is a disc. */
+export class Lines extends Drawn {
+  makeProgram() {
+    const uniforms = { plane: { value: EVERYWHERE }, plain: { value: [0, 0, 0] }, opacity: { value: 1 }, size: { value: [1, 1] }, width: { value: 1 }, lift: { value: 0 } };
+    const program = new Program(this.gl, { vertex: LINE_VERTEX, fragment: LINE_FRAGMENT, uniforms, cullFace: false, transparent: true });
+    program.setBlendFunc(this.gl.ONE, this.gl.ONE_MINUS_SRC_ALPHA);
+    return program;
+  }
+
+  /** Four vertices for each segment. (Instances would be shorter, but renderers in software draw each of them by itself.) */
+  makeGeometry({ a, b, ends }, _, capacity) {
+    const grow = (data, size) => {
+      const out = new Float32Array(size * capacity);
+      out.set(data);
+      return { size, data: out, usage: this.gl.DYNAMIC_DRAW };
+    };
+    const segments = Math.ceil(capacity / 4);
+    const corner = new Float32Array(8 * segments);
+    const index = new Uint32Array(6 * segments);
+    for (let s = 0; s < segments; s++) {
+      corner.set([0, -1, 1, -1, 1, 1, 0, 1], 8 * s);
+      index.set([4 * s, 4 * s + 1, 4 * s + 2, 4 * s, 4 * s + 2, 4 * s + 3], 6 * s);
+    }
+    return new Geometry(this.gl, { corner: { size: 2, data: corner }, a: grow(a, 3), b: grow(b, 3), ends: grow(ends, 2), index: { data: index } });
+  }
+
+  /** [segments × 6] both ends; [segments × 2] factors of the width at the ends. */
+  show(segments, factors) {
+    const n = segments.length / 6;
+    const [a, b, ends] = [new Float32Array(12 * n), new Float32Array(12 * n), new Float32Array(8 * n).fill(1)];
+    for (let s = 0; s < n; s++) {
+      for (let k = 4 * s; k < 4 * s + 4; k++) {
+        for (let i = 0; i < 3; i++) {
+          a[3 * k + i] = segments[6 * s + i];
+          b[3 * k + i] = segments[6 * s + 3 + i];
+        }
+        if (factors) ends.set([factors[2 * s], factors[2 * s + 1]], 2 * k);
+      }
+    }
+    this.set(4 * n, { a, b, ends });
+    this.node.geometry.setDrawRange(0, 6 * n);
+  }
+
+  adjust(size, dpr) {
+    const u = this.program.uniforms;
+    u.size.value = size;
+    u.width.value = this.options.width * dpr;
+    u.lift.value = this.options.lift ?? 1.5e-3;
+  }
+}

@@ -1,0 +1,93 @@
+// A recorded column over time, with a mark at the state that is shown.
+
+import { column, number, ticks } from "./units.js";
+import { PALETTE, css } from "./colours.js";
+
+const NS = "http://www.w3.org/2000/svg";
+
+const node = (name, attributes, text) => {
+  const out = document.createElementNS(NS, name);
+  for (const [key, value] of Object.entries(attributes)) out.setAttribute(key, value);
+  if (text !== undefined) out.textContent = text;
+  return out;
+};
+
+/** Draws a column of all cases; `seek` takes the time that is pointed at. */
+export class Plot {
+  constructor(svg, cases, seek) {
+    Object.assign(this, { svg, cases, seek });
+    const follow = (e) => {
+      if (!this.scale || !(e.buttons & 1 || e.type === "pointerdown")) return;
+      const box = svg.getBoundingClientRect();
+      const { x0, x1, t0, t1 } = this.scale;
+      const px = ((e.clientX - box.left) / box.width) * this.width;
+      seek(t0 + (Math.min(1, Math.max(0, (px - x0) / (x1 - x0)))) * (t1 - t0));
+    };
+    svg.addEventListener("pointerdown", follow);
+    svg.addEventListener("pointermove", follow);
+  }
+
+  /** Value of a column at a time, between two rows linear. */
+  static at(body, name, t) {
+    const k = body.curves.columns.indexOf(name);
+    if (k < 0) return NaN;
+    const [times, values] = [body.curves.values[0], body.curves.values[k]];
+    let j = times.findIndex((x) => x >= t - 1e-9 * Math.abs(t));
+    if (j < 0) j = times.length - 1;
+    if (j === 0) return values[0];
+    const part = times[j] > times[j - 1] ? Math.min(1, (t - times[j - 1]) / (times[j] - times[j - 1])) : 1;
+    return values[j - 1] + part * (values[j] - values[j - 1]);
+  }
+
+  draw(name) {
+    this.name = name;
+    const { svg } = this;
+    const [w, h] = [(this.width = svg.clientWidth || 300), (this.height = svg.clientHeight || 150)];
+    svg.setAttribute("viewBox", `0 0 ${w} ${h}`);
+    svg.replaceChildren();
+    const lines = this.cases.map((c) => [c.curves.values[0], c.curves.values[c.curves.columns.indexOf(name)]]).filter(([, v]) => v);
+    if (!lines.length) return;
+    const ends = (list) => list.reduce(([a, b], array) => array.reduce(([l, m], v) => (Number.isFinite(v) ? [Math.min(l, v), Math.max(m, v)] : [l, m]), [a, b]), [Infinity, -Infinity]);
+    const [t0, t1] = ends(lines.map(([t]) => t));
+    let [y0, y1] = ends(lines.map(([, v]) => v));
+    if (!(y1 > y0)) [y0, y1] = [y0 - 1, y1 + 1];
+    const marks = ticks(y0, y1, 4);
+    const [x0, x1, top, bottom] = [12 + 6.4 * Math.max(...marks.map((v) => number(v).length)), w - 10, 22, h - 22];
+    this.scale = { x0, x1, t0, t1 };
+    const px = (t) => x0 + ((t - t0) / (t1 - t0 || 1)) * (x1 - x0);
+    const py = (v) => bottom - ((v - y0) / (y1 - y0)) * (bottom - top);
+    for (const v of marks) {
+      svg.append(node("line", { class: "grid", x1: x0, x2: x1, y1: py(v), y2: py(v) }), node("text", { x: x0 - 5, y: py(v) + 4, "text-anchor": "end" }, number(v)));
+    }
+    ticks(t0, t1, 4).forEach((t, k, all) => {
+      const isLast = k === all.length - 1;
+      svg.append(node("text", { x: isLast ? Math.min(px(t), w - 14) : px(t), y: h - 6, "text-anchor": "middle" }, `${number(t)}${isLast && this.cases[0].rises ? " s" : ""}`));
+    });
+    const { words, unit } = column(name);
+    svg.append(node("text", { x: 4, y: 13 }, `${words}${unit ? ` [${unit}]` : ""}`));
+    lines.forEach(([t, v], k) => {
+      const points = Array.from(t, (time, i) => (Number.isFinite(v[i]) ? `${px(time).toFixed(1)},${py(v[i]).toFixed(1)}` : "")).filter(Boolean);
+      svg.append(node("polyline", { points: points.join(" "), class: `curve curve-${k}`, stroke: css(PALETTE[k]) }));
+    });
+    this.line = node("line", { class: "now", y1: top, y2: bottom });
+    this.dots = lines.map((_, k) => node("circle", { r: 4, fill: css(PALETTE[k]) }));
+    svg.append(this.line, ...this.dots);
+    Object.assign(this, { px, py });
+  }
+
+  /** Moves the mark. */
+  mark(t) {
+    if (!this.line) return;
+    const x = this.px(t);
+    this.line.setAttribute("x1", x);
+    this.line.setAttribute("x2", x);
+    this.cases.filter((c) => c.curves.columns.includes(this.name)).forEach((c, k) => {
+      const v = Plot.at(c, this.name, t);
+      const dot = this.dots[k];
+      if (!Number.isFinite(v)) return dot.setAttribute("visibility", "hidden");
+      dot.setAttribute("visibility", "visible");
+      dot.setAttribute("cx", x);
+      dot.setAttribute("cy", this.py(v));
+    });
+  }
+}

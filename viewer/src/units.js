@@ -1,0 +1,46 @@
+// Numbers as people read them.
+
+const PREFIXES = {
+  m: [[1e-6, "µm", 1e6], [1e-3, "mm", 1e3], [1, "mm", 1e3], [Infinity, "m", 1]],
+  Pa: [[1, "Pa", 1], [1e3, "Pa", 1], [1e6, "kPa", 1e-3], [1e9, "MPa", 1e-6], [Infinity, "GPa", 1e-9]],
+  N: [[1e-3, "µN", 1e6], [1, "mN", 1e3], [Infinity, "N", 1]],
+  "m/s": [[1, "mm/s", 1e3], [Infinity, "m/s", 1]],
+};
+
+/** Unit and factor for numbers up to `size` in a unit of the SI. */
+export function scaled(unit, size) {
+  const all = PREFIXES[unit];
+  if (!all || !(size > 0)) return { unit, factor: 1 };
+  const [, name, factor] = all.find(([below]) => size < below);
+  return { unit: name, factor };
+}
+
+/** Four digits. */
+export function number(v, digits = 4) {
+  if (!Number.isFinite(v)) return "–";
+  if (v === 0) return "0";
+  const size = Math.abs(v);
+  const text = size >= 1e5 || size < 1e-3 ? v.toExponential(digits - 1) : v.toPrecision(digits);
+  return (text.includes("e") || !text.includes(".") ? text : text.replace(/\.?0+$/, "")).replace("-", "−");
+}
+
+/** Name and unit of a column such as `cable_tension_N`. */
+export function column(name) {
+  const units = ["m_s2", "m_s", "rad_s", "N_m", "Nm", "deg", "rad", "m3", "m2", "Pa", "Hz", "N", "m", "s", "J", "W", "K"];
+  const unit = units.find((u) => name.endsWith(`_${u}`));
+  const words = (unit ? name.slice(0, -unit.length - 1) : name).replaceAll("_", " ");
+  const written = { m_s2: "m/s²", m_s: "m/s", rad_s: "rad/s", N_m: "N/m", deg: "°", m3: "m³", m2: "m²" };
+  return { words, unit: unit ? (written[unit] ?? unit) : "" };
+}
+
+/** Round numbers between two ends. */
+export function ticks(low, high, count = 5) {
+  const span = high - low;
+  if (!(span > 0)) return [low];
+  const raw = span / count;
+  const size = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 2.5, 5, 10].map((f) => f * size).find((s) => s >= raw * 0.999);
+  const out = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * span; k++) out.push(Number((k * step).toPrecision(12)));
+  return out;
+}
