@@ -64,6 +64,11 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
         .replace(ITALIC.1, "</tspan>")
 }
 
+/// Width that a drawing states \[mm\].
+pub fn width_mm(svg: &str) -> f64 {
+    svg.split('"').nth(1).and_then(|w| w.strip_suffix("mm")?.parse().ok()).unwrap_or(DOUBLE)
+}
+
 /// Anchor of a text: the point of it that lies at the position.
 #[derive(Clone, Copy)]
 pub enum At {

@@ -1,6 +1,6 @@
 //! Common parts of figures: the figure itself, its legend, marks and colours by number.
 
-use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text};
+use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text, width_mm};
 use crate::report::error::ReportError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -9,6 +9,13 @@ pub struct Figure {
     pub name: String,
     pub svg: String,
     pub caption: String,
+}
+
+impl Figure {
+    /// Width that it was drawn for \[mm\].
+    pub fn width_mm(&self) -> f64 {
+        width_mm(&self.svg)
+    }
 }
 
 /// A figure, or why it could not be drawn.

@@ -9,6 +9,7 @@ pub mod export;
 pub mod figure;
 pub mod files;
 pub mod fit;
+pub mod latex;
 pub mod motion;
 pub mod numbers;
 pub mod page;
@@ -16,5 +17,6 @@ pub mod plot;
 pub mod summary;
 pub mod surface;
 pub mod table;
+mod table_files;
 
 pub use error::ReportError;

@@ -1,6 +1,6 @@
 //! `index.html`: one file that opens from disk, with nothing outside of it.
 
-use crate::report::canvas::DOUBLE;
+use crate::report::canvas::{DOUBLE, width_mm};
 use crate::report::figure::Figure;
 
 const STYLE: &str = "
@@ -42,7 +42,7 @@ pub fn list(items: impl Iterator<Item = String>) -> String {
 
 /// On the page a figure takes the part of the width that it takes of two columns in print.
 fn sized(svg: &str) -> String {
-    let mm: f64 = svg.split('"').nth(1).and_then(|w| w.strip_suffix("mm")?.parse().ok()).unwrap_or(DOUBLE);
+    let mm = width_mm(svg);
     svg.replacen("<svg ", &format!("<svg style=\"width:{:.0}%\" ", 100.0 * mm / DOUBLE), 1)
 }
 

@@ -10,6 +10,7 @@
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
+//! | Methods and references of a paper | [`paper`] |
 
 pub mod analysis;
 pub mod axis;
@@ -29,6 +30,7 @@ pub mod listing;
 pub mod locking;
 pub mod overlay;
 pub mod page;
+pub mod paper;
 pub mod plan;
 pub mod report;
 pub mod run;

@@ -6,7 +6,7 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::overlay::distance::Overlay;
 
 /// Name of a column with its unit in brackets.
-fn label(column: &str) -> String {
+pub fn label(column: &str) -> String {
     match column.rsplit_once('_') {
         Some((name, unit @ ("s" | "m" | "m3" | "N" | "Pa" | "J" | "deg"))) => {
             format!("{} [{}]", name.replace('_', " "), if unit == "deg" { "°" } else { unit })

@@ -1,7 +1,7 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
-use crate::scene::ExtremeKind;
+use crate::scene::{ExtremeKind, Measured};
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::solve::{Integrator, Status};
@@ -89,6 +89,9 @@ pub struct CaseRecord {
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distances: Vec<Distance>,
+    /// The measured curves themselves, for figures
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measured: Vec<Measured>,
     /// Distances from measured markers
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<MarkerDistance>,

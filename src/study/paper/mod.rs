@@ -1,0 +1,56 @@
+//! What a paper takes from a result: `paper/` with the methods, the references, and a document of the generated parts.
+
+mod constants;
+mod methods;
+mod references;
+mod sample;
+mod words;
+
+use crate::report::{ReportError, files};
+use crate::study::store::record::CaseRecord;
+use references::Reference;
+use std::collections::BTreeSet;
+use std::path::Path;
+use words::Paragraph;
+
+/// Tables and figures of a report by name, for the document that shows them.
+pub struct Parts<'a> {
+    pub title: &'a str,
+    pub tables: Vec<&'a str>,
+    pub figures: Vec<&'a str>,
+}
+
+/// Writes `methods.tex`, `methods.md`, `references.bib` and `paper.tex` into `dir`. `errors` are the sentences on error bars, with citations as `[@key]`.
+///
+/// # Errors
+/// A folder or file that cannot be written.
+pub fn write(dir: &Path, records: &[&CaseRecord], errors: &str, parts: &Parts) -> Result<(), ReportError> {
+    let paragraphs = methods::paragraphs(records, errors);
+    files::folder(dir)?;
+    let latex: String = paragraphs.iter().map(Paragraph::latex).collect();
+    files::write(&dir.join("methods.tex"), latex.as_bytes())?;
+    let markdown: Vec<String> = paragraphs.iter().map(Paragraph::markdown).collect();
+    files::write(&dir.join("methods.md"), markdown.join("\n").as_bytes())?;
+    files::write(&dir.join("references.bib"), bibliography(records, &paragraphs).as_bytes())?;
+    files::write(&dir.join("paper.tex"), sample::document(parts).as_bytes())
+}
+
+/// Every reference once, by its key, and the program.
+fn bibliography(records: &[&CaseRecord], paragraphs: &[Paragraph]) -> String {
+    let cited: BTreeSet<&str> = paragraphs.iter().flat_map(Paragraph::references).map(|r| r.key).collect();
+    let entries = cited.iter().filter_map(|key| Reference::of_key(key)).map(|r| r.entry.as_str());
+    let entries: Vec<&str> = entries.collect();
+    format!("{}\n{}", program(records), entries.join("\n"))
+}
+
+/// The entry of the program, with the version that computed the records and the year of the last run.
+fn program(records: &[&CaseRecord]) -> String {
+    let versions: BTreeSet<&str> = records.iter().map(|r| r.provenance.build.version.as_str()).filter(|v| !v.is_empty()).collect();
+    let versions: Vec<&str> = versions.into_iter().collect();
+    let version = if versions.is_empty() { "unknown".into() } else { versions.join(", ") };
+    let seconds = records.iter().map(|r| r.provenance.started_unix_s).max().unwrap_or(0);
+    // The mean year of the Gregorian calendar; the first hours of a year may count as the last one
+    let year = 1970 + (seconds as f64 / (365.2425 * 86_400.0)) as u64;
+    let year = if seconds == 0 { String::new() } else { format!("  year = {{{year}}},\n") };
+    format!("@misc{{durometer,\n  title = {{Durometer: mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation}},\n{year}  note = {{Version {version}}},\n}}\n")
+}
