@@ -124,6 +124,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         locking: None,
         probes,
         distances: vec![],
+        measured: vec![],
         markers: Vec::new(),
         events: vec![],
         one_run: None,

@@ -15,7 +15,7 @@ pub fn command(c: char) -> Option<Command> {
 }
 
 /// Commands of the characters that programs, laws and formulae use, for every encoding of fonts.
-const COMMANDS: [(char, Command); 218] = [
+const COMMANDS: [(char, Command); 222] = [
     ('%', Text("\\%")),
     ('&', Text("\\&")),
     ('#', Text("\\#")),
@@ -218,6 +218,10 @@ const COMMANDS: [(char, Command); 218] = [
     ('⎥', Math("|")),
     ('⎣', Math("[")),
     ('⎦', Math("]")),
+    ('ç', Text("\\c{c}")),
+    ('Ç', Text("\\c{C}")),
+    ('ş', Text("\\c{s}")),
+    ('Ş', Text("\\c{S}")),
     ('ß', Text("\\ss{}")),
     ('ø', Text("\\o{}")),
     ('Ø', Text("\\O{}")),

@@ -2,23 +2,37 @@
 //!
 //! Both engines know the commands of the table whatever the encoding of the font is. A letter with an accent becomes the accent over its base.
 //! What has neither a command nor an accent is printed as its code point, `[U+4E2D]`: a character is replaced, never lost, and never stops a compilation.
-//! Blanks of all kinds become one; control characters and marks without width go.
+//! Blanks in a row become one; control characters and marks without width go.
 
 use super::commands::Command::{Math, Text};
 use super::commands::command;
-use unicode_normalization::char::decompose_canonical;
+use unicode_normalization::char::{compose, decompose_canonical};
+
+const CEDILLA: char = '\u{327}';
 
 /// Text as LaTeX prints it.
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 16);
     let mut rest = text.chars().peekable();
     while let Some(c) = rest.next() {
+        if let Some(space) = fixed_space(c) {
+            out += space;
+            continue;
+        }
         if c.is_whitespace() {
             if !out.ends_with(' ') {
                 out.push(' ');
             }
             continue;
         }
+        // A cedilla is part of its letter, not an accent that every font has
+        let c = match rest.peek().filter(|mark| **mark == CEDILLA).and_then(|mark| compose(c, *mark)) {
+            Some(joined) => {
+                rest.next();
+                joined
+            }
+            None => c,
+        };
         let mut marks = vec![];
         while let Some(mark) = rest.next_if(|c| accent(*c).is_some()) {
             marks.push(mark);
@@ -27,6 +41,15 @@ pub fn escape(text: &str) -> String {
         out += &with_accents(c, &marks, opens, out.chars().next_back());
     }
     out
+}
+
+/// Blanks at which no line breaks.
+fn fixed_space(c: char) -> Option<&'static str> {
+    match c {
+        '\u{a0}' => Some("~"),
+        '\u{2009}' | '\u{202f}' => Some("\\,"),
+        _ => None,
+    }
 }
 
 /// One character with the accents that follow it. What cannot be set over it follows as its code point.
@@ -96,8 +119,6 @@ fn accent(c: char) -> Option<Accent> {
         '\u{30a}' => ("\\r", "\\mathring"),
         '\u{30b}' => ("\\H", "\\ddot"),
         '\u{30c}' => ("\\v", "\\check"),
-        '\u{323}' => ("\\d", "\\underline"),
-        '\u{327}' => ("\\c", "\\underline"),
         _ => return None,
     };
     Some(Accent { text, math })
@@ -113,11 +134,12 @@ mod tests {
             ("50 % of a_1 & ~b", "50 \\% of a\\_1 \\& \\textasciitilde{}b"),
             ("\\input{x}", "\\textbackslash{}input\\{x\\}"),
             ("ν ≤ ½, m³", "\\ensuremath{\\nu} \\ensuremath{\\leq} \\ensuremath{\\frac{1}{2}}, m\\ensuremath{^{3}}"),
-            ("Géradin, Moré, Hölder", "G\\'{e}radin, Mor\\'{e}, H\\\"{o}lder"),
+            ("Géradin, Eça, Hölder", "G\\'{e}radin, E\\c{c}a, H\\\"{o}lder"),
             ("ψ̄ and q\u{304}", "\\ensuremath{\\bar{\\psi}} and \\={q}"),
             ("say \"so\" -- [1]", "say ``so'' -{}- {[}1]"),
             ("中 🦀", "{[}U+4E2D] {[}U+1F980]"),
             ("a\n\n b\u{200b}c\u{7}", "a bc"),
+            ("36\u{2009}600\u{a0}N", "36\\,600~N"),
             ("<|>", "\\ensuremath{<}\\ensuremath{|}\\ensuremath{>}"),
         ];
         for (text, tex) in texts {

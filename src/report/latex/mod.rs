@@ -11,7 +11,7 @@ mod units;
 pub use letters::escape;
 pub use packages::PACKAGES;
 pub use table::table;
-pub use units::{quantity, unit};
+pub use units::{power_of_ten, quantity, unit};
 
 use crate::report::figure::Figure;
 use packages::NEEDS;
@@ -24,7 +24,7 @@ pub fn figure(figure: &Figure) -> String {
     let mm = figure.width_mm();
     let environment = if mm > ONE_COLUMN_MM { "figure*" } else { "figure" };
     format!(
-        "{NEEDS}\n\\begin{{{environment}}}\n  \\centering\n  \\includegraphics[width=\\ifdim{mm}mm>\\linewidth\\linewidth\\else{mm}mm\\fi]{{{0}}}\n  \\caption{{{1}}}\n  \\label{{fig:{0}}}\n\\end{{{environment}}}\n",
+        "{NEEDS}\n\\begin{{{environment}}}[htbp]\n  \\centering\n  \\includegraphics[width=\\ifdim{mm}mm>\\linewidth\\linewidth\\else{mm}mm\\fi]{{{0}}}\n  \\caption{{{1}}}\n  \\label{{fig:{0}}}\n\\end{{{environment}}}\n",
         figure.name,
         escape(&figure.caption)
     )

@@ -37,7 +37,7 @@ pub fn table(t: &Table) -> String {
     } else {
         format!("{size}\n{rules}")
     };
-    format!("{NEEDS}\n\\begin{{table}}\n\\centering\n{caption}\n{inside}\n\\end{{table}}\n")
+    format!("{NEEDS}\n\\begin{{table}}[htbp]\n\\centering\n{caption}\n{inside}\n\\end{{table}}\n")
 }
 
 /// How a column is set.
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn a_long_table_breaks_across_pages() {
-        assert!(of(vec![vec!["a", "1", "2"]; FLOAT_ROWS]).contains("\\begin{table}"));
+        assert!(of(vec![vec!["a", "1", "2"]; FLOAT_ROWS]).contains("\\begin{table}[htbp]"));
         assert!(of(vec![vec!["a", "1", "2"]; FLOAT_ROWS + 1]).contains("\\begin{longtable}"));
     }
 }

@@ -45,6 +45,11 @@ pub fn quantity(value: &str, unit: &str) -> Option<String> {
     Some(format!("\\qty{{{}}}{{{}}}", number(value)?, macros(unit)?))
 }
 
+/// `\num{1e-8}` for a number with an exponent.
+pub fn power_of_ten(text: &str) -> Option<String> {
+    number(text).filter(|n| n.contains('e')).map(|n| format!("\\num{{{n}}}"))
+}
+
 fn macros(text: &str) -> Option<String> {
     let mut macros = String::new();
     for (k, factor) in text.split('/').enumerate() {

@@ -5,7 +5,7 @@ use crate::report::numbers::thousands;
 use crate::scene::{SceneSpec, from_text};
 use crate::study::paper::words::Paragraph;
 use crate::study::store::builds::builds;
-use crate::study::store::record::CaseRecord;
+use crate::study::store::record::{CaseRecord, LawRecord};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -17,7 +17,7 @@ pub fn paragraphs(records: &[&CaseRecord], errors: &str) -> Vec<Paragraph> {
     let scenes: Vec<SceneSpec> = (records.iter())
         .filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok())
         .collect();
-    let mut all = vec![mesh(records, &scenes), elements(records), laws(&scenes), physics(records), time(records), solver(records, &scenes)];
+    let mut all = vec![mesh(records, &scenes), elements(records), laws(records, &scenes), physics(records), time(records), solver(records, &scenes)];
     if !errors.is_empty() {
         all.push(Paragraph::new("Error bars").marked(errors));
     }
@@ -92,14 +92,21 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
     Paragraph::new("Elements").marked(&format!("Elements have {}.", listed(&all)))
 }
 
-fn laws(scenes: &[SceneSpec]) -> Paragraph {
-    let all = distinct(scenes.iter().flat_map(|s| s.laws.values()));
+fn laws(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
+    let of_records = distinct(records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table));
+    let all = distinct(scenes.iter().flat_map(|s| s.laws.values()).chain(&of_records));
     let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), |p, table| describe(p, table));
     match all.len() {
         0 => p.text("No law: springs are all that is elastic."),
         n if n > MOST_LAWS => p.text(format!("These are {MOST_LAWS} of {n} sets of constants; the records of the cases have all.")),
         _ => p,
     }
+}
+
+/// A recorded law as a scene gives one, for records whose scene this version does not read.
+fn as_table(law: &LawRecord) -> toml::Table {
+    let constants = law.parameters.iter().map(|(name, value)| (name.clone(), (*value).into()));
+    std::iter::once(("law".to_string(), law.name.clone().into())).chain(constants).collect()
 }
 
 fn physics(records: &[&CaseRecord]) -> Paragraph {
@@ -157,5 +164,5 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
 
 fn versions(records: &[&CaseRecord]) -> Paragraph {
     let all: Vec<String> = builds(records.iter().copied()).iter().map(|(build, _)| build.words()).collect();
-    Paragraph::new("Software").text("Durometer ").cite_program().text(format!(" {}.", all.join("; ")))
+    Paragraph::new("Software").text("Durometer").cite_program().text(format!(" {}.", all.join("; ")))
 }

@@ -3,16 +3,13 @@
 use super::Parts;
 use crate::report::latex::{PACKAGES, escape};
 
-/// Tables and figures that it shows.
-const SHOWN: usize = 2;
-
-/// An article that reads the methods, the first tables and figures, and the bibliography; to be compiled where it lies.
+/// An article that reads the methods, the first table, the first figure, and the bibliography; to be compiled where it lies.
 pub fn document(parts: &Parts) -> String {
-    let input = |folder: &str, names: &[&str]| -> String {
-        names.iter().take(SHOWN).map(|name| format!("\\input{{../{folder}/{name}.tex}}\n")).collect()
+    let input = |folder: &str, names: &[&str]| {
+        names.first().map_or(String::new(), |name| format!("\\input{{../{folder}/{name}.tex}}\n"))
     };
     format!(
-        "% pdflatex paper && bibtex paper && pdflatex paper && pdflatex paper (or xelatex)\n\\documentclass[a4paper]{{article}}\n\\usepackage[margin=25mm]{{geometry}}\n{PACKAGES}\\graphicspath{{{{../figures/}}}}\n\\begin{{document}}\n\\title{{{}}}\n\\date{{}}\n\\maketitle\n\\section*{{Methods}}\n\\input{{methods.tex}}\n\\section*{{Results}}\n{}{}\\bibliographystyle{{unsrt}}\n\\bibliography{{references}}\n\\end{{document}}\n",
+        "% pdflatex paper && bibtex paper && pdflatex paper && pdflatex paper (or xelatex)\n\\documentclass[a4paper]{{article}}\n\\usepackage[margin=22mm]{{geometry}}\n{PACKAGES}\\graphicspath{{{{../figures/}}}}\n\\begin{{document}}\n\\title{{{}}}\n\\author{{}}\n\\date{{}}\n\\maketitle\n\\section*{{Methods}}\n\\input{{methods.tex}}\n\\section*{{Results}}\n{}{}\\bibliographystyle{{unsrt}}\n\\bibliography{{references}}\n\\end{{document}}\n",
         escape(parts.title),
         input("tables", &parts.tables),
         input("figures", &parts.figures),

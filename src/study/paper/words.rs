@@ -2,7 +2,7 @@
 //!
 //! A number and its unit are joined by a no-break space: LaTeX then sets both by siunitx.
 
-use crate::report::latex::{escape, quantity};
+use crate::report::latex::{escape, power_of_ten, quantity};
 use crate::study::paper::references::{Reference, program};
 
 /// A part of a text.
@@ -108,7 +108,8 @@ fn latex_text(text: &str) -> String {
     for (start, word) in words(text) {
         let end = word.trim_end_matches([',', '.', ';', ')']);
         let open = end.trim_start_matches('(');
-        if let Some(set) = open.split_once('\u{a0}').and_then(|(n, unit)| quantity(n, unit)) {
+        let set = open.split_once('\u{a0}').map_or_else(|| power_of_ten(open), |(n, unit)| quantity(n, unit));
+        if let Some(set) = set {
             let begin = start + end.len() - open.len();
             out += &escape(&text[from..begin]);
             out += &set;
