@@ -52,6 +52,29 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
     }
 }
 
+/// Distance of the columns of a legend below the panels \[mm\].
+const ENTRY: f64 = 41.0;
+/// Distance of its lines \[mm\].
+pub const LINE: f64 = 4.2;
+
+/// Lines of a legend below panels, across this width \[mm\].
+pub fn legend_lines(entries: usize, width: f64) -> f64 {
+    entries.div_ceil(across(width)) as f64
+}
+
+fn across(width: f64) -> usize {
+    ((width / ENTRY).floor() as usize).max(1)
+}
+
+/// A legend below panels, in as many columns as fit into `width`, from a point on \[mm\].
+pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: Vec<(Sample, String)>) {
+    let columns = across(width);
+    for (k, entry) in entries.into_iter().enumerate() {
+        let at = (left + ENTRY * (k % columns) as f64, top + LINE * (k / columns) as f64);
+        legend(area, (mm(at.0), mm(at.1)), &[entry]);
+    }
+}
+
 /// `sizes (tet4)`, but `tet10` for a family named after its element.
 pub fn family_label(family: &str, formulation: &str) -> String {
     if family == formulation { family.into() } else { format!("{} ({formulation})", family.replace('_', " ")) }

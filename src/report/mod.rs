@@ -14,6 +14,7 @@ pub mod motion;
 pub mod numbers;
 pub mod page;
 pub mod plot;
+pub mod style;
 pub mod summary;
 pub mod surface;
 pub mod table;

@@ -1,6 +1,6 @@
 //! Measured curves laid over the recorded ones of the cases of a study: one figure per measured curve and variant, and the distances of all cases.
 
-use crate::report::canvas::{DOUBLE, INK, MARKS, PALETTE, figure, hollow, line, mm};
+use crate::report::canvas::{wide_page, INK, MARKS, PALETTE, figure, hollow, line, mm};
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
@@ -52,7 +52,7 @@ fn shown<'a>(cases: &[&'a StoredCase]) -> Vec<&'a StoredCase> {
 }
 
 fn draw(name: &str, place: &str, measured: &Measured, cases: &[&StoredCase], all: usize) -> Figure {
-    let (left, top, wide, tall) = (18.0, 4.0, 100.0, 60.0);
+    let (left, top, wide, tall) = (18.0, 4.0, 100.0_f64.min(wide_page() - 62.0), 60.0);
     let column = |c: &StoredCase, name: &str| match name {
         "t_s" => c.series.t_s.clone(),
         name => c.series.columns.get(name).cloned().unwrap_or_default(),
@@ -62,7 +62,7 @@ fn draw(name: &str, place: &str, measured: &Measured, cases: &[&StoredCase], all
     let values = |k: usize, own: &[f64]| {
         curves.iter().flat_map(|c| c[k].iter().copied()).chain(own.iter().copied()).collect::<Vec<_>>().into_iter()
     };
-    let svg = figure(DOUBLE, top + tall + 12.0, "", |area| {
+    let svg = figure(wide_page(), top + tall + 12.0, "", |area| {
         let plot = Plot {
             area,
             frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],

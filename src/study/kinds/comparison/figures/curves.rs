@@ -1,7 +1,7 @@
 //! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
 //! against what drives it.
 
-use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
+use crate::report::canvas::{Area, wide_page, PALETTE, RGB, dashed, figure, italic, line, mm};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
@@ -74,7 +74,7 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
     }
     let looks = looks(a);
     let n = panels.len() as f64;
-    let each = ((DOUBLE - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
+    let each = ((wide_page() - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
     let width = LEFT + n * each + (n - 1.0) * GAP + LEGEND;
     let (tall, low, between) = (42.0, 26.0, 5.0);
     let height = (TOP + tall + between + low + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);

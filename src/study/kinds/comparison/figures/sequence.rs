@@ -1,6 +1,6 @@
 //! Cost of a step with effects added one by one.
 
-use crate::report::canvas::{At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::canvas::{At, wide_page, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};
@@ -33,7 +33,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
     let (left, each, gap) = (34.0, 60.0, 20.0);
     let tall = ROW * l.additions.len() as f64;
     let rows = effects.len().max(4).div_ceil(2) as f64;
-    let svg = figure(DOUBLE, TOP + tall + 14.0 + 4.2 * rows, "", |area| {
+    let svg = figure(wide_page(), TOP + tall + 14.0 + 4.2 * rows, "", |area| {
         let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
             let sum = |r: &Addition| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
             let longest =

@@ -1,7 +1,7 @@
 //! Error against h with the fitted orders, and error against seconds with the Pareto front.
 
-use crate::report::canvas::{Area, At, DOUBLE, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::canvas::{Area, At, columns, page_width, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -16,6 +16,10 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
+/// From one row of panels to the next \[mm\]
+const ROW: f64 = TALL + 19.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 44.0;
 
 /// One case in one panel.
 struct ErrorDot<'a> {
@@ -52,8 +56,10 @@ fn sheet(
     if shown.is_empty() {
         return None;
     }
-    let n = shown.len() as f64;
-    let each = ((DOUBLE - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
+    let columns = columns(shown.len(), (LEFT + 5.0, GAP, LEAST));
+    let n = columns as f64;
+    let each = ((page_width() - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
+    let wide = LEFT + 5.0 + each * n + GAP * (n - 1.0);
     let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
     used.sort_unstable();
     used.dedup();
@@ -65,18 +71,14 @@ fn sheet(
         })
         .collect();
     entries.extend(extra);
-    let rows = entries.len().div_ceil(4);
-    let height = TOP + TALL + 12.5 + 4.2 * rows as f64;
-    Some(figure(DOUBLE, height, "", |area| {
+    let bottom = TOP + TALL + ROW * (shown.len().div_ceil(columns) - 1) as f64 + 13.5;
+    Some(figure(wide, bottom - 1.0 + 4.2 * legend_lines(entries.len(), wide - LEFT), "", |area| {
         for (k, (q, dots)) in shown.iter().enumerate() {
-            let x = LEFT + k as f64 * (each + GAP);
-            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + TALL)];
+            let (x, y) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
+            let frame = [mm(x), mm(y), mm(x + each), mm(y + TALL)];
             panel(area, frame, ['a', 'b', 'c'][k], q, dots);
         }
-        for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(TOP + TALL + 13.5 + 4.2 * (k / 4) as f64));
-            legend(area, at, &[entry]);
-        }
+        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     }))
 }
 

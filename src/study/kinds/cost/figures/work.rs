@@ -1,9 +1,9 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
-    Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
+    Area, At, columns, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
 };
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -17,6 +17,8 @@ const EACH: f64 = 70.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 44.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 60.0;
 /// From one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
 
@@ -114,18 +116,16 @@ fn sheet(
     entries.push((Sample::Line(GREY), "Pareto front".into()));
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
-    let rows = panels.div_ceil(2) as f64;
-    let lines = entries.len().div_ceil(4) as f64;
-    let bottom = TOP + ROW * rows - 6.0;
-    figure(DOUBLE, bottom + 4.2 * lines + 1.0, "", |area| {
+    let columns = columns(panels.min(2), (LEFT, GAP, LEAST));
+    let wide = LEFT + EACH + (columns - 1) as f64 * (EACH + GAP) + 5.0;
+    let lines = legend_lines(entries.len(), wide - LEFT);
+    let bottom = TOP + ROW * panels.div_ceil(columns) as f64 - 6.0;
+    figure(wide, bottom + 4.2 * lines + 1.0, "", |area| {
         for k in 0..panels {
-            let (x, y) = (LEFT + (k % 2) as f64 * (EACH + GAP), TOP + (k / 2) as f64 * ROW);
+            let (x, y) = (LEFT + (k % columns) as f64 * (EACH + GAP), TOP + (k / columns) as f64 * ROW);
             paint(k, area, [mm(x), mm(y), mm(x + EACH), mm(y + TALL)]);
         }
-        for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(bottom + 4.2 * (k / 4) as f64));
-            legend(area, at, &[entry]);
-        }
+        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     })
 }
 
