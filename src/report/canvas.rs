@@ -38,7 +38,7 @@ pub fn page_width() -> f64 {
 
 /// The same for a figure whose panels cannot be stacked: its type is smaller where the page is narrow \[mm\].
 pub fn wide_page() -> f64 {
-    page_width().max(150.0)
+    page_width().max(180.0)
 }
 
 /// Columns of panels that a sheet takes, `most` at most: each is at least `least` wide \[mm\].

@@ -51,7 +51,13 @@ fn with_glyphs(svg: &str) -> String {
         '\u{2010}'..='\u{2027}' | '\u{2030}'..='\u{205e}' | '\u{2070}'..='\u{20cf}' | '\u{2100}'..='\u{25ff}' => true,
         _ => false,
     };
-    svg.chars().map(|c| if has_glyph(c) { c } else { '?' }).collect()
+    let shown = |c: char| match c {
+        // Thin blanks have no glyph of their own
+        '\u{2000}'..='\u{200a}' | '\u{202f}' => '\u{a0}',
+        c if has_glyph(c) => c,
+        _ => '?',
+    };
+    svg.chars().map(shown).collect()
 }
 
 fn parse(name: &str, svg: &str) -> Result<usvg::Tree, ReportError> {

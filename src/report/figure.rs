@@ -53,7 +53,7 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
 }
 
 /// Distance of the columns of a legend below the panels \[mm\].
-const ENTRY: f64 = 41.0;
+const ENTRY: f64 = 40.5;
 /// Distance of its lines \[mm\].
 pub const LINE: f64 = 4.2;
 

@@ -1,5 +1,6 @@
 //! Tables, once as data: written as CSV and LaTeX, and set into the page.
 
+use crate::report::numbers::unsigned_zero;
 use crate::report::page::escape;
 
 /// Columns with a heading and a unit; cells are text, ready to print.
@@ -23,6 +24,7 @@ const SHOWN: usize = 500;
 
 /// On the page a negative number has a minus sign, not a hyphen.
 fn minus(cell: &str) -> String {
+    let cell = unsigned_zero(cell);
     match cell.strip_prefix('-') {
         Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => format!("−{rest}"),
         _ => cell.into(),
@@ -64,7 +66,7 @@ impl Table {
         let line = |cells: Vec<String>| cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",") + "\n";
         let mut out = line((0..self.columns.len()).map(|k| self.heading(k)).collect());
         for row in &self.rows {
-            out += &line(row.clone());
+            out += &line(row.iter().map(|cell| unsigned_zero(cell).to_string()).collect());
         }
         out
     }

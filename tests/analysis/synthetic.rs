@@ -178,6 +178,8 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
             ("length".to_string(), vec![deciding(angle()), deciding(q("cable_tension_N", "cable tension", "T", "N"))]),
             ("tension".to_string(), vec![Quantity { headline: true, ..angle() }]),
         ]),
+        groups: BTreeMap::new(),
+        members: BTreeMap::new(),
         variants: vec!["length".into(), "tension".into()],
         labels: ["length", "tension"].map(|v| (v.to_string(), format!("{v} control"))).into(),
         families: families.into(),

@@ -3,6 +3,7 @@
 use super::letters::escape;
 use super::packages::NEEDS;
 use super::units::{Room, number, unit};
+use crate::report::numbers::unsigned_zero;
 use crate::report::table::Table;
 
 /// Rows of a float; a longer table is set by `longtable`, which a page with two columns does not take.
@@ -55,7 +56,7 @@ impl Column {
         let (name, si, is_number) = &t.columns[k];
         let cells = || t.rows.iter().filter_map(|row| row.get(k)).map(String::as_str);
         let read: Option<Vec<Option<String>>> = is_number
-            .then(|| cells().map(|c| if EMPTY.contains(&c) { Some(None) } else { number(c).map(Some) }).collect())
+            .then(|| cells().map(unsigned_zero).map(|c| if EMPTY.contains(&c) { Some(None) } else { number(c).map(Some) }).collect())
             .flatten();
         let numbers = read.filter(|read| read.iter().any(Option::is_some));
         let spec = match &numbers {
@@ -75,6 +76,7 @@ impl Column {
     }
 
     fn cell(&self, cell: &str) -> String {
+        let cell = unsigned_zero(cell);
         match number(cell) {
             Some(number) if self.numbers => number,
             _ if self.numbers => format!("{{{}}}", escape(cell)),

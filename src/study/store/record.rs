@@ -1,6 +1,6 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
-use crate::material::Law;
+use crate::material::{Law, title};
 use crate::scene::{ExtremeKind, Measured};
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
@@ -314,6 +314,12 @@ pub struct StudyRecord {
     /// Variant → what it is in words, where it was said
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
+    /// Variant → heading of its group, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, String>,
+    /// Member → what it is in words, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub members: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
     /// Further details that its kind keeps
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
@@ -325,6 +331,11 @@ impl StudyRecord {
     /// A variant in words: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
+    }
+
+    /// A member in words: its label, the title of the law, or its name with blanks.
+    pub fn member(&self, name: &str) -> String {
+        self.members.get(name).cloned().unwrap_or_else(|| title(name))
     }
 
     /// Cases without a usable result: (id, what is wrong).

@@ -79,7 +79,7 @@ impl StudyKind for CalibrationStudy {
         let plans = variants.iter().map(plan).collect::<Result<_, SceneError>>()?;
         let plain = |v: MeasuredVariantSpec| {
             let MeasuredVariantSpec { name, label, set, quantities, .. } = v;
-            VariantSpec { name, label, set, quantities, scene: None }
+            VariantSpec { name, label, group: None, set, quantities, scene: None }
         };
         let variants: Vec<VariantSpec> = variants.into_iter().map(plain).collect();
         let checked = check_quantities(&variants).and_then(|()| check_roles(Self::NAME, &families, &ROLES));

@@ -1,7 +1,7 @@
 //! Report of a cost study.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, seconds};
+use crate::report::numbers::{digits, per_cent, percent, seconds, significant};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -55,7 +55,7 @@ fn analysis(a: &Analysis<CostFindings>) -> Map<String, Value> {
 }
 
 fn hundredths(share: f64) -> String {
-    format!("{:.2}", 100.0 * share)
+    per_cent(share)
 }
 
 fn cost(s: f64) -> String {
@@ -134,14 +134,14 @@ fn costs(a: &CostFindings) -> Table {
 fn laws(a: &CostFindings) -> Table {
     let rows = (a.growth.iter())
         .map(|l| {
-            let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{:.0} MB", 1e-6 * v) };
+            let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{} MB", significant(1e-6 * v, 2)) };
             let between = |[low, high]: [f64; 2]| format!("{} to {}", shown(low), shown(high));
             vec![
                 l.variant.clone(),
                 l.formulation.clone(),
                 if l.of == Grows::Time { "CPU time" } else { "memory" }.into(),
-                format!("{:.2}", l.law.q),
-                l.law.half.map_or("–".into(), |h| format!("{h:.2}")),
+                format!("{:.*}", l.law.half.map_or(2, digits), l.law.q),
+                l.law.half.map_or("–".into(), |h| format!("{h:.*}", digits(h))),
                 l.law.points.to_string(),
                 format!("{:.0}", l.next_cells),
                 shown(l.next.value),

@@ -1,5 +1,6 @@
 //! Cost of a step with effects added one by one.
 
+use crate::material::title;
 use crate::report::canvas::{At, wide_page, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
@@ -58,7 +59,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         panel(left + each + gap, 'b', "Evaluation of the effects", &evaluations);
         for (k, r) in l.additions.iter().enumerate() {
             let at = (mm(left - 2.0), mm(TOP + ROW * (k as f64 + 0.5)));
-            text(area, &r.member.replace('_', " "), at, At::Right, SMALL, INK);
+            text(area, &title(&r.member), at, At::Right, SMALL, INK);
         }
         let put = |x: f64, entries: Vec<(Sample, String)>| {
             for (k, entry) in entries.into_iter().enumerate() {
@@ -76,7 +77,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
         l.variant_label,
         milliseconds(first.step_s),
-        first.member.replace('_', " "),
+        title(&first.member),
         milliseconds(last.step_s)
     );
     Some(Figure { name: format!("sequence-{}", l.variant), svg, caption })

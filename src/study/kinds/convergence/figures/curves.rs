@@ -61,8 +61,9 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     let legend_width = if is_narrow { 4.0 } else { 34.0 };
     let columns = columns(panels.len(), (left + legend_width, gap, LEAST));
     let each = (page_width() - left - legend_width - gap * (columns as f64 - 1.0)) / columns as f64;
+    let has_limit = panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty()));
     let (first, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
-    let row = first + tall + between + low + 11.0;
+    let row = first + tall + if has_limit { between + low } else { 0.0 } + 11.0;
     let bottom = row * panels.len().div_ceil(columns) as f64;
     let lines = if is_narrow { 4.2 * legend_lines(cases.len() + 2, page_width() - left) + 3.0 } else { 0.0 };
     let svg = figure(page_width(), bottom - 1.0 + lines, "", |area| {
@@ -80,7 +81,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         if let Some(e) = entries.get_mut(sizes) {
             e.1 += " *";
         }
-        if panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty())) {
+        if has_limit {
             entries.push((Sample::Dashed(INK), "Richardson".into()));
             entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
         }
@@ -104,8 +105,9 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         .collect();
     let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
     let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
+    let below = if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
     let caption = format!(
-        "{}, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
+        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}",
         capital(&store.study.label(variant)),
         family.name
     );

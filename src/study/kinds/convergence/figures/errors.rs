@@ -19,7 +19,7 @@ const TALL: f64 = 46.0;
 /// From one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
 /// Least width of a panel \[mm\]
-const LEAST: f64 = 44.0;
+const LEAST: f64 = 42.0;
 
 /// One case in one panel.
 struct ErrorDot<'a> {
@@ -108,7 +108,7 @@ pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
 fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     for d in dots {
         let (shape, color) = style(d.family);
-        mark(plot.area, shape, plot.at(x(d), d.error.max(plot.y.lo)), 26, color);
+        mark(plot.area, shape, plot.floored(x(d), d.error, color), 26, color);
     }
 }
 
@@ -124,7 +124,7 @@ fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let extra = vec![
-        (Sample::Line(GREY), "fit αh^p".replace("h^p", &format!("{}ᵖ", italic("h")))),
+        (Sample::Line(GREY), format!("fit of order {}", italic("p"))),
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
@@ -177,7 +177,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         }
     })?;
     let caption = "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
-                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference."
+                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis."
         .into();
     Some(Figure { name: "error-h".into(), svg, caption })
 }
@@ -220,7 +220,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case."
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis."
     );
     Some(Figure { name: "work-precision".into(), svg, caption })
 }

@@ -124,7 +124,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     });
     let caption = "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
                    and over the CPU seconds of the case (bottom). Open marks raise the locking alarm. Errors in the grey \
-                   zone are smaller than the uncertainty of the reference."
+                   zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis."
         .into();
     Some(Figure { name: "formulations".into(), svg, caption })
 }
@@ -134,10 +134,11 @@ fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
     let at = |d: &CurvePoint| plot.at(x(d), d.error.max(plot.y.lo));
     line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
     for d in &l.dots {
+        let place = plot.floored(x(d), d.error, color);
         if d.flagged {
-            hollow(plot.area, shape, at(d), 28, color);
+            hollow(plot.area, shape, place, 28, color);
         } else {
-            mark(plot.area, shape, at(d), 28, color);
+            mark(plot.area, shape, place, 28, color);
         }
     }
 }

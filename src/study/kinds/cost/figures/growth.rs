@@ -2,6 +2,7 @@
 
 use crate::report::canvas::{At, columns, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
+use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
 
@@ -60,8 +61,8 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                     mark(area, shape, plot.at(*n, unit(l) * v), 24, color);
                 }
                 hollow(area, shape, at(l.next_cells), 24, color);
-                let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.2}"));
-                let words = format!("{}: exponent {:.2}{half}", l.formulation, l.law.q);
+                let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.*}", digits(h)));
+                let words = format!("{}: exponent {:.*}{half}", l.formulation, l.law.half.map_or(2, digits), l.law.q);
                 text(area, &words, (frame[0] + 40, frame[1] + 60 + 85 * row as i32), At::Left, SMALL, color);
             }
             plot.axes(true);

@@ -46,7 +46,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference.",
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.",
         store.study.label(variant)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
@@ -110,7 +110,8 @@ fn sheet(
         .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
-            (Sample::Mark(m, c), f.name.replace('_', " "))
+            let name = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
+            (Sample::Mark(m, c), name)
         })
         .collect();
     entries.push((Sample::Line(GREY), "Pareto front".into()));
@@ -157,7 +158,8 @@ fn panel(
     let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
     let low = q.settings.iter().map(|s| error(s).max(least)).fold(tolerance, f64::min);
     let x = Axis::log(q.settings.iter().filter_map(amount.of), &amount.label);
-    let plot = Plot { area, frame, x, y: Axis::log([low, tolerance, top].into_iter(), "error [%]") };
+    let label = format!("error of the {} [%]", measure.words());
+    let plot = Plot { area, frame, x, y: Axis::log([low, tolerance, top].into_iter(), &label) };
     if unknown > plot.y.lo {
         let (p, r) = (plot.at(plot.x.lo, unknown.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
         fill(area, &[p, (r.0, p.1), r, (p.0, r.1)], UNRESOLVED.to_rgba());
@@ -186,7 +188,7 @@ fn panel(
     }
     for (s, x) in &placed {
         let (shape, color) = look(store, &s.family);
-        mark(area, shape, plot.at(*x, error(s).max(plot.y.lo)), 26, color);
+        mark(area, shape, plot.floored(*x, error(s), color), 26, color);
     }
     plot.axes(true);
     plot.title(char::from(b'a' + k as u8), &capital(title));
