@@ -3,8 +3,10 @@
 mod arguments;
 mod bars;
 mod body_figure;
+mod bundle;
 mod cases;
 mod check;
+mod compare;
 mod doctor;
 mod engine;
 mod files;
@@ -70,6 +72,8 @@ enum Command {
     Laws(laws::Args),
     Check(check::Args),
     Report(report::Args),
+    Compare(compare::Args),
+    Bundle(bundle::Args),
     Store(store::Args),
     Doctor(doctor::Args),
     #[command(hide = true)]
@@ -106,6 +110,8 @@ pub fn main() -> ExitCode {
         Command::Laws(args) => laws::main(args),
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
+        Command::Compare(args) => compare::main(args),
+        Command::Bundle(args) => bundle::main(args),
         Command::Store(args) => store::main(args),
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),

@@ -10,11 +10,16 @@
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
+//! | Published with its inputs, and run again | [`bundle`] |
+//! | Two results compared | [`changes`], by what they [claim] |
 //! | Methods and references of a paper | [`paper`] |
 
 pub mod analysis;
 pub mod axis;
+pub mod bundle;
 pub mod case;
+pub mod changes;
+pub mod claim;
 pub mod content;
 pub mod curve;
 pub mod engine;

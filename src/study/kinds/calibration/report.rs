@@ -5,6 +5,7 @@ use crate::report::figure::drawn;
 use crate::report::numbers::{per_cent, percent};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::kinds::calibration::analysis::{
     CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled, warnings_of,
@@ -31,9 +32,19 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
         tables: vec![by_case(a), stability(store, a)],
         folded: vec![("Every case", tables::cases(store))],
         figures: figures.chain(of_bands).collect(),
+        claims: a.variants.iter().flat_map(claims).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
         ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
     }
+}
+
+/// The constants with their intervals.
+fn claims(v: &CalibratedVariant) -> impl Iterator<Item = Claim> + '_ {
+    let of = |c: &CalibratedConstant| {
+        let what = format!("{}, {}", c.key, v.variant);
+        Some(Claim { what, value: c.value, interval: c.interval?, unit: c.unit.clone() })
+    };
+    v.constants.iter().filter_map(of)
 }
 
 fn facts(a: &CalibrationFindings) -> Vec<(String, String)> {

@@ -4,6 +4,7 @@ use crate::report::figure::drawn;
 use crate::report::numbers::{digits, per_cent, percent, seconds, significant};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::figures::time;
 use crate::study::kinds::cost::figures::growth;
@@ -35,8 +36,17 @@ pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
             ("Time per effect", tables::effects(store)),
         ],
         figures,
+        claims: a.quantities.iter().flat_map(claims).collect(),
         ..Content::new(a, supported, ("The cheapest setting for an error", cheapest(a)))
     }
+}
+
+/// The peak of a quantity in every setting, with its error bar.
+fn claims(q: &ByQuantity<CostOfAccuracy>) -> impl Iterator<Item = Claim> + '_ {
+    q.settings.iter().enumerate().filter_map(|(k, s)| {
+        let half = q.bar(k, Measure::Peak) * q.reference.as_ref()?.scale;
+        Claim::of_case(&s.case, &q.quantity.name, s.value, half, &q.quantity.unit)
+    })
 }
 
 /// Cost of the peak at the tolerance.
