@@ -160,7 +160,8 @@ fn published(file: &Path) -> Table {
     let heads: Vec<(String, String)> = reader.headers().expect("a header").iter().map(split).collect();
     let rows = reader.records().take(120).map(|r| r.expect("a row").iter().map(String::from).collect());
     let rows: Vec<Vec<String>> = rows.collect();
-    let numbers = |k: usize| rows.first().is_some_and(|r| r[k].chars().next().is_some_and(|c| "–-0123456789".contains(c)));
+    let numbers =
+        |k: usize| rows.first().is_some_and(|r| r[k].chars().next().is_some_and(|c| "–-0123456789".contains(c)));
     let columns = heads.into_iter().enumerate().map(|(k, (name, unit))| (name, unit, numbers(k))).collect();
     let source = std::fs::read_to_string(file.with_extension("tex")).unwrap_or_default();
     let caption = source.lines().next().unwrap_or_default().trim_start_matches("% ").to_string();

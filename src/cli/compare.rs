@@ -38,7 +38,9 @@ pub struct Args {
 pub fn main(args: Args) -> CommandResult {
     let tolerance = units::parse(&args.tolerance, Dimension::NONE).map_err(|e| format!("--tolerance: {e}"))?;
     if !(tolerance >= 0.0 && tolerance.is_finite()) {
-        return Err(format!("--tolerance: {} is no share of a value; give 0 or more, such as \"1 %\"", args.tolerance).into());
+        return Err(
+            format!("--tolerance: {} is no share of a value; give 0 or more, such as \"1 %\"", args.tolerance).into()
+        );
     }
     let changes = compare(&args.old, &args.new, tolerance)?;
     if args.json {
@@ -95,7 +97,8 @@ fn print(c: &Changes, all: bool) {
 /// `tet10-length-4500: cable_tension_N: 2.6571 N, now 2.6602 N (+0.12 %), within the error bars (0.03 of them)`
 fn words(v: &Change) -> String {
     let unit = if v.unit.is_empty() { String::new() } else { format!(" {}", v.unit) };
-    let relative = v.relative.map_or(String::new(), |r| format!(" ({}{} %)", if r > 0.0 { "+" } else { "" }, per_cent(r)));
+    let relative =
+        v.relative.map_or(String::new(), |r| format!(" ({}{} %)", if r > 0.0 { "+" } else { "" }, per_cent(r)));
     let judged = match (v.judgement, v.normalised) {
         (Judgement::Same, _) => "unchanged".into(),
         (Judgement::Within, Some(e)) => format!("within the error bars ({} of them)", significant(e, 2)),

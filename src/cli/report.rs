@@ -10,7 +10,8 @@ use std::path::PathBuf;
     after_help = "Example:\n  durometer report reports/finger-convergence\n  durometer report reports/finger-convergence --style one-column --font serif\n\nNeither the solver nor the mesher is needed."
 )]
 pub struct Args {
-    /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden
+    /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden; or the record of a run,
+    /// reports/simulate/scene.json, for the methods of a paper
     dir: PathBuf,
     /// Width of the figures and size of their type: default (180 mm, 8 pt), one-column (88 mm, 7 pt), two-column (180 mm, 7 pt), slides (254 mm,
     /// 16 pt)
@@ -33,6 +34,11 @@ pub fn main(args: Args) -> CommandResult {
 }
 
 fn redraw(args: Args) -> CommandResult {
+    if args.dir.is_file() {
+        let paper = durometer::study::paper::of_run(&args.dir)?;
+        println!("paper: {}", paper.display());
+        return Ok(Outcome::Complete);
+    }
     if durometer::report::fit::is_comparison(&args.dir) {
         durometer::report::fit::comparison::write(&args.dir)?;
         if args.json {

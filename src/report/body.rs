@@ -1,6 +1,6 @@
 //! Draws the body of a scene at rest with its regions in colours, what is held, and its cables.
 
-use crate::report::canvas::{At, page_width, GREY, INK, LABEL, Mark, PALETTE, RGB, figure, line, mark, mm, text};
+use crate::report::canvas::{At, GREY, INK, LABEL, Mark, PALETTE, RGB, figure, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::surface::{Fit, Look, View, extent, surface};
 

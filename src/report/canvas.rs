@@ -140,7 +140,9 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
         At::Turned => (HPos::Center, VPos::Bottom, true),
     };
     // plotters writes size/1.24
-    let mut look = TextStyle::from((style::current().family.css(), f64::from(size) * 1.24).into_font()).color(&color).pos(Pos::new(h, v));
+    let mut look = TextStyle::from((style::current().family.css(), f64::from(size) * 1.24).into_font())
+        .color(&color)
+        .pos(Pos::new(h, v));
     if turn {
         look = look.transform(FontTransform::Rotate270);
     }

@@ -1,7 +1,7 @@
 //! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
 
 use crate::motion::{EvaluatedCurve, Evaluation};
-use crate::report::canvas::{Area, wide_page, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm};
+use crate::report::canvas::{Area, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm, wide_page};
 use crate::report::canvas::{Mark, Point};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};

@@ -15,7 +15,13 @@ pub fn percent(x: f64) -> String {
 /// A share in per cent for a table: three significant digits, two decimals at most.
 pub fn per_cent(share: f64) -> String {
     let v = 100.0 * share;
-    let decimals = if v.abs() >= 99.95 { 0 } else if v.abs() >= 9.995 { 1 } else { 2 };
+    let decimals = if v.abs() >= 99.95 {
+        0
+    } else if v.abs() >= 9.995 {
+        1
+    } else {
+        2
+    };
     format!("{v:.decimals$}")
 }
 
@@ -84,7 +90,10 @@ mod tests {
         assert_eq!([2.0566, 0.98765, 0.0404, 0.0058].map(per_cent), ["206", "98.8", "4.04", "0.58"]);
         assert_eq!([9.9949e-2, 9.9951e-2, 0.99951].map(per_cent), ["9.99", "10.0", "100"]);
         assert_eq!([1303.0, 386.0, 0.01234, 99.6].map(|x| significant(x, 2)), ["1300", "390", "0.012", "100"]);
-        assert_eq!(["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero), ["0.0", "0.00", "0", "-0.01", "-", "–"]);
+        assert_eq!(
+            ["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero),
+            ["0.0", "0.00", "0", "-0.01", "-", "–"]
+        );
     }
 
     #[test]

@@ -61,7 +61,9 @@ impl fmt::Display for StyleError {
             Self::Unknown(name) => {
                 write!(f, "\"{name}\" is no style of figures; known: {}", STYLES.map(|(name, _)| name).join(", "))
             }
-            Self::Size(pt) => write!(f, "a type of {pt} points cannot be read; give {} to {}", SIZES.start(), SIZES.end()),
+            Self::Size(pt) => {
+                write!(f, "a type of {pt} points cannot be read; give {} to {}", SIZES.start(), SIZES.end())
+            }
             Self::Family(name) => write!(f, "\"{name}\" is no family of type that is embedded; known: sans, serif"),
         }
     }

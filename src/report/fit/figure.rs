@@ -3,8 +3,8 @@
 use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
-    Area, At, page_width, wide_page, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark,
-    mm, text,
+    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm,
+    page_width, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::fit::stored::{Parameter, StoredFit};
@@ -48,7 +48,11 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     } else {
         vec![Window { title: "All data", span: [low, high] }]
     };
-    let each = if windows.len() == 2 { (wide_page() - LEFT - GAP - 3.0) / 2.0 } else { 110.0_f64.min(page_width() - LEFT - 5.0) };
+    let each = if windows.len() == 2 {
+        (wide_page() - LEFT - GAP - 3.0) / 2.0
+    } else {
+        110.0_f64.min(page_width() - LEFT - 5.0)
+    };
     let entries = entries(&modes);
     let columns = if windows.len() == 2 { 4 } else { 3 };
     let rows = entries.len().div_ceil(columns);

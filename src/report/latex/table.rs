@@ -19,7 +19,8 @@ pub fn table(t: &Table) -> String {
     let columns: Vec<Column> = (0..t.columns.len()).map(|k| Column::of(t, k)).collect();
     let spec: String = columns.iter().map(|c| c.spec.as_str()).collect();
     let head = row(columns.iter().map(|c| c.heading.clone()));
-    let body: String = (t.rows.iter()).map(|cells| row(columns.iter().zip(cells).map(|(c, cell)| c.cell(cell)))).collect();
+    let body: String =
+        (t.rows.iter()).map(|cells| row(columns.iter().zip(cells).map(|(c, cell)| c.cell(cell)))).collect();
     let caption = format!("\\caption{{{}}}\\label{{tab:{}}}", escape(&t.caption), t.name);
     let wide = columns.iter().map(|c| c.width + 2).sum::<usize>();
     let size = SIZES.iter().find(|(_, line)| wide <= *line).map_or("\\tiny", |(size, _)| *size);
@@ -29,9 +30,8 @@ pub fn table(t: &Table) -> String {
             "{NEEDS}\n\\begingroup{size}\\setlength{{\\tabcolsep}}{{3pt}}\n\\begin{{longtable}}{{{spec}}}\n  {caption}\\\\\n{head}  \\endfirsthead\n{head}  \\endhead\n  \\bottomrule\n  \\endfoot\n{body}\\end{{longtable}}\n\\endgroup\n"
         );
     }
-    let rules = format!(
-        "\\begin{{tabular}}{{{spec}}}\n  \\toprule\n{head}  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}"
-    );
+    let rules =
+        format!("\\begin{{tabular}}{{{spec}}}\n  \\toprule\n{head}  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}");
     // A table that is wider than any size of type takes becomes as wide as the text
     let inside = if size == "\\tiny" {
         format!("\\resizebox{{\\linewidth}}{{!}}{{%\n{rules}}}")
@@ -56,7 +56,12 @@ impl Column {
         let (name, si, is_number) = &t.columns[k];
         let cells = || t.rows.iter().filter_map(|row| row.get(k)).map(String::as_str);
         let read: Option<Vec<Option<String>>> = is_number
-            .then(|| cells().map(unsigned_zero).map(|c| if EMPTY.contains(&c) { Some(None) } else { number(c).map(Some) }).collect())
+            .then(|| {
+                cells()
+                    .map(unsigned_zero)
+                    .map(|c| if EMPTY.contains(&c) { Some(None) } else { number(c).map(Some) })
+                    .collect()
+            })
             .flatten();
         let numbers = read.filter(|read| read.iter().any(Option::is_some));
         let spec = match &numbers {

@@ -1,7 +1,7 @@
 //! Measured and fitted values of a fit, residuals below.
 
 use crate::calibrate::{CurveSet, MeasuredCurves, stress_unit};
-use crate::report::canvas::{Area, GREY, page_width, Point, figure, line, mark, mm};
+use crate::report::canvas::{Area, GREY, Point, figure, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend, style};
 use crate::report::plot::{Axis, Plot};
 

@@ -101,7 +101,8 @@ fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Resul
         if let Ok(scene) = case.record.provenance.scene.parse::<toml::Table>() {
             let mut words = vec![];
             texts(&scene.get("mesh").cloned().unwrap_or(Value::Boolean(false)), &mut words);
-            names.extend(words.into_iter().filter(|w| crate::study::spec::check_names(std::slice::from_ref(w)).is_ok()));
+            names
+                .extend(words.into_iter().filter(|w| crate::study::spec::check_names(std::slice::from_ref(w)).is_ok()));
         }
     }
     names.retain(|name| meshes.join(name).join("body.toml").is_file());
@@ -113,11 +114,15 @@ fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Resul
         for file in list(&meshes.join(body))? {
             let is_source = file.extension().is_some_and(|e| e == "py" || e == "toml" || e == "txt");
             if is_source {
-                inputs.files.insert(format!("home/meshes/{body}/{}", name(Path::new(file.file_name().unwrap_or_default()))), file);
+                inputs.files.insert(
+                    format!("home/meshes/{body}/{}", name(Path::new(file.file_name().unwrap_or_default()))),
+                    file,
+                );
             }
         }
     }
-    let sources: BTreeSet<&str> = cases.iter().map(|c| c.record.mesh.source.as_str()).filter(|s| s.ends_with(".msh.gz")).collect();
+    let sources: BTreeSet<&str> =
+        cases.iter().map(|c| c.record.mesh.source.as_str()).filter(|s| s.ends_with(".msh.gz")).collect();
     for source in sources {
         let folders = names.iter().map(String::as_str).chain(["cache"]);
         let found = folders.map(|folder| (folder, meshes.join(folder).join(source))).find(|(_, path)| path.is_file());

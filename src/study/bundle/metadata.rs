@@ -45,7 +45,11 @@ pub fn metadata(about: &About, files: &[Stored]) -> Value {
         }),
     ];
     let of = |inputs: bool| {
-        files.iter().filter(|f| f.name.starts_with(if inputs { "home/" } else { "results/" })).map(|f| refer(&f.name)).collect::<Vec<_>>()
+        files
+            .iter()
+            .filter(|f| f.name.starts_with(if inputs { "home/" } else { "results/" }))
+            .map(|f| refer(&f.name))
+            .collect::<Vec<_>>()
     };
     graph.push(json!({
         "@id": "#run",
@@ -124,7 +128,12 @@ mod tests {
 
     #[test]
     fn days_have_their_dates() {
-        let days = [(0, "1970-01-01"), (951_782_400, "2000-02-29"), (1_709_251_199, "2024-02-29"), (4_107_542_400, "2100-03-01")];
+        let days = [
+            (0, "1970-01-01"),
+            (951_782_400, "2000-02-29"),
+            (1_709_251_199, "2024-02-29"),
+            (4_107_542_400, "2100-03-01"),
+        ];
         for (s, date) in days {
             assert_eq!(iso_date(s), date);
         }

@@ -152,9 +152,11 @@ pub fn open(dir: &Path) -> Result<Bundle, BundleError> {
         let Some((digest, file)) = line.split_once("  ") else {
             return Err(refuse(format!("{MANIFEST} has a line without a digest")));
         };
-        let is_inside = Path::new(file).components().all(|c| matches!(c, std::path::Component::Normal(_)));
+        if !Path::new(file).components().all(|c| matches!(c, std::path::Component::Normal(_))) {
+            wrong.push(format!("{file} leads out of the bundle"));
+            continue;
+        }
         match read(file).map(sha256) {
-            _ if !is_inside => wrong.push(format!("{file} leads out of the bundle")),
             Err(e) => wrong.push(format!("{file}: {e}")),
             Ok(found) if found != digest => wrong.push(format!("{file} is not the file that was written")),
             Ok(_) => {}

@@ -81,7 +81,9 @@ const CONVERGED: &str = "Converged";
 pub enum CompareError {
     #[error(transparent)]
     Report(#[from] ReportError),
-    #[error("{old} holds a study of kind \"{old_kind}\", {new} one of kind \"{new_kind}\"; give two results of one study")]
+    #[error(
+        "{old} holds a study of kind \"{old_kind}\", {new} one of kind \"{new_kind}\"; give two results of one study"
+    )]
     Kinds { old: String, old_kind: String, new: String, new_kind: String },
     #[error("{old} and {new} have no case and no value in common; give two results of one study")]
     NothingInCommon { old: String, new: String },
@@ -181,7 +183,13 @@ fn is_rounding(old: f64, new: f64) -> bool {
     (new - old).abs() <= ROUNDING * old.abs().max(new.abs())
 }
 
-fn change_of(what: String, unit: &str, (old, new): (f64, f64), normalised: Option<f64>, judgement: Judgement) -> Change {
+fn change_of(
+    what: String,
+    unit: &str,
+    (old, new): (f64, f64),
+    normalised: Option<f64>,
+    judgement: Judgement,
+) -> Change {
     let relative = (old != 0.0).then(|| (new - old) / old.abs());
     Change { what, unit: unit.into(), old, new, relative, normalised, judgement }
 }

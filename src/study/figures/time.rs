@@ -1,6 +1,6 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{Area, At, wide_page, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::numbers::thousands;

@@ -1,6 +1,6 @@
 //! A measured curve as marks, the recorded one as a line.
 
-use crate::report::canvas::{At, wide_page, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::study::overlay::distance::Overlay;

@@ -1,8 +1,8 @@
 //! Measured curves laid over the recorded ones of the cases of a study: one figure per measured curve and variant, and the distances of all cases.
 
-use crate::report::numbers::per_cent;
-use crate::report::canvas::{wide_page, INK, MARKS, PALETTE, figure, hollow, line, mm};
+use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, line, mm, wide_page};
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
+use crate::report::numbers::per_cent;
 use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
 use crate::scene::Measured;
@@ -106,7 +106,7 @@ fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
 pub fn table(store: &Results) -> Option<Table> {
     let curves = |r: &CaseRecord| -> Vec<Vec<String>> {
         let row = |d: &Distance| {
-            let [l2, largest] = [d.l2, d.largest].map(|v| per_cent(v));
+            let [l2, largest] = [d.l2, d.largest].map(per_cent);
             vec![r.id.clone(), d.column.clone(), d.over.clone(), d.file.clone(), d.points.to_string(), l2, largest]
         };
         r.distances.iter().map(row).collect()

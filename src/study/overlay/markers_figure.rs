@@ -1,7 +1,7 @@
 //! Measured tracks as marks, recorded points as lines: one panel per coordinate.
 
 use super::markers::{MarkerOverlay, words};
-use crate::report::canvas::{At, wide_page, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 

@@ -13,7 +13,8 @@ pub fn describe(to: Paragraph, table: &Table) -> Paragraph {
     let info = entry.info;
     let empty = Table::new();
     let provenance = table.get("provenance").and_then(Value::as_table).unwrap_or(&empty);
-    let constants: Vec<String> = table.iter().filter_map(|(key, value)| constant(entry.parameter(key)?, value, provenance)).collect();
+    let constants: Vec<String> =
+        table.iter().filter_map(|(key, value)| constant(entry.parameter(key)?, value, provenance)).collect();
     let cited = Reference::named_in(info.source);
     let named = if cited.is_empty() { format!(" ({})", info.source) } else { String::new() };
     let mut to = to.text(format!("{} law{named}", crate::report::numbers::capital(info.title))).cite(cited);
@@ -62,7 +63,9 @@ fn source(provenance: &Table) -> Option<String> {
     let stretch = provenance.get("fitted_stretch").and_then(Value::as_array);
     let stretch: Vec<f64> = stretch.into_iter().flatten().filter_map(Value::as_float).collect();
     let fitted = match (modes.is_empty(), stretch.as_slice()) {
-        (false, [a, b]) => format!(", fitted to its {} data for stretches from {} to {}", modes.join(" and "), plain(*a), plain(*b)),
+        (false, [a, b]) => {
+            format!(", fitted to its {} data for stretches from {} to {}", modes.join(" and "), plain(*a), plain(*b))
+        }
         (false, _) => format!(", fitted to its {} data", modes.join(" and ")),
         (true, _) => String::new(),
     };

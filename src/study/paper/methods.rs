@@ -14,10 +14,16 @@ const MOST_LAWS: usize = 16;
 
 /// The paragraphs that follow from the records; `errors` are the sentences on error bars of the kind of study.
 pub fn paragraphs(records: &[&CaseRecord], errors: &str) -> Vec<Paragraph> {
-    let scenes: Vec<SceneSpec> = (records.iter())
-        .filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok())
-        .collect();
-    let mut all = vec![mesh(records, &scenes), elements(records), laws(records, &scenes), physics(records), time(records), solver(records, &scenes)];
+    let scenes: Vec<SceneSpec> =
+        (records.iter()).filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok()).collect();
+    let mut all = vec![
+        mesh(records, &scenes),
+        elements(records),
+        laws(records, &scenes),
+        physics(records),
+        time(records),
+        solver(records, &scenes),
+    ];
     if !errors.is_empty() {
         all.push(Paragraph::new("Error bars").marked(errors));
     }
@@ -52,7 +58,8 @@ fn range(values: impl Iterator<Item = f64> + Clone, print: impl Fn(f64) -> Strin
 
 fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
     let count = distinct(records.iter().map(|r| (r.mesh.cells, r.mesh.nodes, r.mesh.h_m.to_bits()))).len();
-    let cells = range(records.iter().map(|r| r.mesh.cells as f64), |n| thousands(n as usize).replace('\u{2009}', "\u{202f}"));
+    let cells =
+        range(records.iter().map(|r| r.mesh.cells as f64), |n| thousands(n as usize).replace('\u{2009}', "\u{202f}"));
     let h = range(records.iter().map(|r| 1e3 * r.mesh.h_m), |h| format!("{h:.2}"));
     let quality = records.iter().map(|r| r.mesh.min_quality).fold(f64::INFINITY, f64::min);
     let meshes = if count == 1 { "One mesh of".to_string() } else { format!("{count} meshes of") };
@@ -68,7 +75,9 @@ fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
     let walls: Vec<f64> = records.iter().filter_map(|r| r.mesh.wall_cells).collect();
     let wall = match walls.is_empty() {
         true => String::new(),
-        false => format!(" The thinnest wall has {} cells across.", range(walls.iter().copied(), |w| format!("{w:.1}"))),
+        false => {
+            format!(" The thinnest wall has {} cells across.", range(walls.iter().copied(), |w| format!("{w:.1}")))
+        }
     };
     Paragraph::new("Mesh").marked(&format!(
         "{meshes} {cells} tetrahedra{by}, with h = (V/N)^(1/3) = {h}\u{a0}mm and a radius ratio 3r/R of at least {quality:.2}.{wall}"
@@ -76,7 +85,8 @@ fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
 }
 
 fn elements(records: &[&CaseRecord]) -> Paragraph {
-    let one = |name: &str| match name {
+    let one = |name: &str| {
+        match name {
         "tet4" => "linear displacements (tet4, 1 quadrature point)",
         "tet10" => "quadratic displacements (tet10, 4 quadrature points)",
         "tet4_up" => {
@@ -87,18 +97,22 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
         "mass_spring" => "springs on the edges of the mesh (mass_spring)",
         other => return other.replace('_', " "),
     }
-    .to_string();
+    .to_string()
+    };
     let all: Vec<String> = distinct(records.iter().map(|r| r.formulation.as_str())).into_iter().map(one).collect();
     Paragraph::new("Elements").marked(&format!("Elements have {}.", listed(&all)))
 }
 
 fn laws(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
-    let of_records = distinct(records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table));
+    let of_records =
+        distinct(records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table));
     let all = distinct(scenes.iter().flat_map(|s| s.laws.values()).chain(&of_records));
     let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), |p, table| describe(p, table));
     match all.len() {
         0 => p.text("No law: springs are all that is elastic."),
-        n if n > MOST_LAWS => p.text(format!("These are {MOST_LAWS} of {n} sets of constants; the records of the cases have all.")),
+        n if n > MOST_LAWS => {
+            p.text(format!("These are {MOST_LAWS} of {n} sets of constants; the records of the cases have all."))
+        }
         _ => p,
     }
 }
@@ -112,22 +126,27 @@ fn as_table(law: &LawRecord) -> toml::Table {
 fn physics(records: &[&CaseRecord]) -> Paragraph {
     let names: BTreeSet<String> = records.iter().flat_map(|r| &r.effects).map(|e| e.name.replace('_', " ")).collect();
     let names: Vec<String> = names.into_iter().collect();
-    Paragraph::new("Effects and constraints").text(format!("Assembled were {}. Nothing else acts on the body.", listed(&names)))
+    Paragraph::new("Effects and constraints")
+        .text(format!("Assembled were {}. Nothing else acts on the body.", listed(&names)))
 }
 
 fn time(records: &[&CaseRecord]) -> Paragraph {
-    let one = |name: &str| match name {
-        "static" => "quasi-static, a sequence of equilibria along the protocol",
-        "arc_length" => "quasi-static, continued by arc length [@crisfield1981]",
-        "implicit_euler" => "the implicit Euler method",
-        "implicit_euler_linearised" => "the implicit Euler method with one linearised solution a step",
-        "implicit_euler_corrected" => "the implicit Euler method with free motion and one contact correction a step [@duriez2006]",
-        "bdf2" => "the second-order backward differentiation formula",
-        "generalised_alpha" => "the generalised-α method [@chung1993; @arnold2007]",
-        "newmark" => "the Newmark method [@newmark1959]",
-        other => return other.replace('_', " "),
-    }
-    .to_string();
+    let one = |name: &str| {
+        match name {
+            "static" => "quasi-static, a sequence of equilibria along the protocol",
+            "arc_length" => "quasi-static, continued by arc length [@crisfield1981]",
+            "implicit_euler" => "the implicit Euler method",
+            "implicit_euler_linearised" => "the implicit Euler method with one linearised solution a step",
+            "implicit_euler_corrected" => {
+                "the implicit Euler method with free motion and one contact correction a step [@duriez2006]"
+            }
+            "bdf2" => "the second-order backward differentiation formula",
+            "generalised_alpha" => "the generalised-α method [@chung1993; @arnold2007]",
+            "newmark" => "the Newmark method [@newmark1959]",
+            other => return other.replace('_', " "),
+        }
+        .to_string()
+    };
     let integrators = distinct(records.iter().map(|r| r.integrator.as_str())).into_iter().map(one).collect::<Vec<_>>();
     let dt = range(records.iter().map(|r| r.dt_s), plain);
     Paragraph::new("Time").marked(&format!("The solution is {}, with steps of {dt}\u{a0}s.", listed(&integrators)))
@@ -151,11 +170,14 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
         String::new()
     };
     let stopped = records.iter().filter(|r| !r.converged()).count();
-    let stopped = if stopped > 0 { format!(" {stopped} of {} cases did not complete.", records.len()) } else { String::new() };
+    let stopped =
+        if stopped > 0 { format!(" {stopped} of {} cases did not complete.", records.len()) } else { String::new() };
     let criterion = if scenes.is_empty() {
         String::new()
     } else {
-        format!(", to a relative residual of {tolerances} and a correction below {accuracy} of the largest displacement")
+        format!(
+            ", to a relative residual of {tolerances} and a correction below {accuracy} of the largest displacement"
+        )
     };
     Paragraph::new("Solver").marked(&format!(
         "Each step is solved by Newton's method with a line search{criterion}. {linear}.{error}{stopped}"

@@ -68,7 +68,10 @@ mod tests {
         assert_eq!(all.len(), FILE.matches("\n@").count() + 1);
         assert!(all.windows(2).all(|w| w[0].key < w[1].key));
         for r in all {
-            assert!(r.entry.ends_with("}\n") && r.entry.contains("year = {") && !r.entry.contains("shorthand"), "{r:?}");
+            assert!(
+                r.entry.ends_with("}\n") && r.entry.contains("year = {") && !r.entry.contains("shorthand"),
+                "{r:?}"
+            );
             assert_eq!(r.entry.matches('{').count(), r.entry.matches('}').count(), "{}", r.key);
             assert!(r.entry.is_ascii(), "{}: BibTeX reads ASCII only", r.key);
         }

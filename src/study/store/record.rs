@@ -1,9 +1,9 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::{Law, title};
-use crate::scene::{ExtremeKind, Measured};
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
+use crate::scene::{ExtremeKind, Measured};
 use crate::solve::{Integrator, Status};
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::overlay::distance::{Distance, MarkerDistance};

@@ -199,11 +199,16 @@ pub fn signed(x: f64) -> String {
 
 fn sentence(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) -> String {
     let unit = space(&q.quantity.unit);
-    let mut words = format!("{}: {:.*}{unit} with {}", capital(&q.peak_title()), digits(q.peak), q.peak, title(reference));
+    let mut words =
+        format!("{}: {:.*}{unit} with {}", capital(&q.peak_title()), digits(q.peak), q.peak, title(reference));
     let others: Vec<&ComparedMember> = q.members.iter().filter(|c| c.member != reference).collect();
     let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
     let list = |members: &[&&ComparedMember]| {
-        members.iter().map(|c| format!("{} {}", title(&c.member), signed(c.peak_difference))).collect::<Vec<_>>().join(", ")
+        members
+            .iter()
+            .map(|c| format!("{} {}", title(&c.member), signed(c.peak_difference)))
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     if !near.is_empty() {
         words += &format!("; within {}: {}", percent(tolerance), list(&near));
@@ -266,7 +271,11 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
     let mut words = match same.is_empty() {
         true => format!("No member can replace {} within {tolerance} of the peak in every curve.", title(&a.reference)),
         false => {
-            format!("Within {tolerance} of the peak, in every curve, {} can replace {}.", same.join(", "), title(&a.reference))
+            format!(
+                "Within {tolerance} of the peak, in every curve, {} can replace {}.",
+                same.join(", "),
+                title(&a.reference)
+            )
         }
     };
     if !apart.is_empty() {

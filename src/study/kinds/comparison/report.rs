@@ -18,7 +18,9 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
     let cumulative = !a.sequences.is_empty();
     let sentences = a.quantities.iter().map(|q| &q.sentence).chain(a.sequences.iter().map(|s| &s.sentence));
     let (mut shown, answer) = match cumulative {
-        true => (vec![evaluations(store, a), answers(store, a)], ("What each addition costs", sequence_costs(store, a))),
+        true => {
+            (vec![evaluations(store, a), answers(store, a)], ("What each addition costs", sequence_costs(store, a)))
+        }
         false => (vec![], ("Which member, at what cost", member_costs(store, a))),
     };
     if !a.quantities.is_empty() || !cumulative {
@@ -101,7 +103,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for c in &q.members {
-            let optional = |v: Option<f64>| v.map_or("–".into(), |v| per_cent(v));
+            let optional = |v: Option<f64>| v.map_or("–".into(), per_cent);
             rows.push(vec![
                 format!("{}, {}", q.quantity.label, q.variant),
                 store.study.member(&c.member),

@@ -144,7 +144,8 @@ fn costs(a: &CostFindings) -> Table {
 fn laws(a: &CostFindings) -> Table {
     let rows = (a.growth.iter())
         .map(|l| {
-            let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{} MB", significant(1e-6 * v, 2)) };
+            let shown =
+                |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{} MB", significant(1e-6 * v, 2)) };
             let between = |[low, high]: [f64; 2]| format!("{} to {}", shown(low), shown(high));
             vec![
                 l.variant.clone(),

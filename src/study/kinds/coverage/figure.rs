@@ -1,7 +1,7 @@
 //! Bar over true error of every error bar, problem after problem.
 
 use crate::report::canvas::{
-    At, wide_page, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, text,
+    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};

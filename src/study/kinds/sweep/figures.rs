@@ -1,7 +1,7 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
 use crate::report::canvas::{
-    Area, At, wide_page, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
+    Area, At, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::{capital, digits};

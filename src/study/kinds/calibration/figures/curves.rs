@@ -1,7 +1,7 @@
 //! A measured curve together with the scene that reproduces it, the residuals below, and the first constant case by case.
 
 use crate::report::canvas::{
-    At, wide_page, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,
+    At, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;

@@ -1,7 +1,7 @@
 //! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
 //! against what drives it.
 
-use crate::report::canvas::{Area, wide_page, PALETTE, RGB, dashed, figure, italic, line, mm};
+use crate::report::canvas::{Area, PALETTE, RGB, dashed, figure, italic, line, mm, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};

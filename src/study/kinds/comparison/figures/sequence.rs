@@ -1,7 +1,7 @@
 //! Cost of a step with effects added one by one.
 
 use crate::material::title;
-use crate::report::canvas::{At, wide_page, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::canvas::{At, INK, PALETTE, RGB, SMALL, block, figure, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};

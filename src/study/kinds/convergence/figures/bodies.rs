@@ -1,6 +1,6 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
-use crate::report::canvas::{Area, At, page_width, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
+use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
 use crate::report::figure::Figure;
 use crate::report::numbers::thousands;
 use crate::report::plot::Axis;

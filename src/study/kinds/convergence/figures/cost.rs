@@ -1,6 +1,8 @@
 //! Cost of a mesh: seconds against unknowns and against entries of the factor, with the exponent of growth.
 
-use crate::report::canvas::{Area, At, columns, page_width, Mark, PALETTE, RGB, SMALL, figure, italic, line, mark, mm, text};
+use crate::report::canvas::{
+    Area, At, Mark, PALETTE, RGB, SMALL, columns, figure, italic, line, mark, mm, page_width, text,
+};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};

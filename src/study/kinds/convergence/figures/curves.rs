@@ -1,7 +1,7 @@
 //! The deciding quantities (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
 //! difference to the Richardson curve, where the meshes come apart.
 
-use crate::report::canvas::{columns, page_width, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
+use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, line, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines};
 use crate::report::numbers::{capital, thousands};
 use crate::report::plot::{Axis, Plot};
@@ -105,7 +105,8 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         .collect();
     let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
     let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
-    let below = if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
+    let below =
+        if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
     let caption = format!(
         "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}",
         capital(&store.study.label(variant)),

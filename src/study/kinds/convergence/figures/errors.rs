@@ -1,6 +1,8 @@
 //! Error against h with the fitted orders, and error against seconds with the Pareto front.
 
-use crate::report::canvas::{Area, At, columns, page_width, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
+use crate::report::canvas::{
+    Area, At, GREY, INK, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, page_width, text,
+};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};

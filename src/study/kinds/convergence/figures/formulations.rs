@@ -1,6 +1,6 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{columns, page_width, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
+use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
@@ -117,7 +117,10 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
                 levels(&plot, q, tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));
                 plot.axes(true);
-                plot.title(['a', 'b', 'c', 'd'][if columns == 1 { j } else { shown.len() * row + column }], &capital(&q.title()));
+                plot.title(
+                    ['a', 'b', 'c', 'd'][if columns == 1 { j } else { shown.len() * row + column }],
+                    &capital(&q.title()),
+                );
             }
         }
         legend_below(area, (LEFT, below + 13.5), across, entries);

@@ -120,15 +120,14 @@ pub fn curves(analysis: &ConvergenceFindings) -> Table {
     for q in &analysis.quantities {
         for (family, c) in &q.curves {
             for n in &c.norms {
-                let relative =
-                    |v: f64| if n.peak == 0.0 { "–".into() } else { per_cent(v / n.peak.abs()) };
+                let relative = |v: f64| if n.peak == 0.0 { "–".into() } else { per_cent(v / n.peak.abs()) };
                 rows.push(vec![
                     q.quantity.label.clone(),
                     family.clone(),
                     n.id.clone(),
                     relative(n.l2_to_finer),
                     relative(n.linf_to_finer),
-                    n.l2_error.map_or("–".into(), |v| per_cent(v)),
+                    n.l2_error.map_or("–".into(), per_cent),
                     format!("{:.1}", (1e4 * n.lag_s).round() / 10.0 + 0.0),
                     n.cycle_defect.map_or("–".into(), |v| format!("{:.1e}", v)),
                     c.observed_order.map_or("–".into(), |p| format!("{p:.2}")),

@@ -1,6 +1,6 @@
 //! How time and memory grow with the cells: fitted laws, and what twice the most cells would take.
 
-use crate::report::canvas::{At, columns, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
+use crate::report::canvas::{At, PALETTE, SMALL, columns, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
 use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};

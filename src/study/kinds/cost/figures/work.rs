@@ -1,7 +1,7 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
-    Area, At, columns, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
+    Area, At, GREY, INK, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;

@@ -56,7 +56,10 @@ pub fn draw(map: &Map) -> Figure {
 /// Meaning of the numbers in the squares, with the unit, and of the abbreviations.
 fn key(map: &Map) -> Vec<String> {
     let unit = if map.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", map.quantity.unit) };
-    let mut words = vec![format!("number: {}", map.peak_is), format!("{} {}{unit}", map.quantity.label, italic(&map.quantity.symbol))];
+    let mut words = vec![
+        format!("number: {}", map.peak_is),
+        format!("{} {}{unit}", map.quantity.label, italic(&map.quantity.symbol)),
+    ];
     let without = map.panels.iter().flat_map(|p| &p.points).filter(|p| !p.peak.is_some_and(f64::is_finite));
     let statuses: BTreeSet<&str> = without.map(|p| p.status.as_str()).collect();
     words.extend(statuses.into_iter().map(|s| format!("{}: {s}", abbreviated(s))));

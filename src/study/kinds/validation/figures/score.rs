@@ -1,7 +1,7 @@
 //! Measured against predicted values, in half-widths of the intervals.
 
 use crate::report::canvas::{
-    At, wide_page, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, width,
+    At, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, wide_page, width,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
