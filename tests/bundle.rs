@@ -25,7 +25,7 @@ region = "zmin"
 kind = "prescribed"
 region = "zmax"
 components = "z"
-value = { kind = "ramp", to = "2 mm", end = "1 s" }
+displacement = { kind = "ramp", from = "0 mm", to = "2 mm", start = "0 s", end = "1 s" }
 
 [[stage]]
 integrator = "static"

@@ -24,7 +24,7 @@ pub trait StudyKind: DeserializeOwned {
     /// Findings of this kind alone; the rest of an analysis is the same for every kind
     type Findings;
     /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
-    const ERRORS: &'static str;
+    const ERRORS: &'static str = "";
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;
 

@@ -90,7 +90,7 @@ impl Column {
     }
 }
 
-/// Cells that stand for no value in a column of numbers.
+/// Cells of a column of numbers that have no value.
 const EMPTY: [&str; 3] = ["", "–", "-"];
 
 fn row(cells: impl Iterator<Item = String>) -> String {

@@ -1,6 +1,6 @@
 //! The files that a study reads: its own, those that they name, bodies and meshes.
 
-use super::BundleError;
+use super::error::BundleError;
 use crate::mesh::generate::MeshStore;
 use crate::storage::{self, TEXT_LIMIT};
 use crate::study::store::record::StoredCase;

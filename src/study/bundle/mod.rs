@@ -8,13 +8,14 @@
 //! results/                 the results with their report
 //! ```
 
+mod error;
 mod inputs;
 mod metadata;
 
-use crate::report::ReportError;
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::builds::builds;
 use crate::study::store::results;
+pub use error::BundleError;
 use inputs::{Files, Inputs, gather, list, name};
 use metadata::{About, Stored, metadata};
 use serde::{Deserialize, Serialize};
@@ -27,34 +28,7 @@ const ENVIRONMENT: &str = "environment.json";
 const FOLDERS: [&str; 4] = ["cases", "figures", "tables", "paper"];
 const ENDS: [&str; 3] = ["json", "html", "toml"];
 
-/// A bundle that cannot be written, or whose files are not those that were written.
-#[derive(Debug, thiserror::Error)]
-pub enum BundleError {
-    #[error(transparent)]
-    Report(#[from] ReportError),
-    #[error("{}: {reason}", path.display())]
-    Unreadable { path: PathBuf, reason: String },
-    #[error("{}: it cannot be written: {reason}; choose another place, or make room", path.display())]
-    Unwritable { path: PathBuf, reason: String },
-    #[error("{}: it is not empty; give a folder that does not exist yet", path.display())]
-    NotEmpty { path: PathBuf },
-    #[error("{}; another machine has no such file: name it relative to the file that reads it", files.join("; "))]
-    Absolute { files: Vec<String> },
-    #[error("{} has results of the study {found}, not of {wanted}; give the folder of its results with --results", path.display())]
-    OtherStudy { path: PathBuf, found: String, wanted: String },
-    #[error("{}: it is no bundle: {reason}", path.display())]
-    NoBundle { path: PathBuf, reason: String },
-    #[error("{}: {}; get the bundle again", path.display(), files.join("; "))]
-    Damaged { path: PathBuf, files: Vec<String> },
-}
-
-impl BundleError {
-    fn unreadable(path: &Path, e: &io::Error) -> Self {
-        Self::Unreadable { path: path.into(), reason: e.to_string() }
-    }
-}
-
-/// What was written.
+/// Contents of a bundle that was written.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Bundled {
     pub files: usize,

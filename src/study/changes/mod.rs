@@ -1,4 +1,4 @@
-//! What changed from one result of a study to another, and whether it is beyond the error bars.
+//! Changes from one result of a study to another, judged by the error bars.
 //!
 //! ```text
 //! E_n = |new − old|/√(h_old² + h_new²)        h: half-width of the error bar on the side of the other value

@@ -60,7 +60,7 @@ impl StoredSummary {
         Ok(summary)
     }
 
-    /// The quantity that a column of a case stands for, where the study judges it.
+    /// The quantity in a column of a case, where the study judges it.
     pub fn judged(&self, case: &StoredCase, column: &str) -> Option<&Quantity> {
         self.quantities.get(&case.variant)?.iter().find(|q| q.name == column)
     }

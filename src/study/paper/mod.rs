@@ -1,4 +1,4 @@
-//! What a paper takes from a result: `paper/` with the methods, the references, and a document of the generated parts.
+//! Parts of a paper that follow from a result: `paper/` with the methods, the references, and a document of the generated parts.
 
 mod constants;
 mod methods;
@@ -9,16 +9,10 @@ mod words;
 use crate::report::{ReportError, files};
 use crate::study::store::record::CaseRecord;
 use references::Reference;
+pub use sample::Parts;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use words::Paragraph;
-
-/// Tables and figures of a report by name, for the document that shows them.
-pub struct Parts<'a> {
-    pub title: &'a str,
-    pub tables: Vec<&'a str>,
-    pub figures: Vec<&'a str>,
-}
 
 /// Writes `methods.tex`, `methods.md`, `references.bib` and `paper.tex` into `dir`. `errors` are the sentences on error bars, with citations as `[@key]`.
 ///

@@ -1,7 +1,13 @@
 //! A document of the generated parts alone, which shows that they compile and how they look.
 
-use super::Parts;
 use crate::report::latex::{PACKAGES, escape};
+
+/// Tables and figures of a report by name, for the document that shows them.
+pub struct Parts<'a> {
+    pub title: &'a str,
+    pub tables: Vec<&'a str>,
+    pub figures: Vec<&'a str>,
+}
 
 /// An article that reads the methods, the first table, the first figure, and the bibliography; to be compiled where it lies.
 pub fn document(parts: &Parts) -> String {

@@ -91,6 +91,20 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
             legend(area, (mm(page_width() - legend_width + 4.0), mm(first + 2.0)), &entries);
         }
     });
+    let orders = orders(&panels);
+    let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
+    let below =
+        if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
+    let caption = format!(
+        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}",
+        capital(&store.study.label(variant)),
+        family.name
+    );
+    Some(Figure { name: format!("curves-{variant}"), svg, caption })
+}
+
+/// The order of the curves of every quantity, in a sentence.
+fn orders(panels: &[(Quantity, Option<&CurveStudy>)]) -> String {
     let words: Vec<String> = panels
         .iter()
         .filter_map(|(q, s)| {
@@ -103,16 +117,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
             })
         })
         .collect();
-    let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
-    let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
-    let below =
-        if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
-    let caption = format!(
-        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}",
-        capital(&store.study.label(variant)),
-        family.name
-    );
-    Some(Figure { name: format!("curves-{variant}"), svg, caption })
+    if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) }
 }
 
 fn panel(
