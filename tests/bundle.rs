@@ -101,7 +101,7 @@ fn study() -> (tempfile::TempDir, PathBuf, PathBuf) {
 fn a_measured_curve_is_laid_over_those_of_the_cases() {
     let (_dir, _, results) = study();
     let svg = std::fs::read_to_string(results.join("figures/compare-pull-1.svg")).expect("a figure");
-    assert!(svg.contains(">measured</") && svg.contains("sweep-pull-E50kPa"), "marks and a line for each case");
+    assert!(svg.contains("measured") && svg.matches("sweep-pull-").count() == 2, "marks, and a line for each case");
     let table = std::fs::read_to_string(results.join("tables/compare.csv")).expect("a table");
     assert_eq!(table.lines().count(), 3, "{table}");
     let page = std::fs::read_to_string(results.join("index.html")).expect("the page");
