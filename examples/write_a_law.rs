@@ -10,6 +10,7 @@ use durometer::prelude::*;
 
 static INFO: LawInfo = LawInfo {
     name: "simo_pister",
+    title: "Simo–Pister",
     formula: "ψ = ½μ(I₁ − 3) − μ ln J + ½λ(J − 1)²",
     source: "Simo & Pister 1984",
     limits: "J > 0",

@@ -78,6 +78,8 @@ fn made(bars: [f64; 3], apart: f64, curved: bool) -> Made {
         expectation: String::new(),
         tolerance: 0.05,
         quantities: BTreeMap::new(),
+        groups: BTreeMap::new(),
+        members: BTreeMap::new(),
         variants: vec!["nu".into()],
         labels: BTreeMap::new(),
         families: vec![

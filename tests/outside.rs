@@ -178,6 +178,7 @@ impl StudyKind for Count {
             folded: vec![],
             extension: None,
             figures: vec![Ok(parabola())],
+            claims: vec![],
             files: vec![],
             outcomes: BTreeMap::new(),
         }

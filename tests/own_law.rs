@@ -36,6 +36,7 @@ const KEYS: &[Parameter] = &[
 
 static INFO: LawInfo = LawInfo {
     name: "demiray",
+    title: "Demiray",
     formula: "ψ = (μ/2b)(e^{b(Ī₁ − 3)} − 1) + U(J)",
     source: "Demiray 1972",
     limits: "J > 0",

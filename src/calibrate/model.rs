@@ -50,12 +50,13 @@ impl Model {
         self.law.info.name
     }
 
-    /// `ogden with 3 terms`, or the name where there is no choice
+    /// `Ogden with 3 terms`, or the title of the law where there is no choice
     pub fn label(&self) -> String {
+        let title = self.law.info.title;
         if self.form.term_counts.len() == 1 {
-            self.name().into()
+            title.into()
         } else {
-            format!("{} with {} term{}", self.name(), self.terms, if self.terms == 1 { "" } else { "s" })
+            format!("{title} with {} term{}", self.terms, if self.terms == 1 { "" } else { "s" })
         }
     }
 

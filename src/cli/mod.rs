@@ -3,8 +3,10 @@
 mod arguments;
 mod bars;
 mod body_figure;
+mod bundle;
 mod cases;
 mod check;
+mod compare;
 mod doctor;
 mod drawing;
 mod engine;
@@ -73,6 +75,8 @@ enum Command {
     Check(check::Args),
     Report(report::Args),
     View(view::Args),
+    Compare(compare::Args),
+    Bundle(bundle::Args),
     Store(store::Args),
     Doctor(doctor::Args),
     #[command(hide = true)]
@@ -110,6 +114,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
         Command::View(args) => view::main(args),
+        Command::Compare(args) => compare::main(args),
+        Command::Bundle(args) => bundle::main(args),
         Command::Store(args) => store::main(args),
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),

@@ -20,6 +20,8 @@ pub enum Outcome {
     NotWithinBudget,
     /// `store`: some stored result is damaged, or differs from that of an archive
     NotSound,
+    /// `compare`: a value changed beyond its error bar, or a case is gone or converges no longer
+    ChangedBeyondBars,
     /// `fit`: the data do not determine the constants
     NotDetermined,
 }
@@ -34,6 +36,7 @@ pub fn exit_code(result: &CommandResult) -> ExitCode {
             | Outcome::RunIncomplete
             | Outcome::NotWithinBudget
             | Outcome::NotSound
+            | Outcome::ChangedBeyondBars
             | Outcome::NotDetermined,
         ) => 3,
     })

@@ -49,6 +49,7 @@ pub const KEYS: &[Parameter] = &[
 
 pub static INFO: LawInfo = LawInfo {
     name: "arruda_boyce",
+    title: "Arruda–Boyce",
     formula: "ψ = μ Σ c_n λ_m^{2−2n} (Ī₁ⁿ − 3ⁿ) + U(J), n = 1 … 5, c = 1/2, 1/20, 11/1050, 19/7000, 519/673750",
     source: "Arruda & Boyce 1993; modified invariant: Holzapfel 2000, ch. 6",
     limits: "J > 0; the series is too soft near Ī₁ = 3λ_m², where the chains lock",

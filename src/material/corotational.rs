@@ -19,6 +19,7 @@ use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
     name: "corotational",
+    title: "corotational",
     formula: "ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I)",
     source: "Sifakis & Barbič 2012, part I, ch. 3",
     limits: "small strain, any rotation; finite energy at J = 0, so cells may invert under load; they are driven back",

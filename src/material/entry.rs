@@ -126,8 +126,13 @@ impl LawEntry {
         })
     }
 
+    /// The parameter of this key in files.
+    pub fn parameter(&self, key: &str) -> Option<&'static Parameter> {
+        self.keys.iter().find(|p| p.name == key)
+    }
+
     pub(super) fn key(&self, key: &str) -> Result<&'static Parameter, LawSpecError> {
-        self.keys.iter().find(|p| p.name == key).ok_or_else(|| self.unknown(key))
+        self.parameter(key).ok_or_else(|| self.unknown(key))
     }
 
     fn unknown(&self, key: &str) -> LawSpecError {

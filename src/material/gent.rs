@@ -35,6 +35,7 @@ pub const KEYS: &[Parameter] = &[
 
 pub static INFO: LawInfo = LawInfo {
     name: "gent",
+    title: "Gent",
     formula: "ψ = −½μJ_m ln(1 − (Ī₁ − 3)/J_m) + U(J)",
     source: "Gent 1996; modified invariant: Holzapfel 2000, ch. 6",
     limits: "J > 0; locks at Ī₁ − 3 = J_m and is not defined beyond",

@@ -58,6 +58,7 @@ pub const KEYS: &[Parameter] = &[
 
 pub static INFO: LawInfo = LawInfo {
     name: "hyperfoam",
+    title: "hyperfoam",
     formula: "ψ = Σ (2μ_n/α_n²)[λ₁^{α_n} + λ₂^{α_n} + λ₃^{α_n} − 3 + (J^{−α_nβ_n} − 1)/β_n], β_n = ν_n/(1 − 2ν_n)",
     source: "Hill 1978; Storåkers 1986; Blatz & Ko 1962 with α = −2, ν = ¼",
     limits: "J > 0; terms of negative μ_n or ν_n may lose stability at some stretch",

@@ -12,6 +12,8 @@ use crate::math::tensor::Mat3;
 pub struct LawInfo {
     /// Name in files, e.g. `neo_hookean`
     pub name: &'static str,
+    /// Name as a paper writes it, e.g. `Neo-Hookean`
+    pub title: &'static str,
     /// ψ as text, in the letters of the code
     pub formula: &'static str,
     /// Author, year, equation

@@ -17,6 +17,7 @@ use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
     name: "linear",
+    title: "linear elastic",
     formula: "ψ = μ ε:ε + ½λ tr²ε, ε = sym(F − I)",
     source: "Bonet & Wood 2008, ch. 6",
     limits: "small strain and small rotation; not objective",

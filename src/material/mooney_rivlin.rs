@@ -34,6 +34,7 @@ pub const KEYS: &[Parameter] = &[
 
 pub static INFO: LawInfo = LawInfo {
     name: "mooney_rivlin",
+    title: "Mooney–Rivlin",
     formula: "ψ = C10 i + C01 k + C11 ik + C20 i² + C02 k² + U(J), i = Ī₁ − 3, k = Ī₂ − 3",
     source: "Rivlin & Saunders 1951; modified invariants: Holzapfel 2000, ch. 6",
     limits: "J > 0; negative terms lose stability at some stretch",

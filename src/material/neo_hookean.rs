@@ -24,6 +24,7 @@ use crate::math::units::Dimension;
 
 pub static INFO: LawInfo = LawInfo {
     name: "neo_hookean",
+    title: "Neo-Hookean",
     formula: "ψ = ½μ(I₁ − 3) − μ ln J + ½λ(ln J)²",
     source: "Bonet & Wood 2008, eq. 6.27",
     limits: "J > 0; (ln J)² softens in strong dilatation, J > e",

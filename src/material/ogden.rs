@@ -57,6 +57,7 @@ const PAIRS: [(&str, &str); TERMS] = [("mu1", "alpha1"), ("mu2", "alpha2"), ("mu
 
 pub static INFO: LawInfo = LawInfo {
     name: "ogden",
+    title: "Ogden",
     formula: "ψ = Σ (μ_n/α_n)(λ̄₁^{α_n} + λ̄₂^{α_n} + λ̄₃^{α_n} − 3) + U(J), λ̄ᵢ = J^{−1/3} λᵢ",
     source: "Ogden 1972; modified stretches: Holzapfel 2000, ch. 6",
     limits: "J > 0; terms of opposite signs may lose stability at some stretch",

@@ -60,6 +60,11 @@ pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
     })
 }
 
+/// The name of a law as a paper writes it; a name of anything else with blanks in place of underscores.
+pub fn title(name: &str) -> String {
+    laws().iter().find(|e| e.info.name == name).map_or_else(|| name.replace('_', " "), |e| e.info.title.into())
+}
+
 /// Contents of a law table: the entry of the law, values \[SI\] and options by key.
 pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 

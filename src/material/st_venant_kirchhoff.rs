@@ -17,6 +17,7 @@ use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
     name: "st_venant_kirchhoff",
+    title: "St Venant–Kirchhoff",
     formula: "ψ = μ E:E + ½λ tr²E, E = ½(FᵀF − I)",
     source: "Bonet & Wood 2008, ch. 6",
     limits: "small strain, any rotation; loses stiffness in compression below λ = 1/√3 and leaves inverted cells inverted",

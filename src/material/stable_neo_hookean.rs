@@ -23,6 +23,7 @@ use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
     name: "stable_neo_hookean",
+    title: "stable Neo-Hookean",
     formula: "ψ = ½μ(I₁ − 3) + ½λ(J − α)² − ½μ ln(I₁ + 1) − ψ₀, α = 1 + ¾μ/λ, μ = 4/3 μ_L, λ = λ_L + 5/6 μ_L",
     source: "Smith, de Goes & Kim 2018, eq. 14",
     limits: "no barrier at J = 0; stiffens from μ_L towards 4/3 μ_L with stretch",

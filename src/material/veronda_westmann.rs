@@ -36,6 +36,7 @@ pub const KEYS: &[Parameter] = &[
 
 pub static INFO: LawInfo = LawInfo {
     name: "veronda_westmann",
+    title: "Veronda–Westmann",
     formula: "ψ = C1(e^{β(Ī₁ − 3)} − 1) − ½C1β(Ī₂ − 3) + U(J)",
     source: "Veronda & Westmann 1970; split form: FEBio theory manual",
     limits: "J > 0; the second term is negative, stability is lost at some stretch for small β",

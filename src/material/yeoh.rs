@@ -32,6 +32,7 @@ pub const KEYS: &[Parameter] = &[
 
 pub static INFO: LawInfo = LawInfo {
     name: "yeoh",
+    title: "Yeoh",
     formula: "ψ = C10 i + C20 i² + C30 i³ + U(J), i = Ī₁ − 3",
     source: "Yeoh 1993; modified invariant: Holzapfel 2000, ch. 6",
     limits: "J > 0; C20 < 0 may lose stability at some stretch",

@@ -1,6 +1,6 @@
 //! Draws the body of a scene at rest with its regions in colours, what is held, and its cables.
 
-use crate::report::canvas::{At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, RGB, figure, line, mark, mm, text};
+use crate::report::canvas::{At, GREY, INK, LABEL, Mark, PALETTE, RGB, figure, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::surface::{Fit, Look, View, extent, surface};
 
@@ -44,7 +44,7 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
         views.iter().map(|(view, fit)| surface(&body.points, &body.triangles, view, fit, &look)).collect();
     let entries = entries(body);
     let rows = entries.len() as f64;
-    let svg = figure(DOUBLE, EYES.len() as f64 * TALL + 8.0 + 4.2 * rows, &under, |area| {
+    let svg = figure(page_width(), EYES.len() as f64 * TALL + 8.0 + 4.2 * rows, &under, |area| {
         for (view, fit) in &views {
             let at = |p: &[f64; 3]| fit.at(view.project(*p));
             for (k, (_, nodes)) in body.nodes.iter().enumerate() {
@@ -77,7 +77,7 @@ fn fitted(body: &BodyPicture, k: usize) -> (View, Fit) {
     let view = View::from(EYES[k]);
     let all = body.points.iter().chain(body.cables.iter().flat_map(|(_, points)| points));
     let top = k as f64 * TALL;
-    let to = [mm(4.0), mm(top + 7.0), mm(DOUBLE - 4.0), mm(top + TALL - 3.0)];
+    let to = [mm(4.0), mm(top + 7.0), mm(page_width() - 4.0), mm(top + TALL - 3.0)];
     (view, Fit::new(extent(all.map(|p| view.project(*p))), to))
 }
 

@@ -2,6 +2,7 @@
 //!
 //! One unit is a tenth of a typographic point, so that the integer coordinates of plotters are fine enough for print.
 
+use crate::report::style;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 pub use plotters::style::RGBColor as RGB;
@@ -9,13 +10,10 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// Units per millimetre.
 const PER_MM: f64 = 720.0 / 25.4;
-/// Width of two columns \[mm\].
-pub const DOUBLE: f64 = 180.0;
 /// Type sizes: labels and annotations \[units\].
 pub const LABEL: i32 = 80;
 pub const SMALL: i32 = 70;
 
-pub const FAMILY: &str = "Liberation Sans, Arial, Helvetica, sans-serif";
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
 pub const PALE: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);
@@ -33,6 +31,22 @@ pub const PALETTE: [RGBColor; 7] = [
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Point = (i32, i32);
 
+/// Width of a figure over the whole width of the [style] \[mm\].
+pub fn page_width() -> f64 {
+    style::current().sheet()
+}
+
+/// The same for a figure whose panels cannot be stacked: its type is smaller where the page is narrow \[mm\].
+pub fn wide_page() -> f64 {
+    page_width().max(180.0)
+}
+
+/// Columns of panels that a sheet takes, `most` at most: each is at least `least` wide \[mm\].
+pub fn columns(most: usize, (left, gap, least): (f64, f64, f64)) -> usize {
+    let fit = ((page_width() - left + gap) / (least + gap)).floor();
+    (fit.max(1.0) as usize).min(most.max(1))
+}
+
 /// Millimetres to units.
 pub fn mm(v: f64) -> i32 {
     (v * PER_MM).round() as i32
@@ -46,7 +60,7 @@ pub fn italic(symbol: &str) -> String {
     format!("{}{symbol}{}", ITALIC.0, ITALIC.1)
 }
 
-/// A figure of `width` × `height` \[mm\]; `under` is raw SVG in units that goes below what `paint` draws.
+/// A figure of `width` × `height` \[mm\] on the sheet; `under` is raw SVG in units that goes below what `paint` draws.
 pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -> String {
     let (w, h) = (mm(width) as u32, mm(height) as u32);
     let mut svg = String::new();
@@ -56,12 +70,22 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
         area.present().expect("a string accepts every write");
     }
     let head = format!("<svg width=\"{w}\" height=\"{h}\"");
-    let sized = format!("<svg width=\"{width}mm\" height=\"{height}mm\"");
+    let zoom = style::current().zoom(width);
+    let sized = format!("<svg width=\"{}mm\" height=\"{}mm\"", hundredths(zoom * width), hundredths(zoom * height));
     let svg = svg.replacen(&head, &sized, 1).replacen(">\n", &format!(">\n{under}"), 1);
     svg.replace("dy=\"0.5ex\"", "dy=\"0.35em\"")
         .replace("dy=\"-0.5ex\"", "dy=\"-0.25em\"")
         .replace(ITALIC.0, "<tspan font-style=\"italic\">")
         .replace(ITALIC.1, "</tspan>")
+}
+
+fn hundredths(v: f64) -> f64 {
+    (100.0 * v).round() / 100.0
+}
+
+/// Width that a drawing states \[mm\].
+pub fn width_mm(svg: &str) -> f64 {
+    svg.split('"').nth(1).and_then(|w| w.strip_suffix("mm")?.parse().ok()).unwrap_or(180.0)
 }
 
 /// Anchor of a text: the point of it that lies at the position.
@@ -116,11 +140,13 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
         At::Turned => (HPos::Center, VPos::Bottom, true),
     };
     // plotters writes size/1.24
-    let mut style = TextStyle::from((FAMILY, f64::from(size) * 1.24).into_font()).color(&color).pos(Pos::new(h, v));
+    let mut look = TextStyle::from((style::current().family.css(), f64::from(size) * 1.24).into_font())
+        .color(&color)
+        .pos(Pos::new(h, v));
     if turn {
-        style = style.transform(FontTransform::Rotate270);
+        look = look.transform(FontTransform::Rotate270);
     }
-    put(area, Text::new(printable(s), at, style));
+    put(area, Text::new(printable(s), at, look));
 }
 
 /// Rough width of a text \[units\]; Liberation Sans runs to about half an em per character.

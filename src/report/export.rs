@@ -1,4 +1,4 @@
-//! SVG is the source of every figure; PNG and PDF are made from it with the embedded font only.
+//! SVG is the source of every figure; PNG and PDF are made from it with the embedded fonts only.
 
 use crate::report::error::ReportError;
 use crate::report::files::write;
@@ -18,13 +18,18 @@ const CSS_DPI: f32 = 96.0;
 
 static REGULAR: &[u8] = include_bytes!("fonts/LiberationSans-Regular.ttf");
 static ITALIC: &[u8] = include_bytes!("fonts/LiberationSans-Italic.ttf");
+static SERIF: &[u8] = include_bytes!("fonts/LiberationSerif-Regular.ttf");
+static SERIF_ITALIC: &[u8] = include_bytes!("fonts/LiberationSerif-Italic.ttf");
 
 fn fonts() -> Arc<usvg::fontdb::Database> {
     static FONTS: OnceLock<Arc<usvg::fontdb::Database>> = OnceLock::new();
     let load = || {
         let mut db = usvg::fontdb::Database::new();
         db.load_font_data(REGULAR.to_vec());
-        db.load_font_data(ITALIC.to_vec());
+        for font in [ITALIC, SERIF, SERIF_ITALIC] {
+            db.load_font_data(font.to_vec());
+        }
+        db.set_serif_family("Liberation Serif");
         db.set_sans_serif_family("Liberation Sans");
         Arc::new(db)
     };
@@ -46,7 +51,13 @@ fn with_glyphs(svg: &str) -> String {
         '\u{2010}'..='\u{2027}' | '\u{2030}'..='\u{205e}' | '\u{2070}'..='\u{20cf}' | '\u{2100}'..='\u{25ff}' => true,
         _ => false,
     };
-    svg.chars().map(|c| if has_glyph(c) { c } else { '?' }).collect()
+    let shown = |c: char| match c {
+        // Thin blanks have no glyph of their own
+        '\u{2000}'..='\u{200a}' | '\u{202f}' => '\u{a0}',
+        c if has_glyph(c) => c,
+        _ => '?',
+    };
+    svg.chars().map(shown).collect()
 }
 
 fn parse(name: &str, svg: &str) -> Result<usvg::Tree, ReportError> {

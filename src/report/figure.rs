@@ -1,6 +1,6 @@
 //! Common parts of figures: the figure itself, its legend, marks and colours by number.
 
-use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text};
+use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text, width_mm};
 use crate::report::error::ReportError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -9,6 +9,13 @@ pub struct Figure {
     pub name: String,
     pub svg: String,
     pub caption: String,
+}
+
+impl Figure {
+    /// Width that it was drawn for \[mm\].
+    pub fn width_mm(&self) -> f64 {
+        width_mm(&self.svg)
+    }
 }
 
 /// A figure, or why it could not be drawn.
@@ -42,6 +49,29 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
         }
         text(area, words, (x + mm(6.5), y), At::Left, SMALL, INK);
         y += mm(4.2);
+    }
+}
+
+/// Distance of the columns of a legend below the panels \[mm\].
+const ENTRY: f64 = 40.5;
+/// Distance of its lines \[mm\].
+pub const LINE: f64 = 4.2;
+
+/// Lines of a legend below panels, across this width \[mm\].
+pub fn legend_lines(entries: usize, width: f64) -> f64 {
+    entries.div_ceil(across(width)) as f64
+}
+
+fn across(width: f64) -> usize {
+    ((width / ENTRY).floor() as usize).max(1)
+}
+
+/// A legend below panels, in as many columns as fit into `width`, from a point on \[mm\].
+pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: Vec<(Sample, String)>) {
+    let columns = across(width);
+    for (k, entry) in entries.into_iter().enumerate() {
+        let at = (left + ENTRY * (k % columns) as f64, top + LINE * (k / columns) as f64);
+        legend(area, (mm(at.0), mm(at.1)), &[entry]);
     }
 }
 

@@ -9,13 +9,16 @@ pub mod export;
 pub mod figure;
 pub mod files;
 pub mod fit;
+pub mod latex;
 pub mod motion;
 pub mod numbers;
 pub mod page;
 pub mod plot;
+pub mod style;
 pub mod summary;
 pub mod surface;
 pub mod table;
+mod table_files;
 pub mod viewer;
 
 pub use error::ReportError;

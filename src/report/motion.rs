@@ -1,7 +1,7 @@
 //! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
 
 use crate::motion::{EvaluatedCurve, Evaluation};
-use crate::report::canvas::{Area, DOUBLE, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm};
+use crate::report::canvas::{Area, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm, wide_page};
 use crate::report::canvas::{Mark, Point};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
@@ -39,8 +39,8 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
     let rings = evaluation.ring_down.as_ref().map(|r| &r.1);
     let height = TOP + TALL + 14.0 + 4.2 * 5.0 + if rings.is_some() { BETWEEN + LOW } else { 0.0 };
     let value: Vec<f64> = curve.value.iter().map(|v| factor * v).collect();
-    let svg = figure(DOUBLE, height, "", |area| {
-        let wide = mm(DOUBLE - 4.0);
+    let svg = figure(wide_page(), height, "", |area| {
+        let wide = mm(wide_page() - 4.0);
         let plot = Plot {
             area,
             frame: [mm(LEFT), mm(TOP), wide, mm(TOP + TALL)],

@@ -12,6 +12,37 @@ pub fn percent(x: f64) -> String {
     }
 }
 
+/// A share in per cent for a table: three significant digits, two decimals at most.
+pub fn per_cent(share: f64) -> String {
+    let v = 100.0 * share;
+    let decimals = if v.abs() >= 99.95 {
+        0
+    } else if v.abs() >= 9.995 {
+        1
+    } else {
+        2
+    };
+    format!("{v:.decimals$}")
+}
+
+/// Rounded to this many significant digits, printed without an exponent.
+pub fn significant(x: f64, digits: i32) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return format!("{x:.0}");
+    }
+    let last = x.abs().log10().floor() as i32 - digits + 1;
+    let unit = 10f64.powi(last);
+    format!("{:.*}", (-last).max(0) as usize, (x / unit).round() * unit)
+}
+
+/// A number that is printed as zero has no sign: `-0.00` is `0.00`.
+pub fn unsigned_zero(cell: &str) -> &str {
+    match cell.strip_prefix(['-', '−']) {
+        Some(zero) if !zero.is_empty() && zero.chars().all(|c| c == '0' || c == '.') => zero,
+        _ => cell,
+    }
+}
+
 /// `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`
 pub fn seconds(s: f64) -> String {
     const LONG: [(f64, &str); 3] = [(365.25 * 86_400.0, "years"), (86_400.0, "d"), (3600.0, "h")];
@@ -52,6 +83,17 @@ mod tests {
     fn small_values_keep_their_digits() {
         let words = [2.36, 0.0213, 1.234e-6, 5.6e-11, 0.0].map(|v| format!("{v:.*}", digits(v)));
         assert_eq!(words, ["2.4", "0.021", "0.0000012", "0.000000000056", "0.0"]);
+    }
+
+    #[test]
+    fn numbers_have_the_digits_that_their_interval_carries() {
+        assert_eq!([2.0566, 0.98765, 0.0404, 0.0058].map(per_cent), ["206", "98.8", "4.04", "0.58"]);
+        assert_eq!([9.9949e-2, 9.9951e-2, 0.99951].map(per_cent), ["9.99", "10.0", "100"]);
+        assert_eq!([1303.0, 386.0, 0.01234, 99.6].map(|x| significant(x, 2)), ["1300", "390", "0.012", "100"]);
+        assert_eq!(
+            ["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero),
+            ["0.0", "0.00", "0", "-0.01", "-", "–"]
+        );
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! `index.html`: one file that opens from disk, with nothing outside of it.
 
-use crate::report::canvas::DOUBLE;
+use crate::report::canvas::width_mm;
 use crate::report::figure::Figure;
+use crate::report::style;
 
 const STYLE: &str = "
 body{font:17px/1.5 Georgia,'Times New Roman',serif;color:#222;max-width:52rem;margin:3rem auto;padding:0 1.2rem}
@@ -40,10 +41,10 @@ pub fn list(items: impl Iterator<Item = String>) -> String {
     items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", escape(&item))) + "</ul>\n"
 }
 
-/// On the page a figure takes the part of the width that it takes of two columns in print.
+/// On the page a figure takes the part of the width that it takes of the width of its style.
 fn sized(svg: &str) -> String {
-    let mm: f64 = svg.split('"').nth(1).and_then(|w| w.strip_suffix("mm")?.parse().ok()).unwrap_or(DOUBLE);
-    svg.replacen("<svg ", &format!("<svg style=\"width:{:.0}%\" ", 100.0 * mm / DOUBLE), 1)
+    let mm = width_mm(svg);
+    svg.replacen("<svg ", &format!("<svg style=\"width:{:.0}%\" ", 100.0 * mm / style::current().width_mm), 1)
 }
 
 pub fn escape(s: &str) -> String {

@@ -1,6 +1,6 @@
 //! Axes: a frame on the sheet, linear or logarithmic, with ticks and labels.
 
-use crate::report::canvas::{Area, At, INK, LABEL, PALE, Point, SMALL, line, mm, text};
+use crate::report::canvas::{Area, At, INK, LABEL, PALE, Point, RGB, SMALL, line, mm, text};
 
 /// Numbers of a larger size are not drawn: no axis has room for them \[any unit\].
 const LARGEST: f64 = 1e250;
@@ -154,6 +154,18 @@ impl Plot<'_, '_> {
 
     pub fn path(&self, x: &[f64], y: &[f64]) -> Vec<Point> {
         x.iter().zip(y).filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| self.at(*a, *b)).collect()
+    }
+
+    /// Place of a mark: that of the value, or above the axis for a value below its range, with an arrow down to the axis.
+    pub fn floored(&self, x: f64, y: f64, color: RGB) -> Point {
+        if y >= self.y.lo {
+            return self.at(x, y);
+        }
+        let (across, bottom) = self.at(x, self.y.lo);
+        let (above, tip) = (bottom - mm(2.4), bottom - 10);
+        line(self.area, &[(across, above), (across, tip)], color, 6);
+        line(self.area, &[(across - 16, tip - 22), (across, tip), (across + 16, tip - 22)], color, 6);
+        (across, above)
     }
 
     /// Grid, to be drawn before the data.

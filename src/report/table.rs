@@ -1,9 +1,7 @@
-//! Tables, once as data: written as CSV, as LaTeX with booktabs, and set into the page.
+//! Tables, once as data: written as CSV and LaTeX, and set into the page.
 
-use crate::report::error::ReportError;
-use crate::report::files::write;
+use crate::report::numbers::unsigned_zero;
 use crate::report::page::escape;
-use std::path::Path;
 
 /// Columns with a heading and a unit; cells are text, ready to print.
 pub struct Table {
@@ -26,6 +24,7 @@ const SHOWN: usize = 500;
 
 /// On the page a negative number has a minus sign, not a hyphen.
 fn minus(cell: &str) -> String {
+    let cell = unsigned_zero(cell);
     match cell.strip_prefix('-') {
         Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => format!("−{rest}"),
         _ => cell.into(),
@@ -67,28 +66,9 @@ impl Table {
         let line = |cells: Vec<String>| cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",") + "\n";
         let mut out = line((0..self.columns.len()).map(|k| self.heading(k)).collect());
         for row in &self.rows {
-            out += &line(row.clone());
+            out += &line(row.iter().map(|cell| unsigned_zero(cell).to_string()).collect());
         }
         out
-    }
-
-    /// A `tabular` between booktabs rules, to be put into a table environment.
-    pub fn latex(&self) -> String {
-        let spec: String = self.columns.iter().map(|c| if c.2 { 'r' } else { 'l' }).collect();
-        let line =
-            |cells: Vec<String>| format!("  {} \\\\\n", cells.iter().map(|c| tex(c)).collect::<Vec<_>>().join(" & "));
-        let mut out = format!("% {}\n\\begin{{tabular}}{{{spec}}}\n  \\toprule\n", self.caption);
-        out += &line((0..self.columns.len()).map(|k| self.heading(k)).collect());
-        out += "  \\midrule\n";
-        for row in &self.rows {
-            out += &line(row.clone());
-        }
-        out + "  \\bottomrule\n\\end{tabular}\n"
-    }
-
-    pub fn save(&self, dir: &Path) -> Result<(), ReportError> {
-        write(&dir.join(format!("{}.csv", self.name)), self.csv().as_bytes())?;
-        write(&dir.join(format!("{}.tex", self.name)), self.latex().as_bytes())
     }
 }
 
@@ -96,36 +76,6 @@ impl Table {
 pub fn quoted(cell: &str) -> String {
     let divides = cell.contains([',', '"', '\n', '\r']) || cell.trim() != cell;
     if divides { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.into() }
-}
-
-/// Characters that LaTeX would take for commands, and the ones outside of its usual fonts.
-fn tex(s: &str) -> String {
-    let mut out = String::new();
-    for c in s.chars() {
-        match c {
-            '%' | '&' | '#' | '_' | '$' | '{' | '}' => {
-                out.push('\\');
-                out.push(c);
-            }
-            '\\' => out += "\\textbackslash{}",
-            '^' => out += "\\textasciicircum{}",
-            '°' => out += "$^\\circ$",
-            '±' => out += "$\\pm$",
-            '²' => out += "$^2$",
-            '⁴' => out += "$^4$",
-            'α' => out += "$\\alpha$",
-            'β' => out += "$\\beta$",
-            'θ' => out += "$\\theta$",
-            'Δ' => out += "$\\Delta$",
-            '∞' => out += "$\\infty$",
-            '·' => out += "$\\cdot$",
-            '½' => out += "$\\frac12$",
-            '–' => out += "--",
-            '−' => out += "$-$",
-            c => out.push(c),
-        }
-    }
-    out
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::error::{SceneError, hint};
 use super::quantity::Time;
 use crate::storage::{self, DATA_LIMIT};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, de};
+use serde::{Deserialize, Serialize, de};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -124,7 +124,7 @@ fn time() -> String {
 }
 
 /// A measured curve in the units of the recorded columns.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Recorded columns by name
     pub column: String,

@@ -87,7 +87,7 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
     }
     let set = toml::Table::new();
     let (name, role, own) = ("sweep".into(), Role::Grid, BTreeMap::new());
-    let family = FamilySpec { name, role, variants: None, set, members, own, scene: None };
+    let family = FamilySpec { name, role, variants: None, set, members, labels: BTreeMap::new(), own, scene: None };
     Ok(Expanded { family, axes, points })
 }
 

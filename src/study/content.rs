@@ -3,6 +3,7 @@
 use crate::report::figure::Drawn;
 use crate::report::table::Table;
 use crate::study::analysis::Analysis;
+use crate::study::claim::Claim;
 use crate::study::extension::Extension;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
@@ -26,6 +27,8 @@ pub struct Content {
     /// Tables to unfold, with what they hold
     pub folded: Vec<(&'static str, Table)>,
     pub figures: Vec<Drawn>,
+    /// Values with their error bars
+    pub claims: Vec<Claim>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
     /// The mesh that would support a verdict where there is none
@@ -48,6 +51,7 @@ impl Content {
             tables: vec![],
             folded: vec![],
             figures: vec![],
+            claims: vec![],
             files: vec![],
             extension: None,
             outcomes: BTreeMap::new(),

@@ -175,6 +175,8 @@ impl Study {
             tolerance,
             quantities,
             labels: expansion.variants.iter().filter_map(named).collect(),
+            groups: expansion.variants.iter().filter_map(|v| Some((v.name.clone(), v.group.clone()?))).collect(),
+            members: expansion.families.iter().flat_map(|f| f.labels.clone()).collect(),
             variants: known,
             families,
             details: expansion.details,

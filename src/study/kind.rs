@@ -23,6 +23,8 @@ pub trait StudyKind: DeserializeOwned {
     type Details: Serialize + DeserializeOwned;
     /// Findings of this kind alone; the rest of an analysis is the same for every kind
     type Findings;
+    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
+    const ERRORS: &'static str = "";
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;
 
@@ -133,13 +135,15 @@ pub struct Kind {
     /// Reads the keys of this kind from the text of a study file.
     pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
+    /// See [`StudyKind::ERRORS`]
+    pub errors: &'static str,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
 
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
-        Self { name: K::NAME, expand: expand::<K>, around: K::AROUND, report: report::<K> }
+        Self { name: K::NAME, expand: expand::<K>, around: K::AROUND, errors: K::ERRORS, report: report::<K> }
     }
 }
 

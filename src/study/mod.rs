@@ -11,10 +11,16 @@
 //! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 //! | The motion in three dimensions | [`view`] |
+//! | Published with its inputs, and run again | [`bundle`] |
+//! | Two results compared | [`changes`], by what they [claim] |
+//! | Methods and references of a paper | [`paper`] |
 
 pub mod analysis;
 pub mod axis;
+pub mod bundle;
 pub mod case;
+pub mod changes;
+pub mod claim;
 pub mod content;
 pub mod curve;
 pub mod engine;
@@ -30,6 +36,7 @@ pub mod listing;
 pub mod locking;
 pub mod overlay;
 pub mod page;
+pub mod paper;
 pub mod plan;
 pub mod report;
 pub mod run;

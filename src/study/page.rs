@@ -1,5 +1,6 @@
 //! `index.html` of a study.
 
+use crate::material::title;
 use crate::report::figure::Figure;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
@@ -68,7 +69,7 @@ fn provenance(store: &Results) -> String {
     if let Some(c) = store.cases.first().map(|c| &c.record) {
         let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
             let constants: Vec<String> = law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
-            format!("Law {} ({}, SI units)", law.name, constants.join(", "))
+            format!("Law: {} ({}, SI units)", title(&law.name), constants.join(", "))
         });
         h += &format!(
             "<p>{}, integrator {}. Effects assembled: {}.</p>\n",

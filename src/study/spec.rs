@@ -13,6 +13,8 @@ pub struct VariantSpec {
     pub name: String,
     /// In words, for sentences and figures; the name if absent
     pub label: Option<String>,
+    /// Heading over its columns in a matrix, `laws`
+    pub group: Option<String>,
     /// Changes by path
     #[serde(default)]
     pub set: toml::Table,
@@ -34,8 +36,11 @@ pub struct FamilySpec {
     /// Changes for all members
     #[serde(default)]
     pub set: toml::Table,
-    /// Label of a member → its changes
+    /// Name of a member → its changes
     pub members: toml::Table,
+    /// Name of a member → what it is called in figures and tables; the title of the law or the name itself if absent
+    #[serde(default)]
+    pub labels: BTreeMap<String, String>,
     /// Variant → further members that it alone has
     #[serde(skip)]
     pub own: BTreeMap<String, toml::Table>,

@@ -1,5 +1,6 @@
 //! `summary.json`: what other programs read. Keys and units are a traits; see `docs/explanation/convergence.md`.
 
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::extension::Extension;
 use crate::study::store::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
@@ -18,6 +19,9 @@ pub struct Summary {
     pub cases: Vec<CaseSummary>,
     /// Part of the summary that depends on the kind of the study
     pub analysis: Map<String, Value>,
+    /// Values with their error bars, where the kind of the study states some
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub claims: Vec<Claim>,
     pub warnings: Vec<String>,
     pub verdict: String,
     /// The mesh that would support a verdict where there is none, as `run --extend` adds it
@@ -97,6 +101,7 @@ pub fn summarise(store: &Results, content: &Content) -> Summary {
         tolerance: study.tolerance,
         cases: (store.cases.iter()).map(|c| CaseSummary::new(c, content.outcomes.get(&c.record.id).copied())).collect(),
         analysis: content.analysis.clone(),
+        claims: content.claims.clone(),
         warnings: content.warnings.clone(),
         verdict: content.verdict.clone(),
         extension: content.extension.clone(),

@@ -204,6 +204,8 @@ pub fn results(plan: &ValidationPlan) -> Results {
         expectation: String::new(),
         tolerance: 0.05,
         quantities: BTreeMap::new(),
+        groups: BTreeMap::new(),
+        members: BTreeMap::new(),
         variants: vec![],
         labels: BTreeMap::new(),
         families,

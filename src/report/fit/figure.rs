@@ -3,8 +3,8 @@
 use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
-    Area, At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark,
-    mm, text,
+    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm,
+    page_width, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::fit::stored::{Parameter, StoredFit};
@@ -48,12 +48,16 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     } else {
         vec![Window { title: "All data", span: [low, high] }]
     };
-    let each = if windows.len() == 2 { (DOUBLE - LEFT - GAP - 3.0) / 2.0 } else { 110.0 };
+    let each = if windows.len() == 2 {
+        (wide_page() - LEFT - GAP - 3.0) / 2.0
+    } else {
+        110.0_f64.min(page_width() - LEFT - 5.0)
+    };
     let entries = entries(&modes);
     let columns = if windows.len() == 2 { 4 } else { 3 };
     let rows = entries.len().div_ceil(columns);
     let height = TOP + TALL + BETWEEN + LOW + 13.0 + 4.2 * rows as f64;
-    let width = if windows.len() == 2 { DOUBLE } else { LEFT + each + 5.0 };
+    let width = if windows.len() == 2 { wide_page() } else { LEFT + each + 5.0 };
     let step = (width - LEFT) / columns as f64;
     let svg = figure(width, height, "", |area| {
         for (k, w) in windows.iter().enumerate() {

@@ -1,12 +1,13 @@
 //! Measured and fitted values of a fit, residuals below.
 
 use crate::calibrate::{CurveSet, MeasuredCurves, stress_unit};
-use crate::report::canvas::{Area, GREY, Point, figure, line, mark, mm};
+use crate::report::canvas::{Area, GREY, Point, figure, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend, style};
 use crate::report::plot::{Axis, Plot};
 
 const LEFT: f64 = 18.0;
-const WIDE: f64 = 110.0;
+/// Width of the panels on a page that has room for them \[mm\]
+const WIDEST: f64 = 110.0;
 const TOP: f64 = 4.0;
 const TALL: f64 = 55.0;
 const BETWEEN: f64 = 4.0;
@@ -40,9 +41,10 @@ pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
     // Three intervals are enough for a low panel
     let low = Axis { step: if (low.hi - low.lo) / low.step > 4.5 { 2.0 * low.step } else { low.step }, ..low };
     let height = TOP + TALL + BETWEEN + LOW + 13.0 + 4.2 * (1 + curves.sets.len()) as f64;
-    let svg = figure(LEFT + WIDE + 5.0, height, "", |area| {
+    let wide = WIDEST.min(page_width() - LEFT - 5.0);
+    let svg = figure(LEFT + wide + 5.0, height, "", |area| {
         let base = TOP + TALL + BETWEEN;
-        let upper = Plot { area, frame: [mm(LEFT), mm(TOP), mm(LEFT + WIDE), mm(TOP + TALL)], x: x.clone(), y };
+        let upper = Plot { area, frame: [mm(LEFT), mm(TOP), mm(LEFT + wide), mm(TOP + TALL)], x: x.clone(), y };
         upper.grid();
         for (k, set) in curves.sets.iter().enumerate() {
             dots(&upper, k, set.measured.iter().filter(shown), factor);
@@ -50,7 +52,7 @@ pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
             line(area, &path, GREY, 10);
         }
         upper.axes(false);
-        let lower = Plot { area, frame: [mm(LEFT), mm(base), mm(LEFT + WIDE), mm(base + LOW)], x, y: low };
+        let lower = Plot { area, frame: [mm(LEFT), mm(base), mm(LEFT + wide), mm(base + LOW)], x, y: low };
         lower.grid();
         line(area, &[lower.at(lower.x.lo, 0.0), lower.at(lower.x.hi, 0.0)], GREY, 6);
         for (k, set) in curves.sets.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{Area, At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::numbers::thousands;
@@ -34,7 +34,7 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
     let tall = ROW * rows.len() as f64;
     let lines = phases.len().max(effects.len());
     let height = top + tall + 12.5 + 4.2 * lines.div_ceil(3) as f64;
-    let svg = figure(DOUBLE, height, "", |area| {
+    let svg = figure(wide_page(), height, "", |area| {
         let phase = |r: &CaseRecord| {
             let p = &r.phases;
             let parts = [p.assembly_s, p.factorisation_s, p.solve_s, p.output_s];

@@ -1,12 +1,12 @@
 //! A measured curve as marks, the recorded one as a line.
 
-use crate::report::canvas::{At, DOUBLE, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::study::overlay::distance::Overlay;
 
 /// Name of a column with its unit in brackets.
-fn label(column: &str) -> String {
+pub fn label(column: &str) -> String {
     match column.rsplit_once('_') {
         Some((name, unit @ ("s" | "m" | "m3" | "N" | "Pa" | "J" | "deg"))) => {
             format!("{} [{}]", name.replace('_', " "), if unit == "deg" { "°" } else { unit })
@@ -17,12 +17,12 @@ fn label(column: &str) -> String {
 
 pub fn draw(name: &str, overlay: &Overlay) -> Figure {
     let Overlay { measured, x, y, distance } = overlay;
-    let (left, top, wide, tall) = (18.0, 4.0, 100.0, 60.0);
+    let (left, top, wide, tall) = (18.0, 4.0, 100.0_f64.min(wide_page() - 62.0), 60.0);
     let words = distance.as_ref().map_or_else(
         || vec!["no common range".to_string()],
         |d| vec![format!("L2 {:.2} %", 100.0 * d.l2), format!("largest {:.2} %", 100.0 * d.largest)],
     );
-    let svg = figure(DOUBLE, top + tall + 12.0, "", |area| {
+    let svg = figure(wide_page(), top + tall + 12.0, "", |area| {
         let both = |a: &[f64], b: &[f64]| a.iter().chain(b).copied().collect::<Vec<_>>().into_iter();
         let plot = Plot {
             area,

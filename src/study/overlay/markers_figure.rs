@@ -1,7 +1,7 @@
 //! Measured tracks as marks, recorded points as lines: one panel per coordinate.
 
 use super::markers::{MarkerOverlay, words};
-use crate::report::canvas::{At, DOUBLE, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 
@@ -16,7 +16,7 @@ const STEP: f64 = 44.0;
 
 pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
     let (left, top, wide) = (18.0, 4.0, 100.0);
-    let svg = figure(DOUBLE, top + 3.0 * STEP + 6.0, "", |area| {
+    let svg = figure(wide_page(), top + 3.0 * STEP + 6.0, "", |area| {
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let upper = top + STEP * axis as f64;
             let simulated = overlay.pairs.iter().flat_map(|p| p.simulated[axis].f.iter().copied());

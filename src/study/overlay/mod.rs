@@ -8,6 +8,7 @@
 
 pub mod distance;
 mod figure;
+pub mod in_study;
 pub mod markers;
 mod markers_figure;
 

@@ -90,6 +90,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         contacts: contacts(scene, run),
         notes: scene.notes.iter().cloned().chain(solver::notes(scene, run)).chain(unread).collect(),
         distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
+        measured: scene.measured.curves.clone(),
         markers,
         one_run: None,
         inputs: vec![],

@@ -1,9 +1,9 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
-use crate::material::Law;
-use crate::scene::ExtremeKind;
+use crate::material::{Law, title};
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
+use crate::scene::{ExtremeKind, Measured};
 use crate::solve::{Integrator, Status};
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::overlay::distance::{Distance, MarkerDistance};
@@ -89,6 +89,9 @@ pub struct CaseRecord {
     /// Distances from measured curves
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub distances: Vec<Distance>,
+    /// The measured curves themselves, for figures
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measured: Vec<Measured>,
     /// Distances from measured markers
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<MarkerDistance>,
@@ -311,6 +314,12 @@ pub struct StudyRecord {
     /// Variant → what it is in words, where it was said
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub labels: BTreeMap<String, String>,
+    /// Variant → heading of its group, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, String>,
+    /// Member → what it is in words, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub members: BTreeMap<String, String>,
     pub families: Vec<FamilyRecord>,
     /// Further details that its kind keeps
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
@@ -322,6 +331,11 @@ impl StudyRecord {
     /// A variant in words: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
+    }
+
+    /// A member in words: its label, the title of the law, or its name with blanks.
+    pub fn member(&self, name: &str) -> String {
+        self.members.get(name).cloned().unwrap_or_else(|| title(name))
     }
 
     /// Cases without a usable result: (id, what is wrong).

@@ -131,7 +131,8 @@ pub fn family(families: &[FamilySpec]) -> Result<FamilySpec, Mistake> {
     }
     let members = corners.into_iter().map(|(name, changes)| (name, changes.into())).collect();
     let (variants, scene) = (first.variants.clone(), first.scene.clone());
-    Ok(FamilySpec { name: FAMILY.into(), role: Role::Nuisance, variants, set, members, own: BTreeMap::new(), scene })
+    let (own, labels) = (BTreeMap::new(), BTreeMap::new());
+    Ok(FamilySpec { name: FAMILY.into(), role: Role::Nuisance, variants, set, members, labels, own, scene })
 }
 
 #[cfg(test)]

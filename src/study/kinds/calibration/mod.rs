@@ -57,6 +57,8 @@ const ROLES: [Role; 2] = [Role::Sizes, Role::Nuisance];
 
 impl StudyKind for CalibrationStudy {
     const NAME: &'static str = "calibration";
+    const ERRORS: &'static str = "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
+        solution and, where wider, by the profile of the likelihood [@bates1988].";
     type Details = ();
     type Findings = CalibrationFindings;
 
@@ -77,7 +79,7 @@ impl StudyKind for CalibrationStudy {
         let plans = variants.iter().map(plan).collect::<Result<_, SceneError>>()?;
         let plain = |v: MeasuredVariantSpec| {
             let MeasuredVariantSpec { name, label, set, quantities, .. } = v;
-            VariantSpec { name, label, set, quantities, scene: None }
+            VariantSpec { name, label, group: None, set, quantities, scene: None }
         };
         let variants: Vec<VariantSpec> = variants.into_iter().map(plain).collect();
         let checked = check_quantities(&variants).and_then(|()| check_roles(Self::NAME, &families, &ROLES));

@@ -2,9 +2,10 @@
 
 use crate::calibrate::inverse::FittedCurve;
 use crate::report::figure::drawn;
-use crate::report::numbers::percent;
+use crate::report::numbers::{per_cent, percent};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::kinds::calibration::analysis::{
     CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled, warnings_of,
@@ -31,9 +32,19 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
         tables: vec![by_case(a), stability(store, a)],
         folded: vec![("Every case", tables::cases(store))],
         figures: figures.chain(of_bands).collect(),
+        claims: a.variants.iter().flat_map(claims).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
         ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
     }
+}
+
+/// The constants with their intervals.
+fn claims(v: &CalibratedVariant) -> impl Iterator<Item = Claim> + '_ {
+    let of = |c: &CalibratedConstant| {
+        let what = format!("{}, {}", c.key, v.variant);
+        Some(Claim { what, value: c.value, interval: c.interval?, unit: c.unit.clone() })
+    };
+    v.constants.iter().filter_map(of)
 }
 
 fn facts(a: &CalibrationFindings) -> Vec<(String, String)> {
@@ -62,7 +73,7 @@ fn analysis(a: &Analysis<CalibrationFindings>, bands: &[Band]) -> Map<String, Va
 fn constants(a: &CalibrationFindings) -> Table {
     let row = |(v, c): (&CalibratedVariant, &CalibratedConstant)| {
         let (f, unit, n) = scaled(c);
-        let part = |x: Option<f64>| x.map_or("–".into(), |x| format!("{:.2}", 100.0 * x.abs()));
+        let part = |x: Option<f64>| x.map_or("–".into(), |x| per_cent(x.abs()));
         let pair = |x: Option<[f64; 2]>| x.map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b));
         vec![
             format!("{}, {}", c.key, v.variant),
@@ -108,7 +119,7 @@ fn by_case(a: &CalibrationFindings) -> Table {
                 c.key.clone(),
                 format!("{:.n$} {unit}", f * o.value),
                 interval,
-                format!("{:.2}", 100.0 * o.rms_relative),
+                per_cent(o.rms_relative),
             ]);
         }
     }

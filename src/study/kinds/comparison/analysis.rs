@@ -11,6 +11,7 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
+use crate::material::title;
 use crate::report::numbers::{capital, digits, percent, space};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
@@ -198,11 +199,16 @@ pub fn signed(x: f64) -> String {
 
 fn sentence(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) -> String {
     let unit = space(&q.quantity.unit);
-    let mut words = format!("{}: {:.*}{unit} with {reference}", capital(&q.peak_title()), digits(q.peak), q.peak);
+    let mut words =
+        format!("{}: {:.*}{unit} with {}", capital(&q.peak_title()), digits(q.peak), q.peak, title(reference));
     let others: Vec<&ComparedMember> = q.members.iter().filter(|c| c.member != reference).collect();
     let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
     let list = |members: &[&&ComparedMember]| {
-        members.iter().map(|c| format!("{} {}", c.member, signed(c.peak_difference))).collect::<Vec<_>>().join(", ")
+        members
+            .iter()
+            .map(|c| format!("{} {}", title(&c.member), signed(c.peak_difference)))
+            .collect::<Vec<_>>()
+            .join(", ")
     };
     if !near.is_empty() {
         words += &format!("; within {}: {}", percent(tolerance), list(&near));
@@ -215,7 +221,7 @@ fn sentence(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) 
         words += &format!(". A finer mesh changes these differences by at most {}", percent(drift));
     }
     let lossy: Vec<String> = (q.members.iter())
-        .filter_map(|c| c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", c.member, percent(s))))
+        .filter_map(|c| c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", title(&c.member), percent(s))))
         .collect();
     if let (Some(x), false) = (&q.quantity.against, lossy.is_empty()) {
         words += &format!(". Hysteresis against {}, of the box around a cycle: {}", x.label, lossy.join(", "));
@@ -238,7 +244,7 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
     if a.quantities.is_empty() || members.is_empty() {
         return format!(
             "No verdict: there is no pair of converged cases to compare with {} in a quantity that is not imposed.",
-            a.reference
+            title(&a.reference)
         );
     }
     let worst = |member: &str| {
@@ -251,11 +257,11 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
     for member in members {
         let Some((q, c)) = worst(member) else { continue };
         if c.largest <= tolerance {
-            same.push(format!("{member} ({})", percent(c.largest)));
+            same.push(format!("{} ({})", title(member), percent(c.largest)));
         } else {
             apart.push((
                 c.largest,
-                format!("{member} by {} in the {}, {}", percent(c.largest), q.quantity.label, q.variant_label),
+                format!("{} by {} in the {}, {}", title(member), percent(c.largest), q.quantity.label, q.variant_label),
             ));
         }
     }
@@ -263,9 +269,13 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
     let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
     let tolerance = percent(tolerance);
     let mut words = match same.is_empty() {
-        true => format!("No member can replace {} within {tolerance} of the peak in every curve.", a.reference),
+        true => format!("No member can replace {} within {tolerance} of the peak in every curve.", title(&a.reference)),
         false => {
-            format!("Within {tolerance} of the peak, in every curve, {} can replace {}.", same.join(", "), a.reference)
+            format!(
+                "Within {tolerance} of the peak, in every curve, {} can replace {}.",
+                same.join(", "),
+                title(&a.reference)
+            )
         }
     };
     if !apart.is_empty() {
@@ -276,7 +286,7 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
         " A member costs {:.2} to {:.2} times as much as {}.",
         ratio(f64::min, f64::INFINITY),
         ratio(f64::max, 0.0),
-        a.reference
+        title(&a.reference)
     );
     words + &analysis::without_result(missing)
 }

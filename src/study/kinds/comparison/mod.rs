@@ -70,6 +70,8 @@ impl ComparisonStudy {
 
 impl StudyKind for ComparisonStudy {
     const NAME: &'static str = "comparison";
+    const ERRORS: &'static str = "A difference between members counts where it is larger than its change from one mesh to the next finer one, which \
+        measures the discretisation error that both do not share.";
     type Details = ComparisonRecord;
     type Findings = ComparisonFindings;
 

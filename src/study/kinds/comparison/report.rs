@@ -1,7 +1,8 @@
 //! Report of a comparison.
 
+use crate::material::title;
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, space};
+use crate::report::numbers::{digits, per_cent, percent, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -17,11 +18,13 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
     let cumulative = !a.sequences.is_empty();
     let sentences = a.quantities.iter().map(|q| &q.sentence).chain(a.sequences.iter().map(|s| &s.sentence));
     let (mut shown, answer) = match cumulative {
-        true => (vec![evaluations(a), answers(store, a)], ("What each addition costs", sequence_costs(a))),
-        false => (vec![], ("Which member, at what cost", member_costs(a))),
+        true => {
+            (vec![evaluations(store, a), answers(store, a)], ("What each addition costs", sequence_costs(store, a)))
+        }
+        false => (vec![], ("Which member, at what cost", member_costs(store, a))),
     };
     if !a.quantities.is_empty() || !cumulative {
-        shown.insert(0, comparison(a));
+        shown.insert(0, comparison(store, a));
     }
     let of_variant = |v: &String| {
         let over_time = drawn("curves", || curves::over_time(store, a, v));
@@ -47,7 +50,7 @@ fn facts(a: &ComparisonFindings) -> Vec<(String, String)> {
     let fact = |q: &ByQuantity<MemberDifferences>| {
         let d = || q.members.iter().map(|c| c.peak_difference);
         let (lo, hi) = (d().fold(f64::INFINITY, f64::min), d().fold(f64::NEG_INFINITY, f64::max));
-        (format!("{} to {}", signed(lo), signed(hi)), format!("{}, against {}", q.peak_title(), a.reference))
+        (format!("{} to {}", signed(lo), signed(hi)), format!("{}, against {}", q.peak_title(), title(&a.reference)))
     };
     a.quantities.iter().map(fact).collect()
 }
@@ -63,11 +66,11 @@ fn analysis(a: &Analysis<ComparisonFindings>) -> Map<String, Value> {
     out
 }
 
-fn member_costs(a: &ComparisonFindings) -> Table {
+fn member_costs(store: &Results, a: &ComparisonFindings) -> Table {
     let rows = (a.costs.iter())
         .map(|p| {
             vec![
-                p.member.clone(),
+                store.study.member(&p.member),
                 p.formulation.clone(),
                 p.cells.to_string(),
                 p.dofs.to_string(),
@@ -92,23 +95,23 @@ fn member_costs(a: &ComparisonFindings) -> Table {
             ("CPU per iteration", "ms", true),
         ]),
         rows,
-        pick: Some(a.reference.clone()),
+        pick: Some(store.study.member(&a.reference)),
     }
 }
 
-fn comparison(a: &Analysis<ComparisonFindings>) -> Table {
+fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for c in &q.members {
-            let optional = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.2}", 100.0 * v));
+            let optional = |v: Option<f64>| v.map_or("–".into(), per_cent);
             rows.push(vec![
                 format!("{}, {}", q.quantity.label, q.variant),
-                c.member.clone(),
+                store.study.member(&c.member),
                 format!("{:.*}{}", digits(1e-2 * q.peak), c.peak, space(&q.quantity.unit)),
-                format!("{:.2}", 100.0 * c.peak_difference),
+                per_cent(c.peak_difference),
                 optional(c.mesh_drift),
-                format!("{:.2}", 100.0 * c.distance),
-                format!("{:.2}", 100.0 * c.largest),
+                per_cent(c.distance),
+                per_cent(c.largest),
                 format!("{:.1}", 1e3 * c.lag_s),
                 optional(c.loop_share),
             ]);
@@ -118,7 +121,7 @@ fn comparison(a: &Analysis<ComparisonFindings>) -> Table {
         name: "comparison",
         caption: format!(
             "Every member against {}: peak and its difference, what a finer mesh changes in the difference, distance of the curves (‖f − g‖₂/‖g‖₂ and ‖f − g‖∞ over the peak), lag, hysteresis as the share of the box around a cycle. Tolerance {}.",
-            a.reference,
+            store.study.member(&a.reference),
             percent(a.tolerance)
         ),
         columns: headings(&[
@@ -150,12 +153,12 @@ fn ms(s: f64) -> String {
     format!("{ms:.*}", digits(ms) + 1)
 }
 
-fn sequence_costs(a: &ComparisonFindings) -> Table {
+fn sequence_costs(store: &Results, a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         for r in &l.additions {
             rows.push(vec![
-                r.member.clone(),
+                store.study.member(&r.member),
                 l.variant.clone(),
                 r.new.join(", "),
                 ms(r.step_s),
@@ -188,13 +191,13 @@ fn sequence_costs(a: &ComparisonFindings) -> Table {
     }
 }
 
-fn evaluations(a: &ComparisonFindings) -> Table {
+fn evaluations(store: &Results, a: &ComparisonFindings) -> Table {
     let mut rows = vec![];
     for l in &a.sequences {
         for r in &l.additions {
             for (name, s) in &r.evaluation_s {
-                let share = format!("{:.2}", 100.0 * s / r.step_s);
-                rows.push(vec![r.member.clone(), l.variant.clone(), name.clone(), ms(*s), share]);
+                let share = per_cent(s / r.step_s);
+                rows.push(vec![store.study.member(&r.member), l.variant.clone(), name.clone(), ms(*s), share]);
             }
         }
     }
@@ -223,7 +226,7 @@ fn answers(store: &Results, a: &ComparisonFindings) -> Table {
             for (column, peak, change) in &r.quantities {
                 let label = own.into_iter().flatten().find(|q| q.name == *column);
                 rows.push(vec![
-                    r.member.clone(),
+                    store.study.member(&r.member),
                     l.variant.clone(),
                     label.map_or(column.clone(), |q| format!("{} [{}]", q.label, q.unit)),
                     format!("{peak:.*}", digits(1e-2 * peak)),

@@ -10,6 +10,7 @@
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
 
+use crate::material::title;
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::without_result;
 use crate::study::curve::peak;
@@ -122,10 +123,10 @@ fn sentence_of(label: &str, additions: &[Addition]) -> String {
             let sign = if s < 0.0 { "−" } else { "+" };
             format!("{sign}{}", milliseconds(s.abs()))
         });
-        format!("{} {added} (its evaluation {})", r.member.replace('_', " "), milliseconds(r.new_evaluation_s()))
+        format!("{} {added} (its evaluation {})", title(&r.member), milliseconds(r.new_evaluation_s()))
     };
     let list: Vec<String> = above.iter().map(one).collect();
-    let start = format!("{label}: a step of {} takes {}", first.member.replace('_', " "), milliseconds(first.step_s));
+    let start = format!("{label}: a step of {} takes {}", title(&first.member), milliseconds(first.step_s));
     if list.is_empty() { start + "." } else { format!("{start}; added one after the other, {}.", list.join(", ")) }
 }
 

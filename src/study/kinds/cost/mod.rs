@@ -55,6 +55,8 @@ impl CostStudy {
 
 impl StudyKind for CostStudy {
     const NAME: &'static str = "cost";
+    const ERRORS: &'static str = "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
+        and the uncertainty of the reference [@roache1994].";
     type Details = ();
     type Findings = CostFindings;
 

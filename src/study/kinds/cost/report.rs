@@ -1,9 +1,10 @@
 //! Report of a cost study.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, seconds};
+use crate::report::numbers::{digits, per_cent, percent, seconds, significant};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::figures::time;
 use crate::study::kinds::cost::figures::growth;
@@ -35,8 +36,17 @@ pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
             ("Time per effect", tables::effects(store)),
         ],
         figures,
+        claims: a.quantities.iter().flat_map(claims).collect(),
         ..Content::new(a, supported, ("The cheapest setting for an error", cheapest(a)))
     }
+}
+
+/// The peak of a quantity in every setting, with its error bar.
+fn claims(q: &ByQuantity<CostOfAccuracy>) -> impl Iterator<Item = Claim> + '_ {
+    q.settings.iter().enumerate().filter_map(|(k, s)| {
+        let half = q.bar(k, Measure::Peak) * q.reference.as_ref()?.scale;
+        Claim::of_case(&s.case, &q.quantity.name, s.value, half, &q.quantity.unit)
+    })
 }
 
 /// Cost of the peak at the tolerance.
@@ -55,7 +65,7 @@ fn analysis(a: &Analysis<CostFindings>) -> Map<String, Value> {
 }
 
 fn hundredths(share: f64) -> String {
-    format!("{:.2}", 100.0 * share)
+    per_cent(share)
 }
 
 fn cost(s: f64) -> String {
@@ -134,14 +144,15 @@ fn costs(a: &CostFindings) -> Table {
 fn laws(a: &CostFindings) -> Table {
     let rows = (a.growth.iter())
         .map(|l| {
-            let shown = |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{:.0} MB", 1e-6 * v) };
+            let shown =
+                |v: f64| if l.of == Grows::Time { seconds(v) } else { format!("{} MB", significant(1e-6 * v, 2)) };
             let between = |[low, high]: [f64; 2]| format!("{} to {}", shown(low), shown(high));
             vec![
                 l.variant.clone(),
                 l.formulation.clone(),
                 if l.of == Grows::Time { "CPU time" } else { "memory" }.into(),
-                format!("{:.2}", l.law.q),
-                l.law.half.map_or("–".into(), |h| format!("{h:.2}")),
+                format!("{:.*}", l.law.half.map_or(2, digits), l.law.q),
+                l.law.half.map_or("–".into(), |h| format!("{h:.*}", digits(h))),
                 l.law.points.to_string(),
                 format!("{:.0}", l.next_cells),
                 shown(l.next.value),

@@ -1,7 +1,7 @@
 //! Bar over true error of every error bar, problem after problem.
 
 use crate::report::canvas::{
-    At, DOUBLE, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, text,
+    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
@@ -34,10 +34,10 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
         return None;
     }
     let height = TOP + 2.0 * TALL + GAP + NAMES;
-    let svg = figure(DOUBLE, height, "", |area| {
+    let svg = figure(wide_page(), height, "", |area| {
         for (k, estimator) in Estimator::ALL.into_iter().enumerate() {
             let top = TOP + k as f64 * (TALL + GAP);
-            let frame = [mm(LEFT), mm(top), mm(DOUBLE - 28.0), mm(top + TALL)];
+            let frame = [mm(LEFT), mm(top), mm(wide_page() - 28.0), mm(top + TALL)];
             let x = Axis { step: 1.0, ..Axis::exact(0.0, problems.len() as f64, "") };
             let y =
                 Axis { lo: LEAST / 1.3, hi: MOST * 1.3, ..Axis::log([LEAST, MOST].into_iter(), "bar / true error") };
@@ -63,7 +63,7 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             plot.title(char::from(b'a' + k as u8), estimator.words());
         }
         let bottom = TOP + 2.0 * TALL + GAP;
-        let width = (DOUBLE - 28.0 - LEFT) / problems.len() as f64;
+        let width = (wide_page() - 28.0 - LEFT) / problems.len() as f64;
         for (k, name) in problems.iter().enumerate() {
             let long = crate::report::canvas::width(name, SMALL) / 2;
             text(area, name, (mm(LEFT + width * (k as f64 + 0.5)), mm(bottom + 2.0) + long), At::Turned, SMALL, INK);
@@ -73,7 +73,7 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             .collect();
         entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
         entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
-        legend(area, (mm(DOUBLE - 25.0), mm(TOP + 2.0)), &entries);
+        legend(area, (mm(wide_page() - 25.0), mm(TOP + 2.0)), &entries);
     });
     let caption = "Error bar over true error, (a) from one run, (b) of the finest mesh of a family of many. Below 1 the truth is outside of \
                    the bar. Within a problem from left to right: ν in the order of the study. Grey: the truth is not known to a tenth of the \

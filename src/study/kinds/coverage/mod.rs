@@ -23,6 +23,8 @@ pub use spec::CoverageStudy;
 
 impl StudyKind for CoverageStudy {
     const NAME: &'static str = "coverage";
+    const ERRORS: &'static str = "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
+        shares are those of Wilson [@wilson1927].";
     type Details = CoverageRecord;
     type Findings = CoverageFindings;
 

@@ -83,6 +83,7 @@ pub fn expand(study: &CoverageStudy) -> Result<Expansion<CoverageRecord>, Mistak
     let variant = |m: &ChangesSpec| VariantSpec {
         name: m.name.clone(),
         label: m.label.clone(),
+        group: None,
         set: m.set.clone(),
         quantities: vec![],
         scene: None,
@@ -101,6 +102,7 @@ pub fn expand(study: &CoverageStudy) -> Result<Expansion<CoverageRecord>, Mistak
                 variants: None,
                 set,
                 members,
+                labels: BTreeMap::new(),
                 own: BTreeMap::new(),
                 scene,
             });

@@ -84,7 +84,7 @@ fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, S
 }
 
 fn variant(name: &str, label: &str, set: Table) -> VariantSpec {
-    VariantSpec { name: name.into(), label: Some(label.into()), set, quantities: vec![], scene: None }
+    VariantSpec { name: name.into(), label: Some(label.into()), group: None, set, quantities: vec![], scene: None }
 }
 
 /// Values that are tables of changes: each point changes keys of its own.

@@ -38,6 +38,8 @@ pub struct RobustnessStudy {
 
 impl StudyKind for RobustnessStudy {
     const NAME: &'static str = "robustness";
+    const ERRORS: &'static str = "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
+        error is that from the solution.";
     type Details = RobustnessRecord;
     type Findings = RobustnessFindings;
     const AROUND: Option<Around> = Some(around::AROUND);

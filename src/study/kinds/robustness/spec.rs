@@ -93,6 +93,7 @@ fn expand_suite(suite: &SuiteSpec, out: &mut Expansion<RobustnessRecord>) -> Res
             variants: suite.variants.clone(),
             set: suite.set.clone(),
             members: suite.members.clone(),
+            labels: BTreeMap::new(),
             own: BTreeMap::new(),
             scene: suite.scene.clone(),
         });
@@ -122,6 +123,7 @@ fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<()
             variants,
             set: map.set.clone(),
             members,
+            labels: BTreeMap::new(),
             own: BTreeMap::new(),
             scene: map.scene.clone(),
         };

@@ -1,7 +1,7 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
 use crate::report::canvas::{
-    Area, At, DOUBLE, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
+    Area, At, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::{capital, digits};
@@ -64,11 +64,11 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     }
     let count = if a.list { 1 } else { a.axes.len().min(2) };
     let width = LEFT + count as f64 * (EACH + LEGEND) + (count as f64 - 1.0) * GAP;
-    let svg = figure(width.min(DOUBLE), TOP + TALL + 11.0, "", |area| {
+    let svg = figure(width.min(wide_page()), TOP + TALL + 11.0, "", |area| {
         for k in 0..count {
             let x = LEFT + k as f64 * (EACH + LEGEND + GAP);
             // Two panels with legends are wider than a page: both are narrowed alike
-            let shrink = ((DOUBLE - LEFT) / (width - LEFT)).min(1.0);
+            let shrink = ((wide_page() - LEFT) / (width - LEFT)).min(1.0);
             let x = LEFT + (x - LEFT) * shrink;
             panel(area, a, q, k, [x, x + EACH * shrink]);
         }

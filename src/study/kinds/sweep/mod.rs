@@ -48,6 +48,7 @@ impl SweepStudy {
 
 impl StudyKind for SweepStudy {
     const NAME: &'static str = "sweep";
+    const ERRORS: &'static str = "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene.";
     type Details = SweepRecord;
     type Findings = SweepFindings;
 

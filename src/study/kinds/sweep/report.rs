@@ -1,7 +1,7 @@
 //! Report of a sweep.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, space};
+use crate::report::numbers::{digits, per_cent, percent, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -62,7 +62,7 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
                 format!("{}, {}", q.quantity.label, q.variant),
                 axis_words(&a.axes, &x.axis, a.list),
                 trend.into(),
-                format!("{:.2}", 100.0 * x.change),
+                per_cent(x.change),
                 e(2),
                 e(0),
                 e(1),

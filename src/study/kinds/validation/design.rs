@@ -81,6 +81,7 @@ fn family(name: &str, role: Role, own: BTreeMap<String, toml::Table>) -> FamilyS
         variants: None,
         set: toml::Table::new(),
         members: toml::Table::new(),
+        labels: BTreeMap::new(),
         own,
         scene: None,
     }

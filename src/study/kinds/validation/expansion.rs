@@ -56,6 +56,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         VariantSpec {
             name: r.name.clone(),
             label: r.label.clone(),
+            group: None,
             set: builder.probes.get(&r.name).into_iter().flatten().fold(r.set.clone(), with_probe),
             quantities: columns.iter().map(quantity).collect(),
             scene: r.scene.clone(),

@@ -4,6 +4,7 @@ use crate::report::figure::drawn;
 use crate::report::numbers::{digits, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::figures::{budget, score};
@@ -28,9 +29,16 @@ pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
         tables: [constants(a), fitted(a), budgets(a)].into_iter().filter(|t| !t.rows.is_empty()).collect(),
         folded: folded(store, a),
         figures: figures.into_iter().flatten().collect(),
+        claims: a.predictions.iter().map(claim).collect(),
         files: vec![("predictions.toml".into(), predictions::text(a, &store.study.study))],
         ..Content::new(a, !a.predictions.is_empty(), ("What is predicted, and was it so", answer(a)))
     }
+}
+
+/// A prediction with its interval.
+fn claim(p: &Prediction) -> Claim {
+    let what = format!("{}: {}", p.record, p.quantity);
+    Claim { what, value: p.value, interval: p.interval, unit: p.unit.clone() }
 }
 
 fn folded(store: &Results, a: &Analysis<ValidationFindings>) -> Vec<(&'static str, Table)> {

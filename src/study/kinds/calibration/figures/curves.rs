@@ -1,7 +1,7 @@
 //! A measured curve together with the scene that reproduces it, the residuals below, and the first constant case by case.
 
 use crate::report::canvas::{
-    At, DOUBLE, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text,
+    At, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text, wide_page,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
@@ -25,11 +25,11 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     let found = store.found.get(&v.case)?.curves.first()?;
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
-    let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;
+    let each = (wide_page() - LEFT - GAP - 3.0) / 2.0;
     let height = TOP + TALL + BETWEEN + LOW + 10.0;
     let every = m.x.len().div_ceil(ROWS);
     let rows = || m.x.iter().zip(&m.y).zip(&found.predicted).step_by(every);
-    let svg = figure(DOUBLE, height, "", |area| {
+    let svg = figure(wide_page(), height, "", |area| {
         let upper = [mm(LEFT), mm(TOP), mm(LEFT + each), mm(TOP + TALL)];
         let base = TOP + TALL + BETWEEN;
         let lower = [mm(LEFT), mm(base), mm(LEFT + each), mm(base + LOW)];

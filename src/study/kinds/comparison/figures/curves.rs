@@ -1,7 +1,7 @@
 //! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
 //! against what drives it.
 
-use crate::report::canvas::{Area, DOUBLE, PALETTE, RGB, dashed, figure, italic, line, mm};
+use crate::report::canvas::{Area, PALETTE, RGB, dashed, figure, italic, line, mm, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
@@ -43,11 +43,11 @@ fn looks(a: &ComparisonFindings) -> Vec<Look<'_>> {
 }
 
 /// The legend at the right of a figure of this width \[mm\].
-fn key(looks: &[Look], a: &ComparisonFindings, area: &Area, width: f64) {
+fn key(store: &Results, looks: &[Look], a: &ComparisonFindings, (area, width): (&Area, f64)) {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
         let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
-        (sample, format!("{}{star}", l.member.replace('_', " ")))
+        (sample, format!("{}{star}", store.study.member(l.member)))
     };
     let entries: Vec<_> = looks.iter().map(entry).collect();
     legend(area, (mm(width - LEGEND + 4.0), mm(TOP + 2.0)), &entries);
@@ -74,7 +74,7 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
     }
     let looks = looks(a);
     let n = panels.len() as f64;
-    let each = ((DOUBLE - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
+    let each = ((wide_page() - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
     let width = LEFT + n * each + (n - 1.0) * GAP + LEGEND;
     let (tall, low, between) = (42.0, 26.0, 5.0);
     let height = (TOP + tall + between + low + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
@@ -85,7 +85,7 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
             let lower = [mm(x), mm(TOP + tall + between), mm(x + each), mm(TOP + tall + between + low)];
             panel(area, store, a, q, &looks, (upper, lower), ['a', 'b', 'c'][k]);
         }
-        key(&looks, a, area, width);
+        key(store, &looks, a, (area, width));
     });
     let far = panels.iter().any(|q| q.members.iter().any(|c| c.largest > FAR));
     let far = if far { " Members off by more than half of the peak are not drawn there." } else { "" };
@@ -183,7 +183,7 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
             plot.axes(true);
             plot.title(['a', 'b'][k], &capital(&q.quantity.label));
         }
-        key(&looks, a, area, width);
+        key(store, &looks, a, (area, width));
     });
     let caption = format!(
         "Loading and unloading, {}, of the members that show a loop, and of the reference: the area of a loop is lost in every cycle.",

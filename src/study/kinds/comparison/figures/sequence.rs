@@ -1,6 +1,7 @@
 //! Cost of a step with effects added one by one.
 
-use crate::report::canvas::{At, DOUBLE, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::material::title;
+use crate::report::canvas::{At, INK, PALETTE, RGB, SMALL, block, figure, mm, text, wide_page};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};
@@ -33,7 +34,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
     let (left, each, gap) = (34.0, 60.0, 20.0);
     let tall = ROW * l.additions.len() as f64;
     let rows = effects.len().max(4).div_ceil(2) as f64;
-    let svg = figure(DOUBLE, TOP + tall + 14.0 + 4.2 * rows, "", |area| {
+    let svg = figure(wide_page(), TOP + tall + 14.0 + 4.2 * rows, "", |area| {
         let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
             let sum = |r: &Addition| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
             let longest =
@@ -58,7 +59,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         panel(left + each + gap, 'b', "Evaluation of the effects", &evaluations);
         for (k, r) in l.additions.iter().enumerate() {
             let at = (mm(left - 2.0), mm(TOP + ROW * (k as f64 + 0.5)));
-            text(area, &r.member.replace('_', " "), at, At::Right, SMALL, INK);
+            text(area, &title(&r.member), at, At::Right, SMALL, INK);
         }
         let put = |x: f64, entries: Vec<(Sample, String)>| {
             for (k, entry) in entries.into_iter().enumerate() {
@@ -76,7 +77,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
         l.variant_label,
         milliseconds(first.step_s),
-        first.member.replace('_', " "),
+        title(&first.member),
         milliseconds(last.step_s)
     );
     Some(Figure { name: format!("sequence-{}", l.variant), svg, caption })

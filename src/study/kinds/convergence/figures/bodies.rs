@@ -1,6 +1,6 @@
 //! The meshes side by side, and the body at the peak of the protocol.
 
-use crate::report::canvas::{Area, At, DOUBLE, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, text};
+use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
 use crate::report::figure::Figure;
 use crate::report::numbers::thousands;
 use crate::report::plot::Axis;
@@ -38,7 +38,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
     }
     let columns = 2.min(shown.len());
     let (gap, head) = (6.0, 5.5);
-    let wide = (DOUBLE - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
+    let wide = (page_width() - gap * (columns as f64 - 1.0) - 2.0) / columns as f64;
     let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(TALLEST);
     let rows = shown.len().div_ceil(columns);
     let height = rows as f64 * (tall + head + 3.0);
@@ -53,7 +53,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
         let look = Look { color: &|_| BODY, edge: Some((EDGE, 2.0)), outline: None, shade: 0.8 };
         under += &surface(&skin.points, &skin.triangles, &view, &fit, &look);
     }
-    let svg = figure(DOUBLE, height, &under, |area| {
+    let svg = figure(page_width(), height, &under, |area| {
         for (k, (r, _)) in shown.iter().enumerate() {
             let (x, y) = corner(k);
             let letter = char::from(b'a' + k.min(25) as u8);

@@ -1,7 +1,9 @@
 //! Cost of a mesh: seconds against unknowns and against entries of the factor, with the exponent of growth.
 
-use crate::report::canvas::{Area, At, DOUBLE, Mark, PALETTE, RGB, SMALL, figure, italic, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{
+    Area, At, Mark, PALETTE, RGB, SMALL, columns, figure, italic, line, mark, mm, page_width, text,
+};
+use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
@@ -14,6 +16,10 @@ const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
+/// From one row of panels to the next \[mm\]
+const ROW: f64 = TALL + 19.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 60.0;
 
 /// One mesh of one formulation, over its variants.
 struct MeshCost {
@@ -59,12 +65,15 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         return None;
     }
     let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
-    let each = (DOUBLE - LEFT - GAP - 3.0) / 2.0;
-    let svg = figure(DOUBLE, TOP + TALL + 17.0, "", |area| {
+    let columns = columns(2, (LEFT + 3.0, GAP, LEAST));
+    let each = (page_width() - LEFT - GAP * (columns - 1) as f64 - 3.0) / columns as f64;
+    let bottom = TOP + TALL + ROW * (2 / columns - 1) as f64 + 13.5;
+    let across = page_width() - LEFT;
+    let svg = figure(page_width(), bottom - 0.7 + 4.2 * legend_lines(formulations.len(), across), "", |area| {
         let size: [(&str, Size); 2] = [("free degrees of freedom", |d| d.dofs), ("entries of the factor", |d| d.nnz)];
         for (k, (name, x)) in size.into_iter().enumerate() {
-            let left = LEFT + k as f64 * (each + GAP);
-            let frame = [mm(left), mm(TOP), mm(left + each), mm(TOP + TALL)];
+            let (left, top) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
+            let frame = [mm(left), mm(top), mm(left + each), mm(top + TALL)];
             let label = if k == 0 { format!("{name} {}", italic("n")) } else { format!("{name} nnz({})", italic("L")) };
             let y = Axis::log(dots.iter().flat_map(|d| d.seconds), &format!("{words} [s]"));
             let plot = Plot { area, frame, x: Axis::log(dots.iter().map(x), &label), y };
@@ -74,14 +83,11 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
             plot.axes(true);
             plot.title(['a', 'b'][k], if k == 0 { "Unknowns" } else { "Cholesky factor" });
         }
-        for (k, name) in formulations.iter().enumerate() {
+        let entry = |(k, name): (usize, &&str)| {
             let (m, c) = style(k);
-            legend(
-                area,
-                (mm(LEFT + 30.0 * k as f64), mm(TOP + TALL + 13.5)),
-                &[(Sample::Mark(m, c), name.to_string())],
-            );
-        }
+            (Sample::Mark(m, c), name.to_string())
+        };
+        legend_below(area, (LEFT, bottom), across, formulations.iter().enumerate().map(entry).collect());
     });
     let caption = format!(
         "{} of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.",

@@ -1,8 +1,8 @@
 //! The deciding quantities (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
 //! difference to the Richardson curve, where the meshes come apart.
 
-use crate::report::canvas::{DOUBLE, INK, PALETTE, RGB, dashed, figure, fill, italic, line, mm};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, line, mm, page_width};
+use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines};
 use crate::report::numbers::{capital, thousands};
 use crate::report::plot::{Axis, Plot};
 use crate::study::curve::Curve;
@@ -16,6 +16,10 @@ use plotters::style::Color;
 
 /// The band of the GCI, pale enough for lines on top.
 const BAND: RGB = RGB(0xd8, 0xd8, 0xd8);
+
+/// Width of a page that has no room for a legend at the right, and least width of a panel \[mm\].
+const NARROW: f64 = 130.0;
+const LEAST: f64 = 50.0;
 
 /// `None` if no case of the sizes has a series in this variant.
 pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> Option<Figure> {
@@ -51,13 +55,20 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     if panels.is_empty() {
         return None;
     }
-    let (left, gap, legend_width) = (14.0, 17.0, 34.0);
-    let each = (DOUBLE - left - legend_width - gap * (panels.len() as f64 - 1.0)) / panels.len() as f64;
-    let (top, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
-    let height = top + tall + between + low + 10.0;
-    let svg = figure(DOUBLE, height, "", |area| {
+    let (left, gap) = (14.0, 17.0);
+    // The legend is at the right where there is room for it
+    let is_narrow = page_width() < NARROW;
+    let legend_width = if is_narrow { 4.0 } else { 34.0 };
+    let columns = columns(panels.len(), (left + legend_width, gap, LEAST));
+    let each = (page_width() - left - legend_width - gap * (columns as f64 - 1.0)) / columns as f64;
+    let has_limit = panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty()));
+    let (first, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
+    let row = first + tall + if has_limit { between + low } else { 0.0 } + 11.0;
+    let bottom = row * panels.len().div_ceil(columns) as f64;
+    let lines = if is_narrow { 4.2 * legend_lines(cases.len() + 2, page_width() - left) + 3.0 } else { 0.0 };
+    let svg = figure(page_width(), bottom - 1.0 + lines, "", |area| {
         for (k, (quantity, study)) in panels.iter().enumerate() {
-            let x = left + k as f64 * (each + gap);
+            let (x, top) = (left + (k % columns) as f64 * (each + gap), first + row * (k / columns) as f64);
             let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
             let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
             panel(area, &cases, quantity, *study, (upper, lower), ['a', 'b', 'c'][k.min(2)]);
@@ -70,12 +81,30 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         if let Some(e) = entries.get_mut(sizes) {
             e.1 += " *";
         }
-        if panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty())) {
+        if has_limit {
             entries.push((Sample::Dashed(INK), "Richardson".into()));
             entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
         }
-        legend(area, (mm(DOUBLE - legend_width + 4.0), mm(top + 2.0)), &entries);
+        if is_narrow {
+            legend_below(area, (left, bottom + 1.5), page_width() - left, entries);
+        } else {
+            legend(area, (mm(page_width() - legend_width + 4.0), mm(first + 2.0)), &entries);
+        }
     });
+    let orders = orders(&panels);
+    let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
+    let below =
+        if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
+    let caption = format!(
+        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}",
+        capital(&store.study.label(variant)),
+        family.name
+    );
+    Some(Figure { name: format!("curves-{variant}"), svg, caption })
+}
+
+/// The order of the curves of every quantity, in a sentence.
+fn orders(panels: &[(Quantity, Option<&CurveStudy>)]) -> String {
     let words: Vec<String> = panels
         .iter()
         .filter_map(|(q, s)| {
@@ -88,14 +117,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
             })
         })
         .collect();
-    let orders = if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) };
-    let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
-    let caption = format!(
-        "{}, family {}: the meshes (element and cells) over time (top) and their difference to the Richardson curve of the family (bottom).{star}{orders}",
-        capital(&store.study.label(variant)),
-        family.name
-    );
-    Some(Figure { name: format!("curves-{variant}"), svg, caption })
+    if words.is_empty() { String::new() } else { format!(" {}.", capital(&words.join("; "))) }
 }
 
 fn panel(

@@ -1,7 +1,9 @@
 //! Error against h with the fitted orders, and error against seconds with the Pareto front.
 
-use crate::report::canvas::{Area, At, DOUBLE, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::canvas::{
+    Area, At, GREY, INK, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, page_width, text,
+};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -16,6 +18,10 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
+/// From one row of panels to the next \[mm\]
+const ROW: f64 = TALL + 19.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 42.0;
 
 /// One case in one panel.
 struct ErrorDot<'a> {
@@ -52,8 +58,10 @@ fn sheet(
     if shown.is_empty() {
         return None;
     }
-    let n = shown.len() as f64;
-    let each = ((DOUBLE - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
+    let columns = columns(shown.len(), (LEFT + 5.0, GAP, LEAST));
+    let n = columns as f64;
+    let each = ((page_width() - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
+    let wide = LEFT + 5.0 + each * n + GAP * (n - 1.0);
     let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
     used.sort_unstable();
     used.dedup();
@@ -65,18 +73,14 @@ fn sheet(
         })
         .collect();
     entries.extend(extra);
-    let rows = entries.len().div_ceil(4);
-    let height = TOP + TALL + 12.5 + 4.2 * rows as f64;
-    Some(figure(DOUBLE, height, "", |area| {
+    let bottom = TOP + TALL + ROW * (shown.len().div_ceil(columns) - 1) as f64 + 13.5;
+    Some(figure(wide, bottom - 1.0 + 4.2 * legend_lines(entries.len(), wide - LEFT), "", |area| {
         for (k, (q, dots)) in shown.iter().enumerate() {
-            let x = LEFT + k as f64 * (each + GAP);
-            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + TALL)];
+            let (x, y) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
+            let frame = [mm(x), mm(y), mm(x + each), mm(y + TALL)];
             panel(area, frame, ['a', 'b', 'c'][k], q, dots);
         }
-        for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(TOP + TALL + 13.5 + 4.2 * (k / 4) as f64));
-            legend(area, at, &[entry]);
-        }
+        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     }))
 }
 
@@ -106,7 +110,7 @@ pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
 fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     for d in dots {
         let (shape, color) = style(d.family);
-        mark(plot.area, shape, plot.at(x(d), d.error.max(plot.y.lo)), 26, color);
+        mark(plot.area, shape, plot.floored(x(d), d.error, color), 26, color);
     }
 }
 
@@ -122,7 +126,7 @@ fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let extra = vec![
-        (Sample::Line(GREY), "fit αh^p".replace("h^p", &format!("{}ᵖ", italic("h")))),
+        (Sample::Line(GREY), format!("fit of order {}", italic("p"))),
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
@@ -175,7 +179,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         }
     })?;
     let caption = "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
-                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference."
+                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis."
         .into();
     Some(Figure { name: "error-h".into(), svg, caption })
 }
@@ -218,7 +222,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case."
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis."
     );
     Some(Figure { name: "work-precision".into(), svg, caption })
 }

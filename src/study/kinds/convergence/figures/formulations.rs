@@ -1,7 +1,7 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{DOUBLE, INK, Mark, RGB, figure, hollow, italic, line, mark, mm};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -14,6 +14,8 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 60.0;
 /// From a frame to the one below it, with numbers, label and title between them \[mm\].
 const BETWEEN: f64 = 18.0;
 
@@ -99,29 +101,33 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
     type Abscissa = fn(&CurvePoint) -> f64;
     let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
-    let each = (DOUBLE - LEFT - 5.0 - GAP) / 2.0;
-    let below = TOP + 2.0 * TALL + BETWEEN;
-    let height = below + 12.5 + 4.2 * entries.len().div_ceil(4) as f64;
-    let svg = figure(DOUBLE, height, "", |area| {
+    let columns = columns(2, (LEFT + 5.0, GAP, LEAST));
+    let each = (page_width() - LEFT - 5.0 - GAP * (columns - 1) as f64) / columns as f64;
+    let rows = sizes.len() * shown.len().div_ceil(columns);
+    let below = TOP + rows as f64 * (TALL + BETWEEN) - BETWEEN;
+    let across = page_width() - LEFT;
+    let height = below + 12.5 + 4.2 * legend_lines(entries.len(), across);
+    let svg = figure(page_width(), height, "", |area| {
         for (column, (q, lines)) in shown.iter().enumerate() {
             for (row, (x, name)) in sizes.iter().enumerate() {
-                let (left, top) = (LEFT + column as f64 * (each + GAP), TOP + row as f64 * (TALL + BETWEEN));
+                let (i, j) = if columns == 1 { (0, sizes.len() * column + row) } else { (column, row) };
+                let (left, top) = (LEFT + i as f64 * (each + GAP), TOP + j as f64 * (TALL + BETWEEN));
                 let frame = [mm(left), mm(top), mm(left + each), mm(top + TALL)];
                 let plot = Plot { area, frame, x: Axis::log(dots().map(x), name), y: y.clone() };
                 levels(&plot, q, tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));
                 plot.axes(true);
-                plot.title(['a', 'b', 'c', 'd'][2 * row + column], &capital(&q.title()));
+                plot.title(
+                    ['a', 'b', 'c', 'd'][if columns == 1 { j } else { shown.len() * row + column }],
+                    &capital(&q.title()),
+                );
             }
         }
-        for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(below + 13.5 + 4.2 * (k / 4) as f64));
-            legend(area, at, &[entry]);
-        }
+        legend_below(area, (LEFT, below + 13.5), across, entries);
     });
     let caption = "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
                    and over the CPU seconds of the case (bottom). Open marks raise the locking alarm. Errors in the grey \
-                   zone are smaller than the uncertainty of the reference."
+                   zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis."
         .into();
     Some(Figure { name: "formulations".into(), svg, caption })
 }
@@ -131,10 +137,11 @@ fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
     let at = |d: &CurvePoint| plot.at(x(d), d.error.max(plot.y.lo));
     line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
     for d in &l.dots {
+        let place = plot.floored(x(d), d.error, color);
         if d.flagged {
-            hollow(plot.area, shape, at(d), 28, color);
+            hollow(plot.area, shape, place, 28, color);
         } else {
-            mark(plot.area, shape, at(d), 28, color);
+            mark(plot.area, shape, place, 28, color);
         }
     }
 }

@@ -6,9 +6,10 @@ pub mod summary;
 
 use crate::report::numbers::seconds;
 use crate::study::analysis::Analysis;
+use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::kinds::convergence::figures;
-use crate::study::kinds::convergence::findings::ConvergenceFindings;
+use crate::study::kinds::convergence::findings::{Bar, ConvergenceFindings, MeshSetting};
 use crate::study::store::results::Results;
 use crate::study::tables;
 
@@ -26,9 +27,20 @@ pub fn content(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Con
             ("Curves, case by case", quantities::curves(analysis)),
         ],
         figures: figures::draw(store, analysis),
+        claims: claims(analysis),
         extension: analysis.extension.clone(),
         ..Content::new(analysis, analysis.recommended.is_some(), answer)
     }
+}
+
+/// The peak of every quantity in every setting, with its error bar.
+fn claims(analysis: &Analysis<ConvergenceFindings>) -> Vec<Claim> {
+    let of = |s: &MeshSetting, bar: &Bar| {
+        let q = analysis.find(&bar.variant, &bar.quantity)?;
+        let case = s.cases.iter().find(|case| q.errors.iter().any(|e| e.id == **case))?;
+        Claim::of_case(case, &bar.quantity, bar.value, bar.bar * q.reference.as_ref()?.scale, &q.quantity.unit)
+    };
+    analysis.settings.iter().flat_map(|s| s.bars.iter().filter_map(move |bar| of(s, bar))).collect()
 }
 
 fn facts(analysis: &Analysis<ConvergenceFindings>) -> Vec<(String, String)> {

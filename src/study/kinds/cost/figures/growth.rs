@@ -1,7 +1,8 @@
 //! How time and memory grow with the cells: fitted laws, and what twice the most cells would take.
 
-use crate::report::canvas::{At, DOUBLE, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, legend, style};
+use crate::report::canvas::{At, PALETTE, SMALL, columns, dashed, figure, hollow, line, mark, mm, text};
+use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
+use crate::report::numbers::digits;
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
 
@@ -10,6 +11,10 @@ const EACH: f64 = 70.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
+/// From one row of panels to the next \[mm\]
+const ROW: f64 = TALL + 19.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 60.0;
 
 /// Of the first variant that has laws.
 pub fn draw(a: &CostFindings) -> Option<Figure> {
@@ -22,15 +27,19 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
         |l: &GrowthLaw| style(formulations.iter().position(|f| *f == l.formulation).unwrap_or(0) % PALETTE.len());
     let kinds: Vec<Grows> =
         [Grows::Time, Grows::Memory].into_iter().filter(|k| laws.iter().any(|l| l.of == *k)).collect();
-    let svg = figure(DOUBLE, TOP + TALL + 18.0, "", |area| {
+    let columns = columns(kinds.len(), (LEFT, GAP, LEAST));
+    let wide = LEFT + EACH + (columns - 1) as f64 * (EACH + GAP) + 5.0;
+    let rows = kinds.len().div_ceil(columns);
+    let bottom = TOP + TALL + (rows - 1) as f64 * ROW + 14.5;
+    let svg = figure(wide, bottom + 4.2 * legend_lines(formulations.len(), wide - LEFT), "", |area| {
         for (k, kind) in kinds.iter().enumerate() {
             let own: Vec<&&GrowthLaw> = laws.iter().filter(|l| l.of == *kind).collect();
             let (label, title) = match kind {
                 Grows::Time => ("CPU time [s]", "Time of a case"),
                 Grows::Memory => ("largest resident set [MB]", "Memory"),
             };
-            let left = LEFT + k as f64 * (EACH + GAP);
-            let frame = [mm(left), mm(TOP), mm(left + EACH), mm(TOP + TALL)];
+            let (left, top) = (LEFT + (k % columns) as f64 * (EACH + GAP), TOP + (k / columns) as f64 * ROW);
+            let frame = [mm(left), mm(top), mm(left + EACH), mm(top + TALL)];
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
             let value = |l: &GrowthLaw| {
                 l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>()
@@ -52,18 +61,18 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                     mark(area, shape, plot.at(*n, unit(l) * v), 24, color);
                 }
                 hollow(area, shape, at(l.next_cells), 24, color);
-                let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.2}"));
-                let words = format!("{}: exponent {:.2}{half}", l.formulation, l.law.q);
+                let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.*}", digits(h)));
+                let words = format!("{}: exponent {:.*}{half}", l.formulation, l.law.half.map_or(2, digits), l.law.q);
                 text(area, &words, (frame[0] + 40, frame[1] + 60 + 85 * row as i32), At::Left, SMALL, color);
             }
             plot.axes(true);
             plot.title(char::from(b'a' + k as u8), title);
         }
-        for (k, name) in formulations.iter().enumerate() {
+        let entry = |(k, name): (usize, &&str)| {
             let (m, c) = style(k % PALETTE.len());
-            let at = (mm(LEFT + 34.0 * k as f64), mm(TOP + TALL + 14.5));
-            legend(area, at, &[(Sample::Mark(m, c), name.to_string())]);
-        }
+            (Sample::Mark(m, c), name.to_string())
+        };
+        legend_below(area, (LEFT, bottom), wide - LEFT, formulations.iter().enumerate().map(entry).collect());
     });
     let caption = "Growth with the cells: measured (full marks), fitted power law with the 95 % interval of its exponent, and what it \
                    says about twice the most cells before anything is run there (hollow)."

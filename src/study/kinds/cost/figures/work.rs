@@ -1,9 +1,9 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
-    Area, At, DOUBLE, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
+    Area, At, GREY, INK, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
 };
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend, style};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -17,6 +17,8 @@ const EACH: f64 = 70.0;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 44.0;
+/// Least width of a panel \[mm\]
+const LEAST: f64 = 60.0;
 /// From one row of panels to the next \[mm\]
 const ROW: f64 = TALL + 19.0;
 
@@ -44,7 +46,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference.",
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.",
         store.study.label(variant)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
@@ -108,24 +110,23 @@ fn sheet(
         .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
-            (Sample::Mark(m, c), f.name.replace('_', " "))
+            let name = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
+            (Sample::Mark(m, c), name)
         })
         .collect();
     entries.push((Sample::Line(GREY), "Pareto front".into()));
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
-    let rows = panels.div_ceil(2) as f64;
-    let lines = entries.len().div_ceil(4) as f64;
-    let bottom = TOP + ROW * rows - 6.0;
-    figure(DOUBLE, bottom + 4.2 * lines + 1.0, "", |area| {
+    let columns = columns(panels.min(2), (LEFT, GAP, LEAST));
+    let wide = LEFT + EACH + (columns - 1) as f64 * (EACH + GAP) + 5.0;
+    let lines = legend_lines(entries.len(), wide - LEFT);
+    let bottom = TOP + ROW * panels.div_ceil(columns) as f64 - 6.0;
+    figure(wide, bottom + 4.2 * lines + 1.0, "", |area| {
         for k in 0..panels {
-            let (x, y) = (LEFT + (k % 2) as f64 * (EACH + GAP), TOP + (k / 2) as f64 * ROW);
+            let (x, y) = (LEFT + (k % columns) as f64 * (EACH + GAP), TOP + (k / columns) as f64 * ROW);
             paint(k, area, [mm(x), mm(y), mm(x + EACH), mm(y + TALL)]);
         }
-        for (k, entry) in entries.into_iter().enumerate() {
-            let at = (mm(LEFT + 41.0 * (k % 4) as f64), mm(bottom + 4.2 * (k / 4) as f64));
-            legend(area, at, &[entry]);
-        }
+        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     })
 }
 
@@ -157,7 +158,8 @@ fn panel(
     let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
     let low = q.settings.iter().map(|s| error(s).max(least)).fold(tolerance, f64::min);
     let x = Axis::log(q.settings.iter().filter_map(amount.of), &amount.label);
-    let plot = Plot { area, frame, x, y: Axis::log([low, tolerance, top].into_iter(), "error [%]") };
+    let label = format!("error of the {} [%]", measure.words());
+    let plot = Plot { area, frame, x, y: Axis::log([low, tolerance, top].into_iter(), &label) };
     if unknown > plot.y.lo {
         let (p, r) = (plot.at(plot.x.lo, unknown.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
         fill(area, &[p, (r.0, p.1), r, (p.0, r.1)], UNRESOLVED.to_rgba());
@@ -186,7 +188,7 @@ fn panel(
     }
     for (s, x) in &placed {
         let (shape, color) = look(store, &s.family);
-        mark(area, shape, plot.at(*x, error(s).max(plot.y.lo)), 26, color);
+        mark(area, shape, plot.floored(*x, error(s), color), 26, color);
     }
     plot.axes(true);
     plot.title(char::from(b'a' + k as u8), &capital(title));

@@ -10,7 +10,9 @@ const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;
 /// Room for the names of the cases, and for the turned ones of the variants \[mm\]
 const NAMES: f64 = 74.0;
-const HEAD: f64 = 34.0;
+const HEAD: f64 = 40.0;
+/// Height of the headings of groups \[mm\]
+const GROUP: f64 = 2.0;
 /// Rows on a sheet; more go into a second block next to it
 const TALLEST: usize = 62;
 
@@ -52,6 +54,7 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
             turned(area, name, x);
             line(area, &[(mm(x), mm(HEAD)), (mm(x), mm(height - 4.0))], PALE, 4);
         }
+        groups(store, area, &variants);
         let mut before = "";
         for (k, (suite, member)) in rows.iter().enumerate() {
             let y = mm(HEAD + ROW * (k as f64 + 0.5));
@@ -61,7 +64,7 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
                 text(area, &suite.replace('-', " "), (mm(0.5), y), At::Left, SMALL, INK);
                 before = suite;
             }
-            text(area, &member.replace('-', " "), (mm(NAMES - 2.0), y), At::Right, SMALL, INK);
+            text(area, &store.study.member(&member.replace('-', "_")), (mm(NAMES - 2.0), y), At::Right, SMALL, INK);
             for (j, variant) in variants.iter().enumerate() {
                 let found = a.cases.iter().find(|c| c.suite == *suite && c.member == *member && c.variant == **variant);
                 if let Some(c) = found {
@@ -81,6 +84,21 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
          a cross failed. An empty place was not asked for."
     );
     Figure { name: if of > 1 { format!("matrix-{}", number + 1) } else { "matrix".into() }, svg, caption }
+}
+
+/// Headings over the columns of a group, with a line across them.
+fn groups(store: &Results, area: &Area, variants: &[&String]) {
+    let group = |v: &String| store.study.groups.get(v).map(String::as_str);
+    let mut from = 0;
+    for run in variants.chunk_by(|a, b| group(a) == group(b)) {
+        if let Some(heading) = group(run[0]) {
+            let edge = |k: usize| NAMES + COLUMN * k as f64;
+            let (left, right) = (mm(edge(from) + 0.8), mm(edge(from + run.len()) - 0.8));
+            line(area, &[(left, mm(GROUP + 2.4)), (right, mm(GROUP + 2.4))], INK, 5);
+            text(area, heading, ((left + right) / 2, mm(GROUP)), At::Middle, SMALL, INK);
+        }
+        from += run.len();
+    }
 }
 
 /// Names that are too long for a column stand upright.

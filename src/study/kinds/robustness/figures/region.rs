@@ -5,6 +5,7 @@ use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::digits;
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
+use std::collections::BTreeSet;
 
 const EACH: f64 = 52.0;
 const LEFT: f64 = 22.0;
@@ -38,13 +39,31 @@ pub fn draw(map: &Map) -> Figure {
         let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
         let entries: Vec<_> =
             grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
-        legend(area, (mm(width - LEGEND + 3.0), mm(TOP + 2.0)), &entries);
+        let right = width - LEGEND + 3.0;
+        legend(area, (mm(right), mm(TOP + 2.0)), &entries);
+        let line = |k: usize| (mm(right), mm(TOP + 4.5 + 4.2 * (entries.len() + k) as f64));
+        for (k, words) in key(map).iter().enumerate() {
+            text(area, words, line(k), At::Left, SMALL, INK);
+        }
     });
     let caption = format!(
         "{} Numbers are the {} {} [{}]; right is within the tolerance of the study of the reference of its row.",
         map.setup, map.peak_is, map.quantity.label, map.quantity.unit
     );
     Figure { name: format!("map-{}", map.family), svg, caption }
+}
+
+/// Meaning of the numbers in the squares, with the unit, and of the abbreviations.
+fn key(map: &Map) -> Vec<String> {
+    let unit = if map.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", map.quantity.unit) };
+    let mut words = vec![
+        format!("number: {}", map.peak_is),
+        format!("{} {}{unit}", map.quantity.label, italic(&map.quantity.symbol)),
+    ];
+    let without = map.panels.iter().flat_map(|p| &p.points).filter(|p| !p.peak.is_some_and(f64::is_finite));
+    let statuses: BTreeSet<&str> = without.map(|p| p.status.as_str()).collect();
+    words.extend(statuses.into_iter().map(|s| format!("{}: {s}", abbreviated(s))));
+    words
 }
 
 fn squares(area: &Area, map: &Map, panel: &Panel, [left, top, right, bottom]: [f64; 4], names: bool) {

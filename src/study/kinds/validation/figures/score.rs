@@ -1,7 +1,7 @@
 //! Measured against predicted values, in half-widths of the intervals.
 
 use crate::report::canvas::{
-    At, DOUBLE, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, width,
+    At, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, wide_page, width,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
@@ -24,12 +24,12 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             records.push(&p.record_label);
         }
     }
-    let slot = (DOUBLE - RIGHT - LEFT) / records.len().max(1) as f64;
+    let slot = (wide_page() - RIGHT - LEFT) / records.len().max(1) as f64;
     let longest = records.iter().map(|r| width(r, SMALL)).max().unwrap_or(0);
     let turned = longest > mm(slot);
     let names = if turned { f64::from(longest) / f64::from(mm(1.0)) + 5.0 } else { 8.0 };
-    let svg = figure(DOUBLE, TOP + TALL + names, "", |area| {
-        let frame = [mm(LEFT), mm(TOP), mm(DOUBLE - RIGHT), mm(TOP + TALL)];
+    let svg = figure(wide_page(), TOP + TALL + names, "", |area| {
+        let frame = [mm(LEFT), mm(TOP), mm(wide_page() - RIGHT), mm(TOP + TALL)];
         let x = Axis { step: 1.0, ..Axis::exact(0.0, records.len() as f64, "") };
         let values = scored.iter().map(|(_, s)| *s).chain([-1.2, 1.2]);
         let y = Axis::linear(values, "(measured − predicted)/half-width");
@@ -59,7 +59,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             (Sample::Mark(Mark::Circle, PALETTE[0]), "inside the interval".to_string()),
             (Sample::Mark(Mark::Circle, OUTSIDE), "outside".to_string()),
         ];
-        legend(area, (mm(DOUBLE - RIGHT + 3.0), mm(TOP + 4.0)), &entries);
+        legend(area, (mm(wide_page() - RIGHT + 3.0), mm(TOP + 4.0)), &entries);
     });
     let caption = "Measured minus predicted value of every prediction that was measured, in half-widths of its 95 % interval on that side; \
                    within ±1 (grey) the interval contains it."

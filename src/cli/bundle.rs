@@ -1,0 +1,103 @@
+//! `durometer bundle …`
+
+use super::files;
+use super::outcome::{CommandResult, Outcome};
+use durometer::study::bundle::{Bundle, open, write};
+use durometer::study::expand::Study;
+use std::path::PathBuf;
+use std::process::Command as Process;
+
+/// Publish a study: inputs, results, environment and checksums in one folder, from which it runs again
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer bundle write finger-convergence finger-convergence-crate --license https://creativecommons.org/licenses/by/4.0/
+  durometer bundle rerun finger-convergence-crate
+
+The folder is an RO-Crate 1.1. Exit codes of rerun: those of run, then those of compare.")]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    Write(WriteArgs),
+    Rerun(RerunArgs),
+}
+
+/// Write a bundle into a folder that does not exist yet
+#[derive(clap::Args)]
+struct WriteArgs {
+    /// Name of a folder in studies/, or path of a study.toml
+    study: PathBuf,
+    /// Folder that is written
+    out: PathBuf,
+    /// Folder of the results [default: reports/<study>]
+    #[arg(long)]
+    results: Option<PathBuf>,
+    /// Licence of the bundle: its URL, or words
+    #[arg(long, default_value = "No licence is stated; ask the authors before you use it.")]
+    license: String,
+    /// Print what was written as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Verify a bundle, run its study again, and compare the results with those in the bundle
+#[derive(clap::Args)]
+struct RerunArgs {
+    /// Folder of the bundle
+    dir: PathBuf,
+    /// Folder of the new results
+    #[arg(long, default_value = "reports/rerun")]
+    out: PathBuf,
+    /// Let the bundle make meshes that are not stored in it: this runs programs in Python that the bundle brings
+    #[arg(long)]
+    with_mesher: bool,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    match args.command {
+        Command::Write(args) => written(&args),
+        Command::Rerun(args) => rerun(&args),
+    }
+}
+
+fn written(args: &WriteArgs) -> CommandResult {
+    let file = files::find(&args.study, "study.toml")?;
+    let name = Study::read(&file, &[])?.name;
+    let results = args.results.clone().unwrap_or_else(|| PathBuf::from("reports").join(&name));
+    let done = write(&file, &name, &results, &args.out, &args.license)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&done)?);
+    } else {
+        println!("{} files, {:.1} MB: {}", done.files, 1e-6 * done.bytes as f64, args.out.display());
+        for mesh in &done.without_mesh {
+            eprintln!("note: the mesh {mesh} is not stored any more; a rerun makes it again with --with-mesher");
+        }
+    }
+    Ok(Outcome::Complete)
+}
+
+fn rerun(args: &RerunArgs) -> CommandResult {
+    let bundle = open(&args.dir)?;
+    eprintln!("every file of the bundle is the one that was written");
+    let own = std::env::current_exe()?;
+    let mut run = Process::new(&own);
+    run.arg("run").arg(&bundle.study).arg("--out").arg(&args.out);
+    if let Bundle { home, has_bodies: true, .. } = &bundle {
+        run.env("DUROMETER_HOME", std::path::absolute(home)?);
+    }
+    if !args.with_mesher {
+        // No program has the empty name
+        run.env("DUROMETER_PYTHON", "");
+    }
+    let status = run.status()?;
+    match status.code() {
+        Some(0) => {}
+        Some(3) => return Ok(Outcome::RunIncomplete),
+        _ => return Err("the run of the bundle was refused; its message is above".into()),
+    }
+    super::compare::told(&bundle.results, &args.out)
+}

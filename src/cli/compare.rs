@@ -1,0 +1,110 @@
+//! `durometer compare OLD NEW`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::math::units::{self, Dimension};
+use durometer::report::numbers::{per_cent, seconds, significant};
+use durometer::study::changes::{Change, Changes, Judgement, compare};
+use std::path::{Path, PathBuf};
+
+/// A hundred times the accuracy of the solver \[–\]; the default of `--tolerance`
+const TOLERANCE: f64 = 1e-4;
+
+/// Compare two results of a study: what changed, and is it beyond the error bars
+///
+/// A change is beyond the bars if it exceeds √(h₁² + h₂²), the half-widths of both. A value without an error bar is judged by --tolerance.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer compare reports/published/finger-convergence reports/finger-convergence
+  durometer compare old new --tolerance \"1 %\" --all
+
+Exit codes: 0 nothing changed beyond the error bars, 2 bad input, 3 something did, or a case is gone or converges no longer.")]
+pub struct Args {
+    /// Folder of the earlier result
+    old: PathBuf,
+    /// Folder of the later result
+    new: PathBuf,
+    /// Relative change that is accepted of a value without an error bar; the default is a hundred times the accuracy of the solver
+    #[arg(long, value_name = "SHARE", default_value = "0.01 %")]
+    tolerance: String,
+    /// Also list the values that did not change
+    #[arg(long)]
+    all: bool,
+    /// Print everything as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    let tolerance = units::parse(&args.tolerance, Dimension::NONE).map_err(|e| format!("--tolerance: {e}"))?;
+    if !(tolerance >= 0.0 && tolerance.is_finite()) {
+        return Err(
+            format!("--tolerance: {} is no share of a value; give 0 or more, such as \"1 %\"", args.tolerance).into()
+        );
+    }
+    let changes = compare(&args.old, &args.new, tolerance)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&changes)?);
+    } else {
+        print(&changes, args.all);
+    }
+    Ok(outcome(&changes))
+}
+
+/// Compares two results with the usual tolerance, and prints what changed.
+pub fn told(old: &Path, new: &Path) -> CommandResult {
+    let changes = compare(old, new, TOLERANCE)?;
+    print(&changes, false);
+    Ok(outcome(&changes))
+}
+
+fn outcome(changes: &Changes) -> Outcome {
+    if changes.is_beyond() { Outcome::ChangedBeyondBars } else { Outcome::Complete }
+}
+
+fn print(c: &Changes, all: bool) {
+    let pair = |name: &str, [old, new]: &[String; 2]| {
+        if old != new {
+            println!("{name}: {old}\n  now: {new}");
+        }
+    };
+    pair("study", &c.study);
+    pair("version", &c.version);
+    pair("tolerance", &c.tolerance.map(|t| format!("{} %", per_cent(t))));
+    pair("verdict", &c.verdict);
+    c.missing.iter().for_each(|id| println!("case {id}: gone"));
+    c.added.iter().for_each(|id| println!("case {id}: new"));
+    c.statuses.iter().for_each(|(id, old, new)| println!("case {id}: {old}, now {new}"));
+    c.meshes.iter().for_each(|(id, old, new)| println!("case {id}: {old} cells, now {new}"));
+    if let [first, rest @ ..] = &c.unmatched[..] {
+        let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+        println!("{first}{more}: an error bar in one result only, judged by the tolerance");
+    }
+    for v in c.values.iter().filter(|v| all || v.judgement != Judgement::Same) {
+        println!("{}", words(v));
+    }
+    let count = |j: Judgement| c.values.iter().filter(|v| v.judgement == j).count();
+    println!(
+        "{} values: {} unchanged, {} changed within their bars, {} beyond",
+        c.values.len(),
+        count(Judgement::Same),
+        count(Judgement::Within),
+        count(Judgement::Beyond)
+    );
+    println!("CPU time of the common cases: {}, now {}", seconds(c.cpu_s[0]), seconds(c.cpu_s[1]));
+}
+
+/// `tet10-length-4500: cable_tension_N: 2.6571 N, now 2.6602 N (+0.12 %), within the error bars (0.03 of them)`
+fn words(v: &Change) -> String {
+    let unit = if v.unit.is_empty() { String::new() } else { format!(" {}", v.unit) };
+    let relative =
+        v.relative.map_or(String::new(), |r| format!(" ({}{} %)", if r > 0.0 { "+" } else { "" }, per_cent(r)));
+    let judged = match (v.judgement, v.normalised) {
+        (Judgement::Same, _) => "unchanged".into(),
+        (Judgement::Within, Some(e)) => format!("within the error bars ({} of them)", significant(e, 2)),
+        (Judgement::Beyond, Some(e)) => format!("BEYOND the error bars ({} times)", significant(e, 2)),
+        (Judgement::Within, None) => "within the tolerance; no error bar".into(),
+        (Judgement::Beyond, None) => "BEYOND the tolerance; no error bar".into(),
+    };
+    format!("{}: {}{unit}, now {}{unit}{relative}, {judged}", v.what, significant(v.old, 6), significant(v.new, 6))
+}

@@ -1,0 +1,149 @@
+//! Text in LaTeX: characters that are commands, and characters outside of ASCII.
+//!
+//! Both engines know the commands of the table whatever the encoding of the font is. A letter with an accent becomes the accent over its base.
+//! What has neither a command nor an accent is printed as its code point, `[U+4E2D]`: a character is replaced, never lost, and never stops a compilation.
+//! Blanks in a row become one; control characters and marks without width go.
+
+use super::commands::Command::{Math, Text};
+use super::commands::command;
+use unicode_normalization::char::{compose, decompose_canonical};
+
+const CEDILLA: char = '\u{327}';
+
+/// Text as LaTeX prints it.
+pub fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len() + 16);
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        if let Some(space) = fixed_space(c) {
+            out += space;
+            continue;
+        }
+        if c.is_whitespace() {
+            if !out.ends_with(' ') {
+                out.push(' ');
+            }
+            continue;
+        }
+        // A cedilla is part of its letter, not an accent that every font has
+        let c = match rest.peek().filter(|mark| **mark == CEDILLA).and_then(|mark| compose(c, *mark)) {
+            Some(joined) => {
+                rest.next();
+                joined
+            }
+            None => c,
+        };
+        let mut marks = vec![];
+        while let Some(mark) = rest.next_if(|c| accent(*c).is_some()) {
+            marks.push(mark);
+        }
+        let opens = out.is_empty() || out.ends_with([' ', '(', '[', '}', '-']);
+        out += &with_accents(c, &marks, opens, out.chars().next_back());
+    }
+    out
+}
+
+/// Blanks at which no line breaks.
+fn fixed_space(c: char) -> Option<&'static str> {
+    match c {
+        '\u{a0}' => Some("~"),
+        '\u{2009}' | '\u{202f}' => Some("\\,"),
+        _ => None,
+    }
+}
+
+/// One character with the accents that follow it. What cannot be set over it follows as its code point.
+fn with_accents(c: char, marks: &[char], opens: bool, before: Option<char>) -> String {
+    let (mut base, mut own) = (c, vec![]);
+    if command(c).is_none() {
+        let mut parts = vec![];
+        decompose_canonical(c, |part| parts.push(part));
+        if parts.iter().skip(1).all(|m| accent(*m).is_some()) {
+            base = parts.first().copied().unwrap_or(c);
+            own.extend(parts.into_iter().skip(1));
+        }
+    }
+    own.extend(marks);
+    let accents: Vec<Accent> = own.iter().filter_map(|m| accent(*m)).collect();
+    let left = |set: usize| own.iter().skip(set).map(|m| code_point(*m)).collect::<String>();
+    match (command(base), accents.first()) {
+        (Some(Math(math)), _) => {
+            let inner = accents.iter().fold(math.to_string(), |inner, a| format!("{}{{{inner}}}", a.math));
+            format!("\\ensuremath{{{inner}}}")
+        }
+        (None, Some(first)) if base.is_ascii_alphabetic() => format!("{}{{{base}}}{}", first.text, left(1)),
+        (Some(Text(words)), _) => format!("{words}{}", left(0)),
+        (None, _) => plain(base, opens, before) + &left(0),
+    }
+}
+
+/// A character without a command.
+fn plain(c: char, opens: bool, before: Option<char>) -> String {
+    match c {
+        '"' => if opens { "``" } else { "''" }.into(),
+        // Two in a row would become a dash or a quotation mark
+        '-' | ',' | '\'' if before == Some(c) => format!("{{}}{c}"),
+        ' '..='~' => c.into(),
+        c if c.is_control() || is_unseen(c) => String::new(),
+        c => code_point(c),
+    }
+}
+
+/// Marks without width: joiners, directions, soft hyphens, selectors of variants, and the marks of italics in figures.
+fn is_unseen(c: char) -> bool {
+    matches!(c, '\u{ad}' | '\u{34f}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+        || matches!(c, '\u{fe00}'..='\u{fe0f}' | '\u{e000}' | '\u{e001}' | '\u{e0100}'..='\u{e01ef}')
+}
+
+fn code_point(c: char) -> String {
+    format!("{{[}}U+{:04X}]", u32::from(c))
+}
+
+/// Commands of an accent in text and in formulae.
+#[derive(Clone, Copy)]
+struct Accent {
+    text: &'static str,
+    math: &'static str,
+}
+
+fn accent(c: char) -> Option<Accent> {
+    let (text, math) = match c {
+        '\u{300}' => ("\\`", "\\grave"),
+        '\u{301}' => ("\\'", "\\acute"),
+        '\u{302}' => ("\\^", "\\hat"),
+        '\u{303}' => ("\\~", "\\tilde"),
+        '\u{304}' => ("\\=", "\\bar"),
+        '\u{306}' => ("\\u", "\\breve"),
+        '\u{307}' => ("\\.", "\\dot"),
+        '\u{308}' => ("\\\"", "\\ddot"),
+        '\u{30a}' => ("\\r", "\\mathring"),
+        '\u{30b}' => ("\\H", "\\ddot"),
+        '\u{30c}' => ("\\v", "\\check"),
+        _ => return None,
+    };
+    Some(Accent { text, math })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_printed_whatever_it_is() {
+        let texts = [
+            ("50 % of a_1 & ~b", "50 \\% of a\\_1 \\& \\textasciitilde{}b"),
+            ("\\input{x}", "\\textbackslash{}input\\{x\\}"),
+            ("ν ≤ ½, m³", "\\ensuremath{\\nu} \\ensuremath{\\leq} \\ensuremath{\\frac{1}{2}}, m\\ensuremath{^{3}}"),
+            ("Géradin, Eça, Hölder", "G\\'{e}radin, E\\c{c}a, H\\\"{o}lder"),
+            ("ψ̄ and q\u{304}", "\\ensuremath{\\bar{\\psi}} and \\={q}"),
+            ("say \"so\" -- [1]", "say ``so'' -{}- {[}1]"),
+            ("中 🦀", "{[}U+4E2D] {[}U+1F980]"),
+            ("a\n\n b\u{200b}c\u{7}", "a bc"),
+            ("36\u{2009}600\u{a0}N", "36\\,600~N"),
+            ("<|>", "\\ensuremath{<}\\ensuremath{|}\\ensuremath{>}"),
+        ];
+        for (text, tex) in texts {
+            assert_eq!(escape(text), tex);
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Style of figures: width on the page, size and family of the type.
+//!
+//! Figures are laid out on a sheet whose type has 8 points; the drawing is then scaled to the size of type that the style asks for. A column of 88 mm
+//! with a type of 7 points is a sheet of 101 mm. A figure that needs a wider sheet is scaled down to the width of the style, and its type with it.
+
+use std::cell::Cell;
+use std::fmt;
+
+/// Size of labels on the sheet \[pt\].
+const SHEET_PT: f64 = 8.0;
+
+/// Family of the letters, of which the fonts are embedded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    Sans,
+    Serif,
+}
+
+impl Family {
+    /// Names for a drawing that is shown where the fonts are not embedded.
+    pub fn css(self) -> &'static str {
+        match self {
+            Self::Sans => "Liberation Sans, Arial, Helvetica, sans-serif",
+            Self::Serif => "Liberation Serif, Times New Roman, Times, serif",
+        }
+    }
+}
+
+/// Appearance of all figures of a report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Style {
+    /// Width of the largest figures \[mm\]
+    pub width_mm: f64,
+    /// Size of labels \[pt\]; annotations have 7/8 of it
+    pub font_pt: f64,
+    pub family: Family,
+}
+
+/// Styles by name.
+pub const STYLES: [(&str, Style); 4] = [
+    ("default", Style { width_mm: 180.0, font_pt: 8.0, family: Family::Sans }),
+    ("one-column", Style { width_mm: 88.0, font_pt: 7.0, family: Family::Sans }),
+    ("two-column", Style { width_mm: 180.0, font_pt: 7.0, family: Family::Sans }),
+    ("slides", Style { width_mm: 254.0, font_pt: 16.0, family: Family::Sans }),
+];
+
+/// Sizes of type that can be read on paper or from the last row \[pt\].
+const SIZES: std::ops::RangeInclusive<f64> = 4.0..=48.0;
+
+/// A style that does not exist.
+#[derive(Debug, PartialEq)]
+pub enum StyleError {
+    Unknown(String),
+    Size(f64),
+    Family(String),
+}
+
+impl fmt::Display for StyleError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown(name) => {
+                write!(f, "\"{name}\" is no style of figures; known: {}", STYLES.map(|(name, _)| name).join(", "))
+            }
+            Self::Size(pt) => {
+                write!(f, "a type of {pt} points cannot be read; give {} to {}", SIZES.start(), SIZES.end())
+            }
+            Self::Family(name) => write!(f, "\"{name}\" is no family of type that is embedded; known: sans, serif"),
+        }
+    }
+}
+
+impl std::error::Error for StyleError {}
+
+impl Style {
+    /// The style of this name, with another size or family of the type where they are given.
+    ///
+    /// # Errors
+    /// A name, a size or a family that does not exist.
+    pub fn named(name: &str, font_pt: Option<f64>, family: Option<&str>) -> Result<Self, StyleError> {
+        let style = STYLES.iter().find(|(known, _)| *known == name).map(|(_, style)| *style);
+        let mut style = style.ok_or_else(|| StyleError::Unknown(name.into()))?;
+        if let Some(pt) = font_pt {
+            style.font_pt = if SIZES.contains(&pt) { pt } else { return Err(StyleError::Size(pt)) };
+        }
+        style.family = match family {
+            None => style.family,
+            Some("sans") => Family::Sans,
+            Some("serif") => Family::Serif,
+            Some(other) => return Err(StyleError::Family(other.into())),
+        };
+        Ok(style)
+    }
+
+    /// Width of the sheet that a figure of full width is laid out on \[mm\].
+    pub fn sheet(self) -> f64 {
+        self.width_mm * SHEET_PT / self.font_pt
+    }
+
+    /// Factor from a sheet of this width to the page.
+    pub fn zoom(self, sheet: f64) -> f64 {
+        (self.font_pt / SHEET_PT).min(self.width_mm / sheet)
+    }
+}
+
+thread_local! {
+    static STYLE: Cell<Style> = const { Cell::new(STYLES[0].1) };
+}
+
+/// The style of the figures that this thread draws.
+pub fn current() -> Style {
+    STYLE.get()
+}
+
+/// Draws in a style: all figures that `draw` makes in this thread have it.
+pub fn within<T>(style: Style, draw: impl FnOnce() -> T) -> T {
+    struct Back(Style);
+    impl Drop for Back {
+        fn drop(&mut self) {
+            STYLE.set(self.0);
+        }
+    }
+    let _back = Back(STYLE.replace(style));
+    draw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_style_ends_with_its_drawing() {
+        let slides = Style::named("slides", Some(20.0), Some("serif")).expect("a style");
+        assert_eq!((slides.width_mm, slides.font_pt, slides.family), (254.0, 20.0, Family::Serif));
+        assert_eq!(within(slides, current), slides);
+        assert_eq!(current(), STYLES[0].1);
+        assert!(std::panic::catch_unwind(|| within(slides, || panic!("a bug"))).is_err());
+        assert_eq!(current(), STYLES[0].1, "also after a panic");
+    }
+
+    #[test]
+    fn mistakes_are_refused() {
+        assert_eq!(Style::named("nature", None, None), Err(StyleError::Unknown("nature".into())));
+        for pt in [f64::NAN, 0.0, -8.0, 1e9] {
+            assert!(matches!(Style::named("default", Some(pt), None), Err(StyleError::Size(_))));
+        }
+        assert_eq!(Style::named("default", None, Some("x")), Err(StyleError::Family("x".into())));
+    }
+}

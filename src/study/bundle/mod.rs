@@ -1,0 +1,156 @@
+//! A study with its inputs, results, environment and checksums in one folder, as an RO-Crate 1.1, from which it can be run again.
+//!
+//! ```text
+//! ro-crate-metadata.json   what is in it
+//! manifest-sha256.txt      SHA-256 and path of every other file
+//! environment.json         builds that computed the results
+//! home/                    everything that the run reads: study, scenes, data, bodies, meshes
+//! results/                 the results with their report
+//! ```
+
+mod error;
+mod inputs;
+mod metadata;
+
+use crate::storage::{self, DATA_LIMIT, sha256};
+use crate::study::store::builds::builds;
+use crate::study::store::results;
+pub use error::BundleError;
+use inputs::{Files, Inputs, gather, list, name};
+use metadata::{About, Stored, metadata};
+use serde::{Deserialize, Serialize};
+use std::io;
+use std::path::{Path, PathBuf};
+
+const MANIFEST: &str = "manifest-sha256.txt";
+const ENVIRONMENT: &str = "environment.json";
+/// Folders of a result that belong to it, and the ends of the files that its folder itself has.
+const FOLDERS: [&str; 4] = ["cases", "figures", "tables", "paper"];
+const ENDS: [&str; 3] = ["json", "html", "toml"];
+
+/// Contents of a bundle that was written.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Bundled {
+    pub files: usize,
+    pub bytes: u64,
+    /// Meshes that are not stored: a rerun needs the mesher for them
+    pub without_mesh: Vec<String>,
+}
+
+/// `environment.json`
+#[derive(Serialize, Deserialize)]
+struct Environment {
+    /// Path of the study file in the bundle
+    study: String,
+    builds: Vec<crate::study::store::identity::Build>,
+    operating_system: String,
+}
+
+/// Writes the study of a file with its results into a folder that does not exist yet.
+///
+/// # Errors
+/// Results or inputs that cannot be read, results of another study, names of files that another machine does not have, and a folder that cannot be written.
+pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -> Result<Bundled, BundleError> {
+    if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(BundleError::NotEmpty { path: out.into() });
+    }
+    let stored = results::read(dir)?;
+    if stored.study.study != named {
+        let found = stored.study.study;
+        return Err(BundleError::OtherStudy { path: dir.into(), found, wanted: named.into() });
+    }
+    let Inputs { mut files, study, missing } = gather(study, &stored.cases)?;
+    files.extend(of_results(dir)?);
+    let mut all: Vec<Stored> = vec![];
+    for (place, from) in &files {
+        let bytes = storage::read(from, DATA_LIMIT).map_err(|e| BundleError::unreadable(from, &e))?;
+        all.push(put(out, place, &bytes)?);
+    }
+    let builds: Vec<_> = builds(stored.cases.iter().map(|c| &c.record)).into_iter().map(|(build, _)| build).collect();
+    let environment = Environment { study, builds, operating_system: std::env::consts::OS.into() };
+    all.push(put(out, ENVIRONMENT, &json(&environment))?);
+    let run_unix_s = stored.cases.iter().map(|c| c.record.provenance.started_unix_s).max().unwrap_or(0);
+    let about = About { study: &stored.study, license, run_unix_s, builds: &environment.builds };
+    let described = metadata(&about, &all);
+    all.push(put(out, "ro-crate-metadata.json", &json(&described))?);
+    let lines: String = all.iter().map(|f| format!("{}  {}\n", f.sha256, f.name)).collect();
+    put(out, MANIFEST, lines.as_bytes())?;
+    Ok(Bundled { files: all.len() + 1, bytes: all.iter().map(|f| f.bytes).sum(), without_mesh: missing })
+}
+
+fn json(value: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec_pretty(value).expect("numbers, strings and string keys only")
+}
+
+/// The results and their report.
+fn of_results(dir: &Path) -> Result<Files, BundleError> {
+    let mut files = Files::new();
+    let ends = |file: &Path| ENDS.iter().any(|end| file.extension().is_some_and(|e| e == *end));
+    let place = |file: &Path| format!("results/{}", name(file.strip_prefix(dir).unwrap_or(file)));
+    files.extend(list(dir)?.into_iter().filter(|f| ends(f)).map(|f| (place(&f), f)));
+    for folder in FOLDERS.iter().map(|f| dir.join(f)).filter(|f| f.is_dir()) {
+        files.extend(list(&folder)?.into_iter().map(|f| (place(&f), f)));
+    }
+    Ok(files)
+}
+
+fn put(out: &Path, place: &str, bytes: &[u8]) -> Result<Stored, BundleError> {
+    let path = out.join(place);
+    let refuse = |e: io::Error| BundleError::Unwritable { path: path.clone(), reason: e.to_string() };
+    std::fs::create_dir_all(path.parent().unwrap_or(out)).map_err(refuse)?;
+    storage::write(&path, bytes).map_err(refuse)?;
+    Ok(Stored { name: place.into(), bytes: bytes.len() as u64, sha256: sha256(bytes) })
+}
+
+/// A bundle whose files are those that were written.
+pub struct Bundle {
+    /// Everything that the run reads
+    pub home: PathBuf,
+    pub study: PathBuf,
+    pub results: PathBuf,
+    /// The bodies of the study are programs that make its meshes
+    pub has_bodies: bool,
+}
+
+/// Verifies every digest of a bundle.
+///
+/// # Errors
+/// A folder that is no bundle, and files that are missing, changed, or lead out of the bundle.
+pub fn open(dir: &Path) -> Result<Bundle, BundleError> {
+    let refuse = |reason: String| BundleError::NoBundle { path: dir.into(), reason };
+    let read = |file: &str| storage::read(&dir.join(file), DATA_LIMIT);
+    let manifest = read(MANIFEST).map_err(|e| refuse(format!("{MANIFEST}: {e}")))?;
+    let manifest = String::from_utf8(manifest).map_err(|_| refuse(format!("{MANIFEST} is no text")))?;
+    let mut wrong = vec![];
+    for line in manifest.lines() {
+        let Some((digest, file)) = line.split_once("  ") else {
+            return Err(refuse(format!("{MANIFEST} has a line without a digest")));
+        };
+        if !Path::new(file).components().all(|c| matches!(c, std::path::Component::Normal(_))) {
+            wrong.push(format!("{file} leads out of the bundle"));
+            continue;
+        }
+        match read(file).map(sha256) {
+            Err(e) => wrong.push(format!("{file}: {e}")),
+            Ok(found) if found != digest => wrong.push(format!("{file} is not the file that was written")),
+            Ok(_) => {}
+        }
+    }
+    let is_listed = |file: &str| manifest.lines().any(|line| line.ends_with(&format!("  {file}")));
+    if !wrong.is_empty() {
+        return Err(BundleError::Damaged { path: dir.into(), files: wrong });
+    }
+    let environment = read(ENVIRONMENT).map_err(|e| refuse(format!("{ENVIRONMENT}: {e}")))?;
+    let environment: Environment =
+        serde_json::from_slice(&environment).map_err(|e| refuse(format!("{ENVIRONMENT}: {e}")))?;
+    if !is_listed(ENVIRONMENT) || !is_listed(&environment.study) {
+        return Err(refuse(format!("{MANIFEST} does not list the study")));
+    }
+    let home = dir.join("home");
+    Ok(Bundle {
+        study: dir.join(&environment.study),
+        results: dir.join("results"),
+        has_bodies: home.join("meshes/meshgen").is_dir(),
+        home,
+    })
+}

@@ -1,0 +1,195 @@
+//! Changes from one result of a study to another, judged by the error bars.
+//!
+//! ```text
+//! E_n = |new − old|/√(h_old² + h_new²)        h: half-width of the error bar on the side of the other value
+//! ```
+//!
+//! A change is beyond the bars where E_n > 1 (ISO/IEC 17043, 2010, annex B). A value without a bar is judged by a tolerance.
+
+mod stored;
+
+use crate::report::ReportError;
+use crate::study::claim::Claim;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use stored::{StoredCase, StoredSummary};
+
+/// Share of a value below which a change is rounding, whatever was built or run \[–\].
+const ROUNDING: f64 = 1e-9;
+
+/// How far a value moved.
+#[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Judgement {
+    /// To rounding
+    Same,
+    /// Within the error bars, or within the tolerance where there is none
+    Within,
+    Beyond,
+}
+
+/// A value in both results.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Change {
+    pub what: String,
+    pub unit: String,
+    pub old: f64,
+    pub new: f64,
+    /// (new − old)/|old| \[–\]; none of zero
+    pub relative: Option<f64>,
+    /// E_n; none where a result states no bar
+    pub normalised: Option<f64>,
+    pub judgement: Judgement,
+}
+
+/// Everything that differs between two results.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Changes {
+    pub study: [String; 2],
+    pub version: [String; 2],
+    pub tolerance: [f64; 2],
+    pub verdict: [String; 2],
+    /// Cases of one result only
+    pub missing: Vec<String>,
+    pub added: Vec<String>,
+    /// Case, old status, new status
+    pub statuses: Vec<(String, String, String)>,
+    /// Case, old cells, new cells
+    pub meshes: Vec<(String, usize, usize)>,
+    /// CPU time of the common cases \[s\]
+    pub cpu_s: [f64; 2],
+    pub values: Vec<Change>,
+    /// Values with an error bar in one result only
+    pub unmatched: Vec<String>,
+}
+
+impl Changes {
+    /// Whether something changed for the worse or beyond what is known: a value beyond its bar, a case that is gone or converges no longer.
+    pub fn is_beyond(&self) -> bool {
+        let lost = |(_, old, new): &(String, String, String)| old == CONVERGED && new != CONVERGED;
+        !self.missing.is_empty()
+            || self.statuses.iter().any(lost)
+            || self.values.iter().any(|v| v.judgement == Judgement::Beyond)
+    }
+}
+
+const CONVERGED: &str = "Converged";
+
+/// Reason for which two results are not compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    #[error(transparent)]
+    Report(#[from] ReportError),
+    #[error(
+        "{old} holds a study of kind \"{old_kind}\", {new} one of kind \"{new_kind}\"; give two results of one study"
+    )]
+    Kinds { old: String, old_kind: String, new: String, new_kind: String },
+    #[error("{old} and {new} have no case and no value in common; give two results of one study")]
+    NothingInCommon { old: String, new: String },
+}
+
+/// Compares the results in two folders. `tolerance` is the relative change that is accepted of a value without an error bar.
+///
+/// # Errors
+/// Folders without a result, or with results of different studies.
+pub fn compare(old: &Path, new: &Path, tolerance: f64) -> Result<Changes, CompareError> {
+    let (a, b) = (StoredSummary::read(old)?, StoredSummary::read(new)?);
+    let name = |path: &Path| path.display().to_string();
+    if a.kind != b.kind {
+        let (old_kind, new_kind) = (a.kind, b.kind);
+        return Err(CompareError::Kinds { old: name(old), old_kind, new: name(new), new_kind });
+    }
+    let changes = between(&a, &b, tolerance);
+    if changes.values.is_empty() && changes.missing.len() == a.cases.len() {
+        return Err(CompareError::NothingInCommon { old: name(old), new: name(new) });
+    }
+    Ok(changes)
+}
+
+fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
+    let cases: BTreeMap<&str, &StoredCase> = b.cases.iter().map(|c| (c.id.as_str(), c)).collect();
+    let common: Vec<(&StoredCase, &StoredCase)> =
+        a.cases.iter().filter_map(|c| Some((c, *cases.get(c.id.as_str())?))).collect();
+    let ids = |from: &StoredSummary, of: &StoredSummary| -> Vec<String> {
+        let known = |id: &str| of.cases.iter().any(|c| c.id == id);
+        from.cases.iter().filter(|c| !known(&c.id)).map(|c| c.id.clone()).collect()
+    };
+    let claims: BTreeMap<&str, &Claim> = b.claims.iter().map(|c| (c.what.as_str(), c)).collect();
+    let mut values: Vec<Change> =
+        a.claims.iter().filter_map(|old| Some(of_claims(old, claims.get(old.what.as_str())?))).collect();
+    let has_bar = |what: &str, of: &StoredSummary| of.claims.iter().any(|c| c.what == what);
+    for (old, new) in &common {
+        for (column, peak) in &old.probes {
+            let what = format!("{}: {column}", old.id);
+            let Some((quantity, now)) = b.judged(new, column).zip(new.probes.get(column)) else { continue };
+            if !(has_bar(&what, a) && has_bar(&what, b)) {
+                let accepted = (tolerance * peak.peak.abs()).max(quantity.absolute_tolerance.unwrap_or(0.0));
+                values.push(without_bar(what, &quantity.unit, (peak.peak, now.peak), accepted));
+            }
+        }
+    }
+    let one_only = |from: &StoredSummary, of: &StoredSummary| -> Vec<String> {
+        from.claims.iter().filter(|c| !has_bar(&c.what, of)).map(|c| c.what.clone()).collect()
+    };
+    Changes {
+        study: [a.study.clone(), b.study.clone()],
+        version: [a.version.clone(), b.version.clone()],
+        tolerance: [a.tolerance, b.tolerance],
+        verdict: [a.verdict.clone(), b.verdict.clone()],
+        missing: ids(a, b),
+        added: ids(b, a),
+        statuses: (common.iter().filter(|(o, n)| o.status != n.status))
+            .map(|(o, n)| (o.id.clone(), o.status.clone(), n.status.clone()))
+            .collect(),
+        meshes: (common.iter().filter(|(o, n)| o.mesh.cells != n.mesh.cells))
+            .map(|(o, n)| (o.id.clone(), o.mesh.cells, n.mesh.cells))
+            .collect(),
+        cpu_s: [common.iter().map(|(o, _)| o.cpu_s).sum(), common.iter().map(|(_, n)| n.cpu_s).sum()],
+        values,
+        unmatched: one_only(a, b).into_iter().chain(one_only(b, a)).collect(),
+    }
+}
+
+fn of_claims(old: &Claim, new: &Claim) -> Change {
+    let change = new.value - old.value;
+    let up = change > 0.0;
+    let half = |c: &Claim, upwards: bool| if upwards { c.interval[1] - c.value } else { c.value - c.interval[0] };
+    let bars = half(old, up).hypot(half(new, !up));
+    // Two exact values that differ are beyond every bar
+    let normalised = if change == 0.0 { 0.0 } else { change.abs() / bars };
+    let judgement = if is_rounding(old.value, new.value) {
+        Judgement::Same
+    } else if normalised <= 1.0 {
+        Judgement::Within
+    } else {
+        Judgement::Beyond
+    };
+    change_of(old.what.clone(), &new.unit, (old.value, new.value), Some(normalised), judgement)
+}
+
+fn without_bar(what: String, unit: &str, (old, new): (f64, f64), accepted: f64) -> Change {
+    let judgement = if is_rounding(old, new) {
+        Judgement::Same
+    } else if (new - old).abs() <= accepted {
+        Judgement::Within
+    } else {
+        Judgement::Beyond
+    };
+    change_of(what, unit, (old, new), None, judgement)
+}
+
+fn is_rounding(old: f64, new: f64) -> bool {
+    (new - old).abs() <= ROUNDING * old.abs().max(new.abs())
+}
+
+fn change_of(
+    what: String,
+    unit: &str,
+    (old, new): (f64, f64),
+    normalised: Option<f64>,
+    judgement: Judgement,
+) -> Change {
+    let relative = (old != 0.0).then(|| (new - old) / old.abs());
+    Change { what, unit: unit.into(), old, new, relative, normalised, judgement }
+}

@@ -1,0 +1,27 @@
+//! A value with the interval that a report states, as `summary.json` lists them for other programs and for comparisons.
+
+use serde::{Deserialize, Serialize};
+
+/// A value and its error bar.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct Claim {
+    /// `<case>: <column>`, or the constant or prediction in words
+    pub what: String,
+    pub value: f64,
+    /// Ends of the error bar, in the unit of the value
+    pub interval: [f64; 2],
+    pub unit: String,
+}
+
+impl Claim {
+    /// A value of a case with a bar of this half-width; none where the bar is not finite.
+    pub fn of_case(case: &str, column: &str, value: f64, half_width: f64, unit: &str) -> Option<Self> {
+        let is_known = value.is_finite() && half_width.is_finite();
+        is_known.then(|| Self {
+            what: format!("{case}: {column}"),
+            value,
+            interval: [value - half_width, value + half_width],
+            unit: unit.into(),
+        })
+    }
+}

@@ -1,0 +1,130 @@
+//! Measured curves laid over the recorded ones of the cases of a study: one figure per measured curve and variant, and the distances of all cases.
+
+use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, line, mm, wide_page};
+use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
+use crate::report::numbers::per_cent;
+use crate::report::plot::{Axis, Plot};
+use crate::report::table::{Table, headings};
+use crate::scene::Measured;
+use crate::study::overlay::distance::Distance;
+use crate::study::overlay::figure::label;
+use crate::study::store::record::{CaseRecord, StoredCase};
+use crate::study::store::results::Results;
+
+/// Cases in one figure, as many as there are colours apart from that of the measured curve.
+const SHOWN: usize = PALETTE.len() - 1;
+
+/// The figures of all measured curves.
+pub fn figures(store: &Results) -> Vec<Drawn> {
+    let mut out = vec![];
+    for variant in &store.study.variants {
+        let cases: Vec<&StoredCase> = store.cases.iter().filter(|c| c.record.variant == *variant).collect();
+        let mut curves: Vec<&Measured> = vec![];
+        for m in cases.iter().flat_map(|c| &c.record.measured) {
+            if !curves.contains(&m) {
+                curves.push(m);
+            }
+        }
+        for (k, measured) in curves.into_iter().enumerate() {
+            let name = format!("compare-{variant}-{}", k + 1);
+            let place = store.study.label(variant);
+            let of = || cases.iter().copied().filter(|c| c.record.measured.contains(measured)).collect::<Vec<_>>();
+            out.extend(drawn(&name, || draw(&name, &place, measured, &shown(&of()), of().len())));
+        }
+    }
+    out
+}
+
+/// The case with most cells of each family where not all of them can be shown.
+fn shown<'a>(cases: &[&'a StoredCase]) -> Vec<&'a StoredCase> {
+    if cases.len() <= SHOWN {
+        return cases.to_vec();
+    }
+    let mut finest: Vec<&StoredCase> = vec![];
+    for case in cases {
+        match finest.iter_mut().find(|known| known.record.family == case.record.family) {
+            Some(known) if known.record.mesh.cells < case.record.mesh.cells => *known = case,
+            Some(_) => {}
+            None => finest.push(case),
+        }
+    }
+    finest.truncate(SHOWN);
+    finest
+}
+
+fn draw(name: &str, place: &str, measured: &Measured, cases: &[&StoredCase], all: usize) -> Figure {
+    let (left, top, wide, tall) = (18.0, 4.0, 100.0_f64.min(wide_page() - 62.0), 60.0);
+    let column = |c: &StoredCase, name: &str| match name {
+        "t_s" => c.series.t_s.clone(),
+        name => c.series.columns.get(name).cloned().unwrap_or_default(),
+    };
+    let curves: Vec<[Vec<f64>; 2]> =
+        cases.iter().map(|c| [column(c, &measured.over), column(c, &measured.column)]).collect();
+    let values = |k: usize, own: &[f64]| {
+        curves.iter().flat_map(|c| c[k].iter().copied()).chain(own.iter().copied()).collect::<Vec<_>>().into_iter()
+    };
+    let svg = figure(wide_page(), top + tall + 12.0, "", |area| {
+        let plot = Plot {
+            area,
+            frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],
+            x: Axis::linear(values(0, &measured.x), &label(&measured.over)),
+            y: Axis::linear(values(1, &measured.y), &label(&measured.column)),
+        };
+        plot.grid();
+        for (k, [x, y]) in curves.iter().enumerate() {
+            line(area, &plot.path(x, y), PALETTE[k % SHOWN], 10);
+        }
+        for at in plot.path(&measured.x, &measured.y) {
+            hollow(area, MARKS[0], at, 22, INK);
+        }
+        plot.axes(true);
+        let ids = cases.iter().enumerate().map(|(k, c)| (Sample::Line(PALETTE[k % SHOWN]), c.record.id.clone()));
+        let entries: Vec<(Sample, String)> =
+            std::iter::once((Sample::Hollow(MARKS[0], INK), "measured".to_string())).chain(ids).collect();
+        legend(area, (mm(left + wide + 6.0), mm(top + 3.0)), &entries);
+    });
+    let of = |c: &&StoredCase| {
+        let d = distance(&c.record, measured)?;
+        Some(format!("{}: {:.2} % (L2), {:.2} % (largest)", c.record.id, 100.0 * d.l2, 100.0 * d.largest))
+    };
+    let far: Vec<String> = cases.iter().filter_map(of).collect();
+    let far = if far.is_empty() { "no range in common".into() } else { far.join("; ") };
+    let rest = if cases.len() < all { " Of each family the finest mesh is shown." } else { "" };
+    let caption = format!(
+        "Measured {} ({}) and that of the simulation, {place}. Distances from the measured curve: {far}.{rest}",
+        label(&measured.column).split(" [").next().unwrap_or_default(),
+        measured.source
+    );
+    Figure { name: name.into(), svg, caption }
+}
+
+fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
+    r.distances.iter().find(|d| d.column == m.column && d.over == m.over && d.file == m.source)
+}
+
+/// Distances of all cases from measured curves; none where nothing was measured.
+pub fn table(store: &Results) -> Option<Table> {
+    let curves = |r: &CaseRecord| -> Vec<Vec<String>> {
+        let row = |d: &Distance| {
+            let [l2, largest] = [d.l2, d.largest].map(per_cent);
+            vec![r.id.clone(), d.column.clone(), d.over.clone(), d.file.clone(), d.points.to_string(), l2, largest]
+        };
+        r.distances.iter().map(row).collect()
+    };
+    let rows: Vec<Vec<String>> = store.cases.iter().flat_map(|c| curves(&c.record)).collect();
+    (!rows.is_empty()).then(|| Table {
+        name: "compare",
+        caption: "Distances of recorded curves from measured ones in their common range, as shares of the measured curve: root mean square and largest.".into(),
+        columns: headings(&[
+            ("Case", "", false),
+            ("Column", "", false),
+            ("Over", "", false),
+            ("File", "", false),
+            ("Points", "", true),
+            ("L2", "%", true),
+            ("Largest", "%", true),
+        ]),
+        rows,
+        pick: None,
+    })
+}

@@ -1,0 +1,23 @@
+//! A document of the generated parts alone, which shows that they compile and how they look.
+
+use crate::report::latex::{PACKAGES, escape};
+
+/// Tables and figures of a report by name, for the document that shows them.
+pub struct Parts<'a> {
+    pub title: &'a str,
+    pub tables: Vec<&'a str>,
+    pub figures: Vec<&'a str>,
+}
+
+/// An article that reads the methods, the first table, the first figure, and the bibliography; to be compiled where it lies.
+pub fn document(parts: &Parts) -> String {
+    let input = |folder: &str, names: &[&str]| {
+        names.first().map_or(String::new(), |name| format!("\\input{{../{folder}/{name}.tex}}\n"))
+    };
+    format!(
+        "% pdflatex paper && bibtex paper && pdflatex paper && pdflatex paper (or xelatex)\n\\documentclass[a4paper]{{article}}\n\\usepackage[margin=22mm]{{geometry}}\n{PACKAGES}\\graphicspath{{{{../figures/}}}}\n\\begin{{document}}\n\\title{{{}}}\n\\author{{}}\n\\date{{}}\n\\maketitle\n\\section*{{Methods}}\n\\input{{methods.tex}}\n\\section*{{Results}}\n{}{}\\bibliographystyle{{unsrt}}\n\\bibliography{{references}}\n\\end{{document}}\n",
+        escape(parts.title),
+        input("tables", &parts.tables),
+        input("figures", &parts.figures),
+    )
+}

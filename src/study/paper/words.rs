@@ -1,0 +1,162 @@
+//! Sentences with citations, which are printed as Markdown and as LaTeX.
+//!
+//! A number and its unit are joined by a no-break space: LaTeX then sets both by siunitx.
+
+use crate::report::latex::{escape, power_of_ten, quantity};
+use crate::study::paper::references::{Reference, program};
+
+/// A part of a text.
+#[derive(Clone, Debug, PartialEq)]
+enum Piece {
+    Text(String),
+    Cite(Vec<&'static Reference>),
+}
+
+/// A paragraph under a heading of its own.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Paragraph {
+    pub heading: &'static str,
+    pieces: Vec<Piece>,
+}
+
+impl Paragraph {
+    pub fn new(heading: &'static str) -> Self {
+        Self { heading, pieces: vec![] }
+    }
+
+    /// Adds text, which is printed as it is: names and sources come from files.
+    #[must_use]
+    pub fn text(mut self, text: impl Into<String>) -> Self {
+        self.pieces.push(Piece::Text(text.into()));
+        self
+    }
+
+    /// Adds the text of the program, in which `[@key]` and `[@one; @another]` are citations.
+    #[must_use]
+    pub fn marked(mut self, text: &str) -> Self {
+        let mut rest = text;
+        while let Some((before, (keys, after))) =
+            rest.split_once("[@").and_then(|(before, rest)| Some((before, rest.split_once(']')?)))
+        {
+            let before = before.strip_suffix(' ').unwrap_or(before);
+            self.pieces.push(Piece::Text(before.into()));
+            let keys = keys.split(';').map(|key| key.trim().trim_start_matches('@'));
+            self = self.cite(keys.filter_map(Reference::of_key).collect());
+            rest = after;
+        }
+        self.text(rest)
+    }
+
+    /// Adds a citation; none where nothing is cited.
+    #[must_use]
+    pub fn cite(mut self, references: Vec<&'static Reference>) -> Self {
+        if !references.is_empty() {
+            self.pieces.push(Piece::Cite(references));
+        }
+        self
+    }
+
+    /// Adds the citation of the program itself.
+    #[must_use]
+    pub fn cite_program(self) -> Self {
+        self.cite(vec![program()])
+    }
+
+    /// Every reference that the paragraph cites, as often as it does.
+    pub fn references(&self) -> impl Iterator<Item = &'static Reference> + '_ {
+        self.pieces.iter().flat_map(|piece| match piece {
+            Piece::Text(_) => vec![],
+            Piece::Cite(references) => references.clone(),
+        })
+    }
+
+    /// `\paragraph{heading}` with citations by `\cite`.
+    pub fn latex(&self) -> String {
+        let mut out = format!("\\paragraph{{{}.}} ", escape(self.heading));
+        for piece in &self.pieces {
+            match piece {
+                Piece::Text(text) => out += &latex_text(text),
+                Piece::Cite(references) => {
+                    let keys: Vec<&str> = references.iter().map(|r| r.key).collect();
+                    out += &format!("~\\cite{{{}}}", keys.join(","));
+                }
+            }
+        }
+        out + "\n"
+    }
+
+    /// A paragraph of Markdown with the citations of Pandoc.
+    pub fn markdown(&self) -> String {
+        let mut out = format!("**{}.** ", self.heading);
+        for piece in &self.pieces {
+            match piece {
+                Piece::Text(text) => out += &markdown_text(text),
+                Piece::Cite(references) => {
+                    let keys: Vec<String> = references.iter().map(|r| format!("@{}", r.key)).collect();
+                    out += &format!(" [{}]", keys.join("; "));
+                }
+            }
+        }
+        out + "\n"
+    }
+}
+
+/// Text in LaTeX, with quantities by siunitx.
+fn latex_text(text: &str) -> String {
+    let mut out = String::new();
+    let mut from = 0;
+    for (start, word) in words(text) {
+        let end = word.trim_end_matches([',', '.', ';', ')']);
+        let open = end.trim_start_matches('(');
+        let set = open.split_once('\u{a0}').map_or_else(|| power_of_ten(open), |(n, unit)| quantity(n, unit));
+        if let Some(set) = set {
+            let begin = start + end.len() - open.len();
+            out += &escape(&text[from..begin]);
+            out += &set;
+            from = start + end.len();
+        }
+    }
+    out + &escape(&text[from..])
+}
+
+/// Words between blanks with their places in the text.
+fn words(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.split(' ').scan(0, |at, word| {
+        let start = *at;
+        *at += word.len() + 1;
+        Some((start, word))
+    })
+}
+
+/// Text whose marks are no markup.
+fn markdown_text(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '\\' | '`' | '*' | '_' | '{' | '}' | '[' | ']' | '<' | '>' | '#' | '|' | '~' | '$' | '^' | '@' => {
+                out.push('\\');
+                out.push(c);
+            }
+            '&' => out += "&amp;",
+            c if c.is_control() => out.push(' '),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_has_citations_and_quantities_in_both_forms() {
+        let p = Paragraph::new("Law").marked("Yeoh's law [@yeoh1993] with C10 = 18\u{a0}kPa.").text(" From a_b [x].");
+        let tex =
+            "\\paragraph{Law.} Yeoh's law~\\cite{yeoh1993} with C10 = \\qty{18}{\\kilo\\pascal}. From a\\_b {[}x].\n";
+        assert_eq!(p.latex(), tex);
+        let markdown = "**Law.** Yeoh's law [@yeoh1993] with C10 = 18\u{a0}kPa. From a\\_b \\[x\\].\n";
+        assert_eq!(p.markdown(), markdown);
+        assert_eq!(p.references().map(|r| r.key).collect::<Vec<_>>(), ["yeoh1993"]);
+    }
+}

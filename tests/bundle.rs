@@ -1,0 +1,214 @@
+//! A study with a measured curve: the report lays it over the recorded ones, and the bundle runs again elsewhere.
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const SCENE: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["10 mm", "10 mm", "20 mm"], divisions = [1, 1, 2] }
+
+[laws.rubber]
+include = "../data/law.toml"
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+
+[[constraint]]
+kind = "prescribed"
+region = "zmax"
+components = "z"
+displacement = { kind = "ramp", from = "0 mm", to = "2 mm", start = "0 s", end = "1 s" }
+
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+
+[[probe]]
+kind = "position"
+region = "zmax"
+
+[[probe]]
+kind = "reaction"
+region = "zmax"
+
+[[compare]]
+column = "zmax_reaction_z_N"
+file = "../data/pull.csv"
+x = { column = "t", unit = "s" }
+y = { column = "F", unit = "N" }
+"#;
+
+const STUDY: &str = r#"
+kind = "sweep"
+question = "How does the force depend on E?"
+expectation = "It is proportional."
+scene = "scene.toml"
+tolerance = "2 %"
+
+[[variant]]
+name = "pull"
+quantity = [{ name = "zmax_reaction_z_N", label = "force", symbol = "F", unit = "N" }]
+
+[[axis]]
+name = "E"
+keys = ["laws.rubber.E"]
+label = "Young's modulus"
+symbol = "E"
+unit = "kPa"
+values = ["50 kPa", "100 kPa"]
+"#;
+
+fn durometer(arguments: &[&str], paths: &[&Path]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(arguments).args(paths).output().expect("the program starts")
+}
+
+fn said(out: &Output) -> String {
+    String::from_utf8_lossy(&out.stdout).into_owned() + &String::from_utf8_lossy(&out.stderr)
+}
+
+/// The study, run, in a folder of its own.
+fn study() -> (tempfile::TempDir, PathBuf, PathBuf) {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    for folder in ["bar", "data"] {
+        std::fs::create_dir(dir.path().join(folder)).expect("a folder");
+    }
+    let files = [
+        ("bar/scene.toml", SCENE),
+        ("bar/study.toml", STUDY),
+        ("data/law.toml", "law = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n"),
+        ("data/pull.csv", "t,F\n0,0\n0.5,0.5\n1,1\n"),
+    ];
+    for (name, text) in files {
+        std::fs::write(dir.path().join(name), text).expect("a file");
+    }
+    let (file, results) = (dir.path().join("bar/study.toml"), dir.path().join("results"));
+    let out = durometer(&["run"], &[&file, Path::new("--out"), &results]);
+    assert!(out.status.success(), "{}", said(&out));
+    (dir, file, results)
+}
+
+#[test]
+fn a_measured_curve_is_laid_over_those_of_the_cases() {
+    let (_dir, _, results) = study();
+    let svg = std::fs::read_to_string(results.join("figures/compare-pull-1.svg")).expect("a figure");
+    assert!(svg.contains("measured") && svg.matches("sweep-pull-").count() == 2, "marks, and a line for each case");
+    let table = std::fs::read_to_string(results.join("tables/compare.csv")).expect("a table");
+    assert_eq!(table.lines().count(), 3, "{table}");
+    let page = std::fs::read_to_string(results.join("index.html")).expect("the page");
+    assert!(page.contains("id=\"compare-pull-1\""));
+}
+
+#[test]
+fn a_bundle_lists_what_it_holds_and_runs_again() {
+    let (dir, file, results) = study();
+    let bundle = dir.path().join("crate");
+    let out = durometer(&["bundle", "write", "--results"], &[&results, &file, &bundle]);
+    assert!(out.status.success(), "{}", said(&out));
+    check_crate(&bundle);
+    // Elsewhere, without what it was made from
+    let moved = tempfile::tempdir().expect("a temporary folder");
+    let there = moved.path().join("crate");
+    std::fs::rename(&bundle, &there).expect("a move");
+    drop(dir);
+    let again = moved.path().join("again");
+    let rerun = || durometer(&["bundle", "rerun", "--out"], &[&again, &there]);
+    let out = rerun();
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    assert!(said(&out).contains("2 values: 2 unchanged"), "{}", said(&out));
+    // A result that is not the one of the inputs: the digests are those of the file, the comparison says so
+    let law = there.join("home/data/law.toml");
+    let sound = std::fs::read_to_string(&law).expect("the law");
+    std::fs::write(&law, sound.replace("0.3", "0.31")).expect("the law");
+    let out = rerun();
+    assert!(
+        out.status.code() == Some(2) && said(&out).contains("home/data/law.toml is not the file"),
+        "{}",
+        said(&out)
+    );
+    std::fs::remove_file(&law).expect("the law");
+    assert_eq!(rerun().status.code(), Some(2));
+    std::fs::write(&law, sound).expect("the law");
+    assert_eq!(rerun().status.code(), Some(0));
+}
+
+/// Every file but the manifest is an entity, and every entity that is a file exists with its digest.
+fn check_crate(bundle: &Path) {
+    let text = std::fs::read(bundle.join("ro-crate-metadata.json")).expect("the metadata");
+    let metadata: Value = serde_json::from_slice(&text).expect("JSON");
+    assert_eq!(metadata["@context"], "https://w3id.org/ro/crate/1.1/context");
+    let graph = metadata["@graph"].as_array().expect("entities");
+    let id = |e: &Value| e["@id"].as_str().expect("an id").to_string();
+    let ids: BTreeSet<String> = graph.iter().map(id).collect();
+    assert_eq!(ids.len(), graph.len(), "ids are unique");
+    let root = graph.iter().find(|e| id(e) == "./").expect("a root");
+    for key in ["name", "description", "datePublished", "license"] {
+        assert!(root[key].is_string(), "{key}");
+    }
+    for part in root["hasPart"].as_array().expect("parts") {
+        assert!(ids.contains(&id(part)), "{part}");
+    }
+    let mut listed: BTreeSet<String> = BTreeSet::new();
+    for e in graph.iter().filter(|e| e["@type"] == "File") {
+        let name = e["name"].as_str().expect("a name");
+        let bytes = std::fs::read(bundle.join(name)).expect("a file");
+        assert_eq!(e["sha256"], durometer::storage::sha256(&bytes), "{name}");
+        assert_eq!(e["contentSize"], bytes.len().to_string());
+        listed.insert(name.into());
+    }
+    listed.extend(["ro-crate-metadata.json", "manifest-sha256.txt"].map(String::from));
+    let mut found = BTreeSet::new();
+    walk(bundle, bundle, &mut found);
+    assert_eq!(found, listed);
+    for name in [
+        "home/bar/study.toml",
+        "home/bar/scene.toml",
+        "home/data/law.toml",
+        "home/data/pull.csv",
+        "results/paper/methods.md",
+    ] {
+        assert!(found.contains(name), "{name}");
+    }
+}
+
+fn walk(root: &Path, dir: &Path, out: &mut BTreeSet<String>) {
+    for path in std::fs::read_dir(dir).expect("a folder").map(|e| e.expect("an entry").path()) {
+        if path.is_dir() {
+            walk(root, &path, out);
+        } else {
+            out.insert(path.strip_prefix(root).expect("inside").display().to_string());
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_bundled_is_refused() {
+    let (dir, file, results) = study();
+    let refused = |results: &Path, out: &Path, fact: &str| {
+        let done = durometer(&["bundle", "write", "--results"], &[results, &file, out]);
+        assert!(done.status.code() == Some(2) && said(&done).contains(fact), "{fact}: {}", said(&done));
+    };
+    refused(&results, dir.path(), "is not empty");
+    refused(&dir.path().join("nothing"), &dir.path().join("b"), "does not exist");
+    let scene = dir.path().join("bar/scene.toml");
+    let absolute = dir.path().join("data/pull.csv").display().to_string();
+    std::fs::write(&scene, SCENE.replace("../data/pull.csv", &absolute)).expect("the scene");
+    refused(&results, &dir.path().join("b"), "name it relative");
+    for (text, fact) in [("", "study"), ("x\n", "without a digest")] {
+        std::fs::write(dir.path().join("manifest-sha256.txt"), text).expect("a manifest");
+        let done = durometer(&["bundle", "rerun"], &[dir.path()]);
+        assert!(done.status.code() == Some(2) && said(&done).contains("is no bundle"), "{fact}: {}", said(&done));
+    }
+    let outside = format!("{}  ../secret\n", "0".repeat(64));
+    std::fs::write(dir.path().join("manifest-sha256.txt"), outside).expect("a manifest");
+    assert!(said(&durometer(&["bundle", "rerun"], &[dir.path()])).contains("leads out of the bundle"));
+}
