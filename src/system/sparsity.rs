@@ -43,8 +43,7 @@ impl Sparsity {
         if dofs.free.is_empty() {
             return None;
         }
-        let mut pattern: Pattern = sparse(&dofs, direct()).into();
-        pattern.low_rank = coupled.low_rank(&dofs).into();
+        let pattern = Pattern::new(sparse(&dofs, direct()), coupled.low_rank(&dofs));
         let of_blocks = |&TangentBlocks { blocks, means, in_groups }: &TangentBlocks| match means {
             Some(means) => Slots::Entries(coupled.slots(&pattern, means, blocks)),
             None if in_groups => Slots::Groups(groups::divide(blocks, |range| slots(&dofs, &pattern, blocks, range))),

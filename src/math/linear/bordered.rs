@@ -97,8 +97,8 @@ mod tests {
         let sparse =
             SymPattern::from_pairs(N, (0..N as u32).flat_map(|i| (i.saturating_sub(4)..i).map(move |j| (i, j))));
         let after = vec![5, 27, 40, 0, N as u32];
-        let low_rank = Arc::new(LowRank { columns, inner: Some(inner), after });
-        let pattern = Pattern { low_rank, ..sparse.into() };
+        let low_rank = LowRank { columns, inner: Some(inner), after };
+        let pattern = Pattern::new(sparse, low_rank);
         let mut values = vec![0.0; pattern.nnz()];
         for (slot, (i, j)) in pattern.sparse.entries().enumerate() {
             values[slot] = if i == j { 9.0 - less } else { 2.0 * random.unit() - 1.0 };
@@ -202,7 +202,7 @@ mod tests {
                 after: vec![6],
             };
             let chain = SymPattern::from_pairs(n, (1..n as u32).map(|i| (i, i - 1)));
-            let pattern = Arc::new(Pattern { low_rank: Arc::new(low_rank), ..chain.into() });
+            let pattern = Arc::new(Pattern::new(chain, low_rank));
             let ends = |i| if i == 0 || i == n - 1 { 1.0 } else { 2.0 };
             let pushed = |i| if i == 2 { push } else { 0.0 };
             let mut values: Vec<f64> =
