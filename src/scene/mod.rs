@@ -120,7 +120,7 @@ pub use extreme::{Extreme, ExtremeKind, extreme};
 pub use fixture::Held;
 pub use import::{Import, Imported};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};
-pub use mesh_spec::ElementSpec;
+pub use mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 pub use open::{open_scene, parse_scene};
 pub use overrides::find;
 pub use parameter_key::{KeyError, KeyValue, LawConstant, ParameterKey};
