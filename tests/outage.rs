@@ -39,13 +39,13 @@ const REPORT: Job = Job {
         call(at, &["run", "study.toml", "--out", "r", "--jobs", "1"], 0);
         for entry in std::fs::read_dir(at.join("r")).expect("results").flatten() {
             match entry.file_name().to_str() {
-                Some("figures" | "tables") => std::fs::remove_dir_all(entry.path()).expect("own folder"),
+                Some("figures" | "paper" | "tables") => std::fs::remove_dir_all(entry.path()).expect("own folder"),
                 Some("index.html" | "summary.json") => std::fs::remove_file(entry.path()).expect("own file"),
                 _ => {}
             }
         }
     },
-    compare: |whole, found| assert_same_sizes(&["", "figures", "tables"], whole, found),
+    compare: |whole, found| assert_same_sizes(&["", "figures", "paper", "tables"], whole, found),
 };
 const FIT: Job = Job {
     arguments: &["fit", "t.csv", "--law", "neo_hookean", "--mode", "uniaxial", "--out", "r"],

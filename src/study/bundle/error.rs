@@ -1,5 +1,6 @@
 //! Reasons for which a bundle is not written or not taken.
 
+use crate::mesh::generate::GenerateError;
 use crate::report::ReportError;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,6 +10,8 @@ use std::path::{Path, PathBuf};
 pub enum BundleError {
     #[error(transparent)]
     Report(#[from] ReportError),
+    #[error(transparent)]
+    Home(GenerateError),
     #[error("{}: {reason}", path.display())]
     Unreadable { path: PathBuf, reason: String },
     #[error("{}: it cannot be written: {reason}; choose another place, or make room", path.display())]

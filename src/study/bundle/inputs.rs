@@ -21,7 +21,10 @@ pub struct Inputs {
 
 /// Gathers everything that a run of the study reads. Places keep the folders as they are below the home of the project, or below what all files share.
 pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError> {
-    let store = MeshStore::find().ok();
+    let store = match MeshStore::find() {
+        Err(e) if cases.iter().any(|c| is_made(&c.record.mesh.source)) => return Err(BundleError::Home(e)),
+        found => found.ok(),
+    };
     let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
     let (mut found, mut absolute) = (BTreeSet::new(), BTreeSet::new());
     follow(&real(study)?, &mut found, &mut absolute)?;
@@ -42,6 +45,11 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
         bodies(&store, cases, &mut inputs)?;
     }
     Ok(inputs)
+}
+
+/// Whether a mesh was made of a body: it is stored under the digest of its request.
+fn is_made(source: &str) -> bool {
+    source.strip_suffix(".msh.gz").is_some_and(|s| s.len() == 16 && s.chars().all(|c| c.is_ascii_hexdigit()))
 }
 
 /// A path with slashes.
@@ -121,8 +129,7 @@ fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Resul
             }
         }
     }
-    let sources: BTreeSet<&str> =
-        cases.iter().map(|c| c.record.mesh.source.as_str()).filter(|s| s.ends_with(".msh.gz")).collect();
+    let sources: BTreeSet<&str> = cases.iter().map(|c| c.record.mesh.source.as_str()).filter(|s| is_made(s)).collect();
     for source in sources {
         let folders = names.iter().map(String::as_str).chain(["cache"]);
         let found = folders.map(|folder| (folder, meshes.join(folder).join(source))).find(|(_, path)| path.is_file());

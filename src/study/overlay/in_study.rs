@@ -1,11 +1,12 @@
 //! Measured curves laid over the recorded ones of the cases of a study: one figure per measured curve and variant, and the distances of all cases.
 
-use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, line, mm, wide_page};
+use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, italic, line, mm, wide_page};
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
 use crate::report::numbers::per_cent;
 use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
 use crate::scene::Measured;
+use crate::study::figures::axis_label;
 use crate::study::overlay::distance::Distance;
 use crate::study::overlay::figure::label;
 use crate::study::store::record::{CaseRecord, StoredCase};
@@ -27,9 +28,8 @@ pub fn figures(store: &Results) -> Vec<Drawn> {
         }
         for (k, measured) in curves.into_iter().enumerate() {
             let name = format!("compare-{variant}-{}", k + 1);
-            let place = store.study.label(variant);
             let of = || cases.iter().copied().filter(|c| c.record.measured.contains(measured)).collect::<Vec<_>>();
-            out.extend(drawn(&name, || draw(&name, &place, measured, &shown(&of()), of().len())));
+            out.extend(drawn(&name, || draw(store, (&name, variant), measured, &shown(&of()), of().len())));
         }
     }
     out
@@ -52,7 +52,13 @@ fn shown<'a>(cases: &[&'a StoredCase]) -> Vec<&'a StoredCase> {
     finest
 }
 
-fn draw(name: &str, place: &str, measured: &Measured, cases: &[&StoredCase], all: usize) -> Figure {
+fn draw(
+    store: &Results,
+    (name, variant): (&str, &str),
+    measured: &Measured,
+    cases: &[&StoredCase],
+    all: usize,
+) -> Figure {
     let (left, top, wide, tall) = (18.0, 4.0, 100.0_f64.min(wide_page() - 62.0), 60.0);
     let column = |c: &StoredCase, name: &str| match name {
         "t_s" => c.series.t_s.clone(),
@@ -63,12 +69,13 @@ fn draw(name: &str, place: &str, measured: &Measured, cases: &[&StoredCase], all
     let values = |k: usize, own: &[f64]| {
         curves.iter().flat_map(|c| c[k].iter().copied()).chain(own.iter().copied()).collect::<Vec<_>>().into_iter()
     };
+    let [over, own] = [&measured.over, &measured.column].map(|name| named(store, variant, name));
     let svg = figure(wide_page(), top + tall + 12.0, "", |area| {
         let plot = Plot {
             area,
             frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],
-            x: Axis::linear(values(0, &measured.x), &label(&measured.over)),
-            y: Axis::linear(values(1, &measured.y), &label(&measured.column)),
+            x: Axis::linear(values(0, &measured.x), &over),
+            y: Axis::linear(values(1, &measured.y), &own),
         };
         plot.grid();
         for (k, [x, y]) in curves.iter().enumerate() {
@@ -91,11 +98,22 @@ fn draw(name: &str, place: &str, measured: &Measured, cases: &[&StoredCase], all
     let far = if far.is_empty() { "no range in common".into() } else { far.join("; ") };
     let rest = if cases.len() < all { " Of each family the finest mesh is shown." } else { "" };
     let caption = format!(
-        "Measured {} ({}) and that of the simulation, {place}. Distances from the measured curve: {far}.{rest}",
-        label(&measured.column).split(" [").next().unwrap_or_default(),
-        measured.source
+        "Measured {} ({}) and that of the simulation, {}. Distances from the measured curve: {far}.{rest}",
+        own.replace(['\u{e000}', '\u{e001}'], "").split(" [").next().unwrap_or_default(),
+        measured.source,
+        store.study.label(variant)
     );
     Figure { name: name.into(), svg, caption }
+}
+
+/// A column as the study calls it, or by its own name.
+fn named(store: &Results, variant: &str, column: &str) -> String {
+    let judged = store.study.quantities.get(variant).into_iter().flatten().find(|q| q.name == column);
+    match judged {
+        Some(q) => axis_label(q, ""),
+        None if column == "t_s" => format!("time {} [s]", italic("t")),
+        None => label(column),
+    }
 }
 
 fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {

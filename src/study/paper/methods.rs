@@ -132,7 +132,7 @@ fn physics(records: &[&CaseRecord]) -> Paragraph {
     let names: BTreeSet<String> = records.iter().flat_map(|r| &r.effects).map(|e| e.name.replace('_', " ")).collect();
     let names: Vec<String> = names.into_iter().collect();
     Paragraph::new("Effects and constraints")
-        .text(format!("Assembled were {}. Nothing else acts on the body.", listed(&names)))
+        .text(format!("These were assembled: {}. Nothing else acts on the body.", listed(&names)))
 }
 
 fn time(records: &[&CaseRecord]) -> Paragraph {

@@ -46,7 +46,8 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
     };
     let variants: Vec<&String> = store.study.variants.iter().filter(shown).collect();
     let width = NAMES + COLUMN * variants.len() as f64 + 30.0;
-    let height = HEAD + ROW * rows.len() as f64 + 4.0;
+    // The legend has three lines
+    let height = HEAD + (ROW * rows.len() as f64).max(14.0) + 4.0;
     let svg = figure(width, height, "", |area| {
         for (k, variant) in variants.iter().enumerate() {
             let x = NAMES + COLUMN * (k as f64 + 0.5);
