@@ -12,7 +12,6 @@ use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use std::path::PathBuf;
 
 /// μ [Pa] and α of a soft foam that densifies in compression.
 const ONE: &[f64] = &[20e3, 5.0];
@@ -76,9 +75,7 @@ fn press(name: &str, values: &[f64], nu: f64, noise: [f64; 2], seed: u64) -> Fit
         let (p, t) = (-stress + noise[0] * random.normal(), lateral + noise[1] * random.normal());
         format!("{},{},{}\n", 100.0 * e, p / 1e3, 100.0 * t)
     };
-    let folder = std::env::temp_dir().join(format!("durometer-foam-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
-    let path: PathBuf = folder.join(format!("{name}.csv"));
+    let path = common::folder("foam").join(format!("{name}.csv"));
     let rows: String = (1..=50).map(row).collect();
     let head = "compressive strain [%],compressive stress [kPa],lateral strain [%]\n";
     std::fs::write(&path, format!("{head}{rows}")).expect("written");

@@ -15,7 +15,6 @@ use durometer::scene::read_scene;
 use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{Effect, Prescribed, System};
 use rayon::prelude::*;
-use std::path::PathBuf;
 
 const SOFT: Softening = Softening { r: 1.7, m: 1.5e3, beta: 0.12 };
 /// Up to 1.5, back, up to 1.3 and back to 1.2, beyond the first peak to 1.8, back to rest; steps of each leg.
@@ -273,9 +272,7 @@ fn cyclic_table_with(peaks: &[f64], [up, down]: [i32; 2], set: f64, noise: f64, 
 }
 
 fn request(name: &str, rows: &[[f64; 2]]) -> FitRequest {
-    let dir = std::env::temp_dir().join(format!("durometer-mullins-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).expect("a folder");
-    let path: PathBuf = dir.join(format!("{name}.csv"));
+    let path = common::folder("mullins").join(format!("{name}.csv"));
     let lines: String = rows.iter().map(|r| format!("{},{}\n", r[0], r[1])).collect();
     std::fs::write(&path, "stretch,nominal stress [Pa]\n".to_string() + &lines).expect("written");
     let mut request = FitRequest::new(path, "yeoh");

@@ -55,9 +55,7 @@ fn record(kind: TestKind, x: Vec<f64>, y: Vec<f64>, ramp: f64) -> Record {
 }
 
 fn folder(name: &str) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("durometer-prony-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).expect("a folder");
-    dir
+    common::folder(&format!("prony-{name}"))
 }
 
 fn table(name: &str, header: &str, rows: impl Iterator<Item = Vec<f64>>) -> PathBuf {

@@ -10,9 +10,7 @@ use rayon::prelude::*;
 use std::path::PathBuf;
 
 fn table(name: &str, header: &str, rows: impl Iterator<Item = [f64; 2]>) -> PathBuf {
-    let dir = std::env::temp_dir().join(format!("durometer-volume-{}", std::process::id()));
-    std::fs::create_dir_all(&dir).expect("a folder");
-    let path = dir.join(format!("{name}.csv"));
+    let path = common::folder("volume").join(format!("{name}.csv"));
     let lines: String = rows.map(|r| format!("{},{}\n", r[0], r[1])).collect();
     std::fs::write(&path, format!("{header}\n{lines}")).expect("written");
     path

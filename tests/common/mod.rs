@@ -24,6 +24,13 @@ use durometer::solve::{Driver, Integrator, NewtonSettings, NonlinearSolver, Stat
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Prescribed, State, System, Want};
 use std::sync::Arc;
 
+/// A folder of this name for files of a test, in that of the build.
+pub fn folder(name: &str) -> std::path::PathBuf {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
 /// Seeded draws for tests.
 pub struct Random(pub u64);
 
