@@ -26,8 +26,9 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
         found => found.ok(),
     };
     let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
+    let study = &real(study)?;
     let (mut found, mut absolute) = (BTreeSet::new(), BTreeSet::new());
-    follow(&real(study)?, &mut found, &mut absolute)?;
+    follow(study, &mut found, &mut absolute)?;
     if !absolute.is_empty() {
         return Err(BundleError::Absolute { files: absolute.into_iter().collect() });
     }
@@ -36,10 +37,14 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
     let home = store.as_ref().map(|s| real(&s.home)).transpose()?;
     let root = match &home {
         Some(home) if found.iter().all(|f| f.starts_with(home)) => home.clone(),
-        _ => shared(&found),
+        // The folder of a study is its name
+        _ => match shared(&found) {
+            root if study.parent() == Some(&root) => root.parent().unwrap_or(&root).to_path_buf(),
+            root => root,
+        },
     };
     let place = |file: &Path| format!("home/{}", name(file.strip_prefix(&root).unwrap_or(file)));
-    let mut inputs = Inputs { study: place(&real(study)?), files: Files::new(), missing: vec![] };
+    let mut inputs = Inputs { study: place(study), files: Files::new(), missing: vec![] };
     inputs.files.extend(found.iter().map(|f| (place(f), f.clone())));
     if let Some(store) = store {
         bodies(&store, cases, &mut inputs)?;
