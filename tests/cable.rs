@@ -540,7 +540,7 @@ fn a_body_that_only_its_cables_hold_is_stable() {
     // After all nodes: K is eliminated by itself, with pivots that are rounding.
     let after = vec![n as u32; pattern.low_rank.after.len()];
     let low_rank = LowRank { after, ..(*pattern.low_rank).clone() };
-    let (_, last) = solved(&Arc::new(Pattern { low_rank: low_rank.into(), ..(**pattern).clone() }));
+    let (_, last) = solved(&Arc::new(Pattern::new((*pattern.sparse).clone(), low_rank)));
     println!("residuals {exact:e}, {roughly:e} in single precision, {last:e} with the cables last");
     // Rounding of single precision, 6e-8, times some hundred terms of the size of ‖A‖‖x‖, at most 100 ‖b‖ here.
     assert!(exact < 1e-9 && roughly < 1e-3 && last > 10.0 * roughly);
