@@ -9,9 +9,12 @@
 //! of magnitudes, the difference is added to the diagonal of G (as in Baker, Falgout, Kolev & Yang, SIAM J. Sci. Comput. 33, 2011). The division
 //! follows from the size of the matrix; small levels have one part.
 
-use super::NotDefinite;
 use super::blocks::{Block, BlockMatrix, add_product, subtract_product};
 use crate::math::threads;
+
+/// The matrix has a motion without positive stiffness.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotDefinite;
 
 /// A level with blocks of B × B. In single precision, which halves the memory traffic: the same rounded numbers are used for restriction and
 /// prolongation, so M⁻¹ is symmetric to the rounding of double precision.

@@ -25,6 +25,7 @@ use super::linear::Direct;
 use super::sparse::SymPattern;
 use aggregate::aggregate;
 use blocks::{Block, BlockMatrix};
+pub use level::NotDefinite;
 use level::{Level, inverses};
 use nodal::Nodal;
 use prolong::{largest_eigenvalue, smoothed, tentative};
@@ -37,10 +38,6 @@ const STRONG: f64 = 0.08;
 const BOTTOM: usize = 300;
 /// Nodes of a level per node of the next, at least: what is coupled less is factorised.
 const COARSENING: f64 = 1.5;
-
-/// The matrix has a motion without positive stiffness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NotDefinite;
 
 /// The hierarchy of the last matrix, and the structure that matrices of one pattern share.
 pub struct Multigrid {
