@@ -99,8 +99,8 @@ mod tests {
         assert_eq!(parts.len(), 5);
         assert!(parts.iter().all(|p| p.len().abs_diff(200) <= 1));
         assert!(parts[0].start == 0 && parts[4].end == 1000 && parts.windows(2).all(|w| w[0].end == w[1].start));
-        assert_eq!(divide(&ends, 5000, 5), [0..1000]);
-        assert_eq!(divide(&[0], 1, 5), [0..0]);
+        assert!(divide(&ends, 5000, 5).into_iter().eq(std::iter::once(0..1000)));
+        assert!(divide(&[0], 1, 5).into_iter().eq(std::iter::once(0..0)));
         // One heavy item leaves parts without any.
         let parts = divide(&[0, 0, 900, 901], 100, 4);
         assert_eq!(parts.iter().map(Range::len).sum::<usize>(), 3);

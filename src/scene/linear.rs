@@ -47,9 +47,9 @@ pub struct LinearWork {
     pub why: String,
     /// The last hierarchy; none on the direct path
     pub hierarchy: Option<Size>,
-    /// Solves by conjugate gradients to the full accuracy, and their iterations
+    /// Right-hand sides solved iteratively to the full accuracy, and their iterations
     pub gradients: [usize; 2],
-    /// Factorisations where conjugate gradients met negative curvature or were slow
+    /// Factorisations where iterations met negative curvature or were slow
     pub fallbacks: usize,
 }
 

@@ -74,10 +74,9 @@ fn sparse<'a>(dofs: &Dofs, all: impl Iterator<Item = &'a Blocks>) -> SymPattern 
             let free = equations.iter().filter(|e| **e != Dofs::FIXED);
             let mut vertices: Vec<u32> = free.map(|&e| of_equation[e as usize]).collect();
             vertices.dedup();
-            (0..vertices.len()).flat_map(move |i| {
-                let row = vertices[i];
-                vertices[..i].to_vec().into_iter().map(move |column| (row, column))
-            })
+            let vertices = vertices.as_slice();
+            let below = |i: usize| vertices[..i].iter().map(move |&column| (vertices[i], column));
+            (0..vertices.len()).flat_map(below).collect::<Vec<_>>()
         })
     });
     let graph = SymPattern::from_pairs(vertices, pairs);
