@@ -7,8 +7,8 @@
 //!
 //! With the exact S = C + B A⁻¹ Bᵀ minimal residuals end after two iterations (Murphy, Golub & Wathen, SIAM J. Sci. Comput. 21, 2000).
 //! Where the pair of elements is stable, B A⁻¹ Bᵀ is spectrally equivalent to the mass matrix of the pressures over μ, and that to its
-//! diagonal (Silvester & Wathen, SIAM J. Numer. Anal. 31, 1994); the diagonal here scales with h and μ as it does, cell by cell. Iterations
-//! depend neither on the mesh nor on ν. The preconditioner is not symmetric. Limits: A alone is to be positive definite.
+//! diagonal (Silvester & Wathen, SIAM J. Numer. Anal. 31, 1994); the diagonal here scales with h and μ as it does, cell by cell. Measured
+//! iterations on the finger: up to 1.4 times as many at ν = 0.4999 as at 0.3. The preconditioner is not symmetric. Limits: A alone is to be positive definite.
 
 use super::places::Places;
 use crate::math::sparse::SymPattern;
