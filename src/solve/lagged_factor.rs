@@ -3,7 +3,7 @@
 //! The linear system of an iteration is \[K Hᵀ; H −C\] \[du; dλ\] = \[−r − lift; g − carried\] with the constraints that hold. Conjugate
 //! gradients solve it with \[K₀ Hᵀ; H −C\] as preconditioner, K₀ being the tangent that was factorised last and K, H the present
 //! ones (Gould, Hribar & Nocedal, SIAM J. Sci. Comput. 23, 2001; Dollar, Gould, Schilders & Wathen, SIAM J. Matrix Anal. 28,
-//! 2006 for C ≠ 0). Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
+//! 2006 for C ≠ 0); generalised minimal residuals take their place next to pressures and where contact has a remainder. Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
 //! first ([`nodal_rotations`](super::nodal_rotations)).
 //!
 //! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the current force, which makes Newton's method converge with the order 3/2 (Dembo,
@@ -12,7 +12,7 @@
 //! Reuse: [`LinearSystem::may_reuse_factor`](super::LinearSystem) decides whether the equations of a step allow it at all. After
 //! each step, [`LaggedFactor::decide_reuse`] decides whether the next one reuses the factor: not where the step took more solves
 //! than the steps of the factor took on average, the factorisation included. Within a step, [`LaggedFactor::direction`] declines
-//! where conjugate gradients are slow; where K or K₀ is indefinite on the null space of H; and in statics where one of the softest
+//! where the Krylov method is slow; where K or K₀ is indefinite on the null space of H; and in statics where one of the softest
 //! directions lost half of its stiffness. All by counts, never by the clock, so that a run is reproducible bit for bit.
 
 use super::linear_problem::{LinearProblem, NewtonDirection};
@@ -28,7 +28,7 @@ use crate::math::vector::{dot, norm};
 use crate::system::{Assembled, Rates, System};
 use std::sync::Arc;
 
-/// Products before conjugate gradients give up: a multiple of the cost of a factorisation, and the least number.
+/// Products before the Krylov method gives up: a multiple of the cost of a factorisation, and the least number.
 const PATIENCE: (f64, usize) = (1.5, 8);
 /// The loosest relative accuracy of a direction.
 const LOOSEST: f64 = 0.1;
@@ -170,7 +170,7 @@ impl LaggedFactor {
         columns.chunks_exact_mut(n).for_each(|column| self.rotations.rotate(column));
     }
 
-    /// One application of the factor: the direction before conjugate gradients; none where the constrained tangent of the factor has
+    /// One application of the factor: the direction before the Krylov method; none where the constrained tangent of the factor has
     /// negative eigenvalues.
     pub fn rough(
         &mut self,

@@ -12,7 +12,7 @@ pub enum LinearError {
     Inaccurate { residual: f64 },
     /// The matrix has negative curvature, and its factor would take `gigabytes`, more than is allowed
     Indefinite { gigabytes: f64 },
-    /// Conjugate gradients do not come to the accuracy of a solve, and the factor would take `gigabytes`, more than is allowed
+    /// The Krylov method does not come to the accuracy of a solve, and the factor would take `gigabytes`, more than is allowed
     Slow { gigabytes: f64 },
     /// The factor would take `gigabytes`, more than is allowed, and the matrix is not one for the iterative path
     TooLarge { gigabytes: f64 },
@@ -32,7 +32,7 @@ impl fmt::Display for LinearError {
             ),
             Self::Slow { gigabytes } => write!(
                 f,
-                "conjugate gradients do not solve for the tangent in {MOST_ITERATIONS} iterations, and its factor of {gigabytes:.1} GB is larger than \
+                "the iterative method does not solve for the tangent in {MOST_ITERATIONS} iterations, and its factor of {gigabytes:.1} GB is larger than \
                  factor_memory"
             ),
             Self::TooLarge { gigabytes } => write!(

@@ -40,9 +40,9 @@ pub struct Factor {
     pub count: usize,
     /// Of them factorisations where the iterative path gave up
     pub fallbacks: usize,
-    /// Right sides solved for so far; on the iterative path hierarchies applied, one an iteration of conjugate gradients
+    /// Right sides solved for so far; on the iterative path hierarchies applied, one an iteration of the Krylov method
     pub solves: usize,
-    /// Right sides solved for by conjugate gradients to the full accuracy, and their iterations
+    /// Right sides solved for by the Krylov method to the full accuracy, and their iterations
     pub gradients: [usize; 2],
     pub factor_time: Duration,
     pub solve_time: Duration,
@@ -222,7 +222,7 @@ impl Factor {
         result
     }
 
-    /// The matrix is not one for conjugate gradients, or they are slow: it is factorised where that is allowed.
+    /// The matrix is not one for the Krylov method, or this is slow: it is factorised where that is allowed.
     pub(super) fn fall_back(&mut self, values: &[f64], indefinite: bool) -> Result<(), LinearError> {
         self.ready = Ready::None;
         self.fallbacks += 1;

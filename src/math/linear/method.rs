@@ -3,7 +3,7 @@
 use crate::math::multigrid::Places;
 use std::sync::Arc;
 
-/// Iterations of conjugate gradients for one right side.
+/// Iterations of the Krylov method for one right side.
 pub(super) const MOST_ITERATIONS: usize = 600;
 
 /// Choice of the user.

@@ -1,6 +1,6 @@
 //! Solutions with what a factorisation left, checked: ‖b − Ax‖ ≤ 1e-9 ‖b‖, or the residual is rounding.
 //!
-//! A column that conjugate gradients do not solve is solved by a factorisation of its own, where the memory allows one.
+//! A column that the Krylov method does not solve is solved by a factorisation of its own, where the memory allows one.
 
 use super::error::LinearError;
 use super::factor::{Factor, Ready};
@@ -66,7 +66,7 @@ impl Factor {
         Ok(())
     }
 
-    /// Without a check; conjugate gradients go to half of the bounds \[columns\], so that their rounding has room.
+    /// Without a check; the Krylov method goes to half of the bounds \[columns\], so that its rounding has room.
     fn solve_once(&mut self, values: &[f64], columns: &mut [f64], bounds: &[f64]) -> Result<(), LinearError> {
         if self.ready == Ready::Direct {
             self.direct.as_ref().expect("it was factorised").solve(columns);

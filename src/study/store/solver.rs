@@ -58,7 +58,7 @@ pub struct LinearRecord {
     pub multigrid: Option<MultigridRecord>,
 }
 
-/// The last hierarchy of the iterative path, and what conjugate gradients did with it.
+/// The last hierarchy of the iterative path, and what the Krylov method did with it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct MultigridRecord {
     /// The bottom included
@@ -68,7 +68,7 @@ pub struct MultigridRecord {
     /// Right sides that were solved for to the full accuracy, and the iterations for them
     pub full_solves: usize,
     pub full_iterations: usize,
-    /// Factorisations where conjugate gradients met negative curvature or were slow
+    /// Factorisations where the Krylov method met negative curvature or was slow
     pub factorised: usize,
 }
 
@@ -195,7 +195,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {
         out.push(format!(
-            "linear systems were solved by conjugate gradients with a multigrid hierarchy ({}): {} levels, operator complexity {:.2}",
+            "linear systems were solved by a Krylov method with a multigrid hierarchy ({}): {} levels, operator complexity {:.2}",
             linear.why, m.levels, m.operator_complexity
         ));
     }
