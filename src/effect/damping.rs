@@ -1,11 +1,14 @@
 //! Damping: mass-proportional, and viscous in the bulk.
 
-use super::cell::CellPoints;
+use super::cell::{CellPoints, Forces};
 use super::mass::Mass;
+use crate::material::LaneResponse;
+use crate::math::lanes::{Kernel, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, ZERO9};
 use crate::mesh::TetMesh;
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+    At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative,
+    Perturbation, Want,
 };
 
 /// Mass-proportional damping: r = α M v \[N\], α \[1/s\] (the mass term of Rayleigh 1877).
@@ -85,24 +88,13 @@ impl Effect for ViscousDamping {
         }
         let c = self.eta / at.dt;
         for q in 0..self.points.points() {
-            let f = self.points.deformation_gradient(at.x, b, q);
-            let old = self.points.deformation_gradient(at.old, b, q);
-            let s: Mat3 = 0.5 * c * (f.tr_mul(&f) - old.tr_mul(&old));
-            let mut a = ZERO9;
-            if want == Want::Tangent {
-                // A_iJkL = δ_ik S_LJ + ½c (F_iL F_kJ + δ_LJ F_iM F_kM)
-                let b = f * f.transpose();
-                for (row, a) in a.iter_mut().enumerate() {
-                    let (i, j) = (row / 3, row % 3);
-                    for (column, a) in a.iter_mut().enumerate() {
-                        let (k, l) = (column / 3, column % 3);
-                        let geometric = if i == k { s[(l, j)] } else { 0.0 };
-                        let diagonal = if l == j { b[(i, k)] } else { 0.0 };
-                        *a = geometric + 0.5 * c * (f[(i, l)] * f[(k, j)] + diagonal);
-                    }
-                }
-            }
-            self.points.scatter(b, q, self.points.blocks.size(b), &(f * s), &a, want, out);
+            let by_rows = |x: &[f64]| {
+                let f = self.points.deformation_gradient(x, b, q);
+                std::array::from_fn(|n| f[(n / 3, n % 3)])
+            };
+            let (mut p, mut a) = ([0.0; 9], ZERO9);
+            stress(&by_rows(at.x), &by_rows(at.old), 0.5 * c, want, &mut p, &mut a);
+            self.points.scatter(b, q, self.points.blocks.size(b), &Mat3::from_row_slice(&p), &a, want, out);
         }
         out.energy = work(&self.points.blocks, at, b, out);
         Ok(())
@@ -112,7 +104,76 @@ impl Effect for ViscousDamping {
         Capabilities {
             needs: Needs { velocity: true, acceleration: false },
             past: Some(self),
+            batched: Some(self),
             ..Capabilities::default()
+        }
+    }
+}
+
+impl Batched for ViscousDamping {
+    fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
+        if at.rates.cv == 0.0 {
+            return Ok(());
+        }
+        let points = &self.points;
+        let (u, old) = (points.displacements(at.x, first), points.displacements(at.old, first));
+        let (stride, mut response) = (points.blocks.size(first), LaneResponse::default());
+        for q in 0..points.points() {
+            let f = &points.deformation_gradients(&u, first, q);
+            let old = &points.deformation_gradients(&old, first, q);
+            widest(Stress { f, old, c: 0.5 * self.eta / at.dt, want, response: &mut response });
+            let (gradients, w) = (points.gradients_of_batch(first, q), points.weights_of_batch(first, q));
+            widest(Forces { gradients, w, response: &response, stride, want, out });
+        }
+        let moved = u.iter().zip(&old).flat_map(|(u, old)| u.iter().zip(old)).map(|(u, old)| *u - *old);
+        out.energy = moved.zip(&out.r[..stride]).fold(Lanes::ZERO, |sum, (d, r)| sum + *r * d);
+        Ok(())
+    }
+}
+
+struct Stress<'a> {
+    f: &'a [Lanes; 9],
+    old: &'a [Lanes; 9],
+    c: f64,
+    want: Want,
+    response: &'a mut LaneResponse,
+}
+
+impl Kernel for Stress<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let LaneResponse { p, a, .. } = self.response;
+        stress(self.f, self.old, self.c, self.want, p, a);
+    }
+}
+
+/// P = F S with S = c (FᵀF − FₙᵀFₙ), and A_iJkL = δ_ik S_LJ + c (F_iL F_kJ + δ_LJ F_iM F_kM), by rows.
+#[inline(always)]
+fn stress<S: Real>(f: &[S; 9], old: &[S; 9], c: f64, want: Want, p: &mut [S; 9], a: &mut [[S; 9]; 9]) {
+    let (c, zero) = (S::of(c), S::of(0.0));
+    let columns = |f: &[S; 9], i: usize, j: usize| f[i] * f[j] + f[3 + i] * f[3 + j] + f[6 + i] * f[6 + j];
+    let rows = |i: usize, k: usize| f[3 * i] * f[3 * k] + f[3 * i + 1] * f[3 * k + 1] + f[3 * i + 2] * f[3 * k + 2];
+    let mut s = [zero; 9];
+    for i in 0..3 {
+        for j in 0..3 {
+            s[3 * i + j] = c * (columns(f, i, j) - columns(old, i, j));
+        }
+    }
+    for i in 0..3 {
+        for j in 0..3 {
+            p[3 * i + j] = f[3 * i] * s[j] + f[3 * i + 1] * s[3 + j] + f[3 * i + 2] * s[6 + j];
+        }
+    }
+    if want < Want::Tangent {
+        return;
+    }
+    for (row, a) in a.iter_mut().enumerate() {
+        let (i, j) = (row / 3, row % 3);
+        for (column, a) in a.iter_mut().enumerate() {
+            let (k, l) = (column / 3, column % 3);
+            let geometric = if i == k { s[3 * l + j] } else { zero };
+            let diagonal = if l == j { rows(i, k) } else { zero };
+            *a = geometric + c * (f[3 * i + l] * f[3 * k + j] + diagonal);
         }
     }
 }

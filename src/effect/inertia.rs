@@ -2,7 +2,8 @@
 
 use super::mass::Mass;
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+    At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative,
+    Perturbation, Want,
 };
 
 pub struct Inertia {
@@ -23,7 +24,7 @@ impl Effect for Inertia {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        out.energy = self.mass.apply(at.v, b, 0.0, 0.0, Want::Energy, out);
+        out.energy = self.mass.energy(at.v, b);
         self.mass.apply(at.a, b, 1.0, at.rates.ca, want, out);
         Ok(())
     }
@@ -32,8 +33,17 @@ impl Effect for Inertia {
         Capabilities {
             needs: Needs { velocity: true, acceleration: true },
             past: Some(self),
+            batched: Some(self),
             ..Capabilities::default()
         }
+    }
+}
+
+impl Batched for Inertia {
+    fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
+        out.energy = self.mass.energy_of_batch(at.v, first);
+        self.mass.apply_batch(at.a, first, 1.0, at.rates.ca, want, out);
+        Ok(())
     }
 }
 
