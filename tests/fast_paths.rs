@@ -4,7 +4,7 @@
 mod common;
 
 use common::{ORDERS, Random, column, distorted_cube, law};
-use durometer::effect::Elastic;
+use durometer::effect::{Elastic, Inertia, Lumping, Mass, ViscousDamping};
 use durometer::material::{LAWS, Want};
 use durometer::math::lanes::LANES;
 use durometer::mesh::Order;
@@ -14,6 +14,26 @@ use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
 use durometer::system::{At, Batch, BlockValues, Effect, Rates};
 use std::path::Path;
+
+/// Asserts that blocks side by side are those evaluated one at a time: the same operations in the same order, so that no rounding separates them.
+fn assert_lanes_are_blocks(name: &str, effect: &dyn Effect, at: &At) {
+    let batched = effect.capabilities().batched.expect("it has batches");
+    let n = effect.blocks().size(0);
+    for first in (0..effect.blocks().len() / LANES * LANES).step_by(LANES) {
+        let mut batch = Batch::new(n);
+        batched.eval(at, first, Want::Tangent, &mut batch).expect("defined");
+        for lane in 0..LANES {
+            let mut single = BlockValues::new(n);
+            effect.eval(at, first + lane, Want::Tangent, &mut single).expect("defined");
+            assert_eq!(single.energy, batch.energy.0[lane], "{name}");
+            assert!(single.r.iter().zip(&batch.r).all(|(one, four)| *one == four.0[lane]), "{name}");
+            for (i, row) in single.k.chunks_exact(n).enumerate() {
+                let side_by_side = batch.k[i * n..=i * n + i].iter().map(|k| k.0[lane]);
+                assert!(row[..=i].iter().copied().eq(side_by_side), "{name}, row {i}");
+            }
+        }
+    }
+}
 
 /// Every law on both elements, at states where F differs from I by some 10 %.
 #[test]
@@ -38,23 +58,31 @@ fn cells_side_by_side() {
         for entry in LAWS.iter().filter(|e| e.keys.iter().any(|k| k.name == "E")) {
             let name = entry.info.name;
             let effect = Elastic::new("elastic".into(), &mesh, &cells, law(name, 1e5, 0.4));
-            let batched = effect.capabilities().batched.expect("the displacement formulation has batches");
-            let n = effect.blocks().size(0);
-            for first in (0..cells.len() / LANES * LANES).step_by(LANES) {
-                let mut batch = Batch::new(n);
-                batched.eval(&at, first, Want::Tangent, &mut batch).expect("not inverted");
-                for lane in 0..LANES {
-                    let mut single = BlockValues::new(n);
-                    effect.eval(&at, first + lane, Want::Tangent, &mut single).expect("not inverted");
-                    // The same operations in the same order: no rounding separates them.
-                    assert_eq!(single.energy, batch.energy.0[lane], "{name}");
-                    assert!(single.r.iter().zip(&batch.r).all(|(one, four)| *one == four.0[lane]), "{name}");
-                    for (i, row) in single.k.chunks_exact(n).enumerate() {
-                        let side_by_side = batch.k[i * n..=i * n + i].iter().map(|k| k.0[lane]);
-                        assert!(row[..=i].iter().copied().eq(side_by_side), "{name}, row {i}");
-                    }
-                }
-            }
+            assert_lanes_are_blocks(name, &effect, &at);
+        }
+    }
+}
+
+/// Masses and viscous damping, as the laws above, at random velocities and accelerations.
+#[test]
+fn masses_and_dampers_side_by_side() {
+    for order in ORDERS {
+        let mut random = Random(3);
+        let mesh = distorted_cube(2, order, 0.1, 7);
+        let cells: Vec<u32> = (0..mesh.cell_count() as u32).collect();
+        let n = 3 * mesh.points.len();
+        let [x, old, v, a] = [0.02, 0.02, 3.0, 50.0].map(|size| random.vector(n, size));
+        let rates = Rates { cv: 200.0, ca: 4e4 };
+        let at = At { t: 0.01, dt: 0.01, x: &x, v: &v, a: &a, old: &old, history: &[], inputs: &[], rates };
+        let mass = |lumping| Inertia { mass: Mass::new(&mesh, &cells, 1000.0, lumping) };
+        let effects: [(&str, Box<dyn Effect>); 4] = [
+            ("consistent", Box::new(mass(Lumping::Consistent))),
+            ("lumped", Box::new(mass(Lumping::Lumped))),
+            ("uniform", Box::new(mass(Lumping::Uniform))),
+            ("viscous", Box::new(ViscousDamping::new(&mesh, &cells, 300.0))),
+        ];
+        for (name, effect) in &effects {
+            assert_lanes_are_blocks(name, effect.as_ref(), &at);
         }
     }
 }
@@ -106,9 +134,9 @@ fn a_lagged_factor_leads_to_the_same_states() {
     }
 }
 
-/// A rigid brick falls on a soft block on a floor, both with friction. The nodes of the brick have no place in the mesh, and turn with a
-/// lagged factor like all others. Friction leaves a part of its tangent out, so states agree to the tolerance of the equilibrium,
-/// 1e-11 of the sum of all forces, over the stiffness; 1e-6 of the largest displacement leaves room for the brick, which is free.
+/// A rigid brick falls on a soft block on a floor, without friction, which corrections would take. The nodes of the brick have no place in
+/// the mesh, and turn with a lagged factor like all others. States agree to the tolerance of the equilibrium, 1e-11 of the sum of all
+/// forces, over the stiffness; 1e-6 of the largest displacement leaves room for the brick, which is free.
 #[test]
 fn a_lagged_factor_serves_with_contact_and_rigid_bodies() {
     let run = |changes: &str| {
@@ -143,13 +171,11 @@ name = "floor"
 region = "zmin"
 obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.01 mm"], normal = [0, 0, 1] }}
 response = "barrier"
-friction = 0.5
 [[contact]]
 name = "top"
 region = "zmax"
 obstacle = {{ kind = "rigid", body = "brick" }}
 response = "barrier"
-friction = 0.5
 [[stage]]
 integrator = "bdf2"
 duration = "0.1 s"
@@ -174,6 +200,22 @@ tolerance = 1e-11
         assert!(apart <= 1e-6 * size, "{apart:e} m of {size:e} m");
     }
     assert!(kept.factorisations < replaced.factorisations, "{} of {}", kept.factorisations, replaced.factorisations);
+}
+
+/// A finger pushes a rigid cube over a floor, with barriers and friction: corrections, in which each point solves for its own force, lead to
+/// the states of Newton's method with a third of its iterations. Friction adds up over the path, each step to the tolerance of its forces,
+/// 1e-8 of their sum, some 1e-5 of the force on the cube: the travel agrees to 1e-4 of itself.
+#[test]
+fn corrections_lead_to_the_states_of_newtons_method() {
+    let short: &[&str] = &["mesh.cells=1770", "stage.0.duration=\"0.76 s\""];
+    let (corrected, newton) = (run("finger-cube", short), run("finger-cube", &[short, &[FRESH]].concat()));
+    let travel = |run: &Run| column(run, "cube_x_m").last().expect("rows") - column(run, "cube_x_m")[0];
+    let (ours, other) = (travel(&corrected), travel(&newton));
+    assert!(ours < -1e-3, "the cube is pushed: {ours} m");
+    assert!((ours - other).abs() < 1e-4 * other.abs(), "{ours} and {other} m");
+    let count = |run: &Run| run.totals.iterations as f64 / (run.rows.len() - 1) as f64;
+    println!("{:.2} and {:.2} iterations a step", count(&corrected), count(&newton));
+    assert!(count(&corrected) <= 3.0, "{} iterations a step", count(&corrected));
 }
 
 /// A saved state holds the matrix of the lagged factor.

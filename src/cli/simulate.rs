@@ -507,7 +507,7 @@ fn costs(record: &CaseRecord) -> String {
     let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]);
     let (s, w) = (&record.solver, &record.work);
     let lost =
-        if s.lost_iterations > 0 { format!(" and {} in refused steps", s.lost_iterations) } else { String::new() };
+        if s.lost_iterations > 0 { format!(" and {} in refused attempts", s.lost_iterations) } else { String::new() };
     let shifted = if s.shifted_factorisations > 0 {
         format!(", {} of them of tangents shifted towards definiteness", s.shifted_factorisations)
     } else {

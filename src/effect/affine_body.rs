@@ -6,14 +6,19 @@
 //! ```
 //!
 //! M is constant and exact: momentum and moment of momentum are those of the rigid body, and there is no rotation to update. K \[J\]
-//! is numerics: under a pressure p on its faces the body of volume V strains by about p V/2K.
+//! is numerics: under a pressure p on its faces the body of volume V strains by about p V/2K. A direction of Newton's method that turns the body
+//! by θ would stretch it by θ²/2, against which K resists: increments are therefore turned ([`TurningBody`]).
 //! Limits: no large deformation is meant; a step turns the body by less than a radian or so.
 
-use super::contact::placement::AffineFrame;
+use super::contact::placement::{AffineFrame, displacement};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Want,
+    At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative, Perturbation, Strain,
+    TurningBody, Want,
 };
+
+/// ‖dA‖² below which the strain of a turn is rounding \[–\].
+const ROUNDING: f64 = 1e-14;
 
 /// Mass and its second moments.
 pub struct AffineInertia {
@@ -145,5 +150,119 @@ impl Effect for Rigidity {
             }
         }
         Ok(())
+    }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { turning: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl TurningBody for Rigidity {
+    /// A' = R U with R the rotation of A + dA (polar decomposition) and U² = I + 2E'.
+    fn turn(&self, x: &[f64], dx: &mut [f64], strain: Strain) {
+        let positions = self.frame.positions(x);
+        let a = self.frame.gradient(&positions);
+        let moved = self.frame.nodes.map(|node| displacement(dx, node));
+        let change = self.frame.gradient(&moved);
+        if change.norm_squared() < ROUNDING {
+            return;
+        }
+        let linear = a.tr_mul(&change);
+        let mut stretch = a.tr_mul(&a);
+        if strain == Strain::Linear {
+            stretch += linear + linear.transpose();
+        }
+        let eigen = stretch.symmetric_eigen();
+        let svd = (a + change).svd(true, true);
+        let (Some(u), Some(v)) = (svd.u, svd.v_t) else { return };
+        let rotation = u * v;
+        if eigen.eigenvalues.min() <= 0.0 || rotation.determinant() <= 0.0 {
+            return;
+        }
+        let root = Mat3::from_diagonal(&eigen.eigenvalues.map(f64::sqrt));
+        let turned = rotation * eigen.eigenvectors * root * eigen.eigenvectors.transpose();
+        for i in 0..3 {
+            let arm: Vec3 = (turned - a).column(i) * self.frame.length;
+            let to = moved[0] + arm;
+            dx[3 * self.frame.nodes[i + 1] as usize..][..3].copy_from_slice(to.as_slice());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Rotation3;
+
+    /// A body of 20 mm at A = R (I + E), and its displacements.
+    fn body(turn: &Vec3, strain: f64) -> (Rigidity, Vec<f64>) {
+        let frame = AffineFrame { nodes: [1, 2, 3, 4], center: Vec3::new(0.05, 0.01, -0.04), length: 0.02 };
+        let rotation = Rotation3::new(*turn);
+        let a =
+            rotation.matrix() * (Mat3::identity() + Mat3::new(1.0, 0.5, 0.0, 0.5, -2.0, 0.3, 0.0, 0.3, 1.0) * strain);
+        let mut x = vec![0.0; 15];
+        for (i, rest) in frame.rest().iter().enumerate() {
+            let to = frame.center + Vec3::new(3e-3, -1e-3, 2e-3) + a * (rest - frame.center);
+            x[3 * (i + 1)..][..3].copy_from_slice((to - rest).as_slice());
+        }
+        (Rigidity::new("body".into(), frame, 1.0), x)
+    }
+
+    fn strain(body: &Rigidity, x: &[f64]) -> Mat3 {
+        let a = body.frame.gradient(&body.frame.positions(x));
+        0.5 * (a.tr_mul(&a) - Mat3::identity())
+    }
+
+    /// dx = ω × (p − p_0) + v + stretch on the four nodes
+    fn motion(body: &Rigidity, x: &[f64], omega: &Vec3, stretch: f64) -> Vec<f64> {
+        let positions = body.frame.positions(x);
+        let mut dx = vec![0.0; 15];
+        for (i, p) in positions.iter().enumerate() {
+            let arm = p - positions[0];
+            let d = Vec3::new(1e-3, 2e-3, 0.0) + omega.cross(&arm) + Vec3::new(arm.x, 0.5 * arm.y, arm.x) * stretch;
+            dx[3 * (i + 1)..][..3].copy_from_slice(d.as_slice());
+        }
+        dx
+    }
+
+    fn moved(x: &[f64], dx: &[f64]) -> Vec<f64> {
+        x.iter().zip(dx).map(|(x, d)| x + d).collect()
+    }
+
+    /// A turn by θ = 0.3 stretches by θ²/2 = 0.045 as a linear motion; turned, it has the strain that it is to have, to rounding.
+    #[test]
+    fn a_turn_does_not_stretch() {
+        let (body, x) = body(&Vec3::new(0.4, -1.1, 0.7), 1e-3);
+        let omega = Vec3::new(0.1, 0.2, -0.2);
+        let linear = motion(&body, &x, &omega, 2e-4);
+        let before = strain(&body, &x);
+        assert!((strain(&body, &moved(&x, &linear)) - before).norm() > 0.03);
+        let mut kept = linear.clone();
+        body.turn(&x, &mut kept, Strain::Kept);
+        assert!((strain(&body, &moved(&x, &kept)) - before).norm() < 1e-14);
+        let mut turned = linear.clone();
+        body.turn(&x, &mut turned, Strain::Linear);
+        let h = 1e-7;
+        let small: Vec<f64> = linear.iter().map(|d| h * d).collect();
+        let expected = before + (strain(&body, &moved(&x, &small)) - before) / h;
+        // Forward difference: h times the second derivative, about 1.
+        assert!((strain(&body, &moved(&x, &turned)) - expected).norm() < 1e-6);
+        assert_eq!(turned[3..6], linear[3..6], "the centre moves as before");
+        assert_eq!(turned[..3], [0.0; 3], "other nodes are not changed");
+    }
+
+    /// The change is of second order, and none below rounding.
+    #[test]
+    fn a_small_motion_stays_as_it_is() {
+        let (body, x) = body(&Vec3::new(0.4, -1.1, 0.7), 1e-3);
+        let change = |size: f64| {
+            let linear = motion(&body, &x, &(Vec3::new(1.0, 2.0, -2.0) * size), 0.1 * size);
+            let mut turned = linear.clone();
+            body.turn(&x, &mut turned, Strain::Linear);
+            turned.iter().zip(&linear).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+        };
+        let ratio = change(2e-3) / change(1e-3);
+        assert!((ratio - 4.0).abs() < 0.05, "{ratio}");
+        assert_eq!(change(1e-9), 0.0);
     }
 }

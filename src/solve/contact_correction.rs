@@ -22,24 +22,42 @@ use super::multipliers::Schur;
 use super::nonlinear_solver::NonlinearSolver;
 use super::{Failure, Solution, Step, tangent};
 use crate::math::tensor::Vec3;
-use crate::system::{ContactPoint, State, System, Want};
+use crate::system::{Caches, ContactPoint, State, Strain, System, Want};
 
 /// A gap that is closed, as a share of the largest motion of the step \[–\].
 const CLOSED: f64 = 1e-10;
 /// Most points under pressure for which corrections are taken instead of Newton's method: W is dense.
 const MANY: usize = 500;
+/// A factorisation is used for another correction if the last one reduced the error by this factor \[–\].
+const CHORD_CONTRACTION: f64 = 1e-2;
+/// Share of the error that a correction by a shifted tangent may leave \[–\].
+const SHIFTED: f64 = 0.5;
+/// Motions of the step so far within which points with a potential are looked at, beyond its reach \[–\].
+const MARGIN: f64 = 2.0;
 
 /// Obstacles as planes, one for each contact point, as they were when contact was searched.
 #[derive(Default)]
-pub(super) struct ContactPlanes {
-    points: Vec<ContactPoint>,
+pub(super) struct ContactPlanes<'a> {
+    points: Vec<ContactPoint<'a>>,
+    /// Points of each effect
+    counts: Vec<usize>,
     /// Displacement at the search
     x: Vec<f64>,
 }
 
-impl ContactPlanes {
-    pub fn new(solver: &mut NonlinearSolver, system: &System, x: &[f64], dt: f64) -> Self {
-        Self { points: system.contact_points(x, dt, &mut solver.equations.sums.caches), x: x.to_vec() }
+impl<'a> ContactPlanes<'a> {
+    /// Of points that are within `margin` \[m\] of their reach, at displacement x.
+    pub fn new(solver: &mut NonlinearSolver, system: &'a System, x: &[f64], dt: f64, margin: f64) -> Self {
+        let of_effects = system.contact_points(x, dt, margin, &mut solver.equations.sums.caches);
+        let counts = of_effects.iter().map(Vec::len).collect();
+        Self { points: of_effects.into_iter().flatten().collect(), counts, x: x.to_vec() }
+    }
+
+    /// Changes x so that these are the forces of the points \[N\].
+    fn set_forces(&self, system: &System, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
+        let mut rest = forces;
+        let of_effects = self.counts.iter().map(|count| rest.split_off(..*count).expect("a force for each point"));
+        system.set_contact_forces(x, of_effects, caches);
     }
 
     /// Indices of the points that are under pressure.
@@ -57,7 +75,9 @@ pub(super) fn move_and_correct(
 ) -> Result<Solution, Failure> {
     let mut solution = Solution { iterations: 1, ..solver.no_solution_yet() };
     solver.equations.begin(step)?;
-    correct(solver, step, planes, next, &step.targets(next), &mut solution)?;
+    let targets = step.targets(next);
+    let correction = correct(solver, step, planes, next, (&targets, &mut None), &mut solution)?;
+    correction.advance(solver, step, planes, next, (&targets, 1.0))?;
     solver.equations.advance_history(step, next)?;
     Ok(solution)
 }
@@ -71,51 +91,120 @@ pub(super) fn uses_corrections(solver: &NonlinearSolver, step: &Step) -> bool {
 
 /// Corrections from `next` until it is an equilibrium, each with the planes of its own state; none where they do not lead to one.
 pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next: &mut State) -> Option<Solution> {
-    let targets = step.targets(next);
+    let (system, targets) = (step.system, step.targets(next));
     let mut solution = solver.no_solution_yet();
     let mut convergence = Convergence::new(&solver.settings, step.integrator, AtRounding::Accept);
     solver.equations.begin(step).ok()?;
-    while !solution.regularised && !convergence.is_last(solution.iterations) {
+    solver.equations.evaluate(step, next, Want::Residual, None).ok()?;
+    let error =
+        |solver: &NonlinearSolver, next: &State| solver.equations.error(system, next, solver.settings.tolerance);
+    let (mut kept, mut last_error) = (None, error(solver, next).above_rounding);
+    while !convergence.is_last(solution.iterations) {
+        let shifted = solver.linear.shifted;
         let dt = step.at(next).dt;
-        let planes = ContactPlanes::new(solver, step.system, &next.x, dt);
+        let motion = next.x.iter().zip(&step.past.x).fold(0.0, |m: f64, (new, old)| m.max((new - old).abs()));
+        let planes = ContactPlanes::new(solver, system, &next.x, dt, MARGIN * motion);
         if planes.pressed().len() > MANY {
             return None;
         }
-        correct(solver, step, &planes, next, &targets, &mut solution).ok()?;
+        let correction = correct(solver, step, &planes, next, (&targets, &mut kept), &mut solution).ok()?;
+        let share = solver.equations.longest(system, &next.x, &correction.motion(step, next, 1.0)).ok()?;
+        correction.advance(solver, step, &planes, next, (&targets, share)).ok()?;
         solution.iterations += 1;
-        let error = solver.equations.error(step.system, next, solver.settings.tolerance);
-        if convergence.accepts(error, true, solution.iterations) {
-            solver.equations.advance_history(step, next).ok()?;
-            return Some(solution);
-        }
-        if !error.above_rounding.is_finite() {
+        solver.iterations += 1;
+        let error = error(solver, next);
+        // A tangent that is shifted because the body is held by contact alone does not lead there.
+        let is_shifted = solver.linear.shifted > shifted;
+        if !error.above_rounding.is_finite() || is_shifted && error.above_rounding > SHIFTED * last_error {
             return None;
         }
+        // The next direction is as much smaller as the error is.
+        let left = (error.above_rounding / last_error).min(1.0) * system.largest_displacement(&correction.direction.x);
+        let left = left / solver.equations.visible(system.largest_displacement(&next.x));
+        if convergence.accepts(error, share == 1.0, solution.iterations)
+            && convergence.is_accurate(Some(left), solution.iterations)
+        {
+            solver.equations.advance_history(step, next).ok()?;
+            return Some(Solution { correction: Some(left), ..solution });
+        }
+        if share < 1.0 || is_shifted || error.above_rounding > CHORD_CONTRACTION * last_error {
+            kept = None;
+        }
+        last_error = error.above_rounding;
     }
     None
 }
 
-/// One linearised step without contact, and its correction. `next` becomes the state, the sums its residual.
+/// One linearised step without contact, and its correction.
+struct Correction {
+    direction: NewtonDirection,
+    /// N of each point \[N\]
+    forces: Vec<f64>,
+}
+
+impl Correction {
+    /// The motion by this share from `next`, in which stiff bodies turn.
+    fn motion(&self, step: &Step, next: &State, share: f64) -> Vec<f64> {
+        let mut motion: Vec<f64> = self.direction.x.iter().map(|d| share * d).collect();
+        if !step.integrator.is_linearised() {
+            step.system.turn(&next.x, &mut motion, Strain::Linear);
+        }
+        motion
+    }
+
+    /// Moves `next` by this share of the correction, and evaluates the residual there; the `targets` of prescribed dofs are reached with the whole of
+    /// it.
+    fn advance(
+        &self,
+        solver: &mut NonlinearSolver,
+        step: &Step,
+        planes: &ContactPlanes,
+        next: &mut State,
+        (targets, share): (&[(usize, f64)], f64),
+    ) -> Result<(), Failure> {
+        let equations = &mut solver.equations;
+        let motion = self.motion(step, next, share);
+        next.x.iter_mut().zip(&motion).for_each(|(x, d)| *x += d);
+        if share == 1.0 {
+            targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
+        }
+        next.lambda.copy_from_slice(&self.direction.lambda);
+        planes.set_forces(step.system, &mut next.x, &self.forces, &mut equations.sums.caches);
+        equations.evaluate(step, next, Want::Residual, None)
+    }
+}
+
+/// By the factorisation of an earlier iteration of the step, if it is `kept`, or by a new one, which is kept.
 fn correct(
     solver: &mut NonlinearSolver,
     step: &Step,
     planes: &ContactPlanes,
     next: &mut State,
-    targets: &[(usize, f64)],
+    (targets, kept): (&[(usize, f64)], &mut Option<Schur>),
     solution: &mut Solution,
-) -> Result<(), Failure> {
+) -> Result<Correction, Failure> {
     let system = step.system;
     let NonlinearSolver { equations, linear, .. } = solver;
     let mut forces = vec![0.0; planes.points.len()];
-    system.set_contact_forces(&mut next.x, &forces, &mut equations.sums.caches);
+    planes.set_forces(system, &mut next.x, &forces, &mut equations.sums.caches);
     let increment = step.remaining(targets, next);
-    equations.linearise(step, next, increment.as_deref())?;
-    let schur = linear.factorise(step, next, equations, false, solution)?;
+    equations.sums.without_contact_points = true;
+    let is_chord = increment.is_none() && kept.is_some();
+    let evaluated = match is_chord {
+        true => equations.evaluate(step, next, Want::Residual, None),
+        false => equations.linearise(step, next, increment.as_deref()),
+    };
+    equations.sums.without_contact_points = false;
+    evaluated?;
+    let schur = match kept.take().filter(|_| is_chord) {
+        Some(schur) => schur,
+        None => linear.factorise(step, next, equations, false, solution)?,
+    };
     let problem = LinearProblem { step, equations, state: next, increment: increment.as_deref() };
     let mut y = problem.right_side();
     tangent::solve(&mut linear.factor, &equations.sums, &mut y).map_err(Failure::Linear)?;
     let mut contacts = Contacts::default();
-    // Points under pressure, then those that would cross.
+    // Points under pressure, then those that come to be.
     let mut fresh = planes.pressed();
     let mut looked_at = vec![false; forces.len()];
     let direction = loop {
@@ -134,18 +223,16 @@ fn correct(
         let direction = direction_under_contact(&problem, &y, &schur, &mut contacts)?;
         let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let motion: Vec<f64> = next.x.iter().zip(&direction.x).zip(&planes.x).map(|((x, d), s)| x + d - s).collect();
-        let crossed = |point: &ContactPoint| point.gap + point.normal.dot(&point.motion(&motion)) < -CLOSED * size;
-        fresh = (0..forces.len()).filter(|&k| !looked_at[k] && crossed(&planes.points[k])).collect();
+        let is_pressed =
+            |point: &ContactPoint| point.gap + point.normal.dot(&point.motion(&motion)) < point.reach() - CLOSED * size;
+        fresh = (0..forces.len()).filter(|&k| !looked_at[k] && is_pressed(&planes.points[k])).collect();
         if fresh.is_empty() {
             break direction;
         }
     };
-    next.x.iter_mut().zip(&direction.x).for_each(|(x, d)| *x += d);
-    targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
-    next.lambda.copy_from_slice(&direction.lambda);
     contacts.points.iter().for_each(|point| forces[point.place] = contacts.p[point.first]);
-    system.set_contact_forces(&mut next.x, &forces, &mut equations.sums.caches);
-    equations.evaluate(step, next, Want::Residual, None)
+    *kept = Some(schur);
+    Ok(Correction { direction, forces })
 }
 
 /// du = y − Z_c (λ' − λ) + Z p, with p and λ' that agree.
@@ -158,12 +245,14 @@ fn direction_under_contact(
     let (m, old) = (problem.state.lambda.len(), &problem.state.lambda);
     let free = problem.shift(y);
     let rows = problem.equations.rows(problem.state);
-    let multipliers = |p: &[f64], cross: &[Vec<f64>]| {
+    let multipliers = |crossing: &[f64]| {
         if m == 0 {
             return Ok(Vec::new());
         }
-        let shift = |c: usize| free[c] - cross.iter().zip(p).map(|(cross, p)| cross[c] * p).sum::<f64>();
-        let shift: Vec<f64> = (0..m).map(shift).collect();
+        let shift: Vec<f64> = match crossing.is_empty() {
+            true => free.clone(),
+            false => free.iter().zip(crossing).map(|(free, crossing)| free - crossing).collect(),
+        };
         schur.multipliers(problem.system(), &rows, &shift).map(|found| found.0).ok_or(Failure::Complementarity)
     };
     let lambda = contacts.settle(multipliers, old)?;

@@ -10,7 +10,7 @@ use super::{Integrator, Solution, Status, Step, TimeSpan, TurningPoint};
 use crate::system::State;
 
 /// Steps of one correction each, a given number of them after each search for contact.
-pub(super) struct CorrectedSteps {
+pub(super) struct CorrectedSteps<'a> {
     integrator: Integrator,
     count: usize,
     /// Steps since the search
@@ -18,21 +18,21 @@ pub(super) struct CorrectedSteps {
     /// Start and end of the step of the time grid \[s\]
     origin: f64,
     goal: f64,
-    planes: ContactPlanes,
+    planes: ContactPlanes<'a>,
 }
 
-impl CorrectedSteps {
+impl CorrectedSteps<'_> {
     pub fn new(span: TimeSpan, count: usize) -> Self {
         let planes = ContactPlanes::default();
         Self { integrator: span.integrator, count, done: 0, origin: 0.0, goal: 0.0, planes }
     }
 }
 
-impl<'a> StepStrategy<'a> for CorrectedSteps {
+impl<'a> StepStrategy<'a> for CorrectedSteps<'a> {
     fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status> {
         (self.done, self.origin, self.goal) = (0, state.t, goal);
         let dt = (goal - state.t) / self.count as f64;
-        self.planes = ContactPlanes::new(&mut steps.solver, steps.system, &state.x, dt);
+        self.planes = ContactPlanes::new(&mut steps.solver, steps.system, &state.x, dt, 0.0);
         Ok(())
     }
 

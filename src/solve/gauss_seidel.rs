@@ -2,37 +2,47 @@
 //! Appl. Mech. Eng. 155, 1998), with all constraints of the system as one more block, whose multipliers are solved for exactly.
 //!
 //! ```text
-//! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
+//! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0 or p_n = −A φ′(g_n)      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
 //! ```
 //!
-//! The friction law f is in [`friction`](crate::system::friction).
+//! The laws of one point are in [`contact_law`](super::contact_law). Sweeps alone converge slowly where points share a load: once in a while Newton's method
+//! for the fixed point of all of them is tried, and kept as long as it converges.
 //!
 //! Limits: W is dense, so it is for some hundreds of points. Where more points hold a body than it needs, the sum of p is unique, p is not.
 
 use super::Failure;
-use super::multipliers::Schur;
+use super::contact_law::ContactLaw;
+use super::multipliers::{Schur, larger};
 use crate::math::tensor::{Vec3, perpendicular};
 use crate::math::vector::dot;
-use crate::system::{ContactPoint, Dofs, System, friction};
+use crate::system::{ContactPoint, Dofs, System};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use std::ops::Range;
 
 const SWEEPS: usize = 20_000;
+/// Change of the value of a constraint by which λ' is differentiated, as a share of it \[–\].
+const DIFFERENCE: f64 = 1e-3;
 /// Change of a gap over the last sweep, as a share of the largest gap \[–\].
 const EXACT: f64 = 1e-10;
 
+/// Sweeps before Newton's method is tried, and then whenever there were twice as many \[–\].
+const TRIED: usize = 8;
+/// Iterations of Newton's method, each of which is to reduce the defect by this factor \[–\].
+const NEWTON: (usize, f64) = (30, 0.5);
+
 /// A point under pressure.
-pub(super) struct Pressed {
+pub(super) struct Pressed<'a> {
     /// Place in the list of all
     pub place: usize,
     /// Index of its normal component; those of two directions of sliding follow where there is friction
     pub first: usize,
-    /// μ |m| \[–\] and ε \[m\]
-    friction: Option<(f64, f64)>,
+    law: ContactLaw<'a>,
 }
 
 /// Points under pressure, and the response to their forces; one entry for each component of a force.
 #[derive(Default)]
-pub(super) struct Contacts {
-    pub points: Vec<Pressed>,
+pub(super) struct Contacts<'a> {
+    pub points: Vec<Pressed<'a>>,
     /// H as (equation, entry)
     h: Vec<Vec<(usize, f64)>>,
     /// \[equations\] K⁻¹ Hᵀ
@@ -48,9 +58,9 @@ pub(super) struct Contacts {
     pub p: Vec<f64>,
 }
 
-impl Contacts {
+impl<'a> Contacts<'a> {
     /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
-    pub fn add(&mut self, system: &System, place: usize, point: &ContactPoint, (gap, displacement): (f64, Vec3)) {
+    pub fn add(&mut self, system: &System, place: usize, point: &ContactPoint<'a>, (gap, displacement): (f64, Vec3)) {
         let row = |direction: &Vec3| -> Vec<(usize, f64)> {
             let entries = point.nodes.iter().zip(&point.shares).flat_map(|(&node, share)| {
                 (0..3).map(move |i| (system.dofs.equation[3 * node as usize + i], share * direction[i]))
@@ -74,8 +84,7 @@ impl Contacts {
                 self.free.push(along.dot(&displacement));
             }
         }
-        let friction = point.friction.map(|(coefficient, epsilon)| (coefficient * size, epsilon));
-        self.points.push(Pressed { place, first, friction });
+        self.points.push(Pressed { place, first, law: ContactLaw::new(point) });
     }
 
     /// Hᵀ of the components that were added last, column after column.
@@ -102,48 +111,138 @@ impl Contacts {
         self.w = self.h.iter().map(|row| self.z.iter().map(|z| along(row, z)).collect()).collect();
     }
 
-    /// Gauss–Seidel for p; `multipliers` gives λ' under p. Returns λ'.
+    /// The forces p. `multipliers` gives λ' where they change the values of the constraints by this. Returns λ'.
     pub fn settle(
         &mut self,
-        multipliers: impl Fn(&[f64], &[Vec<f64>]) -> Result<Vec<f64>, Failure>,
+        multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
         old: &[f64],
     ) -> Result<Vec<f64>, Failure> {
         let size = self.free.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
-        for _ in 0..SWEEPS {
-            let lambda = multipliers(&self.p, &self.cross)?;
+        for sweep in 1..=SWEEPS {
+            let lambda = multipliers(&self.crossing())?;
             let mut change = 0.0;
             for k in 0..self.points.len() {
-                let before = self.p.clone();
-                self.press(k, &lambda, old);
-                let gap_change = |i: usize| self.w[i][i] * (self.p[i] - before[i]).abs();
-                change = (0..self.p.len()).map(gap_change).fold(change, f64::max);
+                let (range, p, _) = self.force_on(k, &lambda, old);
+                for (i, p) in range.zip(&p) {
+                    change = f64::max(change, self.w[i][i] * (self.p[i] - p).abs());
+                    self.p[i] = *p;
+                }
             }
             if change <= EXACT * size {
-                return multipliers(&self.p, &self.cross);
+                return multipliers(&self.crossing());
+            }
+            if sweep >= TRIED && sweep.is_power_of_two() {
+                self.iterate(&multipliers, old, EXACT * size)?;
             }
         }
         Err(Failure::Complementarity)
     }
 
-    /// The force on point `k` under those on all others.
-    fn press(&mut self, k: usize, lambda: &[f64], old: &[f64]) {
-        let Pressed { first: n, friction, .. } = self.points[k];
-        let value = |p: &[f64], i: usize| {
+    /// What p changes the values of the constraints by.
+    fn crossing(&self) -> Vec<f64> {
+        let constraints = self.cross.first().map_or(0, Vec::len);
+        (0..constraints).map(|c| self.cross.iter().zip(&self.p).map(|(cross, p)| cross[c] * p).sum()).collect()
+    }
+
+    /// The components of point `k`, the force on it under those on all others, and its derivative by its displacement without it.
+    fn force_on(&self, k: usize, lambda: &[f64], old: &[f64]) -> (Range<usize>, Vector3<f64>, Matrix3<f64>) {
+        let Pressed { first: n, law, .. } = &self.points[k];
+        let range = *n..n + if law.friction.is_some() { 3 } else { 1 };
+        let own = self.own(k);
+        let mut q = Vector3::zeros();
+        for (component, i) in range.clone().enumerate() {
             let by_rows: f64 =
                 self.back[i].iter().zip(lambda.iter().zip(old)).map(|(b, (new, old))| b * (new - old)).sum();
-            self.free[i] - by_rows + dot(&self.w[i], p)
-        };
-        let pressed = (self.p[n] - value(&self.p, n) / self.w[n][n]).max(0.0);
-        let mut p = std::mem::take(&mut self.p);
-        p[n] = pressed;
-        if let Some((coefficient, epsilon)) = friction {
-            let w = |i: usize, j: usize| self.w[n + i][n + j];
-            // The larger eigenvalue takes both directions for one.
-            let w = 0.5 * (w(1, 1) + w(2, 2)) + (0.25 * (w(1, 1) - w(2, 2)).powi(2) + w(1, 2) * w(2, 1)).sqrt();
-            let free = [1, 2].map(|i| value(&p, n + i) - w * p[n + i]);
-            let force = friction::resistance(free[0].hypot(free[1]), w, coefficient * pressed, epsilon);
-            [1, 2].iter().zip(free).for_each(|(i, free)| p[n + i] = -force * free);
+            q[component] =
+                self.free[i] - by_rows + dot(&self.w[i], &self.p) - own[usize::from(component > 0)] * self.p[i];
         }
-        self.p = p;
+        let (p, slope) = law.force(&q, own);
+        (range, p, slope)
+    }
+
+    /// w of point `k` with its own force, of the normal component and of sliding: there the larger eigenvalue takes both directions for one.
+    fn own(&self, k: usize) -> [f64; 2] {
+        let Pressed { first: n, law, .. } = &self.points[k];
+        let w = |i: usize, j: usize| self.w[n + i][n + j];
+        let sliding = law.friction.map_or(0.0, |_| {
+            0.5 * (w(1, 1) + w(2, 2)) + (0.25 * (w(1, 1) - w(2, 2)).powi(2) + w(1, 2) * w(2, 1)).sqrt()
+        });
+        [w(0, 0), sliding]
+    }
+
+    /// Newton's method for p − P(q(p)) = 0, where P are the forces on all points by their displacements q without them, as long as it converges:
+    /// sweeps alone converge slowly where points share a load.
+    fn iterate(
+        &mut self,
+        multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
+        old: &[f64],
+        enough: f64,
+    ) -> Result<(), Failure> {
+        let (mut defect, mut tangent) = self.defect(&multipliers, old)?;
+        for _ in 0..NEWTON.0 {
+            let size = self.size(&defect);
+            if size <= enough {
+                return Ok(());
+            }
+            let Some(step) = tangent.lu().solve(&defect) else { return Ok(()) };
+            let before = self.p.clone();
+            self.p.iter_mut().zip(step.iter()).for_each(|(p, d)| *p -= d);
+            (defect, tangent) = self.defect(&multipliers, old)?;
+            // What is not a number is not smaller.
+            let shrinks = self.size(&defect) <= NEWTON.1 * size;
+            if !shrinks {
+                self.p = before;
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Largest displacement that belongs to a defect of p.
+    fn size(&self, defect: &DVector<f64>) -> f64 {
+        (0..defect.len()).map(|i| self.w[i][i] * defect[i].abs()).fold(0.0, larger)
+    }
+
+    /// p − P(q(p)) and its derivative by p.
+    fn defect(
+        &self,
+        multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
+        old: &[f64],
+    ) -> Result<(DVector<f64>, DMatrix<f64>), Failure> {
+        let (n, crossing) = (self.p.len(), self.crossing());
+        let lambda = multipliers(&crossing)?;
+        // λ' is linear in the values of the constraints, piece by piece.
+        let mut by_value = Vec::new();
+        for c in 0..crossing.len() {
+            let mut other = crossing.clone();
+            let step = DIFFERENCE * other[c].abs().max(f64::MIN_POSITIVE.sqrt());
+            other[c] += step;
+            let changed = multipliers(&other)?;
+            by_value.push(changed.iter().zip(&lambda).map(|(new, old)| (new - old) / step).collect::<Vec<f64>>());
+        }
+        let mut defect = DVector::from_column_slice(&self.p);
+        let mut tangent = DMatrix::identity(n, n);
+        for k in 0..self.points.len() {
+            let (range, p, slope) = self.force_on(k, &lambda, old);
+            let own = self.own(k);
+            for (a, i) in range.clone().enumerate() {
+                defect[i] -= p[a];
+            }
+            for j in 0..n {
+                // λ' − λ by p_j
+                let by_force = |row: usize| -> f64 {
+                    by_value.iter().zip(&self.cross[j]).map(|(by_value, cross)| by_value[row] * cross).sum()
+                };
+                let moved: Vec<f64> = (0..crossing.len()).map(by_force).collect();
+                for (b, i) in range.clone().enumerate() {
+                    let alone = if i == j { own[usize::from(b > 0)] } else { 0.0 };
+                    let q = self.w[i][j] - alone - dot(&self.back[i], &moved);
+                    for (a, row) in range.clone().enumerate() {
+                        tangent[(row, j)] -= slope[(a, b)] * q;
+                    }
+                }
+            }
+        }
+        Ok((defect, tangent))
     }
 }

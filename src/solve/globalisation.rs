@@ -17,7 +17,7 @@ use super::newton_settings::NewtonSettings;
 use super::{Failure, Step, tangent};
 use crate::math::linear::Factor;
 use crate::math::vector::dot;
-use crate::system::{State, System, Want};
+use crate::system::{State, Strain, System, Want};
 
 /// Trial steps of a line search.
 const TRIALS: usize = 12;
@@ -55,6 +55,15 @@ impl LineSearch<'_> {
         self.settings.line_search && !self.step.integrator.is_linearised()
     }
 
+    /// The motion by this share of a direction from x, in which stiff bodies turn.
+    fn motion(&self, x: &[f64], direction: &[f64], share: f64) -> Vec<f64> {
+        let mut motion: Vec<f64> = direction.iter().map(|d| share * d).collect();
+        if !self.step.integrator.is_linearised() {
+            self.step.system.turn(x, &mut motion, Strain::Linear);
+        }
+        motion
+    }
+
     /// By the directional derivative of the energy.
     fn advance_by_energy(
         &self,
@@ -88,15 +97,15 @@ impl LineSearch<'_> {
         };
         next.lambda.copy_from_slice(&direction.lambda);
         let line_search = self.searches();
-        let mut length = equations.longest(system, &start, &direction.x)?;
+        let mut length = equations.longest(system, &start, &self.motion(&start, &direction.x, 1.0))?;
         let mut best = None;
         // The barrier of contact rises within a small part of a step that it limits: there G = 0 is bracketed.
         let brackets = length < 1.0;
         let (mut before, mut beyond) = ((0.0, derivative), None);
         for _ in 0..TRIALS {
             next.x.copy_from_slice(&start);
-            let moving = next.x[..displacements].iter_mut().zip(&direction.x);
-            moving.for_each(|(x, d)| *x += length * d);
+            let motion = self.motion(&start, &direction.x, length);
+            next.x[..displacements].iter_mut().zip(&motion).for_each(|(x, d)| *x += d);
             if length == 1.0 {
                 self.targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
             }
@@ -148,10 +157,11 @@ impl LineSearch<'_> {
         let start = next.x.clone();
         let line_search = self.searches();
         next.lambda.copy_from_slice(&direction.lambda);
-        let mut length = equations.longest(system, &start, &direction.x)?;
+        let mut length = equations.longest(system, &start, &self.motion(&start, &direction.x, 1.0))?;
         for trial in 1..=TRIALS {
-            for (i, (x, (from, d))) in next.x.iter_mut().zip(start.iter().zip(&direction.x)).enumerate() {
-                *x = from + if i < system.dofs.displacements as usize { length * d } else { *d };
+            let motion = self.motion(&start, &direction.x, length);
+            for (i, x) in next.x.iter_mut().enumerate() {
+                *x = start[i] + if i < system.dofs.displacements as usize { motion[i] } else { direction.x[i] };
             }
             if length == 1.0 {
                 self.targets.iter().for_each(|&(dof, value)| next.x[dof] = value);

@@ -17,6 +17,7 @@
 mod adjoint;
 mod arc_length;
 mod contact_correction;
+mod contact_law;
 mod convergence;
 mod corrected_steps;
 mod cut_steps;

@@ -128,10 +128,7 @@ impl<'a> NewtonIteration<'a> {
             Some(schur) => problem.solve(&mut linear.factor, schur).ok()?,
             None => linear.rough_direction(&problem, first)?,
         };
-        let largest = |x: &[f64]| {
-            let moving = self.step.system.dofs.free.iter().filter(|dof| **dof < self.step.system.dofs.displacements);
-            moving.fold(0.0, |most: f64, &dof| most.max(x[dof as usize].abs()))
-        };
+        let largest = |x: &[f64]| self.step.system.largest_displacement(x);
         Some(largest(&direction.x) / equations.visible(largest(&next.x)))
     }
 

@@ -1,7 +1,7 @@
 //! Initial values of a step by extrapolation of the last accepted states.
 
 use super::Integrator;
-use crate::system::{Caches, State, System};
+use crate::system::{Caches, State, Strain, System};
 
 /// Highest degree of the extrapolation.
 const MAX_DEGREE: usize = 6;
@@ -67,9 +67,25 @@ impl Prediction {
                 *x = state.x[i] + dt * (state.v[i] + 0.5 * dt * state.a[i]);
             }
         }
-        let motion: Vec<f64> = next.x.iter().zip(&state.x).map(|(n, x)| n - x).collect();
-        if let Some((_, limit)) = system.max_step(&state.x, &motion, caches) {
-            next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + limit.share * d);
+        let linear: Vec<f64> = next.x.iter().zip(&state.x).map(|(n, x)| n - x).collect();
+        let turned = |share: f64| {
+            let mut motion: Vec<f64> = linear.iter().map(|d| share * d).collect();
+            let turns = system.turn(&state.x, &mut motion, Strain::Kept);
+            (motion, turns)
+        };
+        let mut admitted = |motion: &[f64]| system.max_step(&state.x, motion, caches).map_or(1.0, |(_, l)| l.share);
+        let (mut motion, turns) = turned(1.0);
+        let share = admitted(&motion);
+        if share < 1.0 {
+            motion = turned(share).0;
+        }
+        if share < 1.0 && turns {
+            // The end of a shorter turn is not on the line to that of a longer one.
+            let share = admitted(&motion);
+            motion.iter_mut().for_each(|d| *d *= share);
+        }
+        if share < 1.0 || turns {
+            next.x.iter_mut().zip(&state.x).zip(&motion).for_each(|((n, x), d)| *n = x + d);
         }
         for (c, lambda) in next.lambda.iter_mut().enumerate() {
             *lambda = system.constraints[c].kind().admit(*lambda);

@@ -50,6 +50,9 @@ pub struct Assembled {
     pub projected: bool,
     /// Whether those of the effects are that ask for it, [`Capabilities::semidefinite`](super::Capabilities::semidefinite)
     pub descending: bool,
+    /// Whether the effects are left out whose forces on contact points corrections solve for,
+    /// [`Capabilities::on_contact_points`](super::Capabilities::on_contact_points)
+    pub without_contact_points: bool,
     /// Per effect, then per constraint
     pub costs: Vec<Cost>,
     /// Caches and counters of the run
@@ -77,6 +80,7 @@ impl Assembled {
             dissipated: vec![0.0; effects],
             projected: false,
             descending: false,
+            without_contact_points: false,
             costs,
             caches: Caches::default(),
         }

@@ -30,6 +30,9 @@ impl System {
             let start = Instant::now();
             let at = &self.inputs_of(e, at);
             let capabilities = effect.capabilities();
+            if assembly.out.without_contact_points && capabilities.on_contact_points {
+                continue;
+            }
             let mut own = self.effect(e);
             own.projected = tangent && (assembly.out.projected || assembly.out.descending && capabilities.semidefinite);
             own.keeps_remainder = tangent && assembly.out.descending && !assembly.out.projected;

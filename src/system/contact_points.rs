@@ -1,12 +1,19 @@
-//! Contact points whose forces can be prescribed. Corrections solve the equilibrium without contact, with every obstacle as a plane, and
-//! then set the contact forces.
+//! Contact points, for corrections: these solve the equilibrium without contact, and then the forces of the points on planes.
 
 use super::Caches;
 use crate::math::tensor::Vec3;
 
+/// A potential of a contact point per area, which decreases with the distance from the obstacle.
+pub trait ContactPotential: Send + Sync {
+    /// No potential beyond this distance \[m\]
+    fn reach(&self) -> f64;
+    /// φ \[J/m²\], φ′, φ″ at the distance d \[m\]; None where it is not defined
+    fn potential(&self, d: f64) -> Option<[f64; 3]>;
+}
+
 /// A contact point, and the tangent plane of its obstacle at the state of the search.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ContactPoint {
+#[derive(Clone)]
+pub struct ContactPoint<'a> {
     /// Nodes of the point, then those of the obstacle
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
@@ -19,9 +26,16 @@ pub struct ContactPoint {
     pub force: f64,
     /// μ \[–\] and ε \[m\], where there is friction
     pub friction: Option<(f64, f64)>,
+    /// The potential of the normal force with the area of the point \[m²\]; without one, contact is unilateral
+    pub potential: Option<(&'a dyn ContactPotential, f64)>,
 }
 
-impl ContactPoint {
+impl ContactPoint<'_> {
+    /// No normal force beyond this distance \[m\].
+    pub fn reach(&self) -> f64 {
+        self.potential.map_or(0.0, |(potential, _)| potential.reach())
+    }
+
     /// Σ_k s_k z_k of displacements \[m\].
     pub fn motion(&self, z: &[f64]) -> Vec3 {
         let of_node = |n: u32| Vec3::from_column_slice(&z[3 * n as usize..][..3]);
@@ -29,14 +43,13 @@ impl ContactPoint {
     }
 }
 
-/// An effect whose forces on its points can be prescribed.
+/// An effect whose forces on its points corrections solve for.
 pub trait ContactPoints {
-    /// Number of points.
-    fn count(&self) -> usize;
     /// Whether the points have friction.
     fn has_friction(&self) -> bool;
-    /// All points at displacement x, including distant ones, for a step of `dt` \[s\], which is infinite in statics.
-    fn points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint>;
-    /// Changes x so that the contact forces of the points are these \[N\].
-    fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches);
+    /// The points at displacement x, for a step of `dt` \[s\], which is infinite in statics. A unilateral contact has all of its points; one
+    /// with a potential those whose distance is less than its reach and the `margin` \[m\].
+    fn points(&self, x: &[f64], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>>;
+    /// Changes x so that the contact forces of these points are these \[N\]. Forces that have a potential follow from x.
+    fn set_forces(&self, _x: &mut [f64], _forces: &[f64], _caches: &mut Caches) {}
 }

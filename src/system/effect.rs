@@ -71,8 +71,12 @@ pub struct Capabilities<'a> {
     pub transient: Option<&'a dyn TransientCoupling>,
     /// MotionLimit of the motion within one iteration or step
     pub step_limit: Option<&'a dyn StepLimit>,
-    /// Contact points whose forces can be prescribed
+    /// Nodes that move together as a body that turns
+    pub turning: Option<&'a dyn TurningBody>,
+    /// Contact points for corrections
     pub contact_points: Option<&'a dyn ContactPoints>,
+    /// Whether assemblies [without contact points](super::Assembled::without_contact_points) leave the effect out
+    pub on_contact_points: bool,
     /// Evaluation of several blocks at once; all blocks then have one size
     pub batched: Option<&'a dyn Batched>,
 }
@@ -186,6 +190,21 @@ pub trait TransientBlocks {
 pub trait StepLimit {
     /// The largest admissible share of the motion dx from x; None if all of it is admissible.
     fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit>;
+}
+
+/// Nodes that a stiff body carries: their motion, linear in the increment, would stretch a body that turns.
+pub trait TurningBody {
+    /// Changes the motion dx from x to one that turns the body as dx does, with the strain that is linear in dx, or with that of x.
+    fn turn(&self, x: &[f64], dx: &mut [f64], strain: Strain);
+}
+
+/// The strain of a [`TurningBody`] after a motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strain {
+    /// As before the motion: of a motion that is extrapolated
+    Kept,
+    /// Linear in the motion: of a direction of Newton's method
+    Linear,
 }
 
 /// The largest admissible share of a motion.

@@ -4,7 +4,7 @@ use super::contribution::{Contribution, Coupling, Kernel, Receiver};
 use super::sparsity::{Slots, Sparsity, TangentBlocks};
 use super::{
     Assembled, At, Blocks, Caches, Constraint, ConstraintKind, ContactPoint, ContactPoints, Cost, Dofs, Effect,
-    EnergyRole, EvalError, Means, MotionLimit, Prescribed, State, Ties,
+    EnergyRole, EvalError, Means, MotionLimit, Prescribed, State, Strain, Ties,
 };
 use crate::math::low_rank::Pattern;
 use crate::math::signal::Clock;
@@ -198,18 +198,30 @@ impl System {
         self.effects.iter().filter_map(|e| e.capabilities().contact_points)
     }
 
-    /// The points of all effects whose contact forces can be prescribed.
-    pub fn contact_points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint> {
-        self.with_contact_points().flat_map(|effect| effect.points(x, dt, caches)).collect()
+    /// The points of each effect that has contact points: [`ContactPoints::points`].
+    pub fn contact_points(&self, x: &[f64], dt: f64, margin: f64, caches: &mut Caches) -> Vec<Vec<ContactPoint<'_>>> {
+        self.with_contact_points().map(|effect| effect.points(x, dt, margin, caches)).collect()
     }
 
-    /// Prescribes the forces N \[N\] of these points, in their order.
-    pub fn set_contact_forces(&self, x: &mut [f64], mut forces: &[f64], caches: &mut Caches) {
-        for effect in self.with_contact_points() {
-            let (own, rest) = forces.split_at(effect.count());
-            effect.set_forces(x, own, caches);
-            forces = rest;
+    /// Prescribes the forces N \[N\] of the points of each effect that has some.
+    pub fn set_contact_forces<'f>(&self, x: &mut [f64], forces: impl Iterator<Item = &'f [f64]>, caches: &mut Caches) {
+        self.with_contact_points().zip(forces).for_each(|(effect, forces)| effect.set_forces(x, forces, caches));
+    }
+
+    /// The largest displacement of a free dof in x \[m\].
+    pub fn largest_displacement(&self, x: &[f64]) -> f64 {
+        let moving = self.dofs.free.iter().filter(|dof| **dof < self.dofs.displacements);
+        moving.fold(0.0, |most: f64, &dof| most.max(x[dof as usize].abs()))
+    }
+
+    /// Turns the stiff bodies that the motion dx from x would stretch, [`TurningBody`](super::TurningBody). True if there are any.
+    pub fn turn(&self, x: &[f64], dx: &mut [f64], strain: Strain) -> bool {
+        let mut any = false;
+        for body in self.effects.iter().filter_map(|e| e.capabilities().turning) {
+            body.turn(x, dx, strain);
+            any = true;
         }
+        any
     }
 
     /// The largest share of the motion dx from x that all effects admit; None if all of it is admissible.

@@ -11,19 +11,29 @@ pub fn regularised(size: f64, epsilon: f64) -> (f64, f64) {
     }
 }
 
-/// Resistance to sliding, as a share of the sliding `u` without it \[N/m\]: the force is F f(a/ε) where the sliding is a with it, and
-/// a + w F f(a/ε) = u. F is the `limit`.
-pub fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> f64 {
-    if u == 0.0 || limit == 0.0 {
-        return 0.0;
-    }
+/// The force against a sliding u, where the sliding depends on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resistance {
+    /// Force \[N\]
+    pub force: f64,
+    /// Derivative by the sliding without it, u \[N/m\]
+    pub by_sliding: f64,
+    /// Derivative by the limit F \[–\]
+    pub by_limit: f64,
+}
+
+/// Resistance to the sliding `u` without it \[m\]: the force is F f(a/ε) where the sliding is a with it, and a + w F f(a/ε) = u.
+/// F is the `limit`.
+pub fn resistance(u: f64, w: f64, limit: f64, epsilon: f64) -> Resistance {
     if u >= epsilon + w * limit {
-        return limit / u;
+        return Resistance { force: limit, by_sliding: 0.0, by_limit: 1.0 };
     }
     // (wF/ε²) a² − (1 + 2wF/ε) a + u = 0, the smaller root, without cancellation.
     let (square, linear) = (w * limit / (epsilon * epsilon), 1.0 + 2.0 * w * limit / epsilon);
     let y = 2.0 * u / (linear + (linear * linear - 4.0 * square * u).sqrt()) / epsilon;
-    limit * (2.0 - y) * y / u
+    let (f, slope) = ((2.0 - y) * y, 2.0 * (1.0 - y) / epsilon);
+    let give = 1.0 + w * limit * slope;
+    Resistance { force: limit * f, by_sliding: limit * slope / give, by_limit: f / give }
 }
 
 #[cfg(test)]
@@ -35,10 +45,17 @@ mod tests {
     fn resistance_is_that_of_the_sliding_that_is_left() {
         let (w, limit, epsilon) = (2.0, 3.0, 0.5);
         for u in [1e-6, 0.3, 2.0, 6.4, 6.5, 6.6, 40.0] {
-            let force = resistance(u, w, limit, epsilon) * u;
+            let Resistance { force, by_sliding, by_limit } = resistance(u, w, limit, epsilon);
             let left = u - w * force;
             let law = limit * regularised(left, epsilon).0 * left;
             assert!(left > 0.0 && (force - law).abs() <= 1e-12 * limit, "u = {u}: {force} for {law}");
+            // Central differences: h² and rounding over h; the kinks of the list are farther away than h.
+            let h = 1e-6 * u;
+            let difference = |change: &dyn Fn(f64) -> f64| (change(h) - change(-h)) / (2.0 * h);
+            let by_u = difference(&|h| resistance(u + h, w, limit, epsilon).force);
+            let by_f = difference(&|h| resistance(u, w, limit + h, epsilon).force);
+            assert!((by_u - by_sliding).abs() < 1e-6 * limit / epsilon, "u = {u}: {by_sliding} for {by_u}");
+            assert!((by_f - by_limit).abs() < 1e-6, "u = {u}: {by_limit} for {by_f}");
         }
     }
 }

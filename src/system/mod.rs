@@ -37,12 +37,12 @@ pub use caches::{CacheKey, Caches};
 pub use constraint::{
     Constraint, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, bounded_multiplier, constraint_law,
 };
-pub use contact_points::{ContactPoint, ContactPoints};
+pub use contact_points::{ContactPoint, ContactPoints, ContactPotential};
 pub use derivative::{ParameterDerivative, add_history_derivative, add_residual_derivative};
 pub use dofs::{Dofs, Prescribed};
 pub use effect::{
     ActiveBlocks, Capabilities, Effect, EnergyRole, HistoryVariables, MotionLimit, Needs, PastDerivative, SkewTangent,
-    StepLimit, TransientBlocks, TransientCoupling, UnsymmetricTangent, Want,
+    StepLimit, Strain, TransientBlocks, TransientCoupling, TurningBody, UnsymmetricTangent, Want,
 };
 pub use equations::{System, SystemError};
 pub use error::EvalError;

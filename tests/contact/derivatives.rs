@@ -147,6 +147,7 @@ fn forces_are_derivatives_of_energies_and_balance() {
                 let barrier = Pressed {
                     contact: pair(shape(k), moving, false),
                     response: Barrier { distance: 1.5, stiffness: 3.0 },
+                    friction: None,
                 };
                 if barrier.contact.gap(&x, 0) > 0.05 {
                     felt += usize::from(check(&barrier, &x, &format!("barrier, {label}")));
@@ -185,7 +186,8 @@ fn balance(effect: &Pressed<Barrier>, x: &[f64], r: &[f64], label: &str) {
 #[test]
 fn friction_obeys_coulomb() {
     let contact = pair(Shape::floor(), false, false);
-    let pressing = Arc::new(Pressed { contact: contact.clone(), response: Penalty { stiffness: 5.0, rounding: 0.0 } });
+    let response = Penalty { stiffness: 5.0, rounding: 0.0 };
+    let pressing = Arc::new(Pressed { contact: contact.clone(), response, friction: None });
     let friction = |stick_velocity| ContactFriction {
         name: "f".into(),
         pressing: pressing.clone(),

@@ -8,6 +8,7 @@
 use super::pressed::Response;
 use super::shape::{Shape, Witness};
 use crate::math::tensor::Vec3;
+use crate::system::ContactPotential;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barrier {
@@ -17,13 +18,9 @@ pub struct Barrier {
     pub stiffness: f64,
 }
 
-impl Response for Barrier {
+impl ContactPotential for Barrier {
     fn reach(&self) -> f64 {
         self.distance
-    }
-
-    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
-        shape.within(y, self.distance + radius)
     }
 
     fn potential(&self, d: f64) -> Option<[f64; 3]> {
@@ -38,6 +35,12 @@ impl Response for Barrier {
         let first = -stiffness * e * (2.0 * ln + e / d);
         let second = -stiffness * (2.0 * ln + 4.0 * e / d - (e / d).powi(2));
         Some([-stiffness * e * e * ln, first, second])
+    }
+}
+
+impl Response for Barrier {
+    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
+        shape.within(y, self.distance + radius)
     }
 
     fn limits_motion(&self) -> bool {

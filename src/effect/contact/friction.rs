@@ -125,7 +125,7 @@ impl Effect for ContactFriction {
 
     fn capabilities(&self) -> Capabilities<'_> {
         let active: Option<&dyn ActiveBlocks> = if self.pressing.reach() < f64::INFINITY { Some(self) } else { None };
-        Capabilities { active, unsymmetric: Some(self), ..Capabilities::default() }
+        Capabilities { active, unsymmetric: Some(self), on_contact_points: true, ..Capabilities::default() }
     }
 }
 

@@ -24,7 +24,7 @@ pub struct Multiplier {
     pub contact: Arc<Contact>,
     /// c \[N/m\]
     pub stiffness: f64,
-    /// Friction of points whose forces are prescribed; in the equilibrium friction is an effect of its own
+    /// Friction for corrections; in the equilibrium friction is an effect of its own
     pub friction: Option<Coulomb>,
 }
 
@@ -84,15 +84,11 @@ impl Effect for Multiplier {
 }
 
 impl ContactPoints for Multiplier {
-    fn count(&self) -> usize {
-        self.contact.points.len()
-    }
-
     fn has_friction(&self) -> bool {
         self.friction.is_some()
     }
 
-    fn points(&self, x: &[f64], dt: f64, caches: &mut Caches) -> Vec<ContactPoint> {
+    fn points(&self, x: &[f64], dt: f64, _: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let start = Instant::now();
         let point = |b: usize| {
             let pair = self.pair(x, b);
@@ -103,9 +99,10 @@ impl ContactPoints for Multiplier {
                 normal: pair.normal,
                 force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
                 friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
+                potential: None,
             }
         };
-        let points: Vec<ContactPoint> = (0..ContactPoints::count(self)).map(point).collect();
+        let points: Vec<ContactPoint> = (0..self.contact.points.len()).map(point).collect();
         let search = self.contact.search(caches);
         search.count([points.len(), points.len(), 0]);
         search.counts.search += start.elapsed();

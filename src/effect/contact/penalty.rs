@@ -5,6 +5,7 @@
 use super::pressed::Response;
 use super::shape::{Shape, Witness};
 use crate::math::tensor::Vec3;
+use crate::system::ContactPotential;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Penalty {
@@ -14,18 +15,20 @@ pub struct Penalty {
     pub rounding: f64,
 }
 
-impl Response for Penalty {
+impl ContactPotential for Penalty {
     fn reach(&self) -> f64 {
         0.0
-    }
-
-    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
-        Some(shape.rounded(y, self.rounding)).filter(|w| w.gap < radius).into_iter().collect()
     }
 
     fn potential(&self, d: f64) -> Option<[f64; 3]> {
         let depth = d.min(0.0);
         Some([0.5 * self.stiffness * depth * depth, self.stiffness * depth, if d < 0.0 { self.stiffness } else { 0.0 }])
+    }
+}
+
+impl Response for Penalty {
+    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
+        Some(shape.rounded(y, self.rounding)).filter(|w| w.gap < radius).into_iter().collect()
     }
 
     fn limits_motion(&self) -> bool {

@@ -47,7 +47,7 @@ impl AffineFrame {
 }
 
 /// Displacement of a node.
-pub(super) fn displacement(x: &[f64], node: u32) -> Vec3 {
+pub(in crate::effect) fn displacement(x: &[f64], node: u32) -> Vec3 {
     Vec3::from_column_slice(&x[3 * node as usize..][..3])
 }
 

@@ -2,24 +2,21 @@
 //!
 //! r_k = Σ_q W_q φ′ s_k m, K_kl = Σ_q W_q (φ″ s_k s_l m mᵀ + φ′ ∂²d/∂z_k∂z_l) with s, m of [`super::placement`].
 
+use super::friction::Coulomb;
 use super::placement::Pair;
 use super::shape::{Shape, Witness};
 use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{
-    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, MotionLimit, StepLimit,
-    Want,
+    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, ContactPotential, Effect,
+    EnergyRole, EvalError, MotionLimit, StepLimit, Want,
 };
 use std::sync::Arc;
 
 /// Law of the pressure against the distance.
-pub trait Response: Send + Sync {
-    /// No potential beyond this distance \[m\]
-    fn reach(&self) -> f64;
+pub trait Response: ContactPotential {
     /// Of a point at y in the frame of the shape, with a ball of this radius about it
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness>;
-    /// φ \[J/m²\], φ′, φ″; None where it is not defined
-    fn potential(&self, d: f64) -> Option<[f64; 3]>;
     /// Whether no point may pass the obstacle, so that motions have a limit.
     fn limits_motion(&self) -> bool;
 }
@@ -27,6 +24,8 @@ pub trait Response: Send + Sync {
 pub struct Pressed<R> {
     pub contact: Arc<Contact>,
     pub response: R,
+    /// Friction for corrections; in the equilibrium friction is an effect of its own
+    pub friction: Option<Coulomb>,
 }
 
 impl<R: Response> Pressed<R> {
@@ -73,6 +72,8 @@ impl<R: Response> Effect for Pressed<R> {
             // A pressure on a round or sharp side turns away from what slides along it: −p W ∂²d/∂y² is negative wherever there is contact.
             semidefinite: true,
             active: Some(self),
+            contact_points: Some(self),
+            on_contact_points: true,
             step_limit: self.response.limits_motion().then_some(self),
             ..Capabilities::default()
         }
@@ -88,6 +89,39 @@ impl<R: Response> ActiveBlocks for Pressed<R> {
 impl<R: Response> StepLimit for Pressed<R> {
     fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit> {
         self.contact.max_step(x, dx, caches)
+    }
+}
+
+impl<R: Response> ContactPoints for Pressed<R> {
+    fn has_friction(&self) -> bool {
+        self.friction.is_some()
+    }
+
+    fn points(&self, x: &[f64], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
+        let Contact { points, obstacle, .. } = &*self.contact;
+        let placed = obstacle.at(x);
+        let mut found = Vec::new();
+        for b in self.contact.near(x, self.response.reach() + margin, caches) {
+            let (at, point) = (self.contact.position(x, b as usize), &points[b as usize]);
+            let local = placed.local(&at);
+            let mut witnesses = self.response.witnesses(&obstacle.shape, &local, point.radius);
+            if witnesses.is_empty() {
+                witnesses.push(obstacle.shape.nearest(&local));
+            }
+            found.extend(witnesses.iter().map(|witness| {
+                let pair = placed.pair(&at, witness, point.radius);
+                ContactPoint {
+                    nodes: self.contact.blocks().nodes(b as usize).to_vec(),
+                    shares: pair.shares(&point.weights),
+                    gap: pair.gap,
+                    normal: pair.normal,
+                    force: self.response.potential(pair.gap).map_or(0.0, |[_, first, _]| -first * point.area),
+                    friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
+                    potential: Some((&self.response, point.area)),
+                }
+            }));
+        }
+        found
     }
 }
 

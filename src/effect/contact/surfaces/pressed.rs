@@ -8,11 +8,10 @@ use super::pair::Surfaces;
 use super::terms::Term;
 use crate::effect::contact::NormalForce;
 use crate::effect::contact::barrier::Barrier;
-use crate::effect::contact::pressed::Response;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::system::{
-    At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, MotionLimit, StepLimit,
-    TransientBlocks, TransientCoupling, Want,
+    At, BlockValues, Blocks, Caches, Capabilities, ContactPotential, Effect, EnergyRole, EvalError, MotionLimit,
+    StepLimit, TransientBlocks, TransientCoupling, Want,
 };
 use std::sync::Arc;
 

@@ -96,22 +96,21 @@ fn build_contact(
     });
     let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
     check_apart(builder, place, &contact, spec.response)?;
+    let friction = (spec.friction > 0.0).then_some(law);
     let pressing: Arc<dyn NormalForces> = match spec.response {
-        ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, builder),
+        ResponseSpec::Barrier => {
+            press(&contact, Barrier { distance, stiffness: modulus / distance }, friction, builder)
+        }
         ResponseSpec::Penalty => {
-            press(&contact, Penalty { stiffness: modulus / distance, rounding: distance }, builder)
+            press(&contact, Penalty { stiffness: modulus / distance, rounding: distance }, friction, builder)
         }
         ResponseSpec::Multiplier => {
-            let shared = Arc::new(Multiplier {
-                contact,
-                stiffness: modulus * h,
-                friction: (spec.friction > 0.0).then_some(law),
-            });
+            let shared = Arc::new(Multiplier { contact, stiffness: modulus * h, friction });
             builder.effects.push(Box::new(shared.clone()));
             shared
         }
     };
-    let friction = (spec.friction > 0.0).then(|| {
+    let friction = friction.map(|law| {
         let (name, pressing) = (format!("{name}_friction"), pressing.clone());
         let friction = Arc::new(ContactFriction { name, pressing, law });
         builder.effects.push(Box::new(friction.clone()));
@@ -204,8 +203,13 @@ fn check_apart(builder: &Builder, place: &str, contact: &Contact, response: Resp
     Ok(())
 }
 
-fn press<R: Response + 'static>(contact: &Arc<Contact>, response: R, builder: &mut Builder) -> Arc<dyn NormalForces> {
-    let shared = Arc::new(Pressed { contact: contact.clone(), response });
+fn press<R: Response + 'static>(
+    contact: &Arc<Contact>,
+    response: R,
+    friction: Option<Coulomb>,
+    builder: &mut Builder,
+) -> Arc<dyn NormalForces> {
+    let shared = Arc::new(Pressed { contact: contact.clone(), response, friction });
     builder.effects.push(Box::new(shared.clone()));
     shared
 }
