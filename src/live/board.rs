@@ -21,6 +21,8 @@ const ITERATIONS: usize = 256;
 const ALONE: Duration = Duration::from_secs(10);
 /// Time between two looks at whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
+/// Time that clients get to hear of the end of a run that was stopped.
+const MOMENT: Duration = Duration::from_millis(300);
 /// Steps that may wait to be taken.
 const STEPS: usize = 1000;
 
@@ -183,11 +185,12 @@ impl Board {
         });
     }
 
-    /// Waits until no client is connected any more, until `stop` is set, or for this time.
+    /// Waits until no client is connected any more, at most for this time; where `stop` is set, for a moment, so that they hear of the end.
     pub fn farewell(&self, patience: Duration, stop: &AtomicBool) {
         let start = Instant::now();
+        let patience = || if stop.load(Ordering::Relaxed) { MOMENT.min(patience) } else { patience };
         let mut now = self.now();
-        while now.clients > 0 && start.elapsed() < patience && !stop.load(Ordering::Relaxed) {
+        while now.clients > 0 && start.elapsed() < patience() {
             now = self.changed.wait_timeout(now, LOOK).unwrap_or_else(PoisonError::into_inner).0;
         }
     }

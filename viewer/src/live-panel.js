@@ -1,6 +1,6 @@
 // Controls of the live view: pause and step, signals, time, step size and iterations.
 
-import { button, el, field, group, icon, row, slider } from "./panel.js";
+import { button, el, field, group, row, slider } from "./panel.js";
 import { column, number, scaled } from "./units.js";
 
 const svg = (name, attributes, text) => {
@@ -15,11 +15,11 @@ export class LivePanel {
     Object.assign(this, { settings, command, signals: new Map() });
     this.state = el("output", { class: "live", "aria-live": "polite" });
     this.step = el("output", { class: "value", "aria-live": "off" });
-    this.plot = svg("svg", { class: "plot", role: "img", viewBox: "0 0 300 110", "aria-label": "Error of the forces over the iterations" });
-    this.pause = button(icon("pause"), "Pause or go on", () => command({ name: this.paused ? "resume" : "pause" }));
-    this.one = button(icon("next"), "Take one step and pause", () => command({ name: "step" }));
+    this.plot = svg("svg", { class: "plot low", role: "img", viewBox: "0 0 300 110", "aria-label": "Error of the forces over the iterations" });
+    this.pause = button("Pause", "Pause the run, or let it go on", () => command({ name: this.paused ? "resume" : "pause" }));
+    this.one = button("One step", "Take one step and pause", () => command({ name: "step" }));
     this.buttons = el("div", { class: "buttons" }, this.pause, this.one);
-    this.list = el("div", {});
+    this.list = el("div", { class: "signals" });
     const note = settings.recorded ? [el("p", { class: "small" }, `A value takes effect at the next step, and is recorded in ${settings.recorded}.`)] : [];
     this.element = group("Run", true, this.state, ...(settings.pauses ? [this.buttons] : []), this.list, ...note, this.step, this.plot);
   }
@@ -43,12 +43,12 @@ export class LivePanel {
     const { t, end, paused, waiting, ended } = news;
     const at = `t = ${number(t)} of ${number(end)} s`;
     this.paused = paused;
-    this.pause.replaceChildren(icon(paused ? "play" : "pause"));
+    this.pause.textContent = paused ? "Go on" : "Pause";
     if (ended) this.end(`The run has ended: ${ended.status}${ended.detail ? ` (${ended.detail})` : ""}, ${at}. All states that have come stay.`);
     else this.say(waiting ? `Paused at ${at}` : paused ? `Pauses after this step, ${at}` : `Running, ${at}`);
     this.#signals(news.signals);
     const last = iterations.at(-1);
-    this.step.textContent = last ? `step to t = ${number(last[1])} s, step size ${number(last[2])} s, iteration ${last[3]}, error ${number(last[4], 2)} of the tolerance` : "";
+    this.step.textContent = last ? `step to t = ${number(last[1])} s, step size ${number(last[2])} s, iteration ${last[3]}, error ${number(last[4], 2)} × tolerance` : "";
     this.#iterations(iterations);
     this.plot.style.display = last ? "" : "none";
   }
