@@ -38,7 +38,11 @@ struct Live {
 
 impl Live {
     fn start(out: &Path, more: &[&str]) -> Self {
-        let mut command = simulate(out, &[&["--live"], more].concat());
+        Self::of(simulate(out, &[&["--live"], more].concat()), out)
+    }
+
+    /// The live view of a command.
+    fn of(mut command: Command, out: &Path) -> Self {
         let mut child = command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("the program starts");
         let mut errors = BufReader::new(child.stderr.take().expect("it is piped"));
         let mut line = String::new();
@@ -360,6 +364,69 @@ fn others_get_nothing_and_change_nothing() {
     live.set(0.004);
     let after = events.until(|news| news["signals"][0]["value"] == 0.004);
     assert!(after["waiting"] == true && after["states"] == news["states"], "{after}");
+}
+
+/// A case of a study: paused, stepped and let go, with the results of a silent run, in whose time the pause does not count.
+#[test]
+fn a_case_of_a_study_is_shown_while_it_runs() {
+    let (_folder, [silent, shown]) = folders();
+    let study = |out: &Path, more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+        let flags = ["run", "tests/cli/study.toml", "--only", "sizes", "--set", "stage.0.dt=\"2 ms\"", "--out"];
+        command.current_dir(ROOT).args(flags).arg(out).args(more);
+        command
+    };
+    let output = study(&silent, &[]).output().expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let live = Live::of(study(&shown, &["--live"]), &shown);
+    // Until it has begun
+    let (mut caught, start) = (None, Instant::now());
+    while caught.is_none() && start.elapsed() < PATIENCE {
+        let page = String::from_utf8(live.get("").1).expect("text");
+        if !page.contains("id=\"live\"") {
+            assert!(page.contains("No case computes at this moment"), "{page}");
+            std::thread::sleep(Duration::from_millis(5));
+            continue;
+        }
+        let mut events = live.events();
+        // The case may have ended since its page was there, and the next one has not begun
+        if live.command(&json!("pause")) != 204 {
+            continue;
+        }
+        let news = events.until(|news| news["waiting"] == true || !news["ended"].is_null());
+        let count = news["states"]["count"].as_u64().expect("a number");
+        if !news["ended"].is_null() {
+            continue;
+        }
+        // A pause in which nothing is computed
+        std::thread::sleep(Duration::from_secs(3));
+        assert_eq!(live.command(&json!("step")), 204);
+        events.waits(count + 1);
+        assert_eq!(live.get(&format!("states/{count}")).0, 200);
+        assert_eq!(live.command(&json!("resume")), 204);
+        let last = events.until(|news| !news["ended"].is_null());
+        assert_eq!(last["ended"]["status"], "Converged");
+        caught = last["run"].as_str().map(str::to_string);
+    }
+    let caught = caught.expect("the case was not caught while it ran");
+    assert!(live.end().success());
+    let record = text(&shown.join("cases"), &format!("{caught}.json"));
+    let record: Value = serde_json::from_str(&record).expect("a record");
+    let (wall, all) = (record["wall_s"].as_f64().expect("a number"), start.elapsed().as_secs_f64());
+    assert!(wall < all - 3.0, "the case took {wall} s of {all} s, of which it was paused for 3 s");
+    let mut compared = 0;
+    for entry in std::fs::read_dir(silent.join("cases")).expect("cases").flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.ends_with(".csv") {
+            compared += 1;
+            let [a, b] = [&silent, &shown].map(|out| std::fs::read(out.join("cases").join(&name)).expect("stored"));
+            assert!(a == b, "{name}");
+        }
+    }
+    assert!(compared == 1, "{compared}");
+    let refused = study(&shown, &["--live", "--engine", "slurm"]).output().expect("the program starts");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && said.contains("--live shows cases that run on this machine"), "{said}");
 }
 
 /// A page that pauses the run and vanishes does not hold it for ever, and Ctrl-C ends a run that waits, with its results.

@@ -92,8 +92,12 @@ impl Source {
         }
     }
 
-    pub fn is_page(&self) -> bool {
-        matches!(self, Self::Page(_))
+    /// The file that records what a page sets.
+    pub fn page(&self) -> Option<&Path> {
+        match self {
+            Self::Page(file) => Some(file),
+            _ => None,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
-use durometer::live::Board;
+use durometer::live::{self, Board, Listener, Shown};
 use durometer::math::threads::CpuClock;
 use durometer::report::files;
 use durometer::report::viewer::film::Film;
@@ -70,10 +70,13 @@ impl Drawing {
         }
     }
 
-    /// Shows the states in a live view too, which `open` opens.
-    pub fn follow(&mut self, open: impl FnOnce(&Film) -> Arc<Board>) -> Option<Arc<Board>> {
-        self.board = self.film.as_ref().map(open);
-        self.board.clone()
+    /// Shows the states in a live view too.
+    pub fn follow(&mut self, scene: &Scene, listener: Listener, shown: &Shown) -> Option<Arc<Board>> {
+        let film = self.film.as_ref()?;
+        let board = live::board(scene, film, view::about_before(scene, shown.run), shown);
+        super::live::serve(listener, &board);
+        self.board = Some(board.clone());
+        Some(board)
     }
 
     pub fn add(&mut self, scene: &Scene, state: &State) {

@@ -2,9 +2,10 @@
 
 use super::controls::{self, Chosen, ControlArgs, positive_time};
 use super::drawing::{Drawing, Drawn};
-use super::live::{self, LiveArgs};
+use super::live;
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::live::Shown;
 use durometer::math::threads::{self, CpuClock};
 use durometer::math::units::{self, Dimension};
 use durometer::report::numbers::seconds;
@@ -87,8 +88,16 @@ pub struct Args {
     checkpoint: String,
     #[command(flatten)]
     pub(super) control: ControlArgs,
-    #[command(flatten)]
-    live: LiveArgs,
+    /// Show the run in a browser while it goes on: serves a page on this machine alone (127.0.0.1), at an address with a token that is printed.
+    /// The page pauses the run, takes single steps, and sets the `controlled` signals of the scene, which <name>.control.csv records
+    #[arg(long)]
+    live: bool,
+    /// Port of the live view; 0 is a free one
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "live")]
+    port: u16,
+    /// With --live: wait at the first state until a page lets the run go on
+    #[arg(long, requires = "live")]
+    paused: bool,
     /// Threads that the run may use [default: one per core]; the results do not depend on it
     #[arg(long, value_name = "N", value_parser = super::arguments::at_least_one)]
     threads: Option<usize>,
@@ -111,7 +120,7 @@ pub fn main(args: Args) -> CommandResult {
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     check_out(&args.out)?;
-    let (listener, stop) = (args.live.listen()?, super::interrupt::stop_flag());
+    let (listener, stop) = (live::listen(args.live, args.port)?, super::interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
     let (scene, build_s) = build(&file, spec, text, body)?;
@@ -126,8 +135,8 @@ pub fn main(args: Args) -> CommandResult {
     bars.started(&name);
     let wanted = (args.vtu, !args.no_view, listener.is_some());
     let mut drawing = Drawing::new((&args.out, &name), wanted, &scene, from.as_ref());
-    let shown = (&scene, from.as_ref(), name.as_str());
-    let board = listener.and_then(|l| drawing.follow(|film| args.live.serve(l, shown, film, source.is_page())));
+    let shown = Shown { run: &name, from: from.as_ref(), recording: source.page(), paused: args.paused };
+    let board = listener.and_then(|listener| drawing.follow(&scene, listener, &shown));
     let note = source.note();
     let mut controller = Chosen::new(source, board.as_ref(), stop);
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
@@ -156,7 +165,7 @@ pub fn main(args: Args) -> CommandResult {
         on_save: Some(&mut save),
         on_progress: Some(&mut watch),
         on_state: Some(&mut points),
-        on_iteration: board.clone().map(live::iterations),
+        on_iteration: board.clone().map(durometer::live::iterations),
         stop: Some(stop.clone()),
         sensitivities,
         ..RunOptions::default()

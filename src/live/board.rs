@@ -29,6 +29,8 @@ const STEPS: usize = 1000;
 /// Facts about a run before its first step.
 #[derive(Default)]
 pub struct Opening {
+    /// Tells runs apart that are shown at one address
+    pub run: String,
     /// End of the last stage \[s\]
     pub end: f64,
     /// Signals that a page may set
@@ -77,8 +79,8 @@ pub struct Board {
 
 impl Board {
     pub fn new(opening: Opening) -> Self {
-        let Opening { end, signals, paused } = opening;
-        let news = News { end, signals, paused, ..News::default() };
+        let Opening { run, end, signals, paused } = opening;
+        let news = News { run, end, signals, paused, ..News::default() };
         let now = Now {
             version: 1,
             page: "".into(),

@@ -11,12 +11,16 @@
 mod board;
 mod hand;
 mod news;
+mod relay;
 mod request;
 mod response;
 mod server;
 mod thinned;
+mod view;
 
 pub use board::{Board, Opening};
 pub use hand::HandControl;
 pub use news::SignalState;
-pub use server::{Listener, LiveError, Serving};
+pub use relay::Relay;
+pub use server::{Access, Listener, LiveError};
+pub use view::{Shown, board, iterations};

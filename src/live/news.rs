@@ -24,6 +24,8 @@ pub(super) struct Extent {
 /// The newest of a run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct News {
+    /// Tells runs apart that are shown at one address
+    pub run: String,
     /// Time of the last accepted state, and of the end \[s\]
     pub t: f64,
     pub end: f64,
@@ -44,6 +46,7 @@ impl News {
     pub fn json(&self) -> Value {
         let iteration = |(k, i): &(u64, IterationReport)| json!([k, i.t, i.dt, i.number, i.error]);
         json!({
+            "run": self.run,
             "t": self.t,
             "end": self.end,
             "paused": self.paused,

@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 /// Time within which a client must take some bytes, and all of an answer.
-const STALLED: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
+pub(super) const STALLED: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
 /// Bytes that are written at a time.
 const PART: usize = 64 << 10;
 /// Headers of every answer: nothing is kept, embedded in other pages, or told to others.

@@ -5,6 +5,7 @@ use super::news::Seen;
 use super::request::Request;
 use super::response::{Answer, begin_events, event};
 use crate::storage::sha256;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::io::{self, Read};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
@@ -13,11 +14,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 /// Connections at the same time; more are closed at once.
-const CONNECTIONS: usize = 32;
+pub(super) const CONNECTIONS: usize = 32;
 /// Of them those that follow the run.
 const FOLLOWERS: usize = 16;
 /// Least time between two messages to a client: what happens in between is one message.
-const PACE: Duration = Duration::from_millis(40);
+pub(super) const PACE: Duration = Duration::from_millis(40);
 /// Time after which a client without news gets a sign of life.
 const SILENCE: Duration = Duration::from_secs(2);
 /// Bytes and time that are spent on what a refused client still sends.
@@ -38,42 +39,54 @@ pub enum LiveError {
     Token { reason: String },
 }
 
+/// How browsers reach a live view: the port of the address that was printed, and its token.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Access {
+    pub port: u16,
+    pub token: String,
+}
+
+impl Access {
+    /// The address for a browser.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    }
+}
+
 /// A port that is open and not served yet.
 pub struct Listener {
     listener: TcpListener,
-    port: u16,
-    token: String,
+    access: Access,
 }
 
 impl Listener {
     /// Opens a port of the loopback interface; 0 is a free one.
     pub fn open(port: u16) -> Result<Self, LiveError> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|e| match e.kind() {
-            io::ErrorKind::AddrInUse => LiveError::PortInUse { port },
-            _ => LiveError::Port { port, reason: e.to_string() },
-        })?;
-        let bound = listener.local_addr().map_err(|e| LiveError::Port { port, reason: e.to_string() })?;
+        let (listener, port) = bind(port)?;
         let mut random = [0; 16];
         getrandom::fill(&mut random).map_err(|e| LiveError::Token { reason: e.to_string() })?;
         let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { listener, port: bound.port(), token })
+        Ok(Self { listener, access: Access { port, token } })
     }
 
-    /// The address for a browser.
-    pub fn address(&self) -> String {
-        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    /// Opens a free port to which a [`Relay`](super::Relay) hands on what browsers ask of its own. Returns the number of the port too.
+    pub fn behind(access: &Access) -> Result<(Self, u16), LiveError> {
+        let (listener, port) = bind(0)?;
+        Ok((Self { listener, access: access.clone() }, port))
     }
 
-    /// Serves the board in threads of its own, until the process ends.
-    pub fn serve(self, board: Arc<Board>) -> Serving {
-        let address = self.address();
-        let site = Arc::new(Site {
-            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port)),
-            token: sha256(&self.token),
-            board,
-            connections: AtomicUsize::new(0),
-            followers: AtomicUsize::new(0),
-        });
+    /// How browsers reach it.
+    pub fn access(&self) -> &Access {
+        &self.access
+    }
+
+    pub(super) fn socket(self) -> TcpListener {
+        self.listener
+    }
+
+    /// Serves the board in threads of its own, until the process ends. False where the system gives no thread.
+    pub fn serve(self, board: Arc<Board>) -> bool {
+        let site = Arc::new(Site::new(&self.access, board));
         let listener = self.listener;
         let accept = move || {
             loop {
@@ -84,21 +97,23 @@ impl Listener {
                 }
             }
         };
-        let thread = std::thread::Builder::new().name("live".into()).spawn(accept);
-        Serving { address, is_served: thread.is_ok() }
+        std::thread::Builder::new().name("live".into()).spawn(accept).is_ok()
     }
 }
 
-/// A server that runs.
-pub struct Serving {
-    /// For a browser
-    pub address: String,
-    /// The system has given it a thread
-    pub is_served: bool,
+/// A socket of the loopback interface with its port.
+fn bind(port: u16) -> Result<(TcpListener, u16), LiveError> {
+    let failed = |e: io::Error| match e.kind() {
+        io::ErrorKind::AddrInUse => LiveError::PortInUse { port },
+        _ => LiveError::Port { port, reason: e.to_string() },
+    };
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(failed)?;
+    let bound = listener.local_addr().map_err(failed)?;
+    Ok((listener, bound.port()))
 }
 
-/// What a server knows.
-struct Site {
+/// A server with its board.
+pub(super) struct Site {
     /// Names under which a browser may ask for it
     hosts: [String; 2],
     /// Digest of the token, so that the time of a comparison tells nothing about it
@@ -109,10 +124,10 @@ struct Site {
 }
 
 /// Counts one as long as it lives.
-struct Counted<'a>(&'a AtomicUsize);
+pub(super) struct Counted<'a>(&'a AtomicUsize);
 
 impl<'a> Counted<'a> {
-    fn below(count: &'a AtomicUsize, most: usize) -> Option<Self> {
+    pub fn below(count: &'a AtomicUsize, most: usize) -> Option<Self> {
         let one = Self(count);
         (count.fetch_add(1, Ordering::SeqCst) < most).then_some(one)
     }
@@ -134,8 +149,18 @@ impl Drop for Follower<'_> {
 }
 
 impl Site {
+    pub fn new(access: &Access, board: Arc<Board>) -> Self {
+        Self {
+            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", access.port)),
+            token: sha256(&access.token),
+            board,
+            connections: AtomicUsize::new(0),
+            followers: AtomicUsize::new(0),
+        }
+    }
+
     /// Serves a connection in a thread of its own.
-    fn take(site: &Arc<Self>, mut stream: TcpStream) {
+    pub fn take(site: &Arc<Self>, mut stream: TcpStream) {
         let own = site.clone();
         let serve = move || {
             let Some(_one) = Counted::below(&own.connections, CONNECTIONS) else {

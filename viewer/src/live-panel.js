@@ -21,7 +21,7 @@ export class LivePanel {
     this.buttons = el("div", { class: "buttons" }, this.pause, this.one);
     this.list = el("div", { class: "signals" });
     const note = settings.recorded ? [el("p", { class: "small" }, `A value takes effect at the next step, and is recorded in ${settings.recorded}.`)] : [];
-    this.element = group("Run", true, this.state, ...(settings.pauses ? [this.buttons] : []), this.list, ...note, this.step, this.plot);
+    this.element = group("Run", true, this.state, this.buttons, this.list, ...note, this.step, this.plot);
   }
 
   /** Becomes the first group of a panel. */

@@ -17,6 +17,7 @@ export class Live {
   }
 
   #hear(news) {
+    if (news.run !== this.settings.run) return this.#over();
     this.failures = 0;
     this.news = news;
     const last = this.iterations.at(-1)?.[0] ?? -1;
@@ -24,6 +25,12 @@ export class Live {
     this.iterations.splice(0, this.iterations.length - 60);
     this.panel.update(news, this.iterations);
     this.#fetch();
+  }
+
+  /** Another run is shown at this address now. */
+  #over() {
+    this.source.close();
+    this.panel.end("This run has ended. The states that have come stay; load the page again to see the run that goes on now.");
   }
 
   /** The browser tries again by itself; a run that has ended answers no more. */

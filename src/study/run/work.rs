@@ -1,10 +1,12 @@
 //! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
+use crate::live::{Board, iterations};
 use crate::math::threads::CpuClock;
 use crate::scene::{Progress, Run, RunOptions, Scene};
 use crate::solve::Status;
 use crate::system::State;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Counted, not timed.
@@ -62,7 +64,7 @@ pub(super) fn measure(
     scene: &Scene,
     repeats: usize,
     go_on: &mut dyn FnMut(Progress) -> bool,
-    states: &mut dyn FnMut(&State),
+    (states, board): (&mut dyn FnMut(&State), Option<&Arc<Board>>),
     sized: &mut dyn FnMut(u64) -> bool,
 ) -> (Run, (f64, f64), Vec<RepeatRecord>) {
     let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
@@ -75,9 +77,16 @@ pub(super) fn measure(
                 aside.count(|| states(state));
             }
         };
+        let board = board.filter(|_| first);
+        let mut on_row = |row: &[f64]| {
+            board.iter().for_each(|board| board.row(row));
+            true
+        };
         let run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
             on_state: Some(&mut on_state),
+            on_row: Some(&mut on_row),
+            on_iteration: board.cloned().map(iterations),
             on_sized: Some(sized),
             ..RunOptions::default()
         });
