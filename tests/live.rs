@@ -424,7 +424,9 @@ fn a_case_of_a_study_is_shown_while_it_runs() {
         }
     }
     assert!(compared == 1, "{compared}");
-    let refused = study(&shown, &["--live", "--engine", "slurm"]).output().expect("the program starts");
+    let engine = ["run", "tests/cli/study.toml", "--live", "--engine", "slurm"];
+    let refused = Command::new(env!("CARGO_BIN_EXE_durometer")).current_dir(ROOT).args(engine).output();
+    let refused = refused.expect("the program starts");
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(refused.status.code() == Some(2) && said.contains("--live shows cases that run on this machine"), "{said}");
 }

@@ -56,7 +56,7 @@ export class LivePanel {
   #signals(signals) {
     for (const signal of signals) {
       const known = this.signals.get(signal.name) ?? this.#signal(signal);
-      // A value that this page sets is on its way; one that another page has set is shown
+      // A value that is being typed stays; one that another page has set is shown
       if (document.activeElement !== known.text && document.activeElement !== known.slide) known.show(signal.value);
     }
   }
