@@ -62,13 +62,13 @@ impl Relay {
                 continue;
             };
             let own = self.clone();
-            let hand_on = move || {
+            let serve = move || {
                 if let Some(_one) = Counted::below(&own.connections, CONNECTIONS) {
                     hand_on(client, port).ok();
                 }
             };
             // Without a thread the connection is closed
-            std::thread::Builder::new().name("live relay".into()).spawn(hand_on).ok();
+            std::thread::Builder::new().name("live relay".into()).spawn(serve).ok();
         }
     }
 }

@@ -236,7 +236,7 @@ fn solve(
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
         (run, Some(sensitivities), aside.subtracted(times), vec![])
     } else {
-        let (run, times, all) = measure(&scene, repeats, go_on, (&mut states, board.as_ref()), sized);
+        let (run, times, all) = measure(&scene, repeats, go_on, &mut states, board.as_ref(), sized);
         (run, None, times, all)
     };
     live.into_iter().for_each(|live| live.end(&run));

@@ -64,7 +64,8 @@ pub(super) fn measure(
     scene: &Scene,
     repeats: usize,
     go_on: &mut dyn FnMut(Progress) -> bool,
-    (states, board): (&mut dyn FnMut(&State), Option<&Arc<Board>>),
+    states: &mut dyn FnMut(&State),
+    board: Option<&Arc<Board>>,
     sized: &mut dyn FnMut(u64) -> bool,
 ) -> (Run, (f64, f64), Vec<RepeatRecord>) {
     let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
