@@ -120,6 +120,7 @@
 
 pub mod calibrate;
 pub mod effect;
+pub mod live;
 pub mod material;
 pub mod math;
 pub mod mesh;

@@ -1,5 +1,6 @@
 //! Progress bars, one per running case, with the time left.
 
+use durometer::live::{Access, Relay};
 use durometer::scene::Progress;
 use durometer::study::run::runner::Watch;
 use durometer::study::store::record::CaseRecord;
@@ -7,7 +8,7 @@ use durometer::study::time_left::TimeLeft;
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::HashMap;
 use std::io::Write;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 const TICKS: u64 = 1000;
@@ -19,6 +20,8 @@ pub struct Bars {
     /// Finished cases of a study, below the running ones
     total: Option<Total>,
     silent: bool,
+    /// Shows a case that runs in a browser
+    pub relay: Option<Arc<Relay>>,
 }
 
 /// The line of all cases.
@@ -62,7 +65,7 @@ impl Total {
 
 impl Bars {
     pub fn new(silent: bool) -> Self {
-        Self { multi: MultiProgress::new(), bars: Mutex::new(HashMap::new()), total: None, silent }
+        Self { multi: MultiProgress::new(), bars: Mutex::new(HashMap::new()), total: None, silent, relay: None }
     }
 
     /// Bars with a line for all cases; `left` is called on a terminal only.
@@ -98,6 +101,14 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Watch for Bars {
+    fn live(&self) -> Option<Access> {
+        self.relay.as_ref().map(|relay| relay.access().clone())
+    }
+
+    fn serves(&self, case: &str, port: Option<u16>) {
+        self.relay.iter().for_each(|relay| relay.follow(case, port));
+    }
+
     fn meshing(&self, case: &str, line: &str) {
         self.line(&format!("{case}: mesher: {line}"));
     }

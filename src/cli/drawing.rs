@@ -1,5 +1,6 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
+use durometer::live::{self, Board, Listener, Shown};
 use durometer::math::threads::CpuClock;
 use durometer::report::files;
 use durometer::report::viewer::film::Film;
@@ -12,6 +13,7 @@ use durometer::study::store::record::CaseRecord;
 use durometer::study::view;
 use durometer::system::State;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// The fields that a run writes at the points of the time grid that are due, and the states of its page.
@@ -19,6 +21,10 @@ pub struct Drawing {
     fields: Option<Fields>,
     schedule: ScheduleSpec,
     film: Option<Film>,
+    /// The film is written as a page at the end
+    shown: bool,
+    /// Gets every state as it comes
+    board: Option<Arc<Board>>,
     /// `<name>.html`
     page: PathBuf,
     /// Points of the grid so far
@@ -34,7 +40,7 @@ impl Drawing {
     /// The fields that the scene or `--vtu` asks for; a run that is continued continues their numbers.
     pub fn new(
         (out, name): (&Path, &str),
-        (vtu, shown): (bool, bool),
+        (vtu, shown, live): (bool, bool, bool),
         scene: &Scene,
         from: Option<&Checkpoint>,
     ) -> Self {
@@ -45,9 +51,32 @@ impl Drawing {
         };
         let fields = (vtu || chosen.is_some()).then(|| Fields::new(out, name, what));
         let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));
-        let film = shown.then(|| Film::new(scene, what, &Limits::USUAL));
+        let mut film = (shown || live).then(|| Film::new(scene, what, &Limits::USUAL));
+        if let (Some(film), Some(checkpoint)) = (&mut film, from) {
+            film.add(scene, &checkpoint.state);
+        }
         let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
-        Self { fields, schedule, film, page: out.join(format!("{name}.html")), number, past, wall, cpu }
+        Self {
+            fields,
+            schedule,
+            film,
+            shown,
+            board: None,
+            page: out.join(format!("{name}.html")),
+            number,
+            past,
+            wall,
+            cpu,
+        }
+    }
+
+    /// Shows the states in a live view too.
+    pub fn follow(&mut self, scene: &Scene, listener: Listener, shown: &Shown) -> Option<Arc<Board>> {
+        let film = self.film.as_ref()?;
+        let board = live::board(scene, film, view::about_before(scene, shown.run), shown);
+        super::live::serve(listener, &board);
+        self.board = Some(board.clone());
+        Some(board)
     }
 
     pub fn add(&mut self, scene: &Scene, state: &State) {
@@ -55,7 +84,10 @@ impl Drawing {
             fields.add(scene, state, self.number);
         }
         let (wall, cpu) = (Instant::now(), CpuClock::start());
-        self.film.iter_mut().for_each(|film| film.add(scene, state));
+        if let Some(film) = &mut self.film {
+            film.add(scene, state);
+            self.board.iter().for_each(|board| board.state(film, scene, state));
+        }
         self.wall += wall.elapsed();
         self.cpu += cpu.elapsed();
         (self.number, self.past) = (self.number + 1, Some(state.t));
@@ -80,7 +112,7 @@ impl Drawing {
             Some((_, Err(why))) => drawn.failure = Some(why.into()),
             None => {}
         }
-        (drawn, self.film)
+        (drawn, self.film.filter(|_| self.shown))
     }
 }
 

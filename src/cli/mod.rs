@@ -7,6 +7,7 @@ mod bundle;
 mod cases;
 mod check;
 mod compare;
+mod controls;
 mod doctor;
 mod drawing;
 mod engine;
@@ -15,6 +16,7 @@ mod fit;
 mod import;
 mod interrupt;
 mod laws;
+mod live;
 mod mesh;
 mod motion;
 mod motion_tables;
@@ -91,7 +93,7 @@ pub fn main() -> ExitCode {
     }
     // A reader that closes the pipe (`| head`) ends the program quietly; a controller or the process of a case that ends must not.
     let talks = match &command {
-        Command::Simulate(args) => args.controller.is_some(),
+        Command::Simulate(args) => args.control.controller.is_some(),
         Command::Run(_) | Command::Robustness(_) | Command::Worker(_) => true,
         _ => false,
     };

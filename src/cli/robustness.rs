@@ -39,5 +39,5 @@ pub fn main(args: Args) -> CommandResult {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
         None => Study::read_extent(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, extent)?,
     };
-    execute(&study, &args.how, false)?.tell(&args.how)
+    execute(&study, &args.how, false, None)?.tell(&args.how)
 }

@@ -3,6 +3,7 @@
 use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::live::Relay;
 use durometer::math::threads;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
@@ -15,6 +16,7 @@ use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// Run a study: every case that has no result yet, then the report
@@ -27,6 +29,7 @@ Examples:
   durometer run finger-convergence
   durometer run finger-convergence --jobs 1           undisturbed wall times
   durometer run finger-convergence --only tet10       these cases; the report shows what exists
+  durometer run my-study --live                       watch the cases in a browser
   durometer run my-study --extend                     one more mesh where the verdict is refused
   durometer run my-study --engine slurm --dry-run     the files that a cluster would get
   durometer run my-study --partition 2/8              the second of eight parts; then durometer report reports/my-study
@@ -47,6 +50,13 @@ pub struct Args {
     /// the results keeps it
     #[arg(long, conflicts_with_all = ["only", "partition", "batch"])]
     extend: bool,
+    /// Show a case in a browser while it runs: serves a page on this machine alone (127.0.0.1), at an address with a token that is printed. Of
+    /// several cases it is the one that has run longest; load the page again when it has ended. The page pauses the case, in time that does not count
+    #[arg(long)]
+    live: bool,
+    /// Port of the live view; 0 is a free one
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "live")]
+    port: u16,
     #[command(flatten)]
     how: How,
     #[command(flatten)]
@@ -60,13 +70,17 @@ pub fn main(args: Args) -> CommandResult {
     let dir = args.how.dir(&named);
     let study = Study::read_with_additions(&file, &changes, &dir)?;
     if args.engine.engine != Engine::Local {
+        if args.live {
+            return Err("--live shows cases that run on this machine; leave --engine or --live out".into());
+        }
         let flags = [("--accept-build", args.how.accept_build), ("--vtu", args.vtu)];
         let flags = flags.iter().filter(|(_, given)| *given).map(|(flag, _)| flag.to_string());
         let set = args.set.iter().map(|change| format!("--set={change}"));
         let options: Vec<String> = ["--jobs=1".to_string()].into_iter().chain(flags).chain(set).collect();
         return super::engine::submit(&args.engine, &study, &dir, &options, args.how.accept_build);
     }
-    let done = execute(&study, &args.how, args.vtu)?;
+    let relay = super::live::listen(args.live, args.port)?.and_then(super::live::relay);
+    let done = execute(&study, &args.how, args.vtu, relay.as_ref())?;
     let extension = match &done.end {
         End::Report(summary) => summary.extension.as_ref(),
         _ => None,
@@ -81,7 +95,7 @@ pub fn main(args: Args) -> CommandResult {
     folder::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
     eprintln!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
     let how = How { redo: false, ..args.how };
-    execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu)?.tell(&how)
+    execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?.tell(&how)
 }
 
 /// How a study is run, from the command line.
@@ -153,8 +167,13 @@ enum End {
     Report(Box<Summary>),
 }
 
-/// Runs the cases of a study, with fields for ParaView where `vtu` asks for them, and writes its report.
-pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std::error::Error>> {
+/// Runs the cases of a study, with fields for ParaView where `vtu` asks for them and a live view where there is a relay, and writes its report.
+pub fn execute(
+    study: &Study,
+    how: &How,
+    vtu: bool,
+    relay: Option<&Arc<Relay>>,
+) -> Result<Done, Box<dyn std::error::Error>> {
     let dir = how.dir(&study.name);
     let jobs = how.jobs.unwrap_or_else(threads::available);
     let stop = super::interrupt::stop_flag();
@@ -171,7 +190,8 @@ pub fn execute(study: &Study, how: &How, vtu: bool) -> Result<Done, Box<dyn std:
     let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
     let (expected, only, at) = (study.clone(), options.only.clone(), dir.clone());
     let wants = move |id: &str| only.as_ref().is_none_or(|only| only.takes(id));
-    let bars = Bars::of(wanted, how.json, move || TimeLeft::of(&expected, &at, &wants, jobs));
+    let mut bars = Bars::of(wanted, how.json, move || TimeLeft::of(&expected, &at, &wants, jobs));
+    bars.relay = relay.cloned();
     let records = runner::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let kept = records.len();

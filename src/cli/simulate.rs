@@ -1,17 +1,19 @@
 //! `durometer simulate SCENE`
 
-use super::drawing::Drawing;
+use super::controls::{self, Chosen, ControlArgs, positive_time};
+use super::drawing::{Drawing, Drawn};
+use super::live;
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::live::Shown;
 use durometer::math::threads::{self, CpuClock};
 use durometer::math::units::{self, Dimension};
 use durometer::report::numbers::seconds;
 use durometer::scene::control::Controller;
-use durometer::scene::control::process::Process;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
-    ParameterKey, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities, SensitivityError,
-    SensitivityRecorder, read_scene, refine,
+    ParameterKey, Progress, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities,
+    SensitivityError, SensitivityRecorder, read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::storage;
@@ -27,7 +29,7 @@ use durometer::system::State;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Run one scene and write its time series
 ///
@@ -45,6 +47,8 @@ Examples:
   durometer simulate my-scene.toml --save-state \"0.5 s\" --save-state end
   durometer simulate my-scene.toml --restart reports/simulate/my-scene-0.5s.state
   durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
+  durometer simulate studies/finger-control/scene.toml --live --paused
+  durometer simulate studies/finger-control/scene.toml --replay reports/simulate/scene.control.csv
   durometer simulate finger-convergence --sensitivity laws.rubber.mu --sensitivity effect.gravity.direction.0
 
 In --set and --sensitivity a step into a list is its index from 0, or the name or kind of an entry.
@@ -63,7 +67,7 @@ pub struct Args {
     vtu: bool,
     /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables by a number of the scene, several times, e.g.
     /// --sensitivity laws.rubber.mu --sensitivity effect.gravity.density; not in implicit_euler_linearised or _corrected
-    #[arg(long, value_name = "KEY", conflicts_with_all = ["save_state", "restart", "controller"])]
+    #[arg(long, value_name = "KEY", conflicts_with_all = ["save_state", "restart", "controller", "replay"])]
     sensitivity: Vec<String>,
     /// Do not write <name>.html, the page that shows the motion in three dimensions
     #[arg(long)]
@@ -71,7 +75,7 @@ pub struct Args {
     /// Estimate the discretisation error of a recorded quantity, several times, or of all; writes <name>.errors.csv. Solves again on an
     /// enriched mesh: a static scene at the times of largest departure, one that depends on its path from the start
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "all",
-          conflicts_with_all = ["restart", "controller"])]
+          conflicts_with_all = ["restart", "controller", "replay"])]
     error: Vec<String>,
     /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
     #[arg(long, value_name = "WHEN")]
@@ -82,12 +86,18 @@ pub struct Args {
     /// Wall time after which <name>-partial.state is saved, again and again; it is removed when the results are written
     #[arg(long, value_name = "TIME", default_value = "2 min")]
     checkpoint: String,
-    /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
-    #[arg(long, value_name = "COMMAND")]
-    pub(super) controller: Option<String>,
-    /// Longest time for an answer of the controller
-    #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
-    controller_timeout: String,
+    #[command(flatten)]
+    pub(super) control: ControlArgs,
+    /// Show the run in a browser while it goes on: serves a page on this machine alone (127.0.0.1), at an address with a token that is printed.
+    /// The page pauses the run, takes single steps, and sets the `controlled` signals of the scene, which <name>.control.csv records
+    #[arg(long)]
+    live: bool,
+    /// Port of the live view; 0 is a free one
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "live")]
+    port: u16,
+    /// With --live: wait at the first state until a page lets the run go on
+    #[arg(long, requires = "live")]
+    paused: bool,
     /// Threads that the run may use [default: one per core]; the results do not depend on it
     #[arg(long, value_name = "N", value_parser = super::arguments::at_least_one)]
     threads: Option<usize>,
@@ -110,6 +120,7 @@ pub fn main(args: Args) -> CommandResult {
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     check_out(&args.out)?;
+    let (listener, stop) = (live::listen(args.live, args.port)?, super::interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
     let (scene, build_s) = build(&file, spec, text, body)?;
@@ -117,24 +128,33 @@ pub fn main(args: Args) -> CommandResult {
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
     let (save_at, save_end) = times(&args.save_state, &scene)?;
     let save_every = positive_time("--checkpoint", &args.checkpoint)?;
-    let (mut controller, mut estimator) = (controller(&args, &scene)?, estimator(&args, &scene)?);
-    if !args.json {
-        scene.notes.iter().for_each(|note| eprintln!("{}: {note}", scene.kind_of_note(note)));
-    }
+    let page = listener.is_some().then(|| controls::recording(&args.out, &name));
+    let (source, mut estimator) = (args.control.source(&scene, page, stop)?, estimator(&args, &scene)?);
+    source.check(!args.sensitivity.is_empty() || estimator.is_some())?;
+    print_notes(&args, &scene);
     bars.started(&name);
-    let mut drawing = Drawing::new((&args.out, &name), (args.vtu, !args.no_view), &scene, from.as_ref());
+    let wanted = (args.vtu, !args.no_view, listener.is_some());
+    let mut drawing = Drawing::new((&args.out, &name), wanted, &scene, from.as_ref());
+    let shown = Shown { run: &name, from: from.as_ref(), recording: source.page(), paused: args.paused };
+    let board = listener.and_then(|listener| drawing.follow(&scene, listener, &shown));
+    let note = source.note();
+    let mut controller = Chosen::new(source, board.as_ref(), stop);
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
     let mut states = States { out: &args.out, name: &name, scene: &scene, files: vec![], failure: None };
     let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
-    let mut watch = |progress| {
+    let mut watch = |progress: Progress| {
         bars.progress(&name, progress);
+        board.iter().for_each(|board| board.accepted(progress.t));
         true
     };
     let mut points = |state: &State| {
         drawing.add(&scene, state);
         estimator.iter_mut().for_each(|estimator| estimator.add(state));
     };
-    let mut rows = |row: &[f64]| partial.add(row);
+    let mut rows = |row: &[f64]| {
+        board.iter().for_each(|board| board.row(row));
+        partial.add(row)
+    };
     let options = RunOptions {
         on_row: Some(&mut rows),
         save_every: Some(save_every),
@@ -145,7 +165,8 @@ pub fn main(args: Args) -> CommandResult {
         on_save: Some(&mut save),
         on_progress: Some(&mut watch),
         on_state: Some(&mut points),
-        stop: Some(super::interrupt::stop_flag().clone()),
+        on_iteration: board.clone().map(durometer::live::iterations),
+        stop: Some(stop.clone()),
         sensitivities,
         ..RunOptions::default()
     };
@@ -160,6 +181,7 @@ pub fn main(args: Args) -> CommandResult {
     times = (times.0 - aside.0 - waited - drawn.wall, times.1 - aside.1 - drawn.cpu);
     let mut record = outcome::record(&scene, &run, times);
     record.id.clone_from(&name);
+    record.notes.extend(note);
     record.phases.build_s = build_s;
     let (json, full) = replace(partial, &args.out, &scene, &run, &record)?;
     drawn.show(film, &scene, (&run, &record));
@@ -167,19 +189,37 @@ pub fn main(args: Args) -> CommandResult {
     let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose()?;
     let has_errors = errors.as_ref().is_none_or(Option::is_some);
     bars.finished(&record, false);
-    if args.json {
-        println!("{json}");
-    } else {
-        print(&record, scene.notes.len());
-        states.files.iter().for_each(|file| println!("state:   {}", file.display()));
-        errors.iter().flatten().for_each(print_errors);
-        println!("{}", costs(&record));
-        println!("results: {}", args.out.join(format!("{name}.csv")).display());
-        drawn.print();
-    }
+    tell(&args, (&record, scene.notes.len(), &json), &states.files, errors.iter().flatten(), &drawn);
+    live::end(board.as_deref(), &run, stop);
     full.map_or(Ok(()), Err)?;
     drawn.failure.map_or(Ok(()), Err)?;
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
+}
+
+fn print_notes(args: &Args, scene: &Scene) {
+    if !args.json {
+        scene.notes.iter().for_each(|note| eprintln!("{}: {note}", scene.kind_of_note(note)));
+    }
+}
+
+/// Prints the record, or the results in words; `known` notes are printed before.
+fn tell<'e>(
+    args: &Args,
+    (record, known, json): (&CaseRecord, usize, &str),
+    states: &[PathBuf],
+    errors: impl Iterator<Item = &'e ErrorEstimate>,
+    drawn: &Drawn,
+) {
+    if args.json {
+        println!("{json}");
+        return;
+    }
+    print(record, known);
+    states.iter().for_each(|file| println!("state:   {}", file.display()));
+    errors.for_each(print_errors);
+    println!("{}", costs(record));
+    println!("results: {}", args.out.join(format!("{}.csv", record.id)).display());
+    drawn.print();
 }
 
 /// The scene with the seconds that it took; tracks that it is compared with are refused before the run.
@@ -470,33 +510,6 @@ fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
         times.push(t);
     }
     Ok((times, when.iter().any(|text| text == "end")))
-}
-
-/// The program that sets the signals. A scene that leaves none to it is refused, and one without a program.
-fn controller(args: &Args, scene: &Scene) -> Result<Option<Process>, Box<dyn std::error::Error>> {
-    let signals = scene.controls.controlled();
-    let Some(command) = &args.controller else {
-        return match signals.first() {
-            None => Ok(None),
-            Some(name) => {
-                Err(format!("the signal {name} waits for a controller; give one: --controller \"python3 ctrl.py\"")
-                    .into())
-            }
-        };
-    };
-    if signals.is_empty() {
-        let remedy = "drive something by { kind = \"controlled\", initial = \"0 mm\" }";
-        return Err(format!("the scene leaves no signal to a controller; {remedy}").into());
-    }
-    let patience = positive_time("--controller-timeout", &args.controller_timeout)?;
-    Ok(Some(Process::start(command, patience, Some(super::interrupt::stop_flag().clone()))?))
-}
-
-/// A time above zero that a flag gives.
-fn positive_time(flag: &str, text: &str) -> Result<Duration, String> {
-    let seconds = units::parse(text, Dimension::TIME).ok().filter(|s| *s > 0.0 && *s < 1e6);
-    let remedy = "write for example \"10 s\"";
-    seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("{flag} \"{text}\" is no time; {remedy}"))
 }
 
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.

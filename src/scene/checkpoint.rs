@@ -99,6 +99,11 @@ fn split_line(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
 }
 
 impl Checkpoint {
+    /// Values of the signals that are set from outside, in the order of [`Controls::controlled`](super::control::Controls::controlled).
+    pub fn controlled(&self, scene: &Scene) -> Vec<f64> {
+        scene.controls.values_from_outside(&self.control)
+    }
+
     /// At rest, before the first step; an error where an input has no value there.
     pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());

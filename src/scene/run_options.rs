@@ -3,6 +3,7 @@
 use super::checkpoint::Checkpoint;
 use super::control::Controller;
 use super::sensitivities::SensitivityRecorder;
+use crate::solve::OnIteration;
 use crate::system::State;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -37,6 +38,8 @@ pub const PARTIAL: &str = "partial";
 pub struct RunOptions<'a> {
     pub on_progress: Option<&'a mut OnProgress<'a>>,
     pub on_state: Option<&'a mut OnState<'a>>,
+    /// Receives the iterations of Newton's method, in the steps that it solves
+    pub on_iteration: Option<OnIteration>,
     /// Gets the memory that the linear systems are going to take \[bytes\], before the first step; returns false to stop
     pub on_sized: Option<&'a mut OnSized<'a>>,
     /// Set to stop the run, also within a step

@@ -46,7 +46,7 @@ impl SignalSpec {
 
     /// A signal that a controller sets, with its value before the first decision (SI).
     pub fn controlled(initial: f64) -> Self {
-        Self::function(FunctionSpec::Controlled { initial: initial.into() })
+        Self::function(FunctionSpec::Controlled { initial: initial.into(), range: None })
     }
 }
 
@@ -146,6 +146,9 @@ pub enum FunctionSpec {
     /// Set by a controller
     Controlled {
         initial: Quantity,
+        /// Least and largest value that it may be set to
+        #[serde(default)]
+        range: Option<[Quantity; 2]>,
     },
 }
 
@@ -193,6 +196,8 @@ pub enum SignalError {
     Delayed(String),
     #[error("a `controlled` signal cannot be combined with others; add what else is to act in the controller")]
     Controlled,
+    #[error("the `range` of a controlled signal rises and contains `initial`; write for example [\"0 mm\", \"15 mm\"]")]
+    Range,
 }
 
 impl SignalSpec {
@@ -246,8 +251,15 @@ impl SignalSpec {
             FunctionSpec::Controlled { .. } if site.depth > 0 || site.event.is_some() => {
                 return Err(SignalError::Controlled);
             }
-            FunctionSpec::Controlled { initial } => {
-                site.input(Source::Controlled { initial: parse(initial, dimension)? })
+            FunctionSpec::Controlled { initial, range } => {
+                let initial = parse(initial, dimension)?;
+                let end = |q| parse(q, dimension);
+                let range =
+                    range.as_ref().map(|[low, high]| Ok::<_, SignalError>((end(low)?, end(high)?))).transpose()?;
+                if range.is_some_and(|(low, high)| low >= high || !(low..=high).contains(&initial)) {
+                    return Err(SignalError::Range);
+                }
+                site.input(Source::Controlled { initial, range })
             }
         })
     }

@@ -69,7 +69,7 @@ pub use limit::Limit;
 pub use linear_system::LinearSystem;
 pub use newton_settings::NewtonSettings;
 pub use nonlinear_solver::NonlinearSolver;
-pub use observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};
+pub use observer::{AcceptedStep, GridPoint, GridPosition, IterationReport, OnIteration, StepObserver};
 pub use prediction::{PastPoint, Prediction};
 pub use sensitivity::Differentiator;
 pub use solution::Solution;

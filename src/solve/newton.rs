@@ -42,6 +42,7 @@ impl NonlinearSolver {
                 return Err(Failure::NotConverged { residual: error.above_rounding, node: 0 });
             }
             let iterations = newton.solution.iterations;
+            newton.solver.report(step, next, iterations, error.above_rounding);
             if convergence.accepts(error, increment.is_none(), iterations) {
                 let correction = newton.correction(next, error);
                 if convergence.is_accurate(correction, iterations) {

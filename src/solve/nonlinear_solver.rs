@@ -3,6 +3,7 @@
 use super::equations::Equations;
 use super::linear_system::LinearSystem;
 use super::newton_settings::NewtonSettings;
+use super::observer::{IterationReport, OnIteration};
 use super::{Failure, Solution, Step};
 use crate::math::linear::Method;
 use crate::system::{State, System, Want};
@@ -15,6 +16,8 @@ pub struct NonlinearSolver {
     pub linear: LinearSystem,
     /// Iterations of Newton's method so far, those of failed solves included
     pub iterations: usize,
+    /// Receives every iteration of Newton's method
+    pub on_iteration: Option<OnIteration>,
     /// Whether a factor served more than one iteration of the last solve
     pub(super) has_reused_factor: bool,
 }
@@ -27,7 +30,7 @@ impl NonlinearSolver {
     /// With this choice between direct and iterative linear solvers; `length` \[m\] is that of the body.
     pub fn with_method(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
         let (equations, linear) = (Equations::new(system, length), LinearSystem::new(method, system));
-        Self { settings, equations, linear, iterations: 0, has_reused_factor: false }
+        Self { settings, equations, linear, iterations: 0, on_iteration: None, has_reused_factor: false }
     }
 
     /// The same as [`NonlinearSolver::solve`] with a factor of its own in every iteration.
@@ -36,6 +39,13 @@ impl NonlinearSolver {
         let result = self.solve(step, next);
         self.settings.reuse_factor = reuse_factor;
         result
+    }
+
+    /// Tells who follows the iterations of a step that its state after `number` of them has this error.
+    pub(super) fn report(&self, step: &Step, next: &State, number: usize, error: f64) {
+        if let Some(on_iteration) = &self.on_iteration {
+            on_iteration(&IterationReport { t: next.t, dt: step.dt, number, error: error / self.settings.tolerance });
+        }
     }
 
     /// The same with tangents as they are, which are not made definite: leads to the nearest equilibrium, an unstable one too.

@@ -22,6 +22,23 @@ pub fn about(scene: &Scene, run: &Run, record: &CaseRecord) -> About {
     }
 }
 
+/// Title, facts and limits of a run before its first step.
+pub fn about_before(scene: &Scene, name: &str) -> About {
+    let mesh = &scene.body.mesh;
+    let facts = [
+        ("mesh", format!("{} ({} cells, {} nodes)", scene.body.source, mesh.cell_count(), mesh.points.len())),
+        ("unknowns", scene.system.dofs.free.len().to_string()),
+        ("integrator", scene.spans.first().map_or_else(String::new, |span| span.integrator.name().into())),
+    ];
+    About {
+        title: if scene.title.is_empty() { name.into() } else { scene.title.clone() },
+        facts: facts.into_iter().map(|(name, value)| (name.to_string(), value)).collect(),
+        notes: scene.notes.clone(),
+        curves: Curves { columns: scene.columns(), rows: vec![] },
+        absent: vec![],
+    }
+}
+
 fn facts(record: &CaseRecord) -> About {
     let law = record.law.as_ref().map(|law| {
         let constants: Vec<String> = law.parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect();

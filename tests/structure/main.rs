@@ -15,7 +15,7 @@ use source::{Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
-const ORDER: [&str; 12] = [
+const ORDER: [&str; 13] = [
     "storage",
     "math",
     "mesh",
@@ -27,6 +27,7 @@ const ORDER: [&str; 12] = [
     "calibrate",
     "motion",
     "report",
+    "live",
     "study",
 ];
 /// Beyond the order: what a module may use of the library at all.

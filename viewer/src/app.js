@@ -38,7 +38,7 @@ export class App {
     dark.addEventListener("change", () => this.#theme(dark.matches), { signal });
     this.times = [Math.min(...cases.map((c) => c.times[0] ?? 0)), Math.max(...cases.map((c) => c.times.at(-1) ?? 0))];
     this.s.time = this.times[0];
-    this.moves = cases.some((c) => c.states > 1);
+    this.moves = cases.some((c) => c.states > 1 || c.live);
     this.#build(root);
     this.#theme(isDark);
     this.#bounds();
@@ -46,6 +46,15 @@ export class App {
     this.observer = new ResizeObserver(() => this.redraw("size"));
     this.canvases.forEach((canvas) => this.observer.observe(canvas.parentElement));
     addEventListener("keydown", (e) => this.#key(e), { signal });
+    this.redraw("all");
+  }
+
+  /** Takes new states into account. */
+  grow() {
+    this.times = [Math.min(...this.cases.map((c) => c.times[0] ?? 0)), Math.max(...this.cases.map((c) => c.times.at(-1) ?? 0))];
+    const [min, max] = this.times;
+    Object.assign(this.slider, { min, max, step: (max - min) / 1000 || 1 });
+    if (this.view.fits) this.#bounds();
     this.redraw("all");
   }
 
@@ -294,8 +303,8 @@ export class App {
     const facts = this.cases.flatMap((c, k) => [
       ...(this.cases.length > 1 ? [el("dt", { class: "title" }, `${k + 1}: ${c.title}`)] : []),
       ...c.head.facts.flatMap(([name, value]) => [el("dt", {}, name), el("dd", {}, value)]),
-      ...(c.states > 1 ? [el("dt", {}, "error of the positions"), el("dd", {}, `at most ${this.#length(c.motion.error)} at any node and state (${c.motion.shapes.length} principal modes for ${c.states} states)`)] : []),
-      ...(c.states > 1 && c.quantity("stretch") ? [el("dt", {}, "error of the colours"), el("dd", {}, this.#errors(c))] : []),
+      ...(c.states > 1 && !c.live ? [el("dt", {}, "error of the positions"), el("dd", {}, `at most ${this.#length(c.motion.error)} at any node and state (${c.motion.shapes.length} principal modes for ${c.states} states)`)] : []),
+      ...(c.states > 1 && !c.live && c.quantity("stretch") ? [el("dt", {}, "error of the colours"), el("dd", {}, this.#errors(c))] : []),
     ]);
     const notes = this.cases.flatMap((c) => c.head.notes).map((n) => el("li", {}, n));
     return group("About", notes.length > 0, notes.length ? el("ul", { class: "notes" }, ...notes) : "", el("dl", {}, ...facts));

@@ -3,14 +3,14 @@
 const FORMAT = 1;
 
 /** All cases of the page. */
-export async function readCases() {
+export async function readCases(Kind = Case) {
   const heads = [...document.querySelectorAll("script.head")];
   const blocks = [...document.querySelectorAll("script.data")];
   return Promise.all(
     heads.map(async (head, k) => {
       const description = JSON.parse(head.textContent);
       if (description.format > FORMAT) throw new Error(`the data have format ${description.format}, this viewer reads ${FORMAT}`);
-      return new Case(description, new Uint8Array(await globalThis.inflate(blocks[k].textContent)));
+      return new Kind(description, new Uint8Array(await globalThis.inflate(blocks[k].textContent)));
     }),
   );
 }
@@ -112,15 +112,15 @@ export class Case {
     this.motion = new Modes(bytes, head.motion);
     this.arrows = head.arrows.map((a) => this.#arrows(a, read));
     this.curves = { columns: head.curves.columns, values: head.curves.values.map(read) };
-    this.#order();
+    this.order();
     this.quantities = [];
-    if (this.motion.size) this.#offer("displacement", "m", true, this.motion);
-    for (const f of head.fields) this.#offer(f.name, f.unit, f.nodal, new Modes(bytes, f.modes));
+    if (this.motion.size) this.offer("displacement", "m", true, this.motion);
+    for (const f of head.fields) this.offer(f.name, f.unit, f.nodal, new Modes(bytes, f.modes));
     this.ranges = new Map();
   }
 
   /** Where time does not rise from state to state, as on a path by arc length, the number of the state takes its place. */
-  #order() {
+  order() {
     this.realTimes = this.times;
     this.rises = this.times.every((t, k) => k === 0 || t > this.times[k - 1]);
     if (this.rises) return;
@@ -138,7 +138,7 @@ export class Case {
     return { name, unit, starts, points: p, vectors: v, largest };
   }
 
-  #offer(name, unit, nodal, modes) {
+  offer(name, unit, nodal, modes) {
     for (const s of scalars(name, modes.components)) {
       this.quantities.push({ name: s.name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
     }

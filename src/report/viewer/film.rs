@@ -1,33 +1,28 @@
 //! States of a run gathered for a page, within bounded memory.
 
 use super::footage::{About, Footage, Quantity};
-use super::model::Arrows;
+use super::frame::Frame;
+use super::model::{Arrows, Field, Model};
+use super::modes::Modes;
 use super::of_scene;
-use super::pack::Packed;
+use super::pack::{Packed, pack};
 use super::shape::{Limits, Shape};
 use crate::scene::Scene;
 use crate::scene::output::FieldSpec;
 use crate::system::State;
+use std::sync::Arc;
 
 /// Most states of a page.
 const STATES: usize = 240;
 /// Most numbers that are kept during a run: 160 MB.
 const NUMBERS: usize = 40 << 20;
-/// One state.
-struct Frame {
-    t: f64,
-    /// \[points × 3\] displacement \[m\]
-    motion: Vec<f32>,
-    /// \[fields\]\[nodes × components\]
-    fields: Vec<Vec<f32>>,
-    contact: Vec<(u32, [f32; 3])>,
-}
+const FORCES: &str = "contact forces";
 
 /// The states of a run, thinned out as they become many.
 pub struct Film {
     shape: Shape,
     what: Vec<FieldSpec>,
-    frames: Vec<Frame>,
+    frames: Vec<Arc<Frame>>,
     /// Every so many states are kept
     stride: usize,
     seen: usize,
@@ -56,8 +51,8 @@ impl Film {
             return;
         }
         self.last = None;
-        self.frames.push(self.frame(scene, state));
-        let size: usize = self.frames[0].motion.len() + self.frames[0].fields.iter().map(Vec::len).sum::<usize>();
+        self.frames.push(Arc::new(self.frame(scene, state)));
+        let size = self.frames[0].size();
         if self.frames.len() > STATES.min((NUMBERS / size.max(1)).max(2)) {
             let mut number = 0..;
             self.frames.retain(|_| number.next().is_some_and(|k: usize| k.is_multiple_of(2)));
@@ -67,7 +62,23 @@ impl Film {
         }
     }
 
-    fn frame(&self, scene: &Scene, state: &State) -> Frame {
+    /// The states that are kept, with their numbers in the run.
+    pub fn kept(&self) -> impl Iterator<Item = (usize, &Arc<Frame>)> {
+        self.frames.iter().enumerate().map(|(k, frame)| (k * self.stride, frame))
+    }
+
+    /// States so far.
+    pub fn count(&self) -> usize {
+        self.seen
+    }
+
+    /// Every so many states are kept.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// A state as the page shows it.
+    pub fn frame(&self, scene: &Scene, state: &State) -> Frame {
         let at = |values: &[f64], components: usize| -> Vec<f32> {
             let own = |n: u32| (0..components).map(move |i| n as usize * components + i);
             self.shape.nodes.iter().flat_map(|&n| own(n)).map(|k| values[k] as f32).collect()
@@ -102,23 +113,42 @@ impl Film {
         (kept < self.seen).then(|| format!("{kept} of the {} states of the run are shown.", self.seen))
     }
 
+    /// The data of a page without any states yet, which get theirs from [`Frame::bytes`].
+    pub fn opening(&self, scene: &Scene, about: About) -> Packed {
+        let none = |components| Modes { components, ..Modes::default() };
+        let field = |q: Quantity| Field { name: q.name, unit: q.unit, at_nodes: q.at_nodes, modes: none(q.components) };
+        let forces = Arrows { name: FORCES.into(), unit: "N".into(), states: vec![] };
+        pack(&Model {
+            title: about.title,
+            facts: about.facts,
+            notes: about.notes,
+            absent: absent(scene, &self.what),
+            curves: about.curves,
+            shape: self.shape.clone(),
+            motion: none(3),
+            fields: self.what.iter().map(|f| field(quantity(f))).collect(),
+            arrows: if scene.contacts.is_empty() { vec![] } else { vec![forces] },
+            ..Model::default()
+        })
+    }
+
     /// The data of a page.
     pub fn finish(mut self, scene: &Scene, mut about: About) -> Packed {
         if let Some(last) = self.last.take() {
-            self.frames.push(self.frame(scene, &last));
+            self.frames.push(Arc::new(self.frame(scene, &last)));
         }
         about.notes.extend(self.note());
         about.absent = absent(scene, &self.what);
         let mut footage = Footage { times: self.frames.iter().map(|f| f.t).collect(), ..Footage::default() };
         let mut quantities: Vec<Quantity> = self.what.iter().map(quantity).collect();
         let mut contact = vec![];
-        for frame in self.frames {
+        for frame in self.frames.into_iter().map(Arc::unwrap_or_clone) {
             footage.motion.push(frame.motion);
             contact.push(frame.contact);
             quantities.iter_mut().zip(frame.fields).for_each(|(q, values)| q.states.push(values));
         }
         if contact.iter().any(|c| !c.is_empty()) {
-            footage.arrows = vec![Arrows { name: "contact forces".into(), unit: "N".into(), states: contact }];
+            footage.arrows = vec![Arrows { name: FORCES.into(), unit: "N".into(), states: contact }];
         }
         Footage { shape: self.shape, quantities, ..footage }.packed(about)
     }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! run ──► film ──► footage ──► pack ──► page        a run: its states are gathered and become principal modes
+//! run ──► film ──► frame ──► live                 while it goes on: state by state
 //! file ──► of_grid ──► footage ──► pack ──► page    VTU, PVD, meshes
 //! ```
 //!
@@ -10,6 +11,7 @@
 mod coarsen;
 pub mod film;
 pub mod footage;
+pub mod frame;
 pub mod model;
 pub mod modes;
 pub mod of_grid;

@@ -44,14 +44,24 @@ pub enum PageError {
 
 /// A page with one case, or several next to each other.
 pub fn page(title: &str, cases: &[Packed]) -> String {
+    document(title, cases, None)
+}
+
+/// A page with one case that asks the server it comes from for the states of a run, as `settings` say. It may ask for nothing else.
+pub fn live_page(title: &str, case: &Packed, settings: &Value) -> String {
+    document(title, std::slice::from_ref(case), Some(settings))
+}
+
+fn document(title: &str, cases: &[Packed], live: Option<&Value>) -> String {
     let mut program = Vec::new();
     let unpacked = flate2::read::ZlibDecoder::new(PROGRAM).read_to_end(&mut program);
     unpacked.expect("a test unpacks the program of the page");
     let policy = format!(
-        "default-src 'none'; script-src '{}' '{}'; style-src '{}'; img-src data: blob:; media-src blob:; base-uri 'none'; form-action 'none'",
+        "default-src 'none'; script-src '{}' '{}'; style-src '{}'; img-src data: blob:; media-src blob:; base-uri 'none'; form-action 'none'{}",
         digest(START.as_bytes()),
         digest(&program),
-        digest(STYLE.as_bytes())
+        digest(STYLE.as_bytes()),
+        if live.is_some() { "; connect-src 'self'" } else { "" }
     );
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
@@ -60,9 +70,15 @@ pub fn page(title: &str, cases: &[Packed]) -> String {
          <noscript>This page draws in three dimensions and needs JavaScript.</noscript>\n",
         escape(title)
     );
+    let json = |value: &Value| {
+        let text = serde_json::to_string(value).expect("numbers, strings and string keys only");
+        text.replace('<', "\\u003c")
+    };
     for case in cases {
-        let head = serde_json::to_string(&case.head).expect("numbers, strings and string keys only");
-        html += &format!("{HEAD}{}{END}\n{DATA}{}{END}\n", head.replace('<', "\\u003c"), STANDARD.encode(&case.data));
+        html += &format!("{HEAD}{}{END}\n{DATA}{}{END}\n", json(&case.head), STANDARD.encode(&case.data));
+    }
+    if let Some(settings) = live {
+        html += &format!("<script type=\"application/json\" id=\"live\">{}{END}\n", json(settings));
     }
     html += &format!("<script type=\"text/plain\" id=\"program\">{}{END}\n", STANDARD.encode(PROGRAM));
     html + &format!("<script>{START}{END}\n</body></html>\n")

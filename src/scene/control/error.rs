@@ -5,6 +5,13 @@
 pub enum ControlError {
     #[error("the signal {signal} is {value} at t = {t:.6} s; keep its formula defined there, for example by max(x, 0)")]
     NotFinite { signal: String, value: f64, t: f64 },
+    #[error(
+        "the controller sets {signal} to {value} at t = {t:.6} s, and its `range` is from {low} to {high} (SI units); keep it within the range, or \
+         change the key in the scene"
+    )]
+    OutOfRange { signal: String, value: f64, t: f64, low: f64, high: f64 },
+    #[error("{file}: cannot be written: {reason}; make room, or choose another folder with --out")]
+    Record { file: String, reason: String },
     #[error("the command \"{command}\" is not one: its quotes do not close; write --controller \"python3 ctrl.py\"")]
     Command { command: String },
     #[error("the controller \"{command}\" cannot be started: {reason}; give a program that this shell finds")]

@@ -16,7 +16,7 @@ pub enum Source {
     /// A formula in recorded columns; `event`: its time counts from there
     Formula { formula: Formula, event: Option<usize>, variables: Vec<Variable> },
     /// Set from outside
-    Controlled { initial: f64 },
+    Controlled { initial: f64, range: Option<(f64, f64)> },
 }
 
 /// A signal that an event switches to.

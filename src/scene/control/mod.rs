@@ -10,6 +10,7 @@ mod input;
 mod memory;
 mod prepare;
 pub mod process;
+pub mod recording;
 mod signals;
 pub mod spec;
 
@@ -44,7 +45,7 @@ pub struct Orders {
 impl Controls {
     /// Memory before the first step.
     pub fn memory(&self) -> ControlMemory {
-        let initial = |source: &Source| if let Source::Controlled { initial } = source { *initial } else { 0.0 };
+        let initial = |source: &Source| if let Source::Controlled { initial, .. } = source { *initial } else { 0.0 };
         ControlMemory {
             programs: vec![Program::default(); self.inputs.len()],
             outside: self.inputs.iter().map(|i| initial(&i.source)).collect(),
@@ -56,6 +57,30 @@ impl Controls {
     /// Names of the signals that are set from outside.
     pub fn controlled(&self) -> Vec<String> {
         self.outside().map(|k| self.inputs[k].signal.clone()).collect()
+    }
+
+    /// Their values in a memory, in the same order.
+    pub fn values_from_outside(&self, memory: &ControlMemory) -> Vec<f64> {
+        self.outside().map(|k| memory.outside[k]).collect()
+    }
+
+    /// Least and largest value of each of them that declares a range, in the same order.
+    pub fn ranges(&self) -> Vec<Option<(f64, f64)>> {
+        let range = |k: usize| match self.inputs[k].source {
+            Source::Controlled { range, .. } => range,
+            _ => None,
+        };
+        self.outside().map(range).collect()
+    }
+
+    /// Refuses values from outside that are not within their ranges.
+    fn check_ranges(&self, values: &[f64], t: f64) -> Result<(), ControlError> {
+        for ((signal, range), &value) in self.controlled().into_iter().zip(self.ranges()).zip(values) {
+            if let Some((low, high)) = range.filter(|(low, high)| value < *low || value > *high) {
+                return Err(ControlError::OutOfRange { signal, value, t, low, high });
+            }
+        }
+        Ok(())
     }
 
     /// Whether any signal is decided during the run.
@@ -102,6 +127,7 @@ impl Controls {
             let outside: Vec<usize> = self.outside().collect();
             let mut signals: Vec<f64> = outside.iter().map(|&k| memory.outside[k]).collect();
             let reply = controller.step(&Observation { row, next }, &mut signals)?;
+            self.check_ranges(&signals, state.t)?;
             outside.iter().zip(signals).for_each(|(&k, value)| memory.outside[k] = value);
             orders = Orders { stop: orders.stop || reply.stop, save: orders.save || reply.save };
             memory.controller = reply.memory;

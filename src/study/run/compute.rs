@@ -3,6 +3,7 @@
 use crate::calibrate::inverse::{
     Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
 };
+use crate::live::{Access, iterations};
 use crate::math::threads::CpuClock;
 use crate::scene::{
     Body, ErrorEstimator, OnProgress, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneError,
@@ -12,10 +13,11 @@ use crate::solve::Status;
 use crate::study::case::Case;
 use crate::study::inverse::{CalibrationPlan, MeasuredPlan};
 use crate::study::run::inputs::{inputs, uncertain_constants};
+use crate::study::run::live_case::LiveCase;
 use crate::study::run::one_run::{OneRunRecord, one_run};
 use crate::study::run::refinement::{self, RefinementRecord, refined};
 use crate::study::run::task::{Task, TaskError};
-use crate::study::run::work::{RepeatRecord, largest_memory, measure, present_memory, watch_memory};
+use crate::study::run::work::{Aside, RepeatRecord, largest_memory, measure, present_memory, watch_memory};
 use crate::study::store::fields::{Fields, USUAL};
 use crate::study::store::folder::{CaseOutput, Store, StoreError};
 use crate::study::store::identity::Identity;
@@ -55,6 +57,8 @@ pub struct Follow<'a> {
     pub shared: &'a dyn Fn() -> bool,
     /// Gets the memory that the case is going to take \[bytes\], waits until it is there, and returns false to stop
     pub admit: &'a mut dyn FnMut(u64) -> bool,
+    /// Serves a live view of the run, reached in this way, and gets its port
+    pub live: Option<(&'a Access, &'a mut dyn FnMut(u16))>,
     /// This process computes nothing but this case, so that its memory is that of the case
     pub own_process: bool,
 }
@@ -89,6 +93,9 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let watched = if follow.own_process { Some(()) } else { watch_memory().filter(|()| !shared) };
     let (mut stopped, meshing, progress) = (false, &mut *follow.meshing, &mut *follow.progress);
     let (admit, own_process, mut expected, mut waited) = (&mut *follow.admit, follow.own_process, None, 0.0);
+    let live = &mut follow.live;
+    let mut open =
+        |scene: &Scene| live.as_mut().and_then(|(access, serves)| LiveCase::open(access, &case.id, scene, *serves));
     let mut sized = |bytes: u64| {
         // Of several runs only the first one asks
         let Some(present) = present_memory().filter(|_| own_process && expected.is_none()) else { return true };
@@ -109,7 +116,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let search = (from.as_deref(), &mut keep as &mut dyn FnMut(&[f64]));
     let solved = refined((&case.scene_file, &case.spec, &case.text), Arc::new(body), meshing, &mut go_on)
         .map_err(|why| CaseError::Refine { case: case.id.clone(), why: why.into() })
-        .and_then(|mesh| solve(task, mesh, search, &mut fields, (meshing, &mut go_on), &mut sized));
+        .and_then(|mesh| solve(task, mesh, search, &mut fields, (meshing, &mut go_on), &mut sized, &mut open));
     shared |= (follow.shared)();
     let memory = watched.filter(|()| follow.own_process || !shared).and_then(|()| largest_memory());
     if matches!(solved, Err(CaseError::Refine { .. })) && stopped {
@@ -120,10 +127,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         return Ok(None);
     }
     solved.times.0 -= waited;
-    if let Some(fields) = fields {
-        let (wall, cpu) = fields.finish()?;
-        solved.times = (solved.times.0 - wall, solved.times.1 - cpu);
-    }
+    fields.map_or(Ok(()), |fields| fields.finish().map(drop))?;
     if task.keep_refusals && solved.run.status != Status::Converged {
         let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
         last.add(&solved.scene, &solved.run.last, 0);
@@ -171,6 +175,7 @@ fn solve(
     fields: &mut Option<Fields>,
     (meshing, go_on): (&mut OnLine, &mut OnProgress),
     sized: &mut dyn FnMut(u64) -> bool,
+    open: &mut dyn FnMut(&Scene) -> Option<LiveCase>,
 ) -> Result<Option<Solved>, CaseError> {
     let (case, constants, repeats) = (&task.case, &task.constants[..], task.repeats);
     let found = match find(case, &body, search, (meshing, go_on)) {
@@ -185,6 +190,8 @@ fn solve(
     let scene = scene?;
     task.check(&scene)?;
     let mut estimator = task.estimates_errors.then(|| ErrorEstimator::new(&scene));
+    let mut live = open(&scene);
+    let board = live.as_ref().map(|live| live.board().clone());
     let mut number = 0..;
     let mut states = |state: &State| {
         if let Some(Ok(estimator)) = &mut estimator {
@@ -193,6 +200,11 @@ fn solve(
         if let Some(fields) = fields.as_mut() {
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
+        live.iter_mut().for_each(|live| live.add(&scene, state));
+    };
+    let mut rows = |row: &[f64]| {
+        board.iter().for_each(|board| board.row(row));
+        true
     };
     let mut notes = vec![];
     let recorder = match constants {
@@ -208,10 +220,13 @@ fn solve(
         },
     };
     let (run, sensitivities, times, all) = if let Some(recorder) = recorder {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let (wall, cpu, mut aside) = (Instant::now(), CpuClock::start(), Aside::default());
+        let mut on_state = |state: &State| aside.count(|| states(state));
         let mut run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
-            on_state: Some(&mut states),
+            on_state: Some(&mut on_state),
+            on_row: Some(&mut rows),
+            on_iteration: board.clone().map(iterations),
             on_sized: Some(sized),
             sensitivities: Some(recorder),
             ..RunOptions::default()
@@ -219,11 +234,12 @@ fn solve(
         let sensitivities = run.sensitivities.take().expect("the options ask for them");
         let times =
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
-        (run, Some(sensitivities), times, vec![])
+        (run, Some(sensitivities), aside.subtracted(times), vec![])
     } else {
-        let (run, times, all) = measure(&scene, repeats, go_on, &mut states, sized);
+        let (run, times, all) = measure(&scene, repeats, go_on, &mut states, board.as_ref(), sized);
         (run, None, times, all)
     };
+    live.into_iter().for_each(|live| live.end(&run));
     let one_run = estimator.map(|estimator| one_run(estimator, &run, &task.columns));
     let repeats = if repeats > 1 { all } else { vec![] };
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();

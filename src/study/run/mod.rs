@@ -12,6 +12,7 @@
 pub mod compute;
 pub mod cores;
 pub mod inputs;
+mod live_case;
 pub mod memory;
 pub mod one_run;
 pub mod only;

@@ -1,5 +1,6 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
+use crate::live::Access;
 use crate::scene::{Body, ParameterKey, Progress, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
@@ -34,6 +35,12 @@ pub trait Watch: Sync {
     /// Why a case waits, or is run again.
     fn note(&self, _case: &str, _text: &str) {}
     fn finished(&self, _record: &CaseRecord, _skipped: bool) {}
+    /// How browsers reach the live view of the cases, where there is one; of cases in processes of their own.
+    fn live(&self) -> Option<Access> {
+        None
+    }
+    /// The process of a case serves its live view at this port, or no longer.
+    fn serves(&self, _case: &str, _port: Option<u16>) {}
 }
 
 /// Why a study stopped; results that were finished before stay.
@@ -331,6 +338,7 @@ impl Running<'_> {
             },
             shared: &|| self.shared(),
             admit: &mut |_| true,
+            live: None,
             own_process: false,
         };
         Ok(compute(task, self.store, &mut follow)?)
@@ -338,7 +346,7 @@ impl Running<'_> {
 
     fn in_a_process(&self, program: &Path, task: &Task, size: usize) -> Result<Option<CaseRecord>, RunError> {
         let id = &task.case.id;
-        let order = Order { dir: self.store.dir.clone(), task: task.clone() };
+        let order = Order { dir: self.store.dir.clone(), task: task.clone(), live: self.watch.live() };
         let mut following = Following { run: self, id, size, promised: 0, share: None };
         let end = compute_apart(program, &order, &mut following)
             .map_err(|e| RunError::Start { program: program.into(), reason: e.to_string() })?;
@@ -385,6 +393,7 @@ struct Following<'a> {
 impl Wants for Following<'_> {
     fn said(&mut self, said: Option<&Said>) -> bool {
         match said {
+            Some(&Said::Serves(port)) => self.run.watch.serves(self.id, Some(port)),
             Some(Said::Meshing(line)) => self.run.watch.meshing(self.id, line),
             Some(&Said::Progress { t, end }) => self.run.watch.progress(self.id, Progress { t, end }),
             _ => {}
@@ -413,5 +422,6 @@ impl Wants for Following<'_> {
 impl Drop for Following<'_> {
     fn drop(&mut self) {
         self.run.memory.release(self.promised);
+        self.run.watch.serves(self.id, None);
     }
 }

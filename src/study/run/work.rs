@@ -1,10 +1,12 @@
 //! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
+use crate::live::{Board, iterations};
 use crate::math::threads::CpuClock;
 use crate::scene::{Progress, Run, RunOptions, Scene};
 use crate::solve::Status;
 use crate::system::State;
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Counted, not timed.
@@ -34,31 +36,63 @@ pub struct RepeatRecord {
     pub cpu_s: f64,
 }
 
+/// Wall and CPU seconds that something else has taken during a run.
+#[derive(Default)]
+pub(super) struct Aside {
+    wall: f64,
+    cpu: f64,
+}
+
+impl Aside {
+    /// Does it, and counts what it takes.
+    pub fn count(&mut self, act: impl FnOnce()) {
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        act();
+        self.wall += wall.elapsed().as_secs_f64();
+        self.cpu += cpu.elapsed().as_secs_f64();
+    }
+
+    /// The seconds of a run without it.
+    pub fn subtracted(&self, (wall, cpu): (f64, f64)) -> (f64, f64) {
+        (wall - self.wall, cpu - self.cpu)
+    }
+}
+
 /// Runs the scene `repeats` times. Returns the run of median CPU time, its wall and CPU seconds, and those of all. All runs give the
-/// same bits; `states` gets those of the first. A run that does not converge is not repeated.
+/// same bits; `states` gets those of the first, in time that does not count. A run that does not converge is not repeated.
 pub(super) fn measure(
     scene: &Scene,
     repeats: usize,
     go_on: &mut dyn FnMut(Progress) -> bool,
     states: &mut dyn FnMut(&State),
+    board: Option<&Arc<Board>>,
     sized: &mut dyn FnMut(u64) -> bool,
 ) -> (Run, (f64, f64), Vec<RepeatRecord>) {
     let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
     loop {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         let first = runs.is_empty();
+        let mut aside = Aside::default();
         let mut on_state = |state: &State| {
             if first {
-                states(state);
+                aside.count(|| states(state));
             }
+        };
+        let board = board.filter(|_| first);
+        let mut on_row = |row: &[f64]| {
+            board.iter().for_each(|board| board.row(row));
+            true
         };
         let run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
             on_state: Some(&mut on_state),
+            on_row: Some(&mut on_row),
+            on_iteration: board.cloned().map(iterations),
             on_sized: Some(sized),
             ..RunOptions::default()
         });
-        let times = RepeatRecord { wall_s: wall.elapsed().as_secs_f64(), cpu_s: cpu.elapsed().as_secs_f64() };
+        let (wall_s, cpu_s) = aside.subtracted((wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()));
+        let times = RepeatRecord { wall_s, cpu_s };
         let done = run.status == Status::Converged;
         if done || first {
             runs.push((times, run));

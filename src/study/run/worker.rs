@@ -6,6 +6,7 @@
 //! from now on. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it has started:
 //! they form a group.
 
+use crate::live::Access;
 use crate::scene::Progress;
 use crate::study::run::compute::{Follow, compute};
 use crate::study::run::memory::Admission;
@@ -31,6 +32,8 @@ const LOOK: Duration = Duration::from_millis(50);
 pub struct Order {
     pub dir: PathBuf,
     pub task: Task,
+    /// How browsers reach its live view, where there is one
+    pub live: Option<Access>,
 }
 
 /// A message of a process.
@@ -45,6 +48,8 @@ pub enum Said {
     },
     /// The memory that the case is going to take \[bytes\]; it waits for the line `go`
     Needs(u64),
+    /// The live view is served at this port, for the process that has asked for the case to hand on to
+    Serves(u16),
     /// The result is stored
     Stored,
     /// The input was refused, or the result cannot be stored
@@ -82,6 +87,7 @@ pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool
         Ok(order) => order,
         Err(e) => return say(Said::Failed(format!("the order of a case cannot be read: {e}"))),
     };
+    let mut serves = |port| say(Said::Serves(port));
     let mut follow = Follow {
         meshing: &mut |line| say(Said::Meshing(line.into())),
         progress: &mut |Progress { t, end }| {
@@ -93,6 +99,7 @@ pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool
             say(Said::Needs(bytes));
             admitted()
         },
+        live: order.live.as_ref().map(|access| (access, &mut serves as &mut dyn FnMut(u16))),
         own_process: true,
     };
     say(match compute(&order.task, &Store::at(&order.dir), &mut follow) {

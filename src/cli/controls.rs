@@ -1,0 +1,163 @@
+//! Who sets the `controlled` signals of `durometer simulate`: a program, a recording, or a page of the live view.
+
+use durometer::live::{Board, HandControl};
+use durometer::math::units::{self, Dimension};
+use durometer::scene::Scene;
+use durometer::scene::control::process::Process;
+use durometer::scene::control::recording::{Recording, Replay};
+use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// Flags of whoever sets the `controlled` signals.
+#[derive(clap::Args)]
+pub struct ControlArgs {
+    /// A program that sets the `controlled` signals of the scene, by JSON lines on its standard input and output
+    #[arg(long, value_name = "COMMAND")]
+    pub controller: Option<String>,
+    /// Longest time for an answer of the controller
+    #[arg(long, value_name = "TIME", default_value = "60 s", requires = "controller")]
+    controller_timeout: String,
+    /// Set the `controlled` signals as a page of the live view did: a file <name>.control.csv
+    #[arg(long, value_name = "FILE", conflicts_with = "controller")]
+    replay: Option<PathBuf>,
+}
+
+/// Sets the controlled signals.
+pub enum Source {
+    /// The scene has none
+    None,
+    Program(Process),
+    Recording(Replay),
+    /// Values of a page are recorded in this file
+    Page(PathBuf),
+}
+
+impl ControlArgs {
+    /// Who sets the signals. A scene that leaves none to a controller is refused with one, and a scene that does without one.
+    pub fn source(
+        &self,
+        scene: &Scene,
+        page: Option<PathBuf>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Source, Box<dyn std::error::Error>> {
+        let signals = scene.controls.controlled();
+        let is_given = self.controller.is_some() || self.replay.is_some();
+        if signals.is_empty() && is_given {
+            let remedy = "drive something by { kind = \"controlled\", initial = \"0 mm\" }";
+            return Err(format!("the scene leaves no signal to a controller; {remedy}").into());
+        }
+        if let Some(command) = &self.controller {
+            let patience = positive_time("--controller-timeout", &self.controller_timeout)?;
+            return Ok(Source::Program(Process::start(command, patience, Some(stop.clone()))?));
+        }
+        if let Some(file) = &self.replay {
+            return Ok(Source::Recording(Replay::new(Recording::read(file, &signals)?)));
+        }
+        match (signals.first(), page) {
+            (None, _) => Ok(Source::None),
+            (Some(_), Some(file)) => Ok(Source::Page(file)),
+            (Some(name), None) => Err(format!(
+                "the signal {name} waits for a controller; give one: --controller \"python3 ctrl.py\", or set it by hand: --live"
+            )
+            .into()),
+        }
+    }
+}
+
+impl Source {
+    /// Refuses derivatives and error estimates, which repeat a run, of signals that are set by hand.
+    pub fn check(&self, repeats: bool) -> Result<(), String> {
+        match self {
+            Self::Page(_) if repeats => {
+                Err("--sensitivity and --error do not go with signals that a page sets; give the signals a function of time".into())
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The note of the record on signals that are no function in the scene.
+    pub fn note(&self) -> Option<String> {
+        match self {
+            Self::None | Self::Program(_) => None,
+            Self::Recording(replay) => {
+                Some(format!("the controlled signals have the values of a recording (SHA-256 {})", replay.sha256))
+            }
+            Self::Page(file) => {
+                let file = file.display();
+                Some(format!("the controlled signals were set by hand and recorded; --replay {file} sets them again"))
+            }
+        }
+    }
+
+    /// The file that records what a page sets.
+    pub fn page(&self) -> Option<&Path> {
+        match self {
+            Self::Page(file) => Some(file),
+            _ => None,
+        }
+    }
+}
+
+/// A time above zero that a flag gives.
+pub fn positive_time(flag: &str, text: &str) -> Result<Duration, String> {
+    let seconds = units::parse(text, Dimension::TIME).ok().filter(|s| *s > 0.0 && *s < 1e6);
+    let remedy = "write for example \"10 s\"";
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| format!("{flag} \"{text}\" is no time; {remedy}"))
+}
+
+/// The controller of a run: waits where a page has paused it, then asks whoever sets the signals.
+pub struct Chosen {
+    inner: Option<Box<dyn Controller>>,
+    live: Option<(Arc<Board>, Arc<AtomicBool>)>,
+    /// Time that the run has waited for answers and for pages
+    pub waited: Duration,
+}
+
+impl Chosen {
+    /// The controller of a run; none where nothing is set and no page can pause it.
+    pub fn new(source: Source, board: Option<&Arc<Board>>, stop: &Arc<AtomicBool>) -> Option<Self> {
+        let inner: Option<Box<dyn Controller>> = match (source, board) {
+            (Source::Program(process), _) => Some(Box::new(process)),
+            (Source::Recording(replay), _) => Some(Box::new(replay)),
+            (Source::Page(file), Some(board)) => Some(Box::new(HandControl::new(board.clone(), &file))),
+            (Source::None | Source::Page(_), _) => None,
+        };
+        let live = board.map(|board| (board.clone(), stop.clone()));
+        (inner.is_some() || live.is_some()).then_some(Self { inner, live, waited: Duration::ZERO })
+    }
+
+    /// The answer of whoever sets the signals, where there is one.
+    fn ask<T>(&mut self, question: impl FnOnce(&mut Box<dyn Controller>) -> T) -> Option<T> {
+        let start = Instant::now();
+        let answer = self.inner.as_mut().map(question);
+        self.waited += start.elapsed();
+        answer
+    }
+}
+
+impl Controller for Chosen {
+    fn begin(&mut self, opening: &Opening) -> Result<(), ControlError> {
+        self.ask(|inner| inner.begin(opening)).unwrap_or(Ok(()))
+    }
+
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        let start = Instant::now();
+        if let Some((board, stop)) = &self.live {
+            board.pause(stop);
+        }
+        self.waited += start.elapsed();
+        self.ask(|inner| inner.step(observation, signals)).unwrap_or_else(|| Ok(Reply::default()))
+    }
+
+    fn end(&mut self, row: &[f64], status: &str) {
+        self.inner.iter_mut().for_each(|inner| inner.end(row, status));
+    }
+}
+
+/// The file in which values of a page are recorded.
+pub fn recording(out: &Path, name: &str) -> PathBuf {
+    out.join(format!("{name}.control.csv"))
+}

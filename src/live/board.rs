@@ -1,0 +1,266 @@
+//! The newest of a run for its clients, and their commands for it.
+
+use super::news::{News, Seen, SignalState};
+use super::thinned::Thinned;
+use crate::report::viewer::film::Film;
+use crate::report::viewer::frame::Frame;
+use crate::scene::Scene;
+use crate::solve::IterationReport;
+use crate::system::State;
+use serde::Deserialize;
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Rows that are kept; a screen has fewer points.
+const ROWS: usize = 4000;
+/// Iterations that are kept for a client that is slow.
+const ITERATIONS: usize = 256;
+/// Time after which a run that is paused goes on where no page is open any more.
+const ALONE: Duration = Duration::from_secs(10);
+/// Time between two looks at whether to stop.
+const LOOK: Duration = Duration::from_millis(50);
+/// Time that clients get to hear of the end of a run that was stopped.
+const MOMENT: Duration = Duration::from_millis(300);
+/// Steps that may wait to be taken.
+const STEPS: usize = 1000;
+
+/// Facts about a run before its first step.
+#[derive(Default)]
+pub struct Opening {
+    /// Tells runs apart that are shown at one address
+    pub run: String,
+    /// End of the last stage \[s\]
+    pub end: f64,
+    /// Signals that a page may set
+    pub signals: Vec<SignalState>,
+    /// Wait at the first point of the time grid until a page lets the run go on
+    pub paused: bool,
+}
+
+/// A command of a page.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum Command {
+    Pause,
+    Resume,
+    /// Take one step of the time grid, and pause
+    Step,
+    Set {
+        signal: String,
+        value: f64,
+    },
+}
+
+/// The state of a run that its clients see.
+struct Now {
+    /// Increases with every change
+    version: u64,
+    page: Arc<str>,
+    /// With their numbers in the run: those that the page at the end has, and the newest
+    frames: Vec<(usize, Arc<Frame>)>,
+    rows: Thinned<Arc<[f64]>>,
+    /// Since the start of the run, of which the last ones are kept
+    iterations: VecDeque<(u64, IterationReport)>,
+    news: News,
+    /// Steps to take before the run pauses again
+    steps: usize,
+    clients: usize,
+    /// When the last client left
+    left: Option<Instant>,
+}
+
+/// Connects a run with its clients.
+pub struct Board {
+    now: Mutex<Now>,
+    changed: Condvar,
+}
+
+impl Board {
+    pub fn new(opening: Opening) -> Self {
+        let Opening { run, end, signals, paused } = opening;
+        let news = News { run, end, signals, paused, ..News::default() };
+        let now = Now {
+            version: 1,
+            page: "".into(),
+            frames: vec![],
+            rows: Thinned::new(ROWS),
+            iterations: VecDeque::new(),
+            news,
+            steps: 0,
+            clients: 0,
+            left: None,
+        };
+        Self { now: Mutex::new(now), changed: Condvar::new() }
+    }
+
+    fn now(&self) -> MutexGuard<'_, Now> {
+        // A client whose thread has panicked leaves nothing half done: every change is one assignment
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn change<T>(&self, change: impl FnOnce(&mut Now) -> T) -> T {
+        let mut now = self.now();
+        now.version += 1;
+        let out = change(&mut now);
+        drop(now);
+        self.changed.notify_all();
+        out
+    }
+
+    /// The page that a client gets first.
+    pub fn open(&self, page: String) {
+        self.change(|now| now.page = page.into());
+    }
+
+    /// A state of the run, which was added to the film.
+    pub fn state(&self, film: &Film, scene: &Scene, state: &State) {
+        let mut frames: Vec<(usize, Arc<Frame>)> = film.kept().map(|(k, frame)| (k, frame.clone())).collect();
+        let number = film.count().saturating_sub(1);
+        if frames.last().is_none_or(|(last, _)| *last != number) {
+            frames.push((number, Arc::new(film.frame(scene, state))));
+        }
+        self.change(|now| {
+            now.news.t = state.t;
+            (now.news.states.stride, now.news.states.count) = (film.stride(), film.count());
+            now.frames = frames;
+        });
+    }
+
+    /// A recorded row.
+    pub fn row(&self, row: &[f64]) {
+        self.change(|now| {
+            now.rows.push(row.into());
+            (now.news.rows.stride, now.news.rows.count) = (now.rows.stride, now.rows.count);
+        });
+    }
+
+    /// An iteration of Newton's method.
+    pub fn iteration(&self, report: &IterationReport) {
+        self.change(|now| {
+            let number = now.iterations.back().map_or(0, |(number, _)| number + 1);
+            now.iterations.push_back((number, *report));
+            if now.iterations.len() > ITERATIONS {
+                now.iterations.pop_front();
+            }
+        });
+    }
+
+    /// An accepted step up to this time \[s\].
+    pub fn accepted(&self, t: f64) {
+        self.change(|now| now.news.t = t);
+    }
+
+    /// Waits where the run is paused, until it goes on or `stop` is set.
+    pub fn pause(&self, stop: &AtomicBool) {
+        let mut now = self.now();
+        while now.news.paused && !stop.load(Ordering::Relaxed) {
+            if now.steps > 0 {
+                now.steps -= 1;
+                break;
+            }
+            if !now.news.waiting {
+                (now.news.waiting, now.version) = (true, now.version + 1);
+                self.changed.notify_all();
+            }
+            if now.clients == 0 && now.left.is_some_and(|left| left.elapsed() >= ALONE) {
+                now.news.paused = false;
+            }
+            now = self.changed.wait_timeout(now, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        (now.news.waiting, now.version) = (false, now.version + 1);
+        drop(now);
+        self.changed.notify_all();
+    }
+
+    /// Values that are asked for, in the order of the signals.
+    pub(super) fn values(&self) -> Vec<f64> {
+        self.now().news.signals.iter().map(|s| s.value).collect()
+    }
+
+    /// The run has ended.
+    pub fn end(&self, status: &str, detail: Option<String>) {
+        self.change(|now| {
+            now.news.ended = Some((status.into(), detail));
+            (now.news.paused, now.news.waiting) = (false, false);
+        });
+    }
+
+    /// Waits until no client is connected any more, at most for this time; where `stop` is set, for a moment, so that they hear of the end.
+    pub fn farewell(&self, patience: Duration, stop: &AtomicBool) {
+        let start = Instant::now();
+        let patience = || if stop.load(Ordering::Relaxed) { MOMENT.min(patience) } else { patience };
+        let mut now = self.now();
+        while now.clients > 0 && start.elapsed() < patience() {
+            now = self.changed.wait_timeout(now, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    /// A command of a client; refused with the reason.
+    pub(super) fn obey(&self, command: Command) -> Result<(), String> {
+        self.change(|now| {
+            let News { paused, signals, ended, .. } = &mut now.news;
+            if ended.is_some() {
+                return Err("the run has ended".into());
+            }
+            match command {
+                Command::Pause => (*paused, now.steps) = (true, 0),
+                Command::Resume => (*paused, now.steps) = (false, 0),
+                Command::Step => {
+                    now.steps = if *paused { (now.steps + 1).min(STEPS) } else { 0 };
+                    *paused = true;
+                }
+                Command::Set { signal, value } => {
+                    let Some(known) = signals.iter_mut().find(|s| s.name == signal) else {
+                        return Err(format!("there is no signal \"{signal}\" that a page may set"));
+                    };
+                    let within = |(low, high)| (low..=high).contains(&value);
+                    if !value.is_finite() || !known.range.is_none_or(within) {
+                        return Err(format!("{value} is not within the range of {signal}"));
+                    }
+                    known.value = value;
+                }
+            }
+            Ok(())
+        })
+    }
+
+    pub(super) fn page(&self) -> Arc<str> {
+        self.now().page.clone()
+    }
+
+    pub(super) fn frame(&self, number: usize) -> Option<Arc<Frame>> {
+        let now = self.now();
+        now.frames.binary_search_by_key(&number, |(k, _)| *k).ok().map(|k| now.frames[k].1.clone())
+    }
+
+    /// The rows from a number on, each with its number.
+    pub(super) fn rows(&self, first: usize) -> Vec<(usize, Arc<[f64]>)> {
+        self.now().rows.from(first).cloned().collect()
+    }
+
+    /// A client that follows the run begins to listen.
+    pub(super) fn join(&self) {
+        self.change(|now| now.clients += 1);
+    }
+
+    pub(super) fn leave(&self) {
+        self.change(|now| (now.clients, now.left) = (now.clients.saturating_sub(1), Some(Instant::now())));
+    }
+
+    /// Waits for something that the client has not seen, at most for a time.
+    pub(super) fn news(&self, seen: &mut Seen, patience: Duration) -> Option<News> {
+        let start = Instant::now();
+        let mut now = self.now();
+        while now.version == seen.version {
+            let left = patience.checked_sub(start.elapsed())?;
+            now = self.changed.wait_timeout(now, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+        seen.version = now.version;
+        let first = seen.iteration;
+        let new: Vec<_> = now.iterations.iter().filter(|(number, _)| *number >= first).copied().collect();
+        seen.iteration = now.iterations.back().map_or(0, |(number, _)| number + 1);
+        Some(News { iterations: new, ..now.news.clone() })
+    }
+}

@@ -1,0 +1,63 @@
+//! A controller that sets signals to the values that a page asks for, and records them so that they can be set again.
+
+use super::board::Board;
+use crate::scene::control::recording::Recording;
+use crate::scene::control::{ControlError, Controller, Observation, Opening, Reply};
+use serde_json::json;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Sets signals by hand.
+pub struct HandControl {
+    board: Arc<Board>,
+    path: PathBuf,
+    file: Option<File>,
+    /// The recording so far; kept in checkpoints, so that the file of a continued run is whole
+    text: String,
+    /// Values that were recorded last
+    past: Vec<f64>,
+    /// Rows of the recording
+    pub rows: usize,
+}
+
+impl HandControl {
+    /// Values come from the board, and are recorded in a file.
+    pub fn new(board: Arc<Board>, path: &Path) -> Self {
+        Self { board, path: path.into(), file: None, text: String::new(), past: vec![], rows: 0 }
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), ControlError> {
+        let written = match &mut self.file {
+            Some(file) => file.write_all(text.as_bytes()),
+            None => File::create(&self.path)
+                .and_then(|mut file| file.write_all(text.as_bytes()).map(|()| self.file = Some(file))),
+        };
+        let failed =
+            |e: std::io::Error| ControlError::Record { file: self.path.display().to_string(), reason: e.to_string() };
+        written.map_err(failed)?;
+        self.text += text;
+        Ok(())
+    }
+}
+
+impl Controller for HandControl {
+    fn begin(&mut self, opening: &Opening) -> Result<(), ControlError> {
+        let kept = opening.memory["recording"].as_str().filter(|text| {
+            let recording = Recording::parse(text, "", opening.signals).ok();
+            recording.inspect(|r| self.rows = r.rows.len()).is_some()
+        });
+        self.write(&kept.map_or_else(|| Recording::header(opening.signals), str::to_string))
+    }
+
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        signals.copy_from_slice(&self.board.values());
+        if self.past != signals {
+            self.write(&Recording::line(observation.row[0], signals))?;
+            self.past = signals.to_vec();
+            self.rows += 1;
+        }
+        Ok(Reply { memory: json!({ "recording": self.text }), ..Reply::default() })
+    }
+}

@@ -1,0 +1,90 @@
+//! One address for the cases of a study, each of which serves its live view in a process of its own.
+//!
+//! Connections are handed on to the case that is shown: the one that has computed longest of those that compute now. Its page stays with it until it ends.
+
+use super::board::{Board, Opening};
+use super::response::STALLED;
+use super::server::{Access, CONNECTIONS, Counted, Listener, PACE, Site};
+use std::io;
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::sync::atomic::AtomicUsize;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Shown while no case computes; the browser asks again.
+const WAITING: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"2\">\
+                       <title>Durometer</title></head><body><p>No case computes at this moment. This page looks again every two seconds.</p></body></html>\n";
+
+/// Hands connections on to the case that is shown.
+pub struct Relay {
+    access: Access,
+    /// Cases with their ports, in the order in which they began
+    cases: Mutex<Vec<(String, u16)>>,
+    connections: AtomicUsize,
+}
+
+impl Relay {
+    /// Serves a port in a thread of its own, until the process ends. None where the system gives no thread.
+    pub fn serve(listener: Listener) -> Option<Arc<Self>> {
+        let board = Arc::new(Board::new(Opening::default()));
+        board.open(WAITING.into());
+        let access = listener.access().clone();
+        let (site, listener) = (Arc::new(Site::new(&access, board)), listener.socket());
+        let relay = Arc::new(Self { access, cases: Mutex::default(), connections: AtomicUsize::new(0) });
+        let own = relay.clone();
+        let accept = move || own.accept(&listener, &site);
+        std::thread::Builder::new().name("live".into()).spawn(accept).ok().map(|_| relay)
+    }
+
+    /// The address that the cases have in common.
+    pub fn access(&self) -> &Access {
+        &self.access
+    }
+
+    /// A case serves its live view at this port, or none any more.
+    pub fn follow(&self, case: &str, port: Option<u16>) {
+        let mut cases = self.cases();
+        cases.retain(|(id, _)| id != case);
+        cases.extend(port.map(|port| (case.to_string(), port)));
+    }
+
+    fn cases(&self) -> MutexGuard<'_, Vec<(String, u16)>> {
+        self.cases.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn accept(self: Arc<Self>, listener: &TcpListener, site: &Arc<Site>) {
+        loop {
+            let Ok((client, _)) = listener.accept() else {
+                std::thread::sleep(PACE);
+                continue;
+            };
+            let Some(port) = self.cases().first().map(|(_, port)| *port) else {
+                Site::take(site, client);
+                continue;
+            };
+            let own = self.clone();
+            let serve = move || {
+                if let Some(_one) = Counted::below(&own.connections, CONNECTIONS) {
+                    hand_on(client, port).ok();
+                }
+            };
+            // Without a thread the connection is closed
+            std::thread::Builder::new().name("live relay".into()).spawn(serve).ok();
+        }
+    }
+}
+
+/// Copies what both sides say, until one of them has gone or takes nothing.
+fn hand_on(mut client: TcpStream, port: u16) -> io::Result<()> {
+    let mut case = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
+    client.set_write_timeout(Some(STALLED.0))?;
+    let (mut from, mut to) = (client.try_clone()?, case.try_clone()?);
+    let questions = std::thread::Builder::new().spawn(move || {
+        io::copy(&mut from, &mut to).ok();
+        to.shutdown(Shutdown::Write).ok();
+    });
+    let answered = questions.and_then(|_| io::copy(&mut case, &mut client));
+    // The thread that copies questions ends with the connections
+    client.shutdown(Shutdown::Both).ok();
+    case.shutdown(Shutdown::Both).ok();
+    answered.map(drop)
+}

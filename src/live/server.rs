@@ -1,0 +1,285 @@
+//! The server of the live view: on the loopback interface, under a path with a random token.
+
+use super::board::{Board, Command};
+use super::news::Seen;
+use super::request::Request;
+use super::response::{Answer, begin_events, event};
+use crate::storage::sha256;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::io::{self, Read};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+/// Connections at the same time; more are closed at once.
+pub(super) const CONNECTIONS: usize = 32;
+/// Of them those that follow the run.
+const FOLLOWERS: usize = 16;
+/// Least time between two messages to a client: what happens in between is one message.
+pub(super) const PACE: Duration = Duration::from_millis(40);
+/// Time after which a client without news gets a sign of life.
+const SILENCE: Duration = Duration::from_secs(2);
+/// Bytes and time that are spent on what a refused client still sends.
+const DRAINED: (usize, Duration) = (64 << 10, Duration::from_millis(200));
+
+/// Why there is no live view.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    #[error(
+        "--port {port}: another program uses this port; take another one, or leave --port out for one that is free"
+    )]
+    PortInUse { port: u16 },
+    #[error(
+        "--port {port}: cannot be opened on the loopback interface: {reason}; take a port above 1023, or leave --port out"
+    )]
+    Port { port: u16, reason: String },
+    #[error("--live: the system gives no random numbers for the token: {reason}; run without --live")]
+    Token { reason: String },
+}
+
+/// How browsers reach a live view: the port of the address that was printed, and its token.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Access {
+    pub port: u16,
+    pub token: String,
+}
+
+impl Access {
+    /// The address for a browser.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+    }
+}
+
+/// A port that is open and not served yet.
+pub struct Listener {
+    listener: TcpListener,
+    access: Access,
+}
+
+impl Listener {
+    /// Opens a port of the loopback interface; 0 is a free one.
+    pub fn open(port: u16) -> Result<Self, LiveError> {
+        let (listener, port) = bind(port)?;
+        let mut random = [0; 16];
+        getrandom::fill(&mut random).map_err(|e| LiveError::Token { reason: e.to_string() })?;
+        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { listener, access: Access { port, token } })
+    }
+
+    /// Opens a free port to which a [`Relay`](super::Relay) hands on what browsers ask of its own. Returns the number of the port too.
+    pub fn behind(access: &Access) -> Result<(Self, u16), LiveError> {
+        let (listener, port) = bind(0)?;
+        Ok((Self { listener, access: access.clone() }, port))
+    }
+
+    /// How browsers reach it.
+    pub fn access(&self) -> &Access {
+        &self.access
+    }
+
+    pub(super) fn socket(self) -> TcpListener {
+        self.listener
+    }
+
+    /// Serves the board in threads of its own, until the process ends. False where the system gives no thread.
+    pub fn serve(self, board: Arc<Board>) -> bool {
+        let site = Arc::new(Site::new(&self.access, board));
+        let listener = self.listener;
+        let accept = move || {
+            loop {
+                match listener.accept() {
+                    Ok((stream, _)) => Site::take(&site, stream),
+                    // Too many open files, for example: those that are served end some time
+                    Err(_) => std::thread::sleep(PACE),
+                }
+            }
+        };
+        std::thread::Builder::new().name("live".into()).spawn(accept).is_ok()
+    }
+}
+
+/// A socket of the loopback interface with its port.
+fn bind(port: u16) -> Result<(TcpListener, u16), LiveError> {
+    let failed = |e: io::Error| match e.kind() {
+        io::ErrorKind::AddrInUse => LiveError::PortInUse { port },
+        _ => LiveError::Port { port, reason: e.to_string() },
+    };
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(failed)?;
+    let bound = listener.local_addr().map_err(failed)?;
+    Ok((listener, bound.port()))
+}
+
+/// A server with its board.
+pub(super) struct Site {
+    /// Names under which a browser may ask for it
+    hosts: [String; 2],
+    /// Digest of the token, so that the time of a comparison tells nothing about it
+    token: String,
+    board: Arc<Board>,
+    connections: AtomicUsize,
+    followers: AtomicUsize,
+}
+
+/// Counts one as long as it lives.
+pub(super) struct Counted<'a>(&'a AtomicUsize);
+
+impl<'a> Counted<'a> {
+    pub fn below(count: &'a AtomicUsize, most: usize) -> Option<Self> {
+        let one = Self(count);
+        (count.fetch_add(1, Ordering::SeqCst) < most).then_some(one)
+    }
+}
+
+impl Drop for Counted<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+/// A client that follows the run, as long as it lives.
+struct Follower<'a>(&'a Board);
+
+impl Drop for Follower<'_> {
+    fn drop(&mut self) {
+        self.0.leave();
+    }
+}
+
+impl Site {
+    pub fn new(access: &Access, board: Arc<Board>) -> Self {
+        Self {
+            hosts: ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", access.port)),
+            token: sha256(&access.token),
+            board,
+            connections: AtomicUsize::new(0),
+            followers: AtomicUsize::new(0),
+        }
+    }
+
+    /// Serves a connection in a thread of its own.
+    pub fn take(site: &Arc<Self>, mut stream: TcpStream) {
+        let own = site.clone();
+        let serve = move || {
+            let Some(_one) = Counted::below(&own.connections, CONNECTIONS) else {
+                Answer::refusal(503, "too many connections").send(&mut stream).ok();
+                return;
+            };
+            // A client that has gone needs no answer
+            own.serve(&mut stream).ok();
+        };
+        // Without a thread the connection is closed
+        std::thread::Builder::new().name("live client".into()).spawn(serve).ok();
+    }
+
+    fn serve(&self, stream: &mut TcpStream) -> io::Result<()> {
+        stream.set_nodelay(true)?;
+        let answer = match Request::read(stream) {
+            Ok(None) => return Ok(()),
+            Ok(Some(request)) => match self.answer(&request) {
+                Some(answer) => answer,
+                None => return self.follow(stream),
+            },
+            Err(refusal) => refusal,
+        };
+        answer.send(stream)?;
+        finish(stream)
+    }
+
+    /// The answer to a request; none for the stream of events.
+    fn answer(&self, request: &Request) -> Option<Answer> {
+        Some(match self.place(request) {
+            Err(refusal) => refusal,
+            Ok(place) => match (request.method.as_str(), place) {
+                ("GET", "") => Answer::found("text/html; charset=utf-8", self.board.page().as_bytes().to_vec()),
+                ("GET", "events") => return None,
+                ("GET", "rows") => self.rows(&request.query),
+                ("POST", "command") => self.command(request),
+                ("GET", place) => match place.strip_prefix("states/").map(str::parse) {
+                    Some(Ok(number)) => self.state(number),
+                    _ => Answer::refusal(404, "there is no such page"),
+                },
+                ("POST", _) => Answer::refusal(404, "there is no such page"),
+                _ => Answer::refusal(405, "use GET or POST"),
+            },
+        })
+    }
+
+    /// The place below the token. Refused are names under which another site could reach this server, requests of the programs of other sites, and
+    /// requests without the token.
+    fn place<'r>(&self, request: &'r Request) -> Result<&'r str, Answer> {
+        let known = |name: &str| self.hosts.iter().any(|host| host == name);
+        if !request.header("host").is_some_and(known) {
+            return Err(Answer::refusal(403, "this server answers under its own address alone"));
+        }
+        let own_site = |origin: &str| origin.strip_prefix("http://").is_some_and(known);
+        let other_origin = request.has("origin") && !request.header("origin").is_some_and(own_site);
+        let other_site = request.header("sec-fetch-site").is_some_and(|site| !["same-origin", "none"].contains(&site));
+        if other_origin || other_site {
+            return Err(Answer::refusal(403, "another page may not use this server"));
+        }
+        let (token, place) = request.path.trim_start_matches('/').split_once('/').unwrap_or_default();
+        if sha256(token) != self.token {
+            return Err(Answer::refusal(403, "open the whole address that the run has printed, with its token"));
+        }
+        Ok(place)
+    }
+
+    fn state(&self, number: usize) -> Answer {
+        match self.board.frame(number) {
+            Some(frame) => Answer::found("application/octet-stream", frame.bytes()),
+            None => Answer::refusal(404, "this state is not kept"),
+        }
+    }
+
+    fn rows(&self, query: &str) -> Answer {
+        let first = query.strip_prefix("from=").and_then(|text| text.parse().ok()).unwrap_or(0);
+        let rows: Vec<_> = self.board.rows(first).iter().map(|(k, row)| json!([k, &row[..]])).collect();
+        Answer::found("application/json", json!(rows).to_string().into_bytes())
+    }
+
+    fn command(&self, request: &Request) -> Answer {
+        // A form of another page cannot have this type
+        if request.header("content-type") != Some("application/json") {
+            return Answer::refusal(415, "send a command as application/json");
+        }
+        match serde_json::from_slice::<Command>(&request.body) {
+            Ok(command) => match self.board.obey(command) {
+                Ok(()) => Answer::done(),
+                Err(why) => Answer::refusal(409, &why),
+            },
+            Err(why) => Answer::refusal(400, &format!("this is no command: {why}")),
+        }
+    }
+
+    /// Sends events until the client has gone, or takes none any more.
+    fn follow(&self, stream: &mut TcpStream) -> io::Result<()> {
+        let Some(_one) = Counted::below(&self.followers, FOLLOWERS) else {
+            return Answer::refusal(503, "too many pages are open").send(stream);
+        };
+        begin_events(stream)?;
+        self.board.join();
+        let (_follower, mut seen) = (Follower(&self.board), Seen::default());
+        loop {
+            let news = self.board.news(&mut seen, SILENCE);
+            event(stream, news.map(|news| news.json().to_string()).as_deref())?;
+            std::thread::sleep(PACE);
+        }
+    }
+}
+
+/// Closes a connection so that the client gets the answer also where it still sends.
+fn finish(stream: &mut TcpStream) -> io::Result<()> {
+    stream.shutdown(Shutdown::Write)?;
+    stream.set_read_timeout(Some(DRAINED.1))?;
+    let (mut left, mut part) = (DRAINED.0, [0; 4096]);
+    while left > 0 {
+        match stream.read(&mut part)? {
+            0 => break,
+            count => left = left.saturating_sub(count),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,49 @@
+//! The live view of a run of a scene: its page, its states and its iterations.
+
+use super::board::{Board, Opening};
+use super::news::SignalState;
+use crate::report::viewer::film::Film;
+use crate::report::viewer::footage::About;
+use crate::report::viewer::page::live_page;
+use crate::scene::{Checkpoint, Scene};
+use crate::solve::OnIteration;
+use serde_json::json;
+use std::path::Path;
+use std::sync::Arc;
+
+/// How a run is shown.
+pub struct Shown<'a> {
+    /// Tells runs apart that are shown at one address
+    pub run: &'a str,
+    /// A state that the run goes on from
+    pub from: Option<&'a Checkpoint>,
+    /// The signals are set by the page, and recorded in this file
+    pub recording: Option<&'a Path>,
+    /// Wait at the first point of the time grid until a page lets the run go on
+    pub paused: bool,
+}
+
+/// A board with the page of a run that begins.
+pub fn board(scene: &Scene, film: &Film, about: About, shown: &Shown) -> Arc<Board> {
+    let Shown { run, from, recording, paused } = *shown;
+    let initial = || scene.controls.values_from_outside(&scene.controls.memory());
+    let values = from.map_or_else(initial, |checkpoint| checkpoint.controlled(scene));
+    let controlled = scene.controls.controlled().into_iter().zip(values).zip(scene.controls.ranges());
+    let signals = controlled.map(|((name, value), range)| SignalState { name, value, range });
+    let board = Arc::new(Board::new(Opening {
+        run: run.into(),
+        end: scene.spans.last().map_or(0.0, |span| span.end),
+        signals: signals.filter(|_| recording.is_some()).collect(),
+        paused,
+    }));
+    let file = recording.and_then(Path::file_name).map(|name| name.to_string_lossy());
+    let (title, settings) = (about.title.clone(), json!({ "run": run, "recorded": file }));
+    board.open(live_page(&title, &film.opening(scene, about), &settings));
+    from.iter().for_each(|checkpoint| board.state(film, scene, &checkpoint.state));
+    board
+}
+
+/// Tells a board the iterations of its run.
+pub fn iterations(board: Arc<Board>) -> OnIteration {
+    Arc::new(move |report| board.iteration(report))
+}

@@ -1,0 +1,106 @@
+//! Values that controlled signals were set to during a run, in a table that a later run sets them from again.
+//!
+//! A row has the time of a point of the time grid and the values that were set there, which the signals reach at the next point. A value holds until the
+//! next row. Numbers are written in the shortest form that reads back the same, so that the later run gets the same bits.
+
+use super::{ControlError, Controller, Observation, Reply};
+use crate::storage::{self, DATA_LIMIT};
+use std::path::Path;
+
+/// Why a recording cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RecordingError {
+    #[error("{file}: cannot be read: {reason}; give a file <name>.control.csv that a run with --live has written")]
+    Unreadable { file: String, reason: String },
+    #[error(
+        "{file}: the header is not t_s with the names of signals; give a file <name>.control.csv that a run with --live has written"
+    )]
+    Header { file: String },
+    #[error("{file}: line {line}: {fact}; record it again")]
+    Row { file: String, line: usize, fact: String },
+    #[error(
+        "{file}: it sets {found}, and the scene leaves {wanted} to a controller; give the recording of a run of this scene"
+    )]
+    Signals { file: String, found: String, wanted: String },
+}
+
+/// Values with the times at which they were set.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Recording {
+    pub signals: Vec<String>,
+    /// Time \[s\] of the point of the grid, and the values of all signals \[SI\]
+    pub rows: Vec<(f64, Vec<f64>)>,
+}
+
+impl Recording {
+    /// Reads a recording of these signals.
+    pub fn read(path: &Path, signals: &[String]) -> Result<Self, RecordingError> {
+        let file = path.display().to_string();
+        let text = storage::read_text(path, DATA_LIMIT)
+            .map_err(|e| RecordingError::Unreadable { file: file.clone(), reason: e.to_string() })?;
+        Self::parse(&text, &file, signals)
+    }
+
+    /// Reads the text of a recording of these signals; `file` is its name in messages.
+    pub fn parse(text: &str, file: &str, signals: &[String]) -> Result<Self, RecordingError> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|_| RecordingError::Header { file: file.into() })?.clone();
+        let mut names = header.iter().map(str::to_string);
+        if names.next().as_deref() != Some("t_s") {
+            return Err(RecordingError::Header { file: file.into() });
+        }
+        let found: Vec<String> = names.collect();
+        if found != signals {
+            let list = |names: &[String]| if names.is_empty() { "nothing".into() } else { names.join(", ") };
+            return Err(RecordingError::Signals { file: file.into(), found: list(&found), wanted: list(signals) });
+        }
+        let mut rows: Vec<(f64, Vec<f64>)> = vec![];
+        for (k, record) in reader.records().enumerate() {
+            let refuse = |fact: &str| RecordingError::Row { file: file.into(), line: k + 2, fact: fact.into() };
+            let record = record.map_err(|_| refuse("it has not as many values as the header"))?;
+            let number = |text: &str| text.trim().parse().ok().filter(|v: &f64| v.is_finite());
+            let numbers: Option<Vec<f64>> = record.iter().map(number).collect();
+            let mut numbers = numbers.ok_or_else(|| refuse("a value is no finite number"))?;
+            let t = numbers.remove(0);
+            if rows.last().is_some_and(|(past, _)| *past >= t) {
+                return Err(refuse("its time is not after that of the row before"));
+            }
+            rows.push((t, numbers));
+        }
+        Ok(Self { signals: found, rows })
+    }
+
+    /// The names of the columns.
+    pub fn header(signals: &[String]) -> String {
+        std::iter::once("t_s").chain(signals.iter().map(String::as_str)).collect::<Vec<_>>().join(",") + "\n"
+    }
+
+    /// A row as text.
+    pub fn line(t: f64, values: &[f64]) -> String {
+        std::iter::once(&t).chain(values).map(ToString::to_string).collect::<Vec<_>>().join(",") + "\n"
+    }
+}
+
+/// A controller that sets what was recorded.
+pub struct Replay {
+    /// Digest of the recording as text
+    pub sha256: String,
+    rows: std::iter::Peekable<std::vec::IntoIter<(f64, Vec<f64>)>>,
+}
+
+impl Replay {
+    pub fn new(recording: Recording) -> Self {
+        let lines = recording.rows.iter().map(|(t, values)| Recording::line(*t, values));
+        let text = Recording::header(&recording.signals) + &lines.collect::<String>();
+        Self { sha256: storage::sha256(&text), rows: recording.rows.into_iter().peekable() }
+    }
+}
+
+impl Controller for Replay {
+    fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        while let Some((_, values)) = self.rows.next_if(|(t, _)| *t <= observation.row[0]) {
+            signals.copy_from_slice(&values);
+        }
+        Ok(Reply::default())
+    }
+}

@@ -1,0 +1,121 @@
+// Follows a run while it goes on: asks for its states and rows, and sends commands.
+
+import { LivePanel } from "./live-panel.js";
+
+/** Attempts to reach a run that does not answer any more. */
+const ATTEMPTS = 5;
+
+export class Live {
+  /** `show` makes the view of the case when its first state is there. */
+  constructor(body, settings, show) {
+    Object.assign(this, { body, settings, show, app: null, news: null, failures: 0, gone: new Set(), rows: 0, follows: true, commands: [] });
+    this.iterations = [];
+    this.panel = new LivePanel(settings, (command) => this.command(command));
+    this.source = new EventSource("events");
+    this.source.onmessage = (event) => this.#hear(JSON.parse(event.data));
+    this.source.onerror = () => this.#fail();
+  }
+
+  #hear(news) {
+    if (news.run !== this.settings.run) return this.#over();
+    this.failures = 0;
+    this.news = news;
+    const last = this.iterations.at(-1)?.[0] ?? -1;
+    this.iterations.push(...news.iterations.filter(([k]) => k > last));
+    this.iterations.splice(0, this.iterations.length - 60);
+    this.panel.update(news, this.iterations);
+    this.#fetch();
+  }
+
+  /** Another run is shown at this address now. */
+  #over() {
+    this.source.close();
+    this.panel.end("This run has ended. The states that have come stay; load the page again to see the run that goes on now.");
+  }
+
+  /** The browser tries again by itself; a run that has ended answers no more. */
+  #fail() {
+    this.failures += 1;
+    if (this.news?.ended || this.failures >= ATTEMPTS) this.#close();
+    else this.panel.say("The run does not answer; trying again …");
+  }
+
+  #close() {
+    this.source.close();
+    if (!this.news?.ended) this.panel.end("The run does not answer any more. The states that have come stay.");
+  }
+
+  /** Numbers of the states that are still to come: the newest first. */
+  #missing() {
+    const { stride, count } = this.news.states;
+    const missing = [];
+    if (count > 0) for (let k = 0; k < count - 1; k += stride) if (!this.body.kept.has(k) && !this.gone.has(k)) missing.push(k);
+    if (count > 0 && !this.body.kept.has(count - 1) && !this.gone.has(count - 1)) missing.unshift(count - 1);
+    return missing;
+  }
+
+  /** Asks for one thing after the other, at the pace of this page. */
+  async #fetch() {
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      for (;;) {
+        const { rows, states } = this.news;
+        const [next] = this.#missing();
+        if (rows.count > this.rows) {
+          const new_ = await (await fetch(`rows?from=${this.rows}`)).json();
+          this.body.takeRows(new_, rows);
+          this.rows = Math.max(this.rows, 1 + (new_.at(-1)?.[0] ?? -1));
+        } else if (next !== undefined) {
+          const answer = await fetch(`states/${next}`);
+          if (answer.ok) this.body.take(next, this.body.read(await answer.arrayBuffer()), states);
+          else this.gone.add(next);
+        } else break;
+        this.#grow();
+      }
+      if (this.news.ended) this.source.close();
+    } catch {
+      // The stream of events tells whether the run still answers
+    }
+    this.busy = false;
+  }
+
+  #grow() {
+    if (!this.body.states) return;
+    if (!this.app) {
+      this.app = this.show();
+      this.panel.place(this.app.panel);
+      const seek = this.app.seek.bind(this.app);
+      // The newest state is shown as long as nobody looks at an earlier one
+      this.app.seek = (t) => {
+        this.follows = t >= this.app.times[1];
+        seek(t);
+      };
+    }
+    const { follows } = this;
+    this.app.grow();
+    if (follows && !this.app.exporting) this.app.seek(this.app.times[1]);
+  }
+
+  /** Sends a command; of several values of a signal in short order the last one. */
+  command(command) {
+    const { signal } = command.set ?? {};
+    this.commands = this.commands.filter((c) => !signal || c.set?.signal !== signal);
+    this.commands.push(command);
+    if (!this.sends) this.#send();
+  }
+
+  async #send() {
+    this.sends = true;
+    for (let next; (next = this.commands.shift()); ) {
+      const body = JSON.stringify(next.set ? next : next.name);
+      try {
+        const answer = await fetch("command", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+        if (!answer.ok) this.panel.say((await answer.text()).trim());
+      } catch {
+        this.panel.say("The run does not answer.");
+      }
+    }
+    this.sends = false;
+  }
+}
