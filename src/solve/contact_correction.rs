@@ -99,6 +99,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
     let error =
         |solver: &NonlinearSolver, next: &State| solver.equations.error(system, next, solver.settings.tolerance);
     let (mut kept, mut last_error) = (None, error(solver, next).above_rounding);
+    solver.report(step, next, 0, last_error);
     while !convergence.is_last(solution.iterations) {
         let shifted = solver.linear.shifted;
         let dt = step.at(next).dt;
@@ -113,6 +114,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
         solution.iterations += 1;
         solver.iterations += 1;
         let error = error(solver, next);
+        solver.report(step, next, solution.iterations, error.above_rounding);
         // A tangent that is shifted because the body is held by contact alone does not lead there.
         let is_shifted = solver.linear.shifted > shifted;
         if !error.above_rounding.is_finite() || is_shifted && error.above_rounding > SHIFTED * last_error {

@@ -16,7 +16,7 @@ pub struct NonlinearSolver {
     pub linear: LinearSystem,
     /// Iterations of Newton's method so far, those of failed solves included
     pub iterations: usize,
-    /// Receives every iteration of Newton's method
+    /// Receives every iteration of Newton's method, and every contact correction
     pub on_iteration: Option<OnIteration>,
     /// Whether a factor served more than one iteration of the last solve
     pub(super) has_reused_factor: bool,

@@ -40,7 +40,7 @@ pub struct GridPoint<'a> {
     pub memory: &'a dyn Fn() -> DriverMemory,
 }
 
-/// An iteration of Newton's method, before its direction is known; also of a step that is not accepted later.
+/// An iteration of Newton's method or a contact correction, before its direction is known; also of a step that is not accepted later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IterationReport {
     /// End of the step \[s\]
