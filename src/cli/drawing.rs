@@ -1,18 +1,17 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
-use durometer::math::threads::CpuClock;
 use durometer::report::files;
 use durometer::report::viewer::film::Film;
 use durometer::report::viewer::page::page;
 use durometer::report::viewer::shape::Limits;
 use durometer::scene::output::ScheduleSpec;
-use durometer::scene::{Checkpoint, Run, Scene};
+use durometer::scene::{Checkpoint, ErrorEstimate, Run, Scene};
+use durometer::study::overlay::figure::words;
 use durometer::study::store::fields::{Fields, USUAL};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::view;
 use durometer::system::State;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 /// The fields that a run writes at the points of the time grid that are due, and the states of its page.
 pub struct Drawing {
@@ -25,9 +24,6 @@ pub struct Drawing {
     number: usize,
     /// Time of the last one \[s\]
     past: Option<f64>,
-    /// Time that the page has taken so far
-    wall: Duration,
-    cpu: Duration,
 }
 
 impl Drawing {
@@ -46,32 +42,22 @@ impl Drawing {
         let fields = (vtu || chosen.is_some()).then(|| Fields::new(out, name, what));
         let (number, past) = from.map_or((0, None), |c| (c.recorded(), Some(c.state.t)));
         let film = shown.then(|| Film::new(scene, what, &Limits::USUAL));
-        let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
-        Self { fields, schedule, film, page: out.join(format!("{name}.html")), number, past, wall, cpu }
+        Self { fields, schedule, film, page: out.join(format!("{name}.html")), number, past }
     }
 
     pub fn add(&mut self, scene: &Scene, state: &State) {
         if let Some(fields) = self.fields.as_mut().filter(|_| self.schedule.due(self.past, state.t)) {
             fields.add(scene, state, self.number);
         }
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
         self.film.iter_mut().for_each(|film| film.add(scene, state));
-        self.wall += wall.elapsed();
-        self.cpu += cpu.elapsed();
         (self.number, self.past) = (self.number + 1, Some(state.t));
     }
 
     /// Ends the fields; the film is left.
     pub fn finish(self) -> (Drawn, Option<Film>) {
         let fields = self.fields.map(|fields| (fields.collection(), fields.finish()));
-        let mut drawn = Drawn {
-            page: self.page,
-            shown: false,
-            collection: None,
-            failure: None,
-            wall: self.wall.as_secs_f64(),
-            cpu: self.cpu.as_secs_f64(),
-        };
+        let (wall, cpu) = self.film.as_ref().map_or((0.0, 0.0), Film::spent);
+        let mut drawn = Drawn { page: self.page, shown: false, collection: None, failure: None, wall, cpu };
         match fields {
             Some((collection, Ok((wall, cpu)))) => {
                 drawn.collection = Some(collection);
@@ -96,10 +82,23 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// Writes the page.
-    pub fn show(&mut self, film: Option<Film>, scene: &Scene, (run, record): (&Run, &CaseRecord)) {
-        let Some(film) = film else { return };
-        let about = view::about(scene, run, record);
+    /// Writes the page, with the shares of the cells in errors that were estimated.
+    pub fn show(
+        &mut self,
+        film: Option<Film>,
+        scene: &Scene,
+        (run, record): (&Run, &CaseRecord),
+        errors: Option<&ErrorEstimate>,
+    ) {
+        let Some(mut film) = film else { return };
+        let mut about = view::about(scene, run, record);
+        for shares in errors.iter().flat_map(|found| &found.cells) {
+            let (words, unit) = words(&shares.column);
+            film.add_of_cells(&format!("share in the error of the {words}"), unit, &shares.size);
+        }
+        if errors.is_none_or(|found| found.cells.is_empty()) {
+            about.absent.push(("share of each cell in an error".into(), "--error COLUMN --error-cells".into()));
+        }
         let title = about.title.clone();
         let html = page(&title, &[film.finish(scene, about)]);
         match files::write(&self.page, html.as_bytes()) {

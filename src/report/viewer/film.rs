@@ -5,9 +5,11 @@ use super::model::Arrows;
 use super::of_scene;
 use super::pack::Packed;
 use super::shape::{Limits, Shape};
+use crate::math::threads::CpuClock;
 use crate::scene::Scene;
 use crate::scene::output::FieldSpec;
 use crate::system::State;
+use std::time::{Duration, Instant};
 
 /// Most states of a page.
 const STATES: usize = 240;
@@ -33,6 +35,10 @@ pub struct Film {
     seen: usize,
     /// The last state, if it is not kept
     last: Option<State>,
+    /// Fields in the cells that are those of the whole run
+    of_run: Vec<Quantity>,
+    /// Wall and CPU time that adding states has taken
+    spent: (Duration, Duration),
 }
 
 impl Film {
@@ -44,11 +50,38 @@ impl Film {
             [FieldSpec::VonMises, FieldSpec::Pressure].into_iter().filter(|f| has(f) && !has(&FieldSpec::Stress));
         let others = [FieldSpec::Stress, FieldSpec::Velocity].into_iter().filter(has);
         let what = std::iter::once(FieldSpec::Stretch).chain(others).chain(of_stress).collect();
-        Self { shape: of_scene::shape(scene, limits), what, frames: vec![], stride: 1, seen: 0, last: None }
+        Self {
+            shape: of_scene::shape(scene, limits),
+            what,
+            frames: vec![],
+            stride: 1,
+            seen: 0,
+            last: None,
+            of_run: vec![],
+            spent: (Duration::ZERO, Duration::ZERO),
+        }
     }
 
-    /// Adds a state, the next one of the run.
+    /// Adds a state, the next one of the run. What that takes is kept, so that it does not count as cost.
     pub fn add(&mut self, scene: &Scene, state: &State) {
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        self.keep(scene, state);
+        self.spent = (self.spent.0 + wall.elapsed(), self.spent.1 + cpu.elapsed());
+    }
+
+    /// Wall and CPU seconds that adding states has taken so far.
+    pub fn spent(&self) -> (f64, f64) {
+        (self.spent.0.as_secs_f64(), self.spent.1.as_secs_f64())
+    }
+
+    /// Adds a field \[cells of the mesh\] that is the same at all states.
+    pub fn add_of_cells(&mut self, name: &str, unit: &str, values: &[f64]) {
+        let own = self.shape.cell_numbers.iter().map(|&c| values[c as usize] as f32).collect();
+        let (name, unit) = (name.into(), unit.into());
+        self.of_run.push(Quantity { name, unit, components: 1, at_nodes: false, states: vec![own] });
+    }
+
+    fn keep(&mut self, scene: &Scene, state: &State) {
         let due = self.seen.is_multiple_of(self.stride);
         self.seen += 1;
         if !due {
@@ -108,7 +141,7 @@ impl Film {
             self.frames.push(self.frame(scene, &last));
         }
         about.notes.extend(self.note());
-        about.absent = absent(scene, &self.what);
+        about.absent.extend(absent(scene, &self.what));
         let mut footage = Footage { times: self.frames.iter().map(|f| f.t).collect(), ..Footage::default() };
         let mut quantities: Vec<Quantity> = self.what.iter().map(quantity).collect();
         let mut contact = vec![];
@@ -120,6 +153,7 @@ impl Film {
         if contact.iter().any(|c| !c.is_empty()) {
             footage.arrows = vec![Arrows { name: "contact forces".into(), unit: "N".into(), states: contact }];
         }
+        quantities.extend(self.of_run);
         Footage { shape: self.shape, quantities, ..footage }.packed(about)
     }
 }

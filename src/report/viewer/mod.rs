@@ -17,3 +17,4 @@ pub mod of_scene;
 pub mod pack;
 pub mod page;
 pub mod shape;
+pub mod unpack;

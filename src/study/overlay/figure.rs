@@ -7,11 +7,17 @@ use crate::study::overlay::distance::Overlay;
 
 /// Name of a column with its unit in brackets.
 pub fn label(column: &str) -> String {
+    let (words, unit) = words(column);
+    if unit.is_empty() { words } else { format!("{words} [{unit}]") }
+}
+
+/// Name and unit of a column; no unit where its name has none.
+pub fn words(column: &str) -> (String, &str) {
     match column.rsplit_once('_') {
         Some((name, unit @ ("s" | "m" | "m3" | "N" | "Pa" | "J" | "deg"))) => {
-            format!("{} [{}]", name.replace('_', " "), if unit == "deg" { "°" } else { unit })
+            (name.replace('_', " "), if unit == "deg" { "°" } else { unit })
         }
-        _ => column.replace('_', " "),
+        _ => (column.replace('_', " "), ""),
     }
 }
 

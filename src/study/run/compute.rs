@@ -4,6 +4,9 @@ use crate::calibrate::inverse::{
     Calibration, End, Failure, InverseError, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
 };
 use crate::math::threads::CpuClock;
+use crate::report::viewer::film::Film;
+use crate::report::viewer::page;
+use crate::report::viewer::shape::Limits;
 use crate::scene::{
     Body, ErrorEstimator, OnProgress, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneError,
     SceneSpec, Sensitivities, SensitivityRecorder, from_text,
@@ -15,12 +18,13 @@ use crate::study::run::inputs::{inputs, uncertain_constants};
 use crate::study::run::one_run::{OneRunRecord, one_run};
 use crate::study::run::refinement::{self, RefinementRecord, refined};
 use crate::study::run::task::{Task, TaskError};
-use crate::study::run::work::{RepeatRecord, largest_memory, measure, present_memory, watch_memory};
+use crate::study::run::work::{Aside, RepeatRecord, largest_memory, measure, present_memory, watch_memory};
 use crate::study::store::fields::{Fields, USUAL};
 use crate::study::store::folder::{CaseOutput, Store, StoreError};
 use crate::study::store::identity::Identity;
 use crate::study::store::outcome::{record, refused, skin};
 use crate::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME, PANICKED, REFUSED};
+use crate::study::view;
 use crate::system::State;
 use std::path::Path;
 use std::sync::Arc;
@@ -116,20 +120,18 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         return Ok(None);
     }
     let Some(mut solved) = solved? else { return Ok(None) };
+    let film = solved.film.take();
     if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
         return Ok(None);
     }
     solved.times.0 -= waited;
-    if let Some(fields) = fields {
-        let (wall, cpu) = fields.finish()?;
-        solved.times = (solved.times.0 - wall, solved.times.1 - cpu);
-    }
+    fields.map_or(Ok(()), |fields| fields.finish().map(drop))?;
     if task.keep_refusals && solved.run.status != Status::Converged {
         let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
         last.add(&solved.scene, &solved.run.last, 0);
         last.finish()?;
     }
-    store_result(case, store, &solved, (shared, [memory, expected], identity, started)).map(Some)
+    store_result(case, store, (&solved, film), (shared, [memory, expected], identity, started)).map(Some)
 }
 
 /// The best values so far of a search of the same inputs that was stopped, or had no time left.
@@ -154,6 +156,8 @@ struct Solved {
     refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
     one_run: Option<OneRunRecord>,
+    /// The states, where the scene records fields
+    film: Option<Film>,
     /// Facts about the result that its numbers do not say
     notes: Vec<String>,
     build_s: f64,
@@ -185,6 +189,8 @@ fn solve(
     let scene = scene?;
     task.check(&scene)?;
     let mut estimator = task.estimates_errors.then(|| ErrorEstimator::new(&scene));
+    let recorded = scene.spec.output.fields.as_ref();
+    let mut film = recorded.map(|fields| Film::new(&scene, &fields.what, &Limits::USUAL));
     let mut number = 0..;
     let mut states = |state: &State| {
         if let Some(Ok(estimator)) = &mut estimator {
@@ -193,6 +199,7 @@ fn solve(
         if let Some(fields) = fields.as_mut() {
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
+        film.iter_mut().for_each(|film| film.add(&scene, state));
     };
     let mut notes = vec![];
     let recorder = match constants {
@@ -208,10 +215,11 @@ fn solve(
         },
     };
     let (run, sensitivities, times, all) = if let Some(recorder) = recorder {
-        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        let (wall, cpu, mut aside) = (Instant::now(), CpuClock::start(), Aside::default());
+        let mut on_state = |state: &State| aside.count(|| states(state));
         let mut run = scene.run_with(RunOptions {
             on_progress: Some(go_on),
-            on_state: Some(&mut states),
+            on_state: Some(&mut on_state),
             on_sized: Some(sized),
             sensitivities: Some(recorder),
             ..RunOptions::default()
@@ -219,7 +227,7 @@ fn solve(
         let sensitivities = run.sensitivities.take().expect("the options ask for them");
         let times =
             (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
-        (run, Some(sensitivities), times, vec![])
+        (run, Some(sensitivities), aside.subtracted(times), vec![])
     } else {
         let (run, times, all) = measure(&scene, repeats, go_on, &mut states, sized);
         (run, None, times, all)
@@ -228,7 +236,7 @@ fn solve(
     let repeats = if repeats > 1 { all } else { vec![] };
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
-    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, notes, build_s, times, repeats }))
+    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, film, notes, build_s, times, repeats }))
 }
 
 /// The note that constants known within intervals are in no error bar.
@@ -245,7 +253,7 @@ fn left_out(constants: &[ParameterKey], why: &str) -> String {
 fn store_result(
     case: &Case,
     store: &Store,
-    solved: &Solved,
+    (solved, film): (&Solved, Option<Film>),
     (shared, [memory, expected], identity, started): (bool, [Option<u64>; 2], Identity, u64),
 ) -> Result<CaseRecord, CaseError> {
     let Solved { scene, run, .. } = solved;
@@ -274,7 +282,11 @@ fn store_result(
     record.repeats.clone_from(&solved.repeats);
     record.phases.output_s = writing.elapsed().as_secs_f64();
     let (sensitivities, calibration) = (solved.sensitivities.as_ref(), solved.found.as_ref());
-    store.save(&mut record, &CaseOutput { run, skin: &skin, sensitivities, calibration })?;
+    let page = film.map(|film| {
+        let about = view::about_case(run, &record);
+        page::page(&record.id, &[film.finish(scene, about)])
+    });
+    store.save(&mut record, &CaseOutput { run, skin: &skin, sensitivities, calibration, page: page.as_deref() })?;
     Ok(record)
 }
 

@@ -34,8 +34,30 @@ pub struct RepeatRecord {
     pub cpu_s: f64,
 }
 
+/// Wall and CPU seconds that something else has taken during a run.
+#[derive(Default)]
+pub(super) struct Aside {
+    wall: f64,
+    cpu: f64,
+}
+
+impl Aside {
+    /// Does it, and counts what it takes.
+    pub fn count(&mut self, act: impl FnOnce()) {
+        let (wall, cpu) = (Instant::now(), CpuClock::start());
+        act();
+        self.wall += wall.elapsed().as_secs_f64();
+        self.cpu += cpu.elapsed().as_secs_f64();
+    }
+
+    /// The seconds of a run without it.
+    pub fn subtracted(&self, (wall, cpu): (f64, f64)) -> (f64, f64) {
+        (wall - self.wall, cpu - self.cpu)
+    }
+}
+
 /// Runs the scene `repeats` times. Returns the run of median CPU time, its wall and CPU seconds, and those of all. All runs give the
-/// same bits; `states` gets those of the first. A run that does not converge is not repeated.
+/// same bits; `states` gets those of the first, in time that does not count. A run that does not converge is not repeated.
 pub(super) fn measure(
     scene: &Scene,
     repeats: usize,
@@ -47,9 +69,10 @@ pub(super) fn measure(
     loop {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         let first = runs.is_empty();
+        let mut aside = Aside::default();
         let mut on_state = |state: &State| {
             if first {
-                states(state);
+                aside.count(|| states(state));
             }
         };
         let run = scene.run_with(RunOptions {
@@ -58,7 +81,8 @@ pub(super) fn measure(
             on_sized: Some(sized),
             ..RunOptions::default()
         });
-        let times = RepeatRecord { wall_s: wall.elapsed().as_secs_f64(), cpu_s: cpu.elapsed().as_secs_f64() };
+        let (wall_s, cpu_s) = aside.subtracted((wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()));
+        let times = RepeatRecord { wall_s, cpu_s };
         let done = run.status == Status::Converged;
         if done || first {
             runs.push((times, run));
