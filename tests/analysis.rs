@@ -444,7 +444,10 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
         let text = format!(r#"{{"id": "sizes-length-9300", "provenance": {provenance}}}"#);
         std::fs::write(path("cases/sizes-length-9300.json"), text).expect("file");
         let said = message();
-        assert!(said.contains(wrote) && said.contains("missing field") && said.contains("run the study again"), "{said}");
+        assert!(
+            said.contains(wrote) && said.contains("missing field") && said.contains("run the study again"),
+            "{said}"
+        );
     }
     store(dir.path(), &study());
     std::fs::remove_dir_all(path("figures")).expect("folder");

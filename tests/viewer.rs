@@ -381,7 +381,10 @@ fn a_browser_shows_the_run_without_errors_and_requests() {
     assert!(found["legend"].as_str().is_some_and(|l| l.contains("displacement, x [mm]")), "{}", found["legend"]);
     assert!(found["section"][0].as_u64().is_some_and(|n| n > 0), "{}", found["section"]);
     let saved: Vec<&str> = found["saved"].as_array().expect("a list").iter().filter_map(|s| s[0].as_str()).collect();
-    assert!(saved[..3] == ["image/png", "image/svg+xml", "image/gif"] && saved[3].starts_with("video/webm"), "{saved:?}");
+    assert!(
+        saved[..3] == ["image/png", "image/svg+xml", "image/gif"] && saved[3].starts_with("video/webm"),
+        "{saved:?}"
+    );
     let svg = &found["svg"];
     assert!(svg["shapes"].as_u64().is_some_and(|n| n > 100), "{svg}");
     assert!(svg["text"].to_string().contains("t = 0.5 s"), "{svg}");

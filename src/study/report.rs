@@ -33,6 +33,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(results.damaged.iter().cloned());
     content.figures.extend(in_study::figures(&results));
     content.tables.extend(in_study::table(&results));
+    content.tables.extend(in_study::markers_table(&results));
     let (figures, pictures) = pictures(&mut content);
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");

@@ -67,7 +67,8 @@ impl<'a> Shown<'a> {
             (None, Some(skin)) => (at_peak(case, skin, STILL), false),
             (None, None) => return None,
         };
-        Some(Self { case, skin, packed, moves, has_inside: moves })
+        let has_inside = moves && packed.has_inside();
+        Some(Self { case, skin, packed, moves, has_inside })
     }
 }
 

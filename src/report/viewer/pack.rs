@@ -37,6 +37,11 @@ impl Packed {
         self.head["times"].as_array().is_some_and(|t| t.len() > 1)
     }
 
+    /// Whether the page has the cells of the case, for sections.
+    pub fn has_inside(&self) -> bool {
+        self.head["cells"]["count"].as_u64().is_some_and(|n| n > 0)
+    }
+
     /// Notes on the parts that are left out or simplified.
     pub fn notes(&self) -> Vec<&str> {
         self.head["notes"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()

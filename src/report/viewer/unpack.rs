@@ -27,7 +27,8 @@ pub fn unpack(packed: &Packed) -> Option<Model> {
         fits.then_some(Field { name: plain(&f["name"])?, unit: plain(&f["unit"])?, at_nodes, modes })
     });
     let motion = modes(&head["motion"], &block, times.len())?;
-    let fits = motion.shapes.iter().all(|s| s.len() == 3 * points) && (motion.shapes.is_empty() || motion.components == 3);
+    let fits =
+        motion.shapes.iter().all(|s| s.len() == 3 * points) && (motion.shapes.is_empty() || motion.components == 3);
     Some(Model {
         title: plain(&head["title"])?,
         facts: plain(&head["facts"])?,
@@ -94,7 +95,8 @@ fn modes(head: &Value, block: &Block, states: usize) -> Option<Modes> {
         // On a page one component comes after the other
         Some((0..count).flat_map(|p| (0..components).map(move |i| i * count + p)).map(|k| values[k]).collect())
     });
-    let (shapes, amplitudes): (Vec<Vec<i16>>, Vec<Vec<f32>>) = (shapes.collect::<Option<_>>()?, plain(&head["amplitudes"])?);
+    let (shapes, amplitudes): (Vec<Vec<i16>>, Vec<Vec<f32>>) =
+        (shapes.collect::<Option<_>>()?, plain(&head["amplitudes"])?);
     let fits = shapes.len() == amplitudes.len() && amplitudes.iter().all(|a| a.len() == states);
     fits.then_some(Modes { components, shapes, amplitudes, error: plain(&head["error"])? })
 }
@@ -129,7 +131,8 @@ impl Block {
     fn words<const N: usize>(&self, array: &Value, kind: &str) -> Option<Vec<[u8; N]>> {
         let [at, count]: [usize; 2] = [plain(&array["at"])?, plain(&array["count"])?];
         let own = self.bytes.get(at..at.checked_add(count.checked_mul(N)?)?)?;
-        (array["kind"] == kind).then(|| (0..count).map(|k| std::array::from_fn(|plane| own[plane * count + k])).collect())
+        (array["kind"] == kind)
+            .then(|| (0..count).map(|k| std::array::from_fn(|plane| own[plane * count + k])).collect())
     }
 
     fn floats(&self, array: &Value) -> Option<Vec<f32>> {

@@ -103,7 +103,8 @@ fn motion(path: &Path) -> Option<Result<Packed, String>> {
     if !path.is_file() {
         return None;
     }
-    let damaged = || format!("{}: its data do not fit together; run the study again to compute it anew", path.display());
+    let damaged =
+        || format!("{}: its data do not fit together; run the study again to compute it anew", path.display());
     let read = page::read(path).map_err(|e| e.to_string());
     Some(read.and_then(|mut cases| cases.pop().filter(|c| unpack(c).is_some()).ok_or_else(damaged)))
 }

@@ -1,7 +1,7 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
-    Area, At, GREY, INK, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
+    Area, At, GREY, INK, LABEL, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
@@ -140,6 +140,15 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 
+/// A panel of a quantity that has no reference: there is no error to draw, and the place says so.
+fn without_reference(q: &ByQuantity<CostOfAccuracy>, measure: Measure, area: &Area, frame: [i32; 4], title: &str) {
+    text(area, title, (frame[0], frame[1] - mm(2.4)), At::Left, LABEL, INK);
+    let words = format!("no reference for the {} of the {}", measure.words(), q.quantity.label);
+    let middle = ((frame[0] + frame[2]) / 2, (frame[1] + frame[3]) / 2);
+    text(area, &words, (middle.0, middle.1 - mm(2.0)), At::Middle, SMALL, GREY);
+    text(area, "so that no error is known", (middle.0, middle.1 + mm(2.5)), At::Middle, SMALL, GREY);
+}
+
 #[expect(clippy::too_many_arguments)]
 fn panel(
     store: &Results,
@@ -154,6 +163,15 @@ fn panel(
 ) {
     let error = |s: &CostedCase| 100.0 * s.errors[measure as usize];
     let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
+    if !unknown.is_finite() {
+        return without_reference(
+            q,
+            measure,
+            area,
+            frame,
+            &format!("({})  {}", char::from(b'a' + k as u8), capital(title)),
+        );
+    }
     let top = q.settings.iter().map(|s| error(s) + unknown).fold(tolerance, f64::max);
     let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
     let low = q.settings.iter().map(|s| error(s).max(least)).fold(tolerance, f64::min);
