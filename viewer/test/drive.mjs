@@ -123,7 +123,7 @@ async function drive() {
     for (let k = 0; k < 100 && !(found.firstPaint_ms = await run(paint)); k++) await pause(50);
     return;
   }
-  await run("for (let k = 0; k < 600 && !globalThis.viewer?.drawn; k++) await new Promise((next) => setTimeout(next, 50))");
+  await run("for (let k = 0; k < 2400 && !globalThis.viewer?.drawn; k++) await new Promise((next) => setTimeout(next, 50))");
   Object.assign(found, await run(`return { drawn: viewer.drawn, firstDraw_ms: viewer.firstDraw, title: document.title, heading: document.querySelector("h1").textContent,
     elements: document.querySelectorAll("img, iframe, object, embed, link, form").length, quantities: viewer.cases.map((c) => c.quantities.map((q) => q.name)),
     absent: viewer.cases[0].head.absent, notes: viewer.cases[0].head.notes, still: document.querySelector(".still")?.textContent }`));
@@ -141,10 +141,10 @@ async function drive() {
 }
 
 const patience = setTimeout(() => {
-  console.error("the browser did not answer within 120 s");
+  console.error("the browser did not answer within 300 s");
   browser.kill();
   process.exit(1);
-}, 120_000);
+}, 300_000);
 try {
   await drive();
 } finally {

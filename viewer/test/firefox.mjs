@@ -53,7 +53,7 @@ export async function start(found) {
     return new Promise((done, fail) => waiting.set(id, { done, fail }));
   };
   await send("WebDriver:NewSession", { capabilities: { alwaysMatch: { acceptInsecureCerts: false } } });
-  await send("WebDriver:SetTimeouts", { script: 110_000, pageLoad: 60_000, implicit: 0 });
+  await send("WebDriver:SetTimeouts", { script: 280_000, pageLoad: 120_000, implicit: 0 });
   await send("WebDriver:SetWindowRect", { width: 1280, height: 885 });
   const act = (actions) => send("WebDriver:PerformActions", { actions }).then(() => send("WebDriver:ReleaseActions"));
   const move = ([x, y], duration = 0) => ({ type: "pointerMove", x: Math.round(x), y: Math.round(y), duration });
