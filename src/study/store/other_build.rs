@@ -18,7 +18,7 @@ pub fn writer(bytes: &[u8]) -> Option<String> {
     }
 }
 
-/// What is wrong with a file that does not parse: another build has written it, or it is no record at all.
+/// The reason for which a file does not parse: another build has written it, or it is no record at all.
 pub fn explain(bytes: &[u8], why: &serde_json::Error) -> String {
     match writer(bytes) {
         Some(build) => format!("{build} has written it in a form that this build does not read: {why}"),
