@@ -2,7 +2,7 @@
 //! against what drives it.
 
 use crate::report::canvas::{self, Area, PALETTE, RGB, SMALL, columns, dashed, figure, italic, line, mm, page_width};
-use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines};
+use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
@@ -93,7 +93,7 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
     let row = TOP + tall + between + low + 10.0;
     let below = row * panels.len().div_ceil(across) as f64;
     let height = match is_narrow {
-        true => below + 4.2 * legend_lines(entries.len(), width - LEFT) + 1.0,
+        true => below + LINE * entries.len() as f64 + 1.0,
         false => row.max(TOP + 4.2 * looks.len() as f64 + 4.0),
     };
     let svg = figure(width, height, "", |area| {
@@ -103,10 +103,8 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
             let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
             panel(area, store, a, q, &looks, (upper, lower), ['a', 'b', 'c'][k]);
         }
-        match is_narrow {
-            true => legend_below(area, (LEFT, below + 2.0), width - LEFT, entries),
-            false => legend(area, (mm(width - side + 4.0), mm(TOP + 2.0)), &entries),
-        }
+        let at = if is_narrow { (LEFT, below + 2.0) } else { (width - side + 4.0, TOP + 2.0) };
+        legend(area, (mm(at.0), mm(at.1)), &entries);
     });
     let far = panels.iter().any(|q| q.members.iter().any(|c| c.largest > FAR));
     let far = if far { " Members off by more than half of the peak are not drawn there." } else { "" };

@@ -1,7 +1,7 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
-    Area, At, GREY, INK, LABEL, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
+    Area, At, GREY, INK, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
@@ -37,8 +37,17 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
         return None;
     }
     let cost = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
-    let panels: Vec<(&ByQuantity<CostOfAccuracy>, Measure)> =
-        shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
+    let (panels, without): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
+        shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).partition(|(q, m)| q.uncertainty(*m).is_finite());
+    if panels.is_empty() {
+        return None;
+    }
+    let without: Vec<String> =
+        without.iter().map(|(q, m)| format!("{} of the {}", m.words(), q.quantity.label)).collect();
+    let without = match &without[..] {
+        [] => String::new(),
+        some => format!(" Without a reference, so that no error is known: {}.", some.join(", ")),
+    };
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
@@ -46,7 +55,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.",
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{without}",
         store.study.label(variant)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
@@ -54,7 +63,8 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
 
 /// Error of the first quantity of a variant over unknowns, entries of the factor, operations and memory, as far as they differ.
 pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
-    let q = a.quantities.iter().find(|q| q.variant == variant && q.settings.len() > 1)?;
+    let is_known = |q: &&ByQuantity<CostOfAccuracy>| q.uncertainty(Measure::Peak).is_finite();
+    let q = a.quantities.iter().filter(is_known).find(|q| q.variant == variant && q.settings.len() > 1)?;
     let all = [
         Amount {
             label: format!("free degrees of freedom {}", italic("n")),
@@ -140,15 +150,6 @@ fn look(store: &Results, family: &str) -> (Mark, RGB) {
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
 
-/// A panel of a quantity that has no reference: there is no error to draw, and the place says so.
-fn without_reference(q: &ByQuantity<CostOfAccuracy>, measure: Measure, area: &Area, frame: [i32; 4], title: &str) {
-    text(area, title, (frame[0], frame[1] - mm(2.4)), At::Left, LABEL, INK);
-    let words = format!("no reference for the {} of the {}", measure.words(), q.quantity.label);
-    let middle = ((frame[0] + frame[2]) / 2, (frame[1] + frame[3]) / 2);
-    text(area, &words, (middle.0, middle.1 - mm(2.0)), At::Middle, SMALL, GREY);
-    text(area, "so that no error is known", (middle.0, middle.1 + mm(2.5)), At::Middle, SMALL, GREY);
-}
-
 #[expect(clippy::too_many_arguments)]
 fn panel(
     store: &Results,
@@ -163,15 +164,6 @@ fn panel(
 ) {
     let error = |s: &CostedCase| 100.0 * s.errors[measure as usize];
     let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
-    if !unknown.is_finite() {
-        return without_reference(
-            q,
-            measure,
-            area,
-            frame,
-            &format!("({})  {}", char::from(b'a' + k as u8), capital(title)),
-        );
-    }
     let top = q.settings.iter().map(|s| error(s) + unknown).fold(tolerance, f64::max);
     let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
     let low = q.settings.iter().map(|s| error(s).max(least)).fold(tolerance, f64::min);
