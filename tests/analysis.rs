@@ -434,6 +434,21 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     assert!(message().contains("line 3: bending_angle_deg is \"fast\""), "{}", message());
     std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
     assert!(message().contains("sizes-length-9300.json is not a valid record"), "{}", message());
+    for (provenance, wrote) in [
+        (r#"{"version": "0.1.0", "scene": ""}"#, "an earlier build of durometer 0.1.0"),
+        (
+            r#"{"scene": "", "build": {"version": "0.0.7", "source_sha256": "4f2a00112233", "compiler": "rustc 1.70", "cpu": "x86_64"}}"#,
+            "durometer 0.0.7, sources 4f2a00112233, rustc 1.70",
+        ),
+    ] {
+        let text = format!(r#"{{"id": "sizes-length-9300", "provenance": {provenance}}}"#);
+        std::fs::write(path("cases/sizes-length-9300.json"), text).expect("file");
+        let said = message();
+        assert!(
+            said.contains(wrote) && said.contains("missing field") && said.contains("run the study again"),
+            "{said}"
+        );
+    }
     store(dir.path(), &study());
     std::fs::remove_dir_all(path("figures")).expect("folder");
     std::fs::write(path("figures"), "in the way").expect("file");

@@ -188,6 +188,13 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     assert!(a.quantities[0].reference.as_ref().is_some_and(|r| r.refused));
     assert!(a.verdict.contains("has no reference") && a.verdict.contains("across the thinnest wall"), "{}", a.verdict);
     assert!(a.quantities[0].answers.iter().all(|answer| answer.cheapest.is_none()));
+    // No error is known, and none is drawn
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    for figure in ["work-precision-length.svg", "work-amounts-length.svg"] {
+        assert!(!dir.path().join("figures").join(figure).exists(), "{figure}");
+    }
 }
 
 /// Errors of a quantity with an absolute tolerance are shares of absolute/relative where that is above the value.

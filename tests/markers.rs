@@ -136,6 +136,33 @@ fn distances_are_those_that_the_tracks_were_made_with() {
     }
 }
 
+/// The report of a study has the distances of every case in a table.
+#[test]
+fn the_report_of_a_study_has_the_distances_of_its_cases() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (code, out) = simulate(folder.path(), SCENE, &["simulate", "--out", "out"]);
+    assert_eq!(code, Some(0), "{out}");
+    write_tracks(folder.path(), &rows(folder.path()));
+    std::fs::write(folder.path().join("scene.toml"), format!("{SCENE}{COMPARED}")).expect("writable");
+    let study = "kind = \"convergence\"\nquestion = \"?\"\nexpectation = \"?\"\nscene = \"scene.toml\"\ntolerance = \"5 %\"\n\
+         [[variant]]\nname = \"down\"\nquantity = [{ name = \"face_1_z_m\", label = \"height\", symbol = \"z\", unit = \"m\" }]\n\
+         [[family]]\nname = \"sizes\"\nrole = \"sizes\"\n[family.members]\nnominal = {}\n";
+    std::fs::write(folder.path().join("study.toml"), study).expect("writable");
+    let output = Command::new(env!("CARGO_BIN_EXE_durometer"))
+        .args(["run", "study.toml", "--out", "results"])
+        .current_dir(folder.path())
+        .output()
+        .expect("the program runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = std::fs::read_to_string(folder.path().join("results/tables/markers.csv")).expect("a table");
+    let row =
+        |marker: &str| table.lines().find(|l| l.contains(marker)).unwrap_or_else(|| panic!("{table}")).to_string();
+    assert!(row("tip").contains(",9,5.00,5.00,"), "{table}");
+    assert!(row("middle").ends_with(",9,0.67,2.00,1.000"), "{table}");
+    let page = std::fs::read_to_string(folder.path().join("results/index.html")).expect("a report");
+    assert!(page.contains("Distances of recorded points from measured markers"));
+}
+
 /// Points, markers and files that do not exist are refused before the run, by `check` and by `simulate`; a list of curves may come before the markers.
 #[test]
 fn mistakes_are_refused_before_the_run() {

@@ -5,6 +5,8 @@
 #[path = "analysis/synthetic.rs"]
 mod synthetic;
 
+use durometer::report::canvas;
+use durometer::report::style::{self, STYLES};
 use durometer::study::analysis::Analysis;
 use durometer::study::curve::Curve;
 use durometer::study::expand::Study;
@@ -131,6 +133,28 @@ fn the_report_holds_both_figures() {
         ["figures/comparison-length.svg", "figures/loops-length.pdf", "tables/costs.csv", "tables/comparison.tex"]
     {
         assert!(dir.path().join(file).is_file(), "{file}");
+    }
+}
+
+/// In every style the type has the size of the style, and no word of a legend ends outside of the figure, however long the name of a member is.
+#[test]
+fn figures_of_every_style_keep_their_type_and_their_legends() {
+    let (mut study, stored) = study();
+    study.members.insert("base".into(), "a law with a name of more than forty letters".into());
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    for (name, style) in STYLES {
+        style::within(style, || report::write(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        let svg = std::fs::read_to_string(dir.path().join("figures/comparison-length.svg")).expect("a figure");
+        let (_, view) = svg.split_once("viewBox=\"0 0 ").expect("a view box");
+        let units: f64 = view.split(' ').next().and_then(|w| w.parse().ok()).expect("a width");
+        // A label has 80 units of a tenth of a point at eight points
+        let zoom = canvas::width_mm(&svg) * 720.0 / 25.4 / units;
+        assert!(zoom >= 0.999 * style.font_pt / 8.0, "{name}: type is shrunk to {zoom} of its size");
+        let entry = svg.split("<text ").find(|t| t.contains("forty letters")).expect("a legend");
+        let x: f64 = entry.split('"').nth(1).and_then(|x| x.parse().ok()).expect("a place");
+        let words = "a law with a name of more than forty letters (reference)";
+        assert!(x + f64::from(canvas::width(words, canvas::SMALL)) <= units, "{name}: the legend ends outside");
     }
 }
 

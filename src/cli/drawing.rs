@@ -7,7 +7,8 @@ use durometer::report::viewer::film::Film;
 use durometer::report::viewer::page::page;
 use durometer::report::viewer::shape::Limits;
 use durometer::scene::output::ScheduleSpec;
-use durometer::scene::{Checkpoint, Run, Scene};
+use durometer::scene::{Checkpoint, ErrorEstimate, Run, Scene};
+use durometer::study::overlay::figure::words;
 use durometer::study::store::fields::{Fields, USUAL};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::view;
@@ -128,10 +129,23 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    /// Writes the page.
-    pub fn show(&mut self, film: Option<Film>, scene: &Scene, (run, record): (&Run, &CaseRecord)) {
-        let Some(film) = film else { return };
-        let about = view::about(scene, run, record);
+    /// Writes the page, with the shares of the cells in errors that were estimated.
+    pub fn show(
+        &mut self,
+        film: Option<Film>,
+        scene: &Scene,
+        (run, record): (&Run, &CaseRecord),
+        errors: Option<&ErrorEstimate>,
+    ) {
+        let Some(mut film) = film else { return };
+        let mut about = view::about(scene, run, record);
+        for shares in errors.iter().flat_map(|found| &found.cells) {
+            let (words, unit) = words(&shares.column);
+            film.add_of_cells(&format!("share in the error of the {words}"), unit, &shares.size);
+        }
+        if errors.is_none_or(|found| found.cells.is_empty()) {
+            about.absent.push(("share of each cell in an error".into(), "--error COLUMN --error-cells".into()));
+        }
         let title = about.title.clone();
         let html = page(&title, &[film.finish(scene, about)]);
         match files::write(&self.page, html.as_bytes()) {

@@ -77,6 +77,10 @@ pub struct Args {
     #[arg(long, value_name = "COLUMN", num_args = 0..=1, default_missing_value = "all",
           conflicts_with_all = ["restart", "controller", "replay"])]
     error: Vec<String>,
+    /// With --error: show on the page where in the mesh the error comes from, as a colour of the cells; an adjoint solution for each
+    /// quantity. Not where the state depends on the path
+    #[arg(long, requires = "error", conflicts_with = "no_view")]
+    error_cells: bool,
     /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
     #[arg(long, value_name = "WHEN")]
     save_state: Vec<String>,
@@ -184,9 +188,11 @@ pub fn main(args: Args) -> CommandResult {
     record.notes.extend(note);
     record.phases.build_s = build_s;
     let (json, full) = replace(partial, &args.out, &scene, &run, &record)?;
-    drawn.show(film, &scene, (&run, &record));
     states.end(&run);
-    let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose()?;
+    let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose();
+    let found = errors.as_ref().ok().and_then(|found| found.as_ref()?.as_ref());
+    drawn.show(film, &scene, (&run, &record), found);
+    let errors = errors?;
     let has_errors = errors.as_ref().is_none_or(Option::is_some);
     bars.finished(&record, false);
     tell(&args, (&record, scene.notes.len(), &json), &states.files, errors.iter().flatten(), &drawn);
@@ -355,7 +361,7 @@ fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstimator<
     }
     let estimator = ErrorEstimator::new(scene)?;
     estimator.check_columns(estimated_columns(args))?;
-    Ok(Some(estimator))
+    if args.error_cells { estimator.localised().map(Some) } else { Ok(Some(estimator)) }
 }
 
 /// Estimates the errors that are asked for, and writes them; none where the run or the enriched solution is not complete.

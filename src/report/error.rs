@@ -12,6 +12,8 @@ pub enum ReportError {
     Unreadable { path: PathBuf, source: io::Error },
     /// JSON that is not what it should be, with line and column
     Malformed { path: PathBuf, source: serde_json::Error },
+    /// A record in the form of another build, which is named
+    OtherBuild { path: PathBuf, wrote: String, source: serde_json::Error },
     /// Files of a later version
     Newer { path: PathBuf, found: u32, known: u32 },
     /// A time series that is no table of numbers
@@ -55,6 +57,12 @@ impl fmt::Display for ReportError {
                 "{} is not a valid record: {source}; delete it and run the study again, the other cases are kept",
                 path.display()
             ),
+            Self::OtherBuild { path, wrote, source } => write!(
+                f,
+                "{}: {wrote} has written it in a form that this build does not read: {source}; run the study again to compute its cases \
+                 anew, or draw its report with that build",
+                path.display()
+            ),
             Self::BadSeries { path, line, what } => write!(
                 f,
                 "{}, line {line}: {what}; delete the file and its .json and run the study again",
@@ -85,7 +93,7 @@ impl std::error::Error for ReportError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Unreadable { source, .. } | Self::Unwritable { source, .. } => Some(source),
-            Self::Malformed { source, .. } => Some(source),
+            Self::Malformed { source, .. } | Self::OtherBuild { source, .. } => Some(source),
             _ => None,
         }
     }

@@ -1,6 +1,8 @@
 //! Common parts of figures: the figure itself, its legend, marks and colours by number.
 
-use crate::report::canvas::{Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, text, width_mm};
+use crate::report::canvas::{
+    Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, page_width, text, width_mm,
+};
 use crate::report::error::ReportError;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -72,6 +74,29 @@ pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: V
     for (k, entry) in entries.into_iter().enumerate() {
         let at = (left + ENTRY * (k % columns) as f64, top + LINE * (k / columns) as f64);
         legend(area, (mm(at.0), mm(at.1)), &[entry]);
+    }
+}
+
+/// Places of a column of panels and of its legend \[mm\]: next to each other, or on a narrow page one below the other, so that type is never shrunk.
+pub struct WithLegend {
+    /// Width of the panels
+    pub wide: f64,
+    /// First line of the legend
+    pub legend: (f64, f64),
+    /// Width and height of the figure
+    pub size: (f64, f64),
+}
+
+impl WithLegend {
+    /// For panels from `left` and `top` down to `bottom`, where their last axis ends, and so many lines.
+    pub fn new((left, top, bottom): (f64, f64, f64), lines: f64) -> Self {
+        let page = page_width();
+        if page < 180.0 {
+            let size = (page, bottom + 3.0 + LINE * lines);
+            return Self { wide: page - left - 4.0, legend: (left, bottom + 3.0), size };
+        }
+        let wide = 100.0_f64.min(page - 62.0);
+        Self { wide, legend: (left + wide + 6.0, top + 3.0), size: (page, bottom) }
     }
 }
 

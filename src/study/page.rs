@@ -4,6 +4,7 @@ use crate::material::title;
 use crate::report::figure::Figure;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
+use crate::report::viewer::pack::Packed;
 use crate::study::content::Content;
 use crate::study::locking;
 use crate::study::store::builds;
@@ -12,8 +13,8 @@ use crate::study::store::results::Results;
 /// The page next to this one that shows the cases in three dimensions.
 pub const VIEW: &str = "view.html";
 
-/// The whole page with the figures that could be drawn; `shown`: there is a page with the cases in three dimensions.
-pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: bool) -> String {
+/// The whole page with the figures that could be drawn; `shown`: the cases of the page in three dimensions.
+pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: &[Packed]) -> String {
     let s = &store.study;
     let mut h = String::with_capacity(1 << 20);
     let class = if content.supported { "verdict" } else { "verdict refused" };
@@ -23,10 +24,13 @@ pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: bool)
         h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
     }
     h += &facts(&content.facts);
-    if shown {
-        h += &format!(
-            "<p><a href=\"{VIEW}\">The cases in three dimensions</a>, at the states farthest from rest.</p>\n"
-        );
+    if !shown.is_empty() {
+        let what = match shown.iter().filter(|case| case.moves()).count() {
+            0 => "at the states farthest from rest",
+            moving if moving == shown.len() => "with their motion",
+            _ => "with their motion where it is recorded",
+        };
+        h += &format!("<p><a href=\"{VIEW}\">The cases in three dimensions</a>, {what}.</p>\n");
     }
     h += "<h2>Per quantity</h2>\n";
     h += &list(content.sentences.iter().cloned());

@@ -33,6 +33,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(results.damaged.iter().cloned());
     content.figures.extend(in_study::figures(&results));
     content.tables.extend(in_study::table(&results));
+    content.tables.extend(in_study::markers_table(&results));
     let (figures, pictures) = pictures(&mut content);
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
@@ -49,7 +50,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     if !shown.is_empty() {
         files::write(&dir.join(page::VIEW), viewer::page::page(&results.study.study, &shown).as_bytes())?;
     }
-    files::write(&dir.join("index.html"), page::html(&results, &content, &figures, !shown.is_empty()).as_bytes())?;
+    files::write(&dir.join("index.html"), page::html(&results, &content, &figures, &shown).as_bytes())?;
     for (figure, pictures) in figures.iter().zip(&pictures) {
         pictures.save(&dir.join("figures"), &figure.name)?;
         files::write(&dir.join("figures").join(format!("{}.tex", figure.name)), latex::figure(figure).as_bytes())?;

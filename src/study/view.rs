@@ -1,10 +1,11 @@
-//! Cases for the page that shows them in three dimensions: a run with its motion, and the stored cases of a study at their peak.
+//! Cases for the page that shows them in three dimensions: a run with its motion, and the stored cases of a study.
 
 use crate::report::numbers::seconds;
-use crate::report::viewer::footage::{About, Footage, Quantity};
+use crate::report::viewer::footage::{About, Footage, Quantity, hollow};
 use crate::report::viewer::model::Curves;
-use crate::report::viewer::pack::Packed;
+use crate::report::viewer::pack::{Packed, pack};
 use crate::report::viewer::shape::{PartKind, Shape};
+use crate::report::viewer::unpack::unpack;
 use crate::scene::{Run, Scene};
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
@@ -15,11 +16,13 @@ const BYTES: usize = 3_500_000;
 
 /// Title, facts, limits and curves of a run.
 pub fn about(scene: &Scene, run: &Run, record: &CaseRecord) -> About {
-    About {
-        title: if scene.title.is_empty() { record.id.clone() } else { scene.title.clone() },
-        curves: Curves { columns: run.columns.clone(), rows: run.rows.clone() },
-        ..facts(record)
-    }
+    let about = about_case(run, record);
+    About { title: if scene.title.is_empty() { about.title } else { scene.title.clone() }, ..about }
+}
+
+/// The same under the id of the case: those of a study may have one title.
+pub fn about_case(run: &Run, record: &CaseRecord) -> About {
+    About { curves: Curves { columns: run.columns.clone(), rows: run.rows.clone() }, ..facts(record) }
 }
 
 /// Title, facts and limits of a run before its first step.
@@ -35,7 +38,7 @@ pub fn about_before(scene: &Scene, name: &str) -> About {
         facts: facts.into_iter().map(|(name, value)| (name.to_string(), value)).collect(),
         notes: scene.notes.clone(),
         curves: Curves { columns: scene.columns(), rows: vec![] },
-        absent: vec![],
+        ..About::default()
     }
 }
 
@@ -63,23 +66,72 @@ fn facts(record: &CaseRecord) -> About {
     }
 }
 
-/// The cases of a study at the peaks of their protocols, as far as they fit into one page.
-pub fn cases(results: &Results) -> Vec<Packed> {
-    let mut out: Vec<Packed> = vec![];
-    let mut left = BYTES;
-    for case in &results.cases {
-        let Some(skin) = results.skins.get(&case.record.id) else { continue };
-        let packed = at_peak(case, skin);
-        if packed.data.len() <= left {
-            left -= packed.data.len();
-            out.push(packed);
-        }
-    }
-    out
+/// A case of a page of a study: its motion, or the state farthest from rest.
+struct Shown<'a> {
+    case: &'a StoredCase,
+    skin: Option<&'a Skin>,
+    packed: Packed,
+    moves: bool,
+    has_inside: bool,
 }
 
+impl<'a> Shown<'a> {
+    fn of(results: &'a Results, case: &'a StoredCase) -> Option<Self> {
+        let id = &case.record.id;
+        let skin = results.skins.get(id);
+        let (packed, moves) = match (results.motions.get(id), skin) {
+            (Some(motion), _) => (motion.clone(), true),
+            (None, Some(skin)) => (at_peak(case, skin, STILL), false),
+            (None, None) => return None,
+        };
+        let has_inside = moves && packed.has_inside();
+        Some(Self { case, skin, packed, moves, has_inside })
+    }
+}
+
+/// The cases of a study, as far as they fit into one page: with their motion where it is recorded, or at the peaks of their protocols. Where they are too
+/// large, the largest ones lose their inside first, and then their motion; a note says so.
+pub fn cases(results: &Results) -> Vec<Packed> {
+    let mut all: Vec<Shown> = results.cases.iter().filter_map(|case| Shown::of(results, case)).collect();
+    let size = |all: &[Shown]| all.iter().map(|s| s.packed.data.len()).sum::<usize>();
+    let largest = |all: &[Shown], can: &dyn Fn(&Shown) -> bool| {
+        (0..all.len()).filter(|&k| can(&all[k])).max_by_key(|&k| (all[k].packed.data.len(), all.len() - k))
+    };
+    while size(&all) > BYTES {
+        if let Some(k) = largest(&all, &|s| s.has_inside) {
+            all[k].has_inside = false;
+            all[k].packed = unpack(&all[k].packed).map_or_else(|| all[k].packed.clone(), |m| pack(&hollow(&m)));
+        } else if let Some(k) = largest(&all, &|s| s.moves && s.skin.is_some()) {
+            all[k].moves = false;
+            let still = all[k].skin.map(|skin| at_peak(all[k].case, skin, TOO_LARGE));
+            all[k].packed = still.unwrap_or_else(|| all[k].packed.clone());
+        } else {
+            break;
+        }
+    }
+    let mut left = BYTES;
+    let fits = |s: &Shown| {
+        let size = s.packed.data.len();
+        let fits = size <= left;
+        left -= if fits { size } else { 0 };
+        fits
+    };
+    let (kept, out): (Vec<Shown>, Vec<Shown>) = all.into_iter().partition(fits);
+    let mut kept: Vec<Packed> = kept.into_iter().map(|s| s.packed).collect();
+    if let (Some(first), false) = (kept.first_mut(), out.is_empty()) {
+        let ids: Vec<&str> = out.iter().map(|s| s.case.record.id.as_str()).collect();
+        first.add_note(format!("Left out to keep the page small: {}.", ids.join(", ")));
+    }
+    kept
+}
+
+/// Why a case does not move.
+const STILL: &str = "The results hold only the state farthest from rest. With `[output] fields = { what = [\"displacement\"] }` in the scene, a run of the study \
+     records the motion.";
+const TOO_LARGE: &str = "The motion is left out to keep the page small; `cases/<id>.view.html` shows it.";
+
 /// A stored case at the state farthest from rest.
-fn at_peak(case: &StoredCase, skin: &Skin) -> Packed {
+fn at_peak(case: &StoredCase, skin: &Skin, why: &str) -> Packed {
     let count = skin.points.len() as u32;
     let numbers: Vec<u32> = (0..skin.triangles.len() as u32).collect();
     let mut shape = Shape {
@@ -109,7 +161,7 @@ fn at_peak(case: &StoredCase, skin: &Skin) -> Packed {
     let columns = std::iter::once("t_s".to_string()).chain(series.columns.keys().cloned()).collect();
     let mut about = facts(&case.record);
     about.curves = Curves { columns, rows: (0..series.t_s.len()).map(row).collect() };
-    about.notes.push("This is the state farthest from rest; `durometer simulate` shows the whole motion.".into());
+    about.still = why.replace("<id>", &case.record.id);
     Footage { shape, times: vec![skin.t_s], motion: vec![motion], quantities: vec![stretch], arrows: vec![] }
         .packed(about)
 }

@@ -212,8 +212,8 @@ pub fn results(plan: &ValidationPlan) -> Results {
         details: serde_json::Value::Null,
         version: String::new(),
     };
-    let (skins, found) = (BTreeMap::new(), BTreeMap::new());
-    Results { study, cases, skins, found, sensitivities, damaged: vec![] }
+    let (skins, motions, found) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+    Results { study, cases, skins, motions, found, sensitivities, damaged: vec![] }
 }
 
 pub fn found(results: &Results, plan: &ValidationPlan) -> ValidationFindings {

@@ -7,6 +7,7 @@ import { button, check, el, field, group, icon, row, select, slider } from "./pa
 import { compose, gif, png, save, webm } from "./picture.js";
 import { Plot } from "./plot.js";
 import { column, number, scaled, ticks } from "./units.js";
+import { svg } from "./vector.js";
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const KEYS =
@@ -163,6 +164,8 @@ export class App {
   }
 
   #timeControls() {
+    const still = [...new Set(this.cases.map((c) => c.head.still).filter(Boolean))];
+    if (still.length) this.foot.append(el("p", { class: "still" }, still.join(" ")));
     if (!this.moves) return;
     this.play = button(icon("play"), "Play or pause (space)", () => this.toggle());
     const step = (this.times[1] - this.times[0]) / 1000 || 1;
@@ -204,7 +207,7 @@ export class App {
     this.pick = select("Colour by", options, "", (n) => this.choose(n));
     this.ends = [0, 1].map((k) => field(k ? "Upper end" : "Lower end", "", (text) => this.#end(k, text)));
     const hints = [...absent].filter(([name]) => !this.#names().includes(name)).map(([name, key]) => el("li", {}, `${name}: `, el("code", {}, key)));
-    const more = hints.length ? [el("details", { class: "hint" }, el("summary", {}, "Other fields"), el("p", {}, "They are shown where the scene records them:"), el("ul", {}, ...hints))] : [];
+    const more = hints.length ? [el("details", { class: "hint" }, el("summary", {}, "Other fields"), el("p", {}, "They are shown where the run has them:"), el("ul", {}, ...hints))] : [];
     this.mapPick = select("Colour map", Object.keys(MAPS).map((m) => [m, m]), s.map, (m) => {
       s.map = m;
       this.redraw("all");
@@ -291,7 +294,8 @@ export class App {
     const paper = select("Background", [["white", "white"], ["dark", "dark"], ["none", "transparent"]], "white", (v) => (o.background = v));
     this.busy = el("output", { class: "small", "aria-live": "polite" });
     const movies = this.moves ? [button("GIF", "Motion as GIF", () => this.export("gif")), button("WebM", "Motion as WebM", () => this.export("webm"))] : [];
-    return group("Export", false, row("Width [px]", width), row("Background", paper), el("div", { class: "buttons" }, button("PNG", "This view as PNG", () => this.export("png")), ...movies), this.busy);
+    return group("Export", false, row("Width [px]", width), row("Background", paper), el("div", { class: "buttons" }, button("PNG", "This view as PNG", () => this.export("png")),
+      button("SVG", "This view as SVG: lines and text for a paper", () => this.export("svg")), ...movies), this.busy);
   }
 
   #numbersGroup() {
@@ -443,7 +447,7 @@ export class App {
       const box = canvas.getBoundingClientRect();
       const { section } = this.s;
       pane.pick = pane.nodeAt(this.view, e.clientX - box.left, e.clientY - box.top, section.on ? [...section.normal, section.offset] : null);
-      this.redraw("time");
+      this.redraw("pick");
     });
   }
 
@@ -461,17 +465,21 @@ export class App {
     const has = (...why) => why.some((w) => dirty.has(w) || dirty.has("all"));
     if (!this.panes) return;
     if (has("size")) this.#resize();
-    if (has("time")) {
+    // Between two states a time that is played changes the slider alone
+    const moved = has("pick") || this.panes.some((p) => p.state !== s.state(p.body));
+    if (moved) {
       if (this.#quantity() && s.fixed !== "own") s.range = this.#range(s.fixed);
       this.panes.forEach((p) => p.update(s));
-      this.#words();
     }
+    if (has("time", "pick")) this.#words();
     if (has("time") && (s.fixed === "now" || has("all"))) this.#legend();
-    if (has("size", "time", "view")) this.panes.forEach((p) => p.draw(this.view));
+    if (moved || has("size", "view")) {
+      this.panes.forEach((p) => p.draw(this.view));
+      this.drawn = (this.drawn ?? 0) + 1;
+    }
     if (this.plot && has("size", "plot")) this.plot.draw(s.column);
     if (this.plot && has("time", "plot", "size")) this.#mark();
     dirty.clear();
-    this.drawn = (this.drawn ?? 0) + 1;
     this.firstDraw ??= performance.now();
   }
 
@@ -571,10 +579,17 @@ export class App {
     const ink = this.out.background === "dark" ? "#eee" : "#111";
     const background = { white: "#fff", dark: "#14181d", none: null }[this.out.background];
     return {
-      width, background, ink, fine, aspect: w / h, shown: w,
+      width, background, ink, fine, aspect: w / h, shown: w, size: { width: w, height: h },
       time: this.moves ? this.#clockText() : "",
       legend: q && { map: this.s.map, bands: this.s.bands, range: this.s.range.map((v) => v * factor), title: unit ? `${q.name} [${unit}]` : q.name },
     };
+  }
+
+  /** A view by itself as the address of a picture. */
+  #alone(pane) {
+    const canvas = document.createElement("canvas");
+    compose(canvas, [pane], this.view, { ...this.#picture(this.out.width, true), background: null, legend: null, time: "" });
+    return canvas.toDataURL("image/png");
   }
 
   /** Makes a picture, or a movie over all times, and offers it as a file. */
@@ -596,6 +611,9 @@ export class App {
       if (kind === "png") {
         paint(time, this.out.width);
         blob = await png(canvas);
+      } else if (kind === "svg") {
+        paint(time, this.out.width);
+        blob = new Blob([svg(this.panes, this.view, this.#picture(this.out.width), (pane) => this.#alone(pane))], { type: "image/svg+xml" });
       } else {
         const longest = Math.max(...this.cases.map((c) => c.states));
         const count = this.s.smooth ? 60 : Math.min(longest, 120);

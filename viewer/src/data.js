@@ -2,17 +2,16 @@
 
 const FORMAT = 1;
 
-/** All cases of the page. */
-export async function readCases(Kind = Case) {
+/** All cases of the page: the title of each, and what reads its numbers when it is shown first. */
+export function listCases(Kind = Case) {
   const heads = [...document.querySelectorAll("script.head")];
   const blocks = [...document.querySelectorAll("script.data")];
-  return Promise.all(
-    heads.map(async (head, k) => {
-      const description = JSON.parse(head.textContent);
-      if (description.format > FORMAT) throw new Error(`the data have format ${description.format}, this viewer reads ${FORMAT}`);
-      return new Kind(description, new Uint8Array(await globalThis.inflate(blocks[k].textContent)));
-    }),
-  );
+  return heads.map((head, k) => {
+    const description = JSON.parse(head.textContent);
+    if (description.format > FORMAT) throw new Error(`the data have format ${description.format}, this viewer reads ${FORMAT}`);
+    let read = null;
+    return { title: description.title, read: () => (read ??= globalThis.inflate(blocks[k].textContent).then((bytes) => new Kind(description, new Uint8Array(bytes)))) };
+  });
 }
 
 /** Numbers that are stored byte by byte, first bytes first. */

@@ -160,6 +160,8 @@ class Drawn {
 
 /** Triangles with a number at each vertex. */
 export class Faces extends Drawn {
+  isFaces = true;
+
   makeProgram() {
     this.table = new Texture(this.gl, {
       image: new Uint8Array(1024), width: 256, height: 1, generateMipmaps: false, flipY: false,
@@ -186,6 +188,7 @@ export class Faces extends Drawn {
   /** Positions and numbers of the vertices; values that are not finite are drawn plain. With the index: two barycentric coordinates of each vertex. */
   show(position, value, index, local) {
     const numbers = value ?? new Float32Array(position.length / 3);
+    this.shown = { position, value: numbers, index: index ?? this.shown?.index, local: local ?? this.shown?.local };
     for (let k = 0; k < numbers.length; k++) if (!Number.isFinite(numbers[k])) numbers[k] = NONE;
     this.set(position.length / 3, { position, value: numbers }, index, local);
     if (!this.node.geometry.attributes.index) this.node.geometry.setDrawRange(0, this.used);
@@ -235,6 +238,7 @@ export class Lines extends Drawn {
   /** [segments × 6] both ends; [segments × 2] factors of the width at the ends. */
   show(segments, factors) {
     const n = segments.length / 6;
+    this.shown = { segments, factors };
     const [a, b, ends] = [new Float32Array(12 * n), new Float32Array(12 * n), new Float32Array(8 * n).fill(1)];
     for (let s = 0; s < n; s++) {
       for (let k = 4 * s; k < 4 * s + 4; k++) {

@@ -25,6 +25,8 @@ export class Pane {
     this.canvas = new Canvas(element);
     const add = (object) => this.canvas.add(object);
     this.faces = add(new Faces({}));
+    // The faces of cells are turned outwards; those of a surface from a file need not be
+    this.faces.isClosed = body.cells.length > 0;
     this.rigid = add(new Faces({ shade: 0.6 }));
     this.cut = add(new Faces({ shade: 0.12 }));
     this.cutEdges = add(new Lines({ width: 1.1 }));

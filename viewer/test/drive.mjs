@@ -1,63 +1,36 @@
-// Drives a page of the viewer in headless Chromium over a pipe, as a user would, and prints what it found as JSON.
+// Drives a page of the viewer in a headless browser, as a user would, and prints what it found as JSON.
 //
 //     node viewer/test/drive.mjs page.html [folder for pictures]
-import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+//
+// BROWSER=firefox takes Firefox instead of Chromium. REFERENCE=folder compares the views with the pictures there; with DUROMETER_BLESS=1 it writes them. PAINT=1 measures the first paint alone, of any page.
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { pathToFileURL } from "node:url";
+import { decode, difference, encode, reduced } from "./png.mjs";
 
 const [page, pictures] = process.argv.slice(2);
-const profile = mkdtempSync(join(tmpdir(), "viewer-"));
-const flags = [
-  "--headless", "--no-sandbox", "--remote-debugging-pipe", `--user-data-dir=${profile}`, "--window-size=1280,800", "--use-gl=angle", "--use-angle=swiftshader",
-  "--enable-unsafe-swiftshader", "--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update", "--disable-sync",
-];
-const chromium = spawn(process.env.CHROMIUM ?? "chromium", flags, { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
-const [into, from] = [chromium.stdio[3], chromium.stdio[4]];
-const waiting = new Map();
-const found = { errors: [], requests: [] };
-let [count, rest, session] = [0, "", undefined];
-
-function send(method, params = {}) {
-  const id = ++count;
-  into.write(`${JSON.stringify({ id, method, params, sessionId: session })}\0`);
-  return new Promise((done, fail) => waiting.set(id, { done, fail }));
-}
-
-function receive(message) {
-  const { id, method, params, result, error } = message;
-  if (id) {
-    const { done, fail } = waiting.get(id);
-    waiting.delete(id);
-    return error ? fail(new Error(error.message)) : done(result);
-  }
-  if (method === "Runtime.exceptionThrown") found.errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
-  if (method === "Runtime.consoleAPICalled" && ["error", "warning", "assert"].includes(params.type)) found.errors.push(params.args.map((a) => a.value ?? a.description).join(" "));
-  // A software renderer says that reading pixels waits for it
-  if (method === "Log.entryAdded" && ["error", "warning"].includes(params.entry.level) && !/GPU stall/.test(params.entry.text)) found.errors.push(params.entry.text);
-  if (method === "Network.requestWillBeSent" && !/^(blob|data):/.test(params.request.url)) found.requests.push(params.request.url);
-}
-
-from.setEncoding("utf8").on("data", (text) => {
-  const parts = (rest + text).split("\0");
-  rest = parts.pop();
-  parts.forEach((part) => receive(JSON.parse(part)));
-});
-
-async function run(expression) {
-  const { result, exceptionDetails } = await send("Runtime.evaluate", { expression: `(async () => { ${expression} })()`, awaitPromise: true, returnByValue: true });
-  if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
-  return result.value;
-}
-
-async function picture(name) {
-  const { data } = await send("Page.captureScreenshot", { format: "png" });
-  if (pictures) writeFileSync(join(pictures, `${name}.png`), Buffer.from(data, "base64"));
-  return data;
-}
+const { start } = await import(process.env.BROWSER === "firefox" ? "./firefox.mjs" : "./chromium.mjs");
+const found = { errors: [], requests: [], reference: {}, acts: {} };
+const browser = await start(found);
+const { run } = browser;
+const pause = (ms) => new Promise((next) => setTimeout(next, ms));
 
 const settle = () => run("for (let k = 0; k < 4; k++) await new Promise(requestAnimationFrame)");
+const shots = {};
+
+/** Takes a picture of the window, and compares the views in it with their reference. */
+async function shoot(name) {
+  await settle();
+  shots[name] = await browser.picture();
+  const bytes = Buffer.from(shots[name], "base64");
+  if (pictures) writeFileSync(join(pictures, `${name}.png`), bytes);
+  if (!process.env.REFERENCE) return;
+  const area = await run('const b = document.querySelector(".pane").getBoundingClientRect(); return [b.x, b.y, b.width, b.height].map(Math.round)');
+  const view = reduced(decode(bytes), area);
+  const file = join(process.env.REFERENCE, `${name}.png`);
+  if (process.env.DUROMETER_BLESS) writeFileSync(file, encode(view));
+  found.reference[name] = existsSync(file) ? difference(view, decode(readFileSync(file))) : 1;
+}
 
 /** Positions and time of every state as the page computes them, in base64 of single precision. */
 const POSITIONS = `const all = [];
@@ -67,76 +40,115 @@ for (const c of viewer.cases) {
 }
 return all;`;
 
-async function drive() {
-  const { targetId } = await send("Target.createTarget", { url: "about:blank" });
-  session = (await send("Target.attachToTarget", { targetId, flatten: true })).sessionId;
-  for (const domain of ["Page", "Runtime", "Log", "Network"]) await send(`${domain}.enable`);
-  await send("Page.navigate", { url: pathToFileURL(resolve(page)).href });
-  await run("for (let k = 0; k < 600 && !globalThis.viewer?.drawn; k++) await new Promise((next) => setTimeout(next, 50))");
-  Object.assign(found, await run(`return { drawn: viewer.drawn, firstDraw_ms: viewer.firstDraw,
-    firstPaint_ms: performance.getEntriesByName("first-contentful-paint")[0]?.startTime, title: document.title, heading: document.querySelector("h1").textContent,
-    elements: document.querySelectorAll("img, iframe, object, embed, link, form").length, quantities: viewer.cases.map((c) => c.quantities.map((q) => q.name)),
-    absent: viewer.cases[0].head.absent, notes: viewer.cases[0].head.notes }`));
-  await settle();
-  const shots = { start: await picture("start") };
+/** What the controls of time, colour, section and view change. */
+async function views() {
+  await shoot("start");
   found.cases = await run(POSITIONS);
   if (await run("return viewer.moves")) {
     await run('viewer.slider.value = viewer.times[0]; viewer.slider.dispatchEvent(new Event("input"))');
-    await settle();
-    shots.slider = await picture("slider");
+    await shoot("slider");
     found.clock = await run("return viewer.clock.textContent");
     await run("viewer.seek(viewer.times[1] * 0.5)");
-    await settle();
-    shots.middle = await picture("middle");
+    await shoot("middle");
   }
   await run('viewer.pick.value = "displacement, x"; if (viewer.pick.value) viewer.pick.dispatchEvent(new Event("change"))');
-  await settle();
-  shots.colour = await picture("colour");
+  await shoot("colour");
   found.legend = await run('return document.querySelector(".legend").textContent');
   await run('viewer.cutBox.querySelector("input").click()');
-  await settle();
-  shots.section = await picture("section");
+  await shoot("section");
   found.section = await run("return viewer.panes.map((p) => p.cut.used)");
   await run('viewer.choose("regions")');
-  await settle();
-  shots.regions = await picture("regions");
+  await shoot("regions");
   await run("viewer.cut(false); viewer.view.direct('front')");
-  await settle();
-  shots.front = await picture("front");
+  await shoot("front");
   await run('document.querySelector("header button").click()');
-  await settle();
-  shots.theme = await picture("theme");
+  await shoot("theme");
+}
+
+/** What keys, the mouse and fingers change. Each act says whether it did what it should. */
+async function acts() {
+  const look = () => run("const v = viewer.view; return { yaw: v.yaw, pitch: v.pitch, zoom: v.zoom, shift: [...v.shift], time: viewer.s.time, cut: viewer.s.section.on, playing: viewer.s.playing, edges: viewer.s.show.edges }");
+  const [x, y] = await run('viewer.view.direct("3-D"); viewer.cut(false); viewer.canvases[0].focus(); const b = viewer.canvases[0].getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]');
+  const act = async (name, does, changed) => {
+    const before = await look();
+    await does();
+    await settle();
+    const after = await look();
+    found.acts[name] = changed(before, after);
+    if (!found.acts[name]) console.error(name, before, after);
+  };
+  const press = (key) => () => browser.key(key);
+  await act("arrow key turns", press("ArrowLeft"), (a, b) => b.yaw === a.yaw - 5 && b.pitch === a.pitch);
+  await act("plus enlarges", press("+"), (a, b) => Math.abs(b.zoom / a.zoom - 1.1) < 1e-9);
+  await act("0 fits", press("0"), (a, b) => b.zoom < a.zoom && b.yaw === a.yaw);
+  await act("2 is the front", press("2"), (_, b) => b.yaw === -90 && b.pitch === 0);
+  await act("s cuts", press("s"), (a, b) => b.cut && !a.cut);
+  await act("s again ends the section", press("s"), (_, b) => !b.cut);
+  await act("e hides the edges", press("e"), (a, b) => a.edges !== b.edges);
+  await act("e shows them", press("e"), (a, b) => a.edges !== b.edges);
+  await act("dragging turns", () => browser.drag([x, y], [x + 50, y + 20]), (a, b) => Math.abs(b.yaw - a.yaw + 20) < 1e-6 && Math.abs(b.pitch - a.pitch - 8) < 1e-6);
+  await act("one finger turns", () => browser.pinch([[x, y]], [[x + 50, y]]), (a, b) => Math.abs(b.yaw - a.yaw + 20) < 1e-6);
+  await act("two fingers enlarge", () => browser.pinch([[x - 30, y], [x + 30, y]], [[x - 60, y], [x + 60, y]]), (a, b) => Math.abs(b.zoom / a.zoom - 2) < 1e-6);
   if (await run("return viewer.moves")) {
-    found.frames_per_s = await run(`viewer.choose(viewer.cases[0].quantities[0].name); viewer.toggle(true); const from = viewer.drawn, t = performance.now();
-      await new Promise((next) => setTimeout(next, 3000)); viewer.toggle(false); return (1000 * (viewer.drawn - from)) / (performance.now() - t)`);
+    await run("viewer.seek(viewer.times[0])");
+    await act("full stop is the next state", press("."), (a, b) => b.time > a.time);
+    await act("comma is the state before", press(","), (a, b) => b.time < a.time);
+    await run("viewer.canvases[0].focus()");
+    await act("space plays", press(" "), (_, b) => b.playing);
+    await act("space stops", press(" "), (_, b) => !b.playing);
+    const plot = await run('const b = document.querySelector(".plot")?.getBoundingClientRect(); return b && [b.x + b.width * 0.7, b.y + b.height / 2]');
+    if (plot) await act("a click into the curve goes there", () => browser.drag(plot, plot), (a, b) => b.time > a.time);
   }
-  await run("viewer.export && (globalThis.saved = []); URL.createObjectURL = (blob) => { saved.push([blob.type, blob.size]); return 'data:,'; }; HTMLAnchorElement.prototype.click = () => {}");
+  // Cases next to each other share camera and time
+  found.linked = await run(`viewer.view.direct("top"); viewer.seek(viewer.times[1]); await new Promise(requestAnimationFrame); await new Promise(requestAnimationFrame);
+    return viewer.panes.map((p) => [p.state, ...p.canvas.camera.position].map((v) => Number(v.toPrecision(9))))`);
+}
+
+async function files() {
+  await run("window.saved = []; window.URL.createObjectURL = (blob) => { window.saved.push([blob.type, blob.size]); window.last = blob; return 'data:,'; }; window.HTMLAnchorElement.prototype.click = () => {}");
   await run("viewer.out.width = 800; await viewer.export('png')");
+  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] / 2); await viewer.export('svg'); viewer.s.show.ghost = false");
+  found.svg = await run("return await window.last.text()");
+  if (pictures) writeFileSync(join(pictures, "view.svg"), found.svg);
+  found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: [...found.svg.matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1]) };
   if (await run("return viewer.moves")) await run("viewer.s.seconds = 1; await viewer.export('gif'); await viewer.export('webm')");
-  found.saved = await run("return saved");
+  found.saved = await run("return window.saved");
+  found.busy = await run("return viewer.busy.textContent");
+}
+
+async function drive() {
+  await browser.open(pathToFileURL(resolve(page)).href);
+  const paint = 'return performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? performance.getEntriesByType("paint")[0]?.startTime';
+  if (process.env.PAINT) {
+    for (let k = 0; k < 100 && !(found.firstPaint_ms = await run(paint)); k++) await pause(50);
+    return;
+  }
+  await run("for (let k = 0; k < 2400 && !globalThis.viewer?.drawn; k++) await new Promise((next) => setTimeout(next, 50))");
+  Object.assign(found, await run(`return { drawn: viewer.drawn, firstDraw_ms: viewer.firstDraw, title: document.title, heading: document.querySelector("h1").textContent,
+    elements: document.querySelectorAll("img, iframe, object, embed, link, form").length, quantities: viewer.cases.map((c) => c.quantities.map((q) => q.name)),
+    absent: viewer.cases[0].head.absent, notes: viewer.cases[0].head.notes, still: document.querySelector(".still")?.textContent }`));
+  await settle();
+  found.firstPaint_ms = await run(paint);
+  await views();
+  if (await run("return viewer.moves")) {
+    found.frames_per_s = await run(`viewer.choose(viewer.cases[0].quantities[0].name); viewer.s.smooth = true; viewer.toggle(true); const from = viewer.drawn, t = performance.now();
+      await new Promise((next) => setTimeout(next, 3000)); viewer.toggle(false); viewer.s.smooth = false; return (1000 * (viewer.drawn - from)) / (performance.now() - t)`);
+  }
+  await acts();
+  await files();
   found.different = Object.keys(shots).filter((name, k, all) => k > 0 && shots[name] !== shots[all[k - 1]]);
   await settle();
 }
 
 const patience = setTimeout(() => {
-  console.error("the browser did not answer within 120 s");
-  chromium.kill("SIGKILL");
+  console.error("the browser did not answer within 300 s");
+  browser.kill();
   process.exit(1);
-}, 120_000);
+}, 300_000);
 try {
   await drive();
-  console.log(JSON.stringify(found));
 } finally {
   clearTimeout(patience);
-  // Its processes end together and leave their folder; killed one by one they would still write into it
-  const ended = new Promise((done) => chromium.on("exit", done));
-  session = undefined;
-  send("Browser.close").catch(() => {});
-  await Promise.race([ended, new Promise((next) => setTimeout(next, 5000))]);
-  chromium.kill("SIGKILL");
-  try {
-    rmSync(profile, { recursive: true, force: true, maxRetries: 10, retryDelay: 200 });
-  } catch (error) {
-    console.error(`${profile} is left: ${error.message}`);
-  }
+  await browser.close();
 }
+console.log(JSON.stringify(found));

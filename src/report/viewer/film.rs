@@ -28,6 +28,8 @@ pub struct Film {
     seen: usize,
     /// The last state, if it is not kept
     last: Option<State>,
+    /// Fields in the cells that are those of the whole run
+    of_run: Vec<Quantity>,
 }
 
 impl Film {
@@ -39,7 +41,22 @@ impl Film {
             [FieldSpec::VonMises, FieldSpec::Pressure].into_iter().filter(|f| has(f) && !has(&FieldSpec::Stress));
         let others = [FieldSpec::Stress, FieldSpec::Velocity].into_iter().filter(has);
         let what = std::iter::once(FieldSpec::Stretch).chain(others).chain(of_stress).collect();
-        Self { shape: of_scene::shape(scene, limits), what, frames: vec![], stride: 1, seen: 0, last: None }
+        Self {
+            shape: of_scene::shape(scene, limits),
+            what,
+            frames: vec![],
+            stride: 1,
+            seen: 0,
+            last: None,
+            of_run: vec![],
+        }
+    }
+
+    /// Adds a field \[cells of the mesh\] that is the same at all states.
+    pub fn add_of_cells(&mut self, name: &str, unit: &str, values: &[f64]) {
+        let own = self.shape.cell_numbers.iter().map(|&c| values[c as usize] as f32).collect();
+        let (name, unit) = (name.into(), unit.into());
+        self.of_run.push(Quantity { name, unit, components: 1, at_nodes: false, states: vec![own] });
     }
 
     /// Adds a state, the next one of the run.
@@ -138,7 +155,7 @@ impl Film {
             self.frames.push(Arc::new(self.frame(scene, &last)));
         }
         about.notes.extend(self.note());
-        about.absent = absent(scene, &self.what);
+        about.absent.extend(absent(scene, &self.what));
         let mut footage = Footage { times: self.frames.iter().map(|f| f.t).collect(), ..Footage::default() };
         let mut quantities: Vec<Quantity> = self.what.iter().map(quantity).collect();
         let mut contact = vec![];
@@ -150,6 +167,7 @@ impl Film {
         if contact.iter().any(|c| !c.is_empty()) {
             footage.arrows = vec![Arrows { name: FORCES.into(), unit: "N".into(), states: contact }];
         }
+        quantities.extend(self.of_run);
         Footage { shape: self.shape, quantities, ..footage }.packed(about)
     }
 }

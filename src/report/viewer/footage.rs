@@ -24,7 +24,7 @@ pub struct Quantity {
     pub unit: String,
     pub components: usize,
     pub at_nodes: bool,
-    /// \[states\]\[nodes or cells × components\]
+    /// \[states\]\[nodes or cells × components\]; one of many states: the same at all of them
     pub states: Vec<Vec<f32>>,
 }
 
@@ -37,6 +37,8 @@ pub struct About {
     pub curves: Curves,
     /// A field that is not there, and how to get it
     pub absent: Vec<(String, String)>,
+    /// Why there is only one state; empty where there are more, or nobody would expect them
+    pub still: String,
 }
 
 /// A shape with its histories.
@@ -59,6 +61,7 @@ impl Footage {
             facts: about.facts,
             notes: about.notes,
             absent: about.absent,
+            still: about.still,
             curves: about.curves,
             arrows: self.arrows.clone(),
             shape: self.shape.clone(),
@@ -68,7 +71,7 @@ impl Footage {
         let mut wider = 1.0;
         loop {
             model.motion = self.displacement(wider);
-            model.fields = self.quantities.iter().map(|q| field(q, wider)).collect();
+            model.fields = self.quantities.iter().map(|q| field(q, self.times.len(), wider)).collect();
             let packed = pack(&model);
             if packed.data.len() <= BYTES || wider > 100.0 {
                 return packed;
@@ -90,16 +93,19 @@ impl Footage {
     }
 }
 
-fn field(q: &Quantity, wider: f64) -> Field {
+fn field(q: &Quantity, states: usize, wider: f64) -> Field {
     let values = || q.states.iter().flatten().filter(|v| v.is_finite()).map(|v| f64::from(*v));
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let tolerance = if low <= high { (OF_RANGE * (high - low)).max(OF_SIZE * low.abs().max(high.abs())) } else { 0.0 };
-    let modes = Modes::of(History { components: q.components, states: q.states.clone() }, wider * tolerance);
+    let mut modes = Modes::of(History { components: q.components, states: q.states.clone() }, wider * tolerance);
+    if let ([_], Some(repeats)) = (&q.states[..], states.checked_sub(1)) {
+        modes.amplitudes.iter_mut().for_each(|a| a.extend(vec![a[0]; repeats]));
+    }
     Field { name: q.name.clone(), unit: q.unit.clone(), at_nodes: q.at_nodes, modes }
 }
 
 /// The model without its inside.
-fn hollow(model: &Model) -> Model {
+pub fn hollow(model: &Model) -> Model {
     let (shape, points, cells) = model.shape.hollow();
     let nodes = &points[..shape.nodes.len()];
     let place = |p: u32| points.binary_search(&p).ok().map(|k| k as u32);

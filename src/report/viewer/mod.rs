@@ -19,3 +19,4 @@ pub mod of_scene;
 pub mod pack;
 pub mod page;
 pub mod shape;
+pub mod unpack;

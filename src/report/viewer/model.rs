@@ -48,4 +48,6 @@ pub struct Model {
     pub curves: Curves,
     /// A field that is not there, and how to get it
     pub absent: Vec<(String, String)>,
+    /// Why there is only one state, in place of the slider; empty where nobody would expect more
+    pub still: String,
 }

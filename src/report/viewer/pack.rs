@@ -25,6 +25,23 @@ impl Packed {
         self.head["title"].as_str().unwrap_or_default()
     }
 
+    /// Adds a note to those on the page.
+    pub fn add_note(&mut self, note: String) {
+        if let Some(notes) = self.head["notes"].as_array_mut() {
+            notes.push(note.into());
+        }
+    }
+
+    /// Whether the page has more than one state of the case.
+    pub fn moves(&self) -> bool {
+        self.head["times"].as_array().is_some_and(|t| t.len() > 1)
+    }
+
+    /// Whether the page has the cells of the case, for sections.
+    pub fn has_inside(&self) -> bool {
+        self.head["cells"]["count"].as_u64().is_some_and(|n| n > 0)
+    }
+
     /// Notes on the parts that are left out or simplified.
     pub fn notes(&self) -> Vec<&str> {
         self.head["notes"].as_array().into_iter().flatten().filter_map(Value::as_str).collect()
@@ -61,6 +78,7 @@ pub fn pack(model: &Model) -> Packed {
         "facts": model.facts,
         "notes": model.shape.notes.iter().chain(&model.notes).collect::<Vec<_>>(),
         "absent": model.absent,
+        "still": model.still,
         "times": model.times,
         "origin": low,
         "points": points,

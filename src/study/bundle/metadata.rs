@@ -26,6 +26,7 @@ pub fn metadata(about: &About, files: &[Stored]) -> Value {
     let refer = |name: &str| json!({ "@id": encoded(name) });
     let date = iso_date(about.run_unix_s);
     let programs: Vec<String> = (0..about.builds.len()).map(|k| format!("#durometer-{}", k + 1)).collect();
+    let is_address = about.license.starts_with("https://") || about.license.starts_with("http://");
     let mut graph = vec![
         json!({
             "@id": "ro-crate-metadata.json",
@@ -39,7 +40,7 @@ pub fn metadata(about: &About, files: &[Stored]) -> Value {
             "name": about.study.study,
             "description": about.study.question,
             "datePublished": date,
-            "license": about.license,
+            "license": if is_address { json!({ "@id": about.license }) } else { json!(about.license) },
             "hasPart": files.iter().map(|f| refer(&f.name)).collect::<Vec<_>>(),
             "mentions": { "@id": "#run" },
         }),
@@ -56,7 +57,7 @@ pub fn metadata(about: &About, files: &[Stored]) -> Value {
         "@type": "CreateAction",
         "name": format!("durometer run {}", about.study.study),
         "endTime": date,
-        "instrument": programs.iter().map(|id| json!({ "@id": id })).collect::<Vec<_>>(),
+        "instrument": single_or_list(programs.iter().map(|id| json!({ "@id": id })).collect()),
         "object": of(true),
         "result": of(false),
     }));
@@ -79,7 +80,17 @@ pub fn metadata(about: &About, files: &[Stored]) -> Value {
             "encodingFormat": format_of(&f.name),
         })
     }));
-    json!({ "@context": "https://w3id.org/ro/crate/1.1/context", "@graph": graph })
+    if is_address {
+        graph.push(json!({ "@id": about.license, "@type": "CreativeWork", "name": about.license }));
+    }
+    // The context of RO-Crate 1.1 has no term for digests: without its own one a reader of JSON-LD passes over them
+    let context = json!(["https://w3id.org/ro/crate/1.1/context", { "sha256": "http://schema.org/sha256" }]);
+    json!({ "@context": context, "@graph": graph })
+}
+
+/// One value by itself, as the specification recommends.
+fn single_or_list(mut values: Vec<Value>) -> Value {
+    if values.len() == 1 { values.remove(0) } else { Value::Array(values) }
 }
 
 /// A path as part of a URI: all but unreserved characters as their bytes in UTF-8.

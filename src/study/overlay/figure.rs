@@ -1,28 +1,36 @@
 //! A measured curve as marks, the recorded one as a line.
 
-use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text, wide_page};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::study::overlay::distance::Overlay;
 
 /// Name of a column with its unit in brackets.
 pub fn label(column: &str) -> String {
+    let (words, unit) = words(column);
+    if unit.is_empty() { words } else { format!("{words} [{unit}]") }
+}
+
+/// Name and unit of a column; no unit where its name has none.
+pub fn words(column: &str) -> (String, &str) {
     match column.rsplit_once('_') {
         Some((name, unit @ ("s" | "m" | "m3" | "N" | "Pa" | "J" | "deg"))) => {
-            format!("{} [{}]", name.replace('_', " "), if unit == "deg" { "°" } else { unit })
+            (name.replace('_', " "), if unit == "deg" { "°" } else { unit })
         }
-        _ => column.replace('_', " "),
+        _ => (column.replace('_', " "), ""),
     }
 }
 
 pub fn draw(name: &str, overlay: &Overlay) -> Figure {
     let Overlay { measured, x, y, distance } = overlay;
-    let (left, top, wide, tall) = (18.0, 4.0, 100.0_f64.min(wide_page() - 62.0), 60.0);
+    let (left, top, tall) = (18.0, 4.0, 60.0);
     let words = distance.as_ref().map_or_else(
         || vec!["no common range".to_string()],
         |d| vec![format!("L2 {:.2} %", 100.0 * d.l2), format!("largest {:.2} %", 100.0 * d.largest)],
     );
-    let svg = figure(wide_page(), top + tall + 12.0, "", |area| {
+    let WithLegend { wide, legend: key, size } =
+        WithLegend::new((left, top, top + tall + 12.0), 2.5 + words.len() as f64);
+    let svg = figure(size.0, size.1, "", |area| {
         let both = |a: &[f64], b: &[f64]| a.iter().chain(b).copied().collect::<Vec<_>>().into_iter();
         let plot = Plot {
             area,
@@ -36,7 +44,7 @@ pub fn draw(name: &str, overlay: &Overlay) -> Figure {
             hollow(area, MARKS[0], at, 22, PALETTE[1]);
         }
         plot.axes(true);
-        let at = |row: f64| (mm(left + wide + 6.0), mm(top + 3.0 + 4.2 * row));
+        let at = |row: f64| (mm(key.0), mm(key.1 + LINE * row));
         let entries = [(Sample::Line(PALETTE[0]), "simulated"), (Sample::Hollow(MARKS[0], PALETTE[1]), "measured")];
         legend(area, at(0.0), &entries.map(|(s, w)| (s, w.to_string())));
         for (k, words) in words.iter().enumerate() {

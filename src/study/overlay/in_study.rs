@@ -1,13 +1,13 @@
 //! Measured curves laid over the recorded ones of the cases of a study: one figure per measured curve and variant, and the distances of all cases.
 
-use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, italic, line, mm, wide_page};
-use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
+use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, italic, line, mm};
+use crate::report::figure::{Drawn, Figure, Sample, WithLegend, drawn, legend};
 use crate::report::numbers::per_cent;
 use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
 use crate::scene::Measured;
 use crate::study::figures::axis_label;
-use crate::study::overlay::distance::Distance;
+use crate::study::overlay::distance::{Distance, MarkerDistance};
 use crate::study::overlay::figure::label;
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
@@ -59,7 +59,9 @@ fn draw(
     cases: &[&StoredCase],
     all: usize,
 ) -> Figure {
-    let (left, top, wide, tall) = (18.0, 4.0, 100.0_f64.min(wide_page() - 62.0), 60.0);
+    let (left, top, tall) = (18.0, 4.0, 60.0);
+    let WithLegend { wide, legend: key, size } =
+        WithLegend::new((left, top, top + tall + 12.0), 1.0 + cases.len() as f64);
     let column = |c: &StoredCase, name: &str| match name {
         "t_s" => c.series.t_s.clone(),
         name => c.series.columns.get(name).cloned().unwrap_or_default(),
@@ -70,7 +72,7 @@ fn draw(
         curves.iter().flat_map(|c| c[k].iter().copied()).chain(own.iter().copied()).collect::<Vec<_>>().into_iter()
     };
     let [over, own] = [&measured.over, &measured.column].map(|name| named(store, variant, name));
-    let svg = figure(wide_page(), top + tall + 12.0, "", |area| {
+    let svg = figure(size.0, size.1, "", |area| {
         let plot = Plot {
             area,
             frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],
@@ -88,7 +90,7 @@ fn draw(
         let ids = cases.iter().enumerate().map(|(k, c)| (Sample::Line(PALETTE[k % SHOWN]), c.record.id.clone()));
         let entries: Vec<(Sample, String)> =
             std::iter::once((Sample::Hollow(MARKS[0], INK), "measured".to_string())).chain(ids).collect();
-        legend(area, (mm(left + wide + 6.0), mm(top + 3.0)), &entries);
+        legend(area, (mm(key.0), mm(key.1)), &entries);
     });
     let of = |c: &&StoredCase| {
         let d = distance(&c.record, measured)?;
@@ -118,6 +120,42 @@ fn named(store: &Results, variant: &str, column: &str) -> String {
 
 fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
     r.distances.iter().find(|d| d.column == m.column && d.over == m.over && d.file == m.source)
+}
+
+/// Distances of the recorded points of all cases from measured markers; none where there are none.
+pub fn markers_table(store: &Results) -> Option<Table> {
+    let row = |r: &CaseRecord, d: &MarkerDistance| {
+        let [rms, largest] = [d.rms_m, d.largest_m].map(|v| format!("{:.2}", 1e3 * v));
+        let point = d.point.replace('_', " ");
+        vec![
+            r.id.clone(),
+            d.marker.clone(),
+            point,
+            d.file.clone(),
+            d.rows.to_string(),
+            rms,
+            largest,
+            format!("{:.3}", d.largest_at_s),
+        ]
+    };
+    let rows: Vec<Vec<String>> =
+        store.cases.iter().flat_map(|c| c.record.markers.iter().map(|d| row(&c.record, d))).collect();
+    (!rows.is_empty()).then(|| Table {
+        name: "markers",
+        caption: "Distances of recorded points from measured markers at the rows of the tracks within the run: root mean square and largest.".into(),
+        columns: headings(&[
+            ("Case", "", false),
+            ("Marker", "", false),
+            ("Point", "", false),
+            ("File", "", false),
+            ("Rows", "", true),
+            ("RMS", "mm", true),
+            ("Largest", "mm", true),
+            ("At", "s", true),
+        ]),
+        rows,
+        pick: None,
+    })
 }
 
 /// Distances of all cases from measured curves; none where nothing was measured.

@@ -1,8 +1,8 @@
 //! Measured tracks as marks, recorded points as lines: one panel per coordinate.
 
 use super::markers::{MarkerOverlay, words};
-use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text, wide_page};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
 use crate::report::plot::{Axis, Plot};
 
 /// Most marks of one marker in a panel.
@@ -15,8 +15,10 @@ const TALL: f64 = 36.0;
 const STEP: f64 = 44.0;
 
 pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
-    let (left, top, wide) = (18.0, 4.0, 100.0);
-    let svg = figure(wide_page(), top + 3.0 * STEP + 6.0, "", |area| {
+    let (left, top) = (18.0, 4.0);
+    let lines = 2.5 + 3.2 * overlay.pairs.len().min(COLOURS) as f64;
+    let WithLegend { wide, legend: key, size } = WithLegend::new((left, top, top + 3.0 * STEP + 6.0), lines);
+    let svg = figure(size.0, size.1, "", |area| {
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let upper = top + STEP * axis as f64;
             let simulated = overlay.pairs.iter().flat_map(|p| p.simulated[axis].f.iter().copied());
@@ -43,7 +45,7 @@ pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
             }
             plot.axes(true);
         }
-        let at = |row: f64| (mm(left + wide + 6.0), mm(top + 3.0 + 4.2 * row));
+        let at = |row: f64| (mm(key.0), mm(key.1 + LINE * row));
         let entries = [(Sample::Line(INK), "simulated"), (Sample::Hollow(MARKS[0], INK), "measured")];
         legend(area, at(0.0), &entries.map(|(s, w)| (s, w.to_string())));
         for (k, pair) in overlay.pairs.iter().take(COLOURS).enumerate() {

@@ -7,7 +7,7 @@
 //! f is linear between its rows. Over another column than time both curves count up to their first turning point in x.
 
 pub mod distance;
-mod figure;
+pub mod figure;
 pub mod in_study;
 pub mod markers;
 mod markers_figure;

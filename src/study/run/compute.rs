@@ -5,6 +5,9 @@ use crate::calibrate::inverse::{
 };
 use crate::live::{Access, iterations};
 use crate::math::threads::CpuClock;
+use crate::report::viewer::film::Film;
+use crate::report::viewer::page;
+use crate::report::viewer::shape::Limits;
 use crate::scene::{
     Body, ErrorEstimator, OnProgress, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneError,
     SceneSpec, Sensitivities, SensitivityRecorder, from_text,
@@ -23,6 +26,7 @@ use crate::study::store::folder::{CaseOutput, Store, StoreError};
 use crate::study::store::identity::Identity;
 use crate::study::store::outcome::{record, refused, skin};
 use crate::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME, PANICKED, REFUSED};
+use crate::study::view;
 use crate::system::State;
 use std::path::Path;
 use std::sync::Arc;
@@ -123,6 +127,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         return Ok(None);
     }
     let Some(mut solved) = solved? else { return Ok(None) };
+    let film = solved.film.take();
     if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
         return Ok(None);
     }
@@ -133,7 +138,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         last.add(&solved.scene, &solved.run.last, 0);
         last.finish()?;
     }
-    store_result(case, store, &solved, (shared, [memory, expected], identity, started)).map(Some)
+    store_result(case, store, (&solved, film), (shared, [memory, expected], identity, started)).map(Some)
 }
 
 /// The best values so far of a search of the same inputs that was stopped, or had no time left.
@@ -158,6 +163,8 @@ struct Solved {
     refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
     one_run: Option<OneRunRecord>,
+    /// The states, where the scene records fields
+    film: Option<Film>,
     /// Facts about the result that its numbers do not say
     notes: Vec<String>,
     build_s: f64,
@@ -192,6 +199,8 @@ fn solve(
     let mut estimator = task.estimates_errors.then(|| ErrorEstimator::new(&scene));
     let mut live = open(&scene);
     let board = live.as_ref().map(|live| live.board().clone());
+    let recorded = scene.spec.output.fields.as_ref();
+    let mut film = recorded.map(|fields| Film::new(&scene, &fields.what, &Limits::USUAL));
     let mut number = 0..;
     let mut states = |state: &State| {
         if let Some(Ok(estimator)) = &mut estimator {
@@ -200,6 +209,7 @@ fn solve(
         if let Some(fields) = fields.as_mut() {
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
+        film.iter_mut().for_each(|film| film.add(&scene, state));
         live.iter_mut().for_each(|live| live.add(&scene, state));
     };
     let mut rows = |row: &[f64]| {
@@ -244,7 +254,7 @@ fn solve(
     let repeats = if repeats > 1 { all } else { vec![] };
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
-    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, notes, build_s, times, repeats }))
+    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, film, notes, build_s, times, repeats }))
 }
 
 /// The note that constants known within intervals are in no error bar.
@@ -261,7 +271,7 @@ fn left_out(constants: &[ParameterKey], why: &str) -> String {
 fn store_result(
     case: &Case,
     store: &Store,
-    solved: &Solved,
+    (solved, film): (&Solved, Option<Film>),
     (shared, [memory, expected], identity, started): (bool, [Option<u64>; 2], Identity, u64),
 ) -> Result<CaseRecord, CaseError> {
     let Solved { scene, run, .. } = solved;
@@ -290,7 +300,11 @@ fn store_result(
     record.repeats.clone_from(&solved.repeats);
     record.phases.output_s = writing.elapsed().as_secs_f64();
     let (sensitivities, calibration) = (solved.sensitivities.as_ref(), solved.found.as_ref());
-    store.save(&mut record, &CaseOutput { run, skin: &skin, sensitivities, calibration })?;
+    let page = film.map(|film| {
+        let about = view::about_case(run, &record);
+        page::page(&record.id, &[film.finish(scene, about)])
+    });
+    store.save(&mut record, &CaseOutput { run, skin: &skin, sensitivities, calibration, page: page.as_deref() })?;
     Ok(record)
 }
 

@@ -285,7 +285,7 @@ impl Running<'_> {
             let aside = self.store.set_aside(id)?;
             self.watch.note(
                 id,
-                &format!("its stored result is damaged ({why}): it is set aside as {aside} and computed again"),
+                &format!("its stored result cannot be used ({why}): it is set aside as {aside} and computed again"),
             );
         }
         self.watch.started(id);

@@ -2,6 +2,7 @@
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::identity::FileDigest;
+use crate::study::store::other_build::explain;
 use crate::study::store::record::{CaseRecord, StudyRecord};
 use crate::study::store::seal;
 use std::collections::{BTreeMap, BTreeSet};
@@ -11,7 +12,9 @@ use std::path::{Path, PathBuf};
 /// End of the file with the best values so far of a search that has no record yet.
 pub const SEARCH: &str = "search.json";
 /// Ends of the names of the files of a case, `<id>.<end>`. The record is the last: it is written last.
-pub const ENDS: [&str; 7] = ["csv", "fit.json", SEARCH, "sensitivities.csv", "skin.json", "skin.json.gz", "json"];
+pub const ENDS: [&str; 8] = ["csv", "fit.json", SEARCH, "sensitivities.csv", "skin.json", "skin.json.gz", PAGE, "json"];
+/// End of the file with the motion of a case: a page that shows it.
+pub const PAGE: &str = "view.html";
 
 /// A folder that holds no results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -87,7 +90,7 @@ impl CaseFiles {
 pub fn check(id: &str, read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>) -> Result<CaseRecord, Vec<Unsound>> {
     let unsound = |end: &str, fact: String| Unsound { file: format!("cases/{id}.{end}"), fact };
     let record = read("json").map_err(|e| e.to_string()).and_then(|bytes| {
-        let record: CaseRecord = serde_json::from_slice(&bytes).map_err(|e| format!("it is not a record: {e}"))?;
+        let record: CaseRecord = serde_json::from_slice(&bytes).map_err(|e| explain(&bytes, &e))?;
         match String::from_utf8_lossy(&bytes) {
             _ if record.id != id => Err(format!("it is the record of the case {}", record.id)),
             text if !seal::is_intact(&text) => Err("its contents are not those that were stored".into()),
@@ -125,6 +128,7 @@ mod tests {
         assert_eq!(parts_of("a-b-1.5.csv", &none), Some(("a-b-1.5", "csv")));
         assert_eq!(parts_of("a.skin.json.gz", &none), Some(("a", "skin.json.gz")));
         assert_eq!(parts_of("a.fit.json", &none), Some(("a", "fit.json")));
+        assert_eq!(parts_of("a.view.html", &none), Some(("a", PAGE)));
         assert_eq!(parts_of("a.fit.json", &BTreeSet::from(["a.fit"])), Some(("a.fit", "json")));
         for other in ["notes.txt", ".x.part", "json", ".json", "a.json.damaged"] {
             assert_eq!(parts_of(other, &none), None, "{other}");

@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::store::case_files::{ENDS, SEARCH, check_in};
+use crate::study::store::case_files::{ENDS, PAGE, SEARCH, check_in};
 use crate::study::store::csv_text;
 use crate::study::store::identity::{FileDigest, Identity};
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
@@ -43,6 +43,8 @@ pub struct CaseOutput<'a> {
     pub skin: &'a Skin,
     pub sensitivities: Option<&'a Sensitivities>,
     pub calibration: Option<&'a Calibration>,
+    /// The page that shows the motion, where the scene records it
+    pub page: Option<&'a str>,
 }
 
 /// End of the name of a file, and its contents; none where there is no such file.
@@ -50,7 +52,7 @@ type NamedFile = (&'static str, Option<Vec<u8>>);
 
 impl CaseOutput<'_> {
     /// The files, or the end of the name of one that could not be read again, and why.
-    fn files(&self) -> Result<[NamedFile; 4], (&'static str, String)> {
+    fn files(&self) -> Result<[NamedFile; 5], (&'static str, String)> {
         let calibration = self.calibration.map(json).transpose().map_err(|reason| ("fit.json", reason))?;
         let sensitivities = self.sensitivities.map(|found| csv_text::sensitivities(self.run, found));
         Ok([
@@ -58,6 +60,7 @@ impl CaseOutput<'_> {
             ("skin.json.gz", Some(self.skin.packed())),
             ("sensitivities.csv", sensitivities.map(String::into_bytes)),
             ("fit.json", calibration.map(String::into_bytes)),
+            (PAGE, self.page.map(|page| page.as_bytes().to_vec())),
         ])
     }
 }
@@ -236,7 +239,7 @@ impl Store {
     pub fn save_refused(&self, record: &CaseRecord) -> Result<(), StoreError> {
         self.forget(&record.id)?;
         write(&self.path(&record.id, "csv"), "t_s\n")?;
-        for end in ["skin.json.gz", "fit.json", "sensitivities.csv"] {
+        for end in ["skin.json.gz", "fit.json", "sensitivities.csv", PAGE] {
             std::fs::remove_file(self.path(&record.id, end)).ok();
         }
         self.write_record(record)

@@ -5,6 +5,7 @@
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
 //! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`] |
 //! | Its other files | [`csv_text`], [`skin`], [`fields`], [`partial_series`] |
+//! | The build that wrote a record which this one cannot read | [`other_build`] |
 //! | Whether the text of a record is the one that was stored | [`seal`] |
 //! | The folder: which files belong to a case, and whether they are sound | [`case_files`], [`folder`] |
 //! | Several runs into one folder | [`lock`] |
@@ -20,6 +21,7 @@ pub mod fields;
 pub mod folder;
 pub mod identity;
 pub mod lock;
+pub mod other_build;
 pub mod outcome;
 pub mod partial_series;
 pub mod record;

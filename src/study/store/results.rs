@@ -3,8 +3,12 @@
 use crate::calibrate::inverse::Calibration;
 use crate::report::error::ReportError;
 use crate::report::files::{json, read_with};
+use crate::report::viewer::pack::Packed;
+use crate::report::viewer::page;
+use crate::report::viewer::unpack::unpack;
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::store::case_files::{Unsound, check_in};
+use crate::study::store::case_files::{PAGE, Unsound, check_in};
+use crate::study::store::other_build::writer;
 use crate::study::store::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
 use crate::study::store::skin::Skin;
 use std::collections::{BTreeMap, HashSet};
@@ -17,6 +21,8 @@ pub struct Results {
     pub cases: Vec<StoredCase>,
     /// Case id → surface, where one was stored
     pub skins: BTreeMap<String, Skin>,
+    /// Case id → motion, where the scene records it
+    pub motions: BTreeMap<String, Packed>,
     /// Case id → constants that were found there
     pub found: BTreeMap<String, Calibration>,
     /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
@@ -33,6 +39,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
         return Err(ReportError::Newer { path, found: study.schema, known: SCHEMA });
     }
     let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
+    let mut motions = BTreeMap::new();
     let (mut found, mut sensitivities, mut damaged) = (BTreeMap::new(), BTreeMap::new(), vec![]);
     let mut seen = HashSet::new();
     for id in study.families.iter().flat_map(|f| &f.cases) {
@@ -40,7 +47,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
             continue;
         }
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
-        let Some(record) = json::<CaseRecord>(&file("json"))? else { continue };
+        let Some(record) = record(&file("json"))? else { continue };
         let unsound = check_in(dir, id).err().unwrap_or_default();
         // A surface that cannot be read is named below
         let worth_words = unsound.iter().filter(|file| !file.file.contains(".skin."));
@@ -66,11 +73,40 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
             }
             Err(other) => return Err(other),
         }
+        match motion(&file(PAGE)) {
+            Some(Ok(packed)) => _ = motions.insert(id.clone(), packed),
+            Some(Err(why)) => {
+                damaged.push(format!("The motion of case {id} is not shown: {why}"));
+            }
+            None => {}
+        }
     }
     if cases.is_empty() {
         return Err(ReportError::NoCases { path: dir.join("cases") });
     }
-    Ok(Results { study, cases, skins, found, sensitivities, damaged })
+    Ok(Results { study, cases, skins, motions, found, sensitivities, damaged })
+}
+
+/// A record; none if the file does not exist. One that another build wrote in another form is refused by the name of that build.
+fn record(path: &Path) -> Result<Option<CaseRecord>, ReportError> {
+    match json(path) {
+        Err(ReportError::Malformed { path, source }) => match storage::read(&path, DATA_LIMIT).map(|b| writer(&b)) {
+            Ok(Some(wrote)) => Err(ReportError::OtherBuild { path, wrote, source }),
+            _ => Err(ReportError::Malformed { path, source }),
+        },
+        read => read,
+    }
+}
+
+/// The motion of a case; none where its file does not exist.
+fn motion(path: &Path) -> Option<Result<Packed, String>> {
+    if !path.is_file() {
+        return None;
+    }
+    let damaged =
+        || format!("{}: its data do not fit together; run the study again to compute it anew", path.display());
+    let read = page::read(path).map_err(|e| e.to_string());
+    Some(read.and_then(|mut cases| cases.pop().filter(|c| unpack(c).is_some()).ok_or_else(damaged)))
 }
 
 /// A surface of finite numbers whose arrays fit together; another one is not drawn.

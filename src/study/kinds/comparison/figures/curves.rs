@@ -1,8 +1,8 @@
 //! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
 //! against what drives it.
 
-use crate::report::canvas::{Area, PALETTE, RGB, dashed, figure, italic, line, mm, wide_page};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{self, Area, PALETTE, RGB, SMALL, columns, dashed, figure, italic, line, mm, page_width};
+use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
@@ -16,6 +16,8 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 18.0;
 const LEGEND: f64 = 38.0;
 const TOP: f64 = 6.0;
+/// Width of a page on which panels are next to each other with the legend at their right \[mm\].
+const WIDE: f64 = 180.0;
 /// Largest distance that the lower panels show \[of the peak\].
 const FAR: f64 = 0.5;
 
@@ -42,15 +44,21 @@ fn looks(a: &ComparisonFindings) -> Vec<Look<'_>> {
     members.map(look).collect()
 }
 
-/// The legend at the right of a figure of this width \[mm\].
-fn key(store: &Results, looks: &[Look], a: &ComparisonFindings, (area, width): (&Area, f64)) {
+/// Entries of the legend.
+fn entries(store: &Results, looks: &[Look], a: &ComparisonFindings) -> Vec<(Sample, String)> {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
         let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
         (sample, format!("{}{star}", store.study.member(l.member)))
     };
-    let entries: Vec<_> = looks.iter().map(entry).collect();
-    legend(area, (mm(width - LEGEND + 4.0), mm(TOP + 2.0)), &entries);
+    looks.iter().map(entry).collect()
+}
+
+/// Room for a legend at the right of the panels \[mm\].
+fn room(entries: &[(Sample, String)]) -> f64 {
+    let widest = entries.iter().map(|(_, words)| canvas::width(words, SMALL)).max().unwrap_or(0);
+    // The distance from the panels, the sample, and a margin
+    LEGEND.max(4.0 + 6.5 + f64::from(widest) / f64::from(mm(1.0)) + 1.0)
 }
 
 /// Curve of a member in a quantity.
@@ -73,26 +81,37 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
         return None;
     }
     let looks = looks(a);
-    let n = panels.len() as f64;
-    let each = ((wide_page() - LEFT - LEGEND - GAP * (n - 1.0)) / n).min(84.0);
-    let width = LEFT + n * each + (n - 1.0) * GAP + LEGEND;
+    let entries = entries(store, &looks, a);
+    // On a narrow page panels are stacked, and the legend is below them: type is never shrunk
+    let is_narrow = page_width() < WIDE;
+    let side = if is_narrow { 5.0 } else { room(&entries) };
+    let across = if is_narrow { columns(panels.len(), (LEFT, GAP, 60.0)) } else { panels.len() };
+    let n = across as f64;
+    let each = ((page_width() - LEFT - side - GAP * (n - 1.0)) / n).min(84.0);
+    let width = LEFT + n * each + (n - 1.0) * GAP + side;
     let (tall, low, between) = (42.0, 26.0, 5.0);
-    let height = (TOP + tall + between + low + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
+    let row = TOP + tall + between + low + 10.0;
+    let below = row * panels.len().div_ceil(across) as f64;
+    let height = match is_narrow {
+        true => below + LINE * entries.len() as f64 + 1.0,
+        false => row.max(TOP + 4.2 * looks.len() as f64 + 4.0),
+    };
     let svg = figure(width, height, "", |area| {
         for (k, q) in panels.iter().enumerate() {
-            let x = LEFT + k as f64 * (each + GAP);
-            let upper = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
-            let lower = [mm(x), mm(TOP + tall + between), mm(x + each), mm(TOP + tall + between + low)];
+            let (x, top) = (LEFT + (k % across) as f64 * (each + GAP), TOP + row * (k / across) as f64);
+            let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
+            let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
             panel(area, store, a, q, &looks, (upper, lower), ['a', 'b', 'c'][k]);
         }
-        key(store, &looks, a, (area, width));
+        let at = if is_narrow { (LEFT, below + 2.0) } else { (width - side + 4.0, TOP + 2.0) };
+        legend(area, (mm(at.0), mm(at.1)), &entries);
     });
     let far = panels.iter().any(|q| q.members.iter().any(|c| c.largest > FAR));
     let far = if far { " Members off by more than half of the peak are not drawn there." } else { "" };
     let caption = format!(
         "The members under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far} What a finer mesh changes is in the table.",
         store.study.label(variant),
-        a.reference
+        store.study.member(&a.reference)
     );
     Some(Figure { name: format!("comparison-{variant}"), svg, caption })
 }
@@ -133,7 +152,7 @@ fn panel(
         .collect();
     let values = off.iter().flat_map(|(_, _, d)| d.iter().copied());
     let symbol = &q.quantity.symbol;
-    let label = format!("{} − {} [{}]", italic(symbol), italic(&format!("{symbol}ref")), q.quantity.unit);
+    let label = format!("{0} − {0}(reference) [{1}]", italic(symbol), q.quantity.unit);
     let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
     plot.grid();
     for (look, t, d) in off.iter().rev() {
@@ -160,7 +179,9 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
     };
     let looks: Vec<Look> = looks(a).into_iter().filter(shown).collect();
     let (each, tall) = (50.0, 46.0);
-    let width = LEFT + panels.len() as f64 * (each + GAP) + LEGEND - GAP;
+    let entries = entries(store, &looks, a);
+    let room = room(&entries);
+    let width = LEFT + panels.len() as f64 * (each + GAP) + room - GAP;
     let height = (TOP + tall + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
     let svg = figure(width, height, "", |area| {
         for (k, q) in panels.iter().enumerate() {
@@ -183,7 +204,7 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
             plot.axes(true);
             plot.title(['a', 'b'][k], &capital(&q.quantity.label));
         }
-        key(store, &looks, a, (area, width));
+        legend(area, (mm(width - room + 4.0), mm(TOP + 2.0)), &entries);
     });
     let caption = format!(
         "Loading and unloading, {}, of the members that show a loop, and of the reference: the area of a loop is lost in every cycle.",

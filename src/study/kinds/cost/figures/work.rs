@@ -37,8 +37,17 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
         return None;
     }
     let cost = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
-    let panels: Vec<(&ByQuantity<CostOfAccuracy>, Measure)> =
-        shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).collect();
+    let (panels, without): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
+        shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).partition(|(q, m)| q.uncertainty(*m).is_finite());
+    if panels.is_empty() {
+        return None;
+    }
+    let without: Vec<String> =
+        without.iter().map(|(q, m)| format!("{} of the {}", m.words(), q.quantity.label)).collect();
+    let without = match &without[..] {
+        [] => String::new(),
+        some => format!(" Without a reference, so that no error is known: {}.", some.join(", ")),
+    };
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
@@ -46,7 +55,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.",
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{without}",
         store.study.label(variant)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
@@ -54,7 +63,8 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
 
 /// Error of the first quantity of a variant over unknowns, entries of the factor, operations and memory, as far as they differ.
 pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
-    let q = a.quantities.iter().find(|q| q.variant == variant && q.settings.len() > 1)?;
+    let is_known = |q: &&ByQuantity<CostOfAccuracy>| q.uncertainty(Measure::Peak).is_finite();
+    let q = a.quantities.iter().filter(is_known).find(|q| q.variant == variant && q.settings.len() > 1)?;
     let all = [
         Amount {
             label: format!("free degrees of freedom {}", italic("n")),

@@ -10,9 +10,10 @@ const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;
 /// Room for the names of the cases, and for the turned ones of the variants \[mm\]
 const NAMES: f64 = 74.0;
-const HEAD: f64 = 40.0;
-/// Height of the headings of groups \[mm\]
-const GROUP: f64 = 2.0;
+const HEAD: f64 = 43.6;
+/// Height of the headings of groups, and of those that would meet their neighbours \[mm\]
+const GROUP: f64 = 5.6;
+const RAISED: f64 = 2.0;
 /// Rows on a sheet; more go into a second block next to it
 const TALLEST: usize = 62;
 
@@ -90,13 +91,16 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
 /// Headings over the columns of a group, with a line across them.
 fn groups(store: &Results, area: &Area, variants: &[&String]) {
     let group = |v: &String| store.study.groups.get(v).map(String::as_str);
-    let mut from = 0;
+    let (mut from, mut end, mut is_raised) = (0, i32::MIN, false);
     for run in variants.chunk_by(|a, b| group(a) == group(b)) {
         if let Some(heading) = group(run[0]) {
             let edge = |k: usize| NAMES + COLUMN * k as f64;
             let (left, right) = (mm(edge(from) + 0.8), mm(edge(from + run.len()) - 0.8));
+            let (middle, half) = ((left + right) / 2, crate::report::canvas::width(heading, SMALL) / 2);
+            is_raised = !is_raised && middle - half < end + mm(1.0);
             line(area, &[(left, mm(GROUP + 2.4)), (right, mm(GROUP + 2.4))], INK, 5);
-            text(area, heading, ((left + right) / 2, mm(GROUP)), At::Middle, SMALL, INK);
+            text(area, heading, (middle, mm(if is_raised { RAISED } else { GROUP })), At::Middle, SMALL, INK);
+            end = middle + half;
         }
         from += run.len();
     }
