@@ -1,9 +1,9 @@
 //! The solver of a step: its equations, its linear systems, and the steps that all methods share.
 
 use super::equations::Equations;
+use super::iteration::{IterationReport, OnIteration};
 use super::linear_system::LinearSystem;
 use super::newton_settings::NewtonSettings;
-use super::observer::{IterationReport, OnIteration};
 use super::{Failure, Solution, Step};
 use crate::math::linear::Method;
 use crate::system::{State, System, Want};
