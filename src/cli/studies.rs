@@ -13,7 +13,7 @@ Examples:
   durometer studies
   durometer studies --json | jq -r '.[] | select(.has_meshes) | .name'
 
-A study marked with * has meshes that are not stored: its first run needs the mesher (durometer doctor --setup).")]
+A study marked with * has meshes that are not stored: its first run needs the mesher, which durometer doctor tells how to install.")]
 pub struct Args {
     /// Print a list of objects instead of a table
     #[arg(long)]
