@@ -48,7 +48,7 @@ fn is_whole(folder: &Path) -> bool {
 
 /// Unpacks into a folder of another name, which takes its own when it is whole. Another process may be faster.
 fn unpack(cache: &Path, folder: &Path) -> Result<(), CatalogueError> {
-    let io = |e: std::io::Error| CatalogueError::unpack(cache, &e);
+    let io = |e: std::io::Error| embedded::not_unpacked(cache, &e);
     std::fs::create_dir_all(cache).map_err(io)?;
     remove_left_over(cache);
     let part = tempfile::Builder::new().prefix(UNFINISHED).suffix(".part").tempdir_in(cache).map_err(io)?;
@@ -58,7 +58,7 @@ fn unpack(cache: &Path, folder: &Path) -> Result<(), CatalogueError> {
         other => other,
     })?;
     for _ in 0..3 {
-        // What is there and not whole is moved away, and removed with the temporary folder
+        // A damaged folder is moved away, and removed with the temporary one
         if folder.exists() && !is_whole(folder) {
             std::fs::rename(folder, &old).ok();
         }

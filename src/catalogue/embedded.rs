@@ -34,7 +34,7 @@ pub fn digest() -> &'static str {
 
 /// Writes all files below a folder. Each reaches the disk.
 pub(super) fn unpack(folder: &Path) -> Result<(), CatalogueError> {
-    let io = |e: std::io::Error| CatalogueError::unpack(folder, &e);
+    let io = |e: std::io::Error| not_unpacked(folder, &e);
     let mut archive = tar::Archive::new(GzDecoder::new(PACKED));
     let mut listed = entries();
     for packed in archive.entries().map_err(io)? {
@@ -52,6 +52,12 @@ pub(super) fn unpack(folder: &Path) -> Result<(), CatalogueError> {
         Some(missing) => Err(CatalogueError::Damaged { file: missing.name.into() }),
         None => Ok(()),
     }
+}
+
+/// The error of a folder that the files cannot be written into.
+pub(super) fn not_unpacked(folder: &Path, error: &std::io::Error) -> CatalogueError {
+    let bytes = entries().map(|entry| entry.bytes).sum();
+    CatalogueError::Unpack { folder: folder.to_path_buf(), bytes, reason: error.to_string() }
 }
 
 /// Where a file is below a folder.

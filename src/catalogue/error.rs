@@ -1,6 +1,6 @@
 //! Reasons why the files of the catalogue cannot be used.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Reason why the files of the catalogue cannot be used.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -20,16 +20,9 @@ pub enum CatalogueError {
         megabytes(*bytes)
     )]
     Unpack { folder: PathBuf, bytes: u64, reason: String },
-    /// What the program brings is not what was packed.
+    /// A file in the program is not the one that was packed.
     #[error("{file} is damaged in the file of the program itself; install the program again")]
     Damaged { file: String },
-}
-
-impl CatalogueError {
-    pub(super) fn unpack(folder: &Path, error: &std::io::Error) -> Self {
-        let bytes = super::entries().map(|entry| entry.bytes).sum();
-        Self::Unpack { folder: folder.to_path_buf(), bytes, reason: error.to_string() }
-    }
 }
 
 /// Rounded up.
