@@ -103,7 +103,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! storage → math → mesh → material → system → effect → solve → scene → calibrate → motion → report → study → prelude
+//! storage → catalogue → math → mesh → material → system → effect → solve → scene → calibrate → motion → report → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -119,6 +119,7 @@
 //! [`check_law`]: material::check_law
 
 pub mod calibrate;
+pub mod catalogue;
 pub mod effect;
 pub mod live;
 pub mod material;

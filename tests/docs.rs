@@ -343,10 +343,23 @@ fn command_lines_parse() {
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
     let of_store = ["store verify", "store gc", "store export", "store import"];
-    for command in
-        ["run", "cases", "robustness", "simulate", "plan", "mesh", "fit", "motion", "check", "report", "doctor"]
-            .into_iter()
-            .chain(of_store)
+    for command in [
+        "run",
+        "studies",
+        "new",
+        "cases",
+        "robustness",
+        "simulate",
+        "plan",
+        "mesh",
+        "fit",
+        "motion",
+        "check",
+        "report",
+        "doctor",
+    ]
+    .into_iter()
+    .chain(of_store)
     {
         let words = command.split(' ').chain(["--help"]);
         let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(words).output().expect("it runs");

@@ -89,7 +89,7 @@ fn a_body_is_a_folder() {
     assert_eq!(declared.parameters.len(), 2);
 
     let project = MeshStore::find().unwrap_or_else(|e| panic!("{e}"));
-    let store = MeshStore { home, python: project.python };
+    let store = MeshStore::of_project(home, project.python);
     let is_sound = store.mesher().diagnose().iter().all(|check| check.ok || check.optional);
     if tools::is_missing(is_sound, "the mesher (durometer doctor --setup)") {
         return;

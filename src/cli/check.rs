@@ -2,7 +2,6 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::{body_figure, files, region_table};
-use durometer::mesh::generate::MeshStore;
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
@@ -170,8 +169,5 @@ fn describe(scene: &Scene) {
     scene.notes.iter().for_each(|note| println!("{:12} {note}", scene.kind_of_note(note)));
     if let Some(why) = &scene.no_limit {
         println!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
-    }
-    if MeshStore::find().is_err() {
-        println!("note         no project folder is found: only scenes with a mesh file can be run from here");
     }
 }

@@ -1,6 +1,7 @@
 //! `durometer doctor`
 
 use super::outcome::{CommandResult, Outcome};
+use durometer::catalogue::{Home, Origin, cache};
 use durometer::mesh::generate::MeshStore;
 
 /// Say what is missing on this machine, with the exact commands
@@ -10,11 +11,11 @@ use durometer::mesh::generate::MeshStore;
 #[command(after_help = "\
 Examples:
   durometer doctor             what is there, and the command for what is not
-  durometer doctor --setup     make .venv in the project and install the mesher into it
+  durometer doctor --setup     make the environment of the mesher and install its packages
 
 Exit codes: 0 new meshes can be made, 2 something is missing.")]
 pub struct Args {
-    /// Set the mesher's environment up: .venv with the pinned versions of gmsh, CGAL and meshio
+    /// Set the mesher's environment up, with the pinned versions of gmsh, CGAL and meshio: .venv in a project, else in the cache
     #[arg(long)]
     setup: bool,
 }
@@ -25,7 +26,7 @@ pub fn main(args: Args) -> CommandResult {
         store.mesher().setup_environment(&mut |line| eprintln!("{line}"))?;
         store = MeshStore::find()?;
     }
-    let mut sound = true;
+    let mut sound = files(&store.home);
     for check in store.mesher().diagnose() {
         let mark = match (check.ok, check.optional) {
             (true, _) => "ok     ",
@@ -42,4 +43,27 @@ pub fn main(args: Args) -> CommandResult {
         println!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
     }
     Ok(if sound { Outcome::Complete } else { Outcome::NotReady })
+}
+
+/// Prints where studies, bodies and meshes are taken from, and whether the program's own are as it brings them.
+fn files(home: &Home) -> bool {
+    let why = match home.origin {
+        Origin::Named => "DUROMETER_HOME names this folder",
+        Origin::Checkout => "the program was built in this folder",
+        Origin::Program => "the files of the program, unpacked",
+    };
+    println!("ok      {:24} {} ({why})", "files", home.path.display());
+    println!("ok      {:24} {}", "made meshes", home.meshes.display());
+    if home.origin != Origin::Program {
+        return true;
+    }
+    let altered = cache::altered(&home.path);
+    if !altered.is_empty() {
+        println!("MISSING {:24} altered: {}", "files", altered.join(", "));
+        println!("        run: rm -r {}", home.path.display());
+    }
+    for other in home.path.parent().map(cache::others).unwrap_or_default() {
+        println!("ok      {:24} {} is of another version of the program; it may be deleted", "files", other.display());
+    }
+    altered.is_empty()
 }

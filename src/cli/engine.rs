@@ -2,13 +2,13 @@
 
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units::{self, Dimension};
-use durometer::mesh::generate::MeshStore;
+use durometer::mesh::generate::{MeshStore, interpreter};
 use durometer::study::engine::batches::{Packing, pack};
 use durometer::study::engine::{EngineFile, Requests, Submission, hyperqueue, slurm};
 use durometer::study::expand::Study;
 use durometer::study::listing::{Listed, State, list, prepare};
 use durometer::study::store::folder::Store;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Memory of a case in the list of cases over the text of its scene: 9 was measured with 100 000 cases.
 const TEXT_FACTOR: u64 = 16;
@@ -137,9 +137,7 @@ pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], 
     let said = match args.engine {
         Engine::Hyperqueue => {
             // The same Python as that of the mesher, also where the project is not found
-            let given = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
-            let of_mesher = || MeshStore::find().map_or_else(|_| "python3".into(), |store| store.python);
-            let python = given.unwrap_or_else(of_mesher);
+            let python = MeshStore::find().map_or_else(|_| interpreter::of_system(), |store| store.python);
             hyperqueue::submit(&submission, &python)?
         }
         _ => {

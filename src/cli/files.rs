@@ -1,10 +1,10 @@
 //! Resolution of a name on the command line to its file.
 
-use durometer::mesh::generate::MeshStore;
+use durometer::catalogue::Home;
 use durometer::scene::{hint, read_table};
 use std::path::{Path, PathBuf};
 
-/// A scene or study file, found by path, by folder, or by the name of a folder in `studies/`.
+/// A scene or study file, found by path, by folder, or by the name of a folder in `studies/`, of the current folder or of the catalogue.
 pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
     if name.is_file() {
         return Ok(name.into());
@@ -12,16 +12,24 @@ pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
     if name.join(file).is_file() {
         return Ok(name.join(file));
     }
-    let studies = MeshStore::find().map(|w| w.home.join("studies")).unwrap_or_else(|_| "studies".into());
-    let known = studies.join(name).join(file);
+    let own = PathBuf::from("studies");
+    let nearest = own.join(name).join(file);
+    if nearest.is_file() {
+        return Ok(nearest);
+    }
+    let home = Home::find().map_err(|e| format!("{}: there is no such file; {e}", name.display()))?;
+    let known = home.studies().join(name).join(file);
     if known.is_file() {
         return Ok(known);
     }
-    if name.is_dir() || studies.join(name).is_dir() {
+    if [Path::new(""), &own, &home.studies()].iter().any(|folder| folder.join(name).is_dir()) {
         return Err(format!("{}: this folder has no {file}", name.display()));
     }
     let word = name.to_string_lossy();
-    let hint = hint(&word, &names(&studies, file));
+    let mut known = [names(&own, file), names(&home.studies(), file)].concat();
+    known.sort();
+    known.dedup();
+    let hint = hint(&word, &known);
     Err(format!("{word}: there is no such file, and no folder studies/{word}; {hint}"))
 }
 

@@ -4,7 +4,7 @@ use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::quality::Quality;
-use durometer::scene::{Body, read_scene, request};
+use durometer::scene::{Body, keep, read_scene};
 use durometer::study::expand::Study;
 use std::path::PathBuf;
 
@@ -44,8 +44,8 @@ pub fn main(args: Args) -> CommandResult {
             continue;
         }
         seen.push(key);
-        if args.keep && spec.grid.is_none() {
-            MeshStore::find()?.commit(&request(&file, &spec)?, &mut |line| eprintln!("{line}"))?;
+        if args.keep {
+            keep(&file, &spec, &MeshStore::find()?, &mut |line| eprintln!("{line}"))?;
         }
         let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
         let (mesh, quality) = (&body.mesh, Quality::of(&body.mesh));

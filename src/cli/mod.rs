@@ -20,6 +20,7 @@ mod live;
 mod mesh;
 mod motion;
 mod motion_tables;
+mod new;
 mod outcome;
 mod plan;
 mod prony;
@@ -30,6 +31,7 @@ mod run;
 mod simulate;
 mod softening;
 mod store;
+mod studies;
 mod view;
 mod volume;
 mod worker;
@@ -48,6 +50,8 @@ use std::process::ExitCode;
     max_term_width = 110,
     after_help = "\
 Start with:
+  durometer new finger                    a project of your own, in the folder finger
+  durometer studies                       the studies that the program brings
   durometer check finger-convergence      what would be simulated
   durometer run finger-convergence        simulate it; the report is reports/finger-convergence/index.html
   durometer simulate studies/finger-dynamics/scene.toml --vtu
@@ -63,6 +67,8 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Run(run::Args),
+    Studies(studies::Args),
+    New(new::Args),
     Cases(cases::Args),
     Simulate(simulate::Args),
     Import(import::Args),
@@ -102,6 +108,8 @@ pub fn main() -> ExitCode {
     }
     let result = match command {
         Command::Run(args) => run::main(args),
+        Command::Studies(args) => studies::main(args),
+        Command::New(args) => new::main(args),
         Command::Cases(args) => cases::main(args),
         Command::Simulate(args) => simulate::main(args),
         Command::Import(args) => import::main(args),

@@ -343,7 +343,7 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
     request_from(file, spec, None)
 }
 
-fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Result<MeshRequest, SceneError> {
+pub(super) fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Result<MeshRequest, SceneError> {
     check_source(file, spec)?;
     let base = file.parent().unwrap_or(Path::new(""));
     let source = match (&spec.body, &spec.file) {
@@ -422,7 +422,7 @@ fn parameters(
 ) -> Result<BTreeMap<String, f64>, SceneError> {
     let fail = |e| part(file, "mesh.parameters", e);
     let store = given_or_found(store).map_err(fail)?;
-    let declared = Declared::load(&store.home, name).map_err(|e| part(file, "mesh.body", e))?;
+    let declared = Declared::load(&store.home.path, name).map_err(|e| part(file, "mesh.body", e))?;
     let value = |(key, text): (&String, &String)| Ok((key.clone(), declared.parse(key, text).map_err(fail)?));
     spec.parameters.iter().map(value).collect()
 }

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 const FIRST_CELLS: usize = 2000;
 
 /// Content of a file, and the keys of `[mesh]` with which it can be used.
+#[derive(Clone)]
 pub struct Import {
     pub file: PathBuf,
     pub format: Format,

@@ -52,6 +52,7 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     for region in &fixed {
         line(format!("[[constraint]]\nkind = \"fixed\"\nregion = {}\n", quoted(region)));
     }
+    line("[[probe]]\nkind = \"energy\"\n".into());
     line("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n".into());
     for region in &fixed {
         line(format!("[[probe]]\nkind = \"reaction\"\nregion = {}\n", quoted(region)));
@@ -64,7 +65,7 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
 fn mesh_table(import: &Import, title: &str, path: &str, quadratic: bool) -> String {
     let spec = &import.spec;
     let mut out = String::from(
-        "# Starter scene, written by `durometer import`. It runs as it is, but its physics is an example: replace every value marked EXAMPLE.\n",
+        "# Starter scene, written by `durometer`. It runs as it is, but its physics is an example: replace every value marked EXAMPLE.\n",
     );
     let mut line = |text: String| writeln!(out, "{text}").expect("a string");
     line(format!("title = {}\n\n[mesh]\nfile = {}", title, path));

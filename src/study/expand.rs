@@ -105,9 +105,9 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let name = std::path::absolute(base)
+        let name = std::path::absolute(file)
             .ok()
-            .and_then(|p| p.file_name().map(|n| n.to_string_lossy().into_owned()))
+            .and_then(|p| p.parent()?.file_name().map(|n| n.to_string_lossy().into_owned()))
             .unwrap_or_else(|| "study".into());
         let changes = Changes { given: changes, first: false };
         Self::assemble(&name, file, &scene, spec, expansion, &changes)

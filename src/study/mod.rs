@@ -14,6 +14,7 @@
 //! | Published with its inputs, and run again | [`bundle`] |
 //! | Two results compared | [`changes`], by what they [claim] |
 //! | Methods and references of a paper | [`paper`] |
+//! | The studies of the catalogue, and new projects | [`shipped`], [`starters`] |
 
 pub mod analysis;
 pub mod axis;
@@ -40,7 +41,9 @@ pub mod paper;
 pub mod plan;
 pub mod report;
 pub mod run;
+pub mod shipped;
 pub mod spec;
+pub mod starters;
 pub mod store;
 pub mod summary;
 pub mod tables;

@@ -1,6 +1,9 @@
 //! A disk that is full, loses its power or has no links, and a stop at any call: a layer between the program and the system (`layer.c`) that counts
 //! what is written.
 
+// Each test binary uses a part of it.
+#![allow(dead_code)]
+
 use std::collections::HashMap;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};

@@ -17,6 +17,7 @@ use syn::visit::{self, Visit};
 /// A module may use those before it. `cli`, with `main`, may use the library only.
 const ORDER: [&str; 13] = [
     "storage",
+    "catalogue",
     "math",
     "mesh",
     "material",

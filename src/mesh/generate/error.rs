@@ -1,15 +1,20 @@
 //! Reasons why there is no mesh.
 
+use crate::catalogue::CatalogueError;
 use crate::mesh::MeshError;
 use std::path::{Path, PathBuf};
 
 /// Reason why there is no mesh.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum GenerateError {
+    #[error(transparent)]
+    Catalogue(#[from] CatalogueError),
+    /// The folder of bodies is that of the program itself.
     #[error(
-        "no folder meshes/meshgen in DUROMETER_HOME, or else where the program was built; set DUROMETER_HOME to the folder of the project"
+        "{}: a mesh is not kept with the files of the program; set DUROMETER_HOME to the folder of a project, or leave --keep out",
+        folder.display()
     )]
-    NoHome,
+    NotKept { folder: PathBuf },
     #[error("unknown {what} {name}; {hint}")]
     Unknown { what: String, name: String, hint: String },
     #[error("{body}: parameter {name}: {fact}")]

@@ -5,6 +5,7 @@
 
 pub mod body;
 mod error;
+pub mod interpreter;
 pub mod manifest;
 mod python;
 pub mod request;

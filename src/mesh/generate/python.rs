@@ -1,6 +1,8 @@
 //! The process behind the mesher: calling it, setting up its environment, and finding what is missing.
 
 use super::error::GenerateError;
+use super::interpreter;
+use crate::catalogue::Home;
 use crate::mesh::child::{ends_with_parent, kill};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
@@ -128,33 +130,33 @@ fn run(
     Ok(Output { status, stdout, lines: lines.into(), late })
 }
 
-/// The mesher of a project: its folder and the Python that runs it.
+/// The mesher: its folder and the Python that runs it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mesher<'a> {
-    pub home: &'a Path,
+    pub home: &'a Home,
     pub python: &'a Path,
 }
 
 impl Mesher<'_> {
-    /// `python -m meshgen` with the project's meshes on its path.
+    /// `python -m meshgen` with the folder of the bodies on its path.
     fn meshgen(&self) -> Command {
         let mut command = Command::new(self.python);
-        command.args(["-m", "meshgen"]).current_dir(self.home);
+        command.args(["-m", "meshgen"]).current_dir(&self.home.path);
         command
-            .env("PYTHONPATH", self.home.join("meshes"))
+            .env("PYTHONPATH", self.home.path.join("meshes"))
             .env("PYTHONUNBUFFERED", "1")
             .env("PYTHONDONTWRITEBYTECODE", "1");
         command
     }
 
-    /// Creates `.venv` in the project and installs the pinned packages of the mesher. `progress` gets pip's lines.
+    /// Creates the environment of the mesher and installs its pinned packages. `progress` gets pip's lines.
     pub fn setup_environment(&self, progress: &mut dyn FnMut(&str)) -> Result<(), GenerateError> {
-        let own = self.home.join(".venv/bin/python");
-        let system = if self.python == own { Path::new("python3") } else { self.python };
+        let folder = &self.home.environment;
+        let own = interpreter::in_environment(folder);
         let mut steps = Vec::new();
         if !own.exists() {
-            let mut venv = Command::new(system);
-            venv.args(["-m", "venv", ".venv"]);
+            let mut venv = Command::new(self.python);
+            venv.args(["-m", "venv"]).arg(folder.strip_prefix(&self.home.path).unwrap_or(folder));
             steps.push((venv, "install Python 3.11 or newer with venv: apt-get install -y python3-venv"));
         }
         let mut pip = Command::new(&own);
@@ -164,8 +166,8 @@ impl Mesher<'_> {
             let text = describe(&command);
             progress(&text);
             let failed = |lines| GenerateError::Setup { command: text.clone(), remedy: remedy.into(), lines };
-            let output =
-                run(command.current_dir(self.home), "", None, progress).map_err(|e| failed(vec![e.to_string()]))?;
+            let output = run(command.current_dir(&self.home.path), "", None, progress)
+                .map_err(|e| failed(vec![e.to_string()]))?;
             let said = output.stdout.lines().map(str::to_string);
             said.clone().for_each(|line| progress(&line));
             if !output.status.success() {
@@ -186,7 +188,7 @@ impl Mesher<'_> {
             remedy: remedy.filter(|_| !ok),
             optional: false,
         };
-        let home = self.home.join("meshes/meshgen");
+        let home = self.home.path.join("meshes/meshgen");
         let mut checks = vec![check("meshes/meshgen", home.is_dir(), home.display().to_string(), None)];
         let version =
             Command::new(self.python).args(["-c", "import sys; print('%d.%d.%d' % sys.version_info[:3])"]).output();
@@ -211,7 +213,7 @@ impl Mesher<'_> {
         let new = numbers.as_slice() >= [3, 11].as_slice();
         let detail = format!("{version} ({})", self.python.display());
         checks.push(check("python", new, detail, Some("install Python 3.11 or newer".into())));
-        let venv = self.home.join(".venv/bin/python");
+        let venv = interpreter::in_environment(&self.home.environment);
         let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
         checks.push(check("environment", own, venv.display().to_string(), setup()));
         match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {

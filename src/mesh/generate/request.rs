@@ -210,7 +210,7 @@ pub(super) fn conversion(path: &Path, format: &str) -> Result<(Value, String), G
 }
 
 /// The file, and those of the same name that its format spreads the mesh over.
-fn companions(path: &Path, format: &str) -> Vec<PathBuf> {
+pub fn companions(path: &Path, format: &str) -> Vec<PathBuf> {
     let endings: &[&str] = match format {
         "tetgen" => &["node", "ele"],
         "xdmf" => &["h5"],

@@ -1,9 +1,11 @@
-//! The project's meshes: found by the hash of their request, else made now and kept.
+//! Meshes: found by the hash of their request, else made now and kept.
 
 use super::error::GenerateError;
+use super::interpreter;
 use super::manifest::Manifest;
 use super::python::Mesher;
 use super::request::{MeshRequest, Size, TIME_LIMIT_S, conversion, without_field};
+use crate::catalogue::{Home, Origin};
 use crate::mesh::{TetMesh, read};
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
@@ -21,28 +23,23 @@ pub struct Generated {
     pub made: bool,
 }
 
-/// The project's folder, where meshes are kept, and the Python that makes new ones.
+/// Where bodies and meshes are, and the Python that makes new ones.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct MeshStore {
-    pub home: PathBuf,
+    pub home: Home,
     pub python: PathBuf,
 }
 
 impl MeshStore {
-    /// Finds the project: DUROMETER_HOME, else where the program was built. Bodies and the mesher are programs in Python, so that those of the
-    /// current folder, which may be anyone's, are not taken. Python: DUROMETER_PYTHON, else the project's `.venv`, else `python3`.
+    /// The meshes of the catalogue ([`Home::find`]). Python: DUROMETER_PYTHON, else that of the environment of the mesher, else the system's.
     pub fn find() -> Result<Self, GenerateError> {
-        let home = std::env::var_os("DUROMETER_HOME").unwrap_or_else(|| env!("CARGO_MANIFEST_DIR").into());
-        let home = Some(PathBuf::from(home)).filter(|p| p.join("meshes/meshgen").is_dir());
-        let home = home.ok_or(GenerateError::NoHome)?;
-        let python = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
-        Ok(Self { python: python.unwrap_or_else(|| Self::default_python(&home)), home })
+        let home = Home::find()?;
+        Ok(Self { python: interpreter::of(&home.environment), home })
     }
 
-    /// The project's own Python if it is set up, else the system's.
-    pub fn default_python(home: &Path) -> PathBuf {
-        let own = home.join(".venv/bin/python");
-        if own.exists() { own } else { "python3".into() }
+    /// The meshes of a project, made by this Python.
+    pub fn of_project(folder: PathBuf, python: PathBuf) -> Self {
+        Self { home: Home::project(folder, Origin::Named), python }
     }
 
     /// The same meshes without the mesher: one that is not stored is an error.
@@ -52,14 +49,14 @@ impl MeshStore {
         Self { python: PathBuf::new(), ..self }
     }
 
-    /// The mesher of this project.
+    /// The mesher of this folder.
     pub fn mesher(&self) -> Mesher<'_> {
         Mesher { home: &self.home, python: &self.python }
     }
 
     /// Where the answer to a request is stored: committed with its body, else in the cache. None: nowhere yet.
     pub fn stored(&self, request: &MeshRequest) -> Result<Option<PathBuf>, GenerateError> {
-        let (_, name) = request.resolve(&self.home)?;
+        let (_, name) = request.resolve(&self.home.path)?;
         Ok(self.lookup(request, &name))
     }
 
@@ -67,8 +64,8 @@ impl MeshStore {
     pub fn stored_sizes(&self, request: &MeshRequest) -> Result<Vec<u64>, GenerateError> {
         let Some(Size::Cells { tolerance, .. }) = request.size else { return Ok(vec![]) };
         let mut counts = vec![];
-        for folder in [request.folder(), "cache"] {
-            for entry in std::fs::read_dir(self.home.join("meshes").join(folder)).into_iter().flatten().flatten() {
+        for folder in self.folders(request) {
+            for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
                 if entry.path().extension().is_some_and(|x| x == "json") {
                     let asked = read_manifest(&entry.path())?.request["size"]["cells"].as_u64();
                     counts.extend(asked);
@@ -91,14 +88,19 @@ impl MeshStore {
     }
 
     fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
-        let file = |folder: &str| self.home.join("meshes").join(folder).join(format!("{name}.msh.gz"));
+        let files = self.folders(request).map(|folder| folder.join(format!("{name}.msh.gz")));
         // A power cut may have taken the name of one of the two
-        [file(request.folder()), file("cache")].into_iter().find(|p| p.is_file() && manifest_path(p).is_file())
+        files.into_iter().find(|p| p.is_file() && manifest_path(p).is_file())
     }
 
-    /// The mesh of a request: a stored one, else made now and kept in `meshes/cache`. `progress` gets the mesher's lines.
+    /// The folders of committed and of made meshes.
+    fn folders(&self, request: &MeshRequest) -> [PathBuf; 2] {
+        [self.home.path.join("meshes").join(request.folder()), self.home.meshes.clone()]
+    }
+
+    /// The mesh of a request: a stored one, else made now and kept with the made meshes. `progress` gets the mesher's lines.
     pub fn mesh(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<Generated, GenerateError> {
-        let (json, name) = request.resolve(&self.home)?;
+        let (json, name) = request.resolve(&self.home.path)?;
         let stored = self.lookup(request, &name);
         let made = stored.is_none();
         let path = match stored {
@@ -112,11 +114,10 @@ impl MeshStore {
         Ok(Generated { mesh: read(&path, 1.0)?, manifest, name, path, made })
     }
 
-    /// Keeps a mesh: as [`MeshStore::mesh`], then moved from the cache to `meshes/<body>`. Returns the mesh file.
+    /// Keeps a mesh: as [`MeshStore::mesh`], then moved from the made meshes to `meshes/<body>`. Returns the mesh file.
     pub fn commit(&self, request: &MeshRequest, progress: &mut dyn FnMut(&str)) -> Result<PathBuf, GenerateError> {
+        let folder = self.committed(request.folder())?;
         let generated = self.mesh(request, progress)?;
-        let folder = self.home.join("meshes").join(request.folder());
-        std::fs::create_dir_all(&folder).map_err(|e| GenerateError::io(&folder, &e))?;
         let target = folder.join(format!("{}.msh.gz", generated.name));
         if target != generated.path {
             for (from, to) in
@@ -128,7 +129,7 @@ impl MeshStore {
         Ok(target)
     }
 
-    /// The volume mesh of a file in another format, in its units, as MSH: converted before, else now by the mesher, and kept in `meshes/cache`.
+    /// The volume mesh of a file in another format, in its units, as MSH: converted before, else now by the mesher, and kept with the made meshes.
     pub fn converted(
         &self,
         path: &Path,
@@ -136,10 +137,10 @@ impl MeshStore {
         progress: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, GenerateError> {
         let (mut asked, name) = conversion(path, format)?;
-        let (part, target) = self.places(&name)?;
-        if target.is_file() {
-            return Ok(target);
+        if let Some(file) = self.converted_file(&name) {
+            return Ok(file);
         }
+        let (part, target) = self.places(&name)?;
         asked["output"] = serde_json::json!(part);
         let label = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let answer = self.mesher().call(
@@ -155,11 +156,49 @@ impl MeshStore {
         kept.map(|()| target)
     }
 
+    /// Keeps a converted mesh: as [`MeshStore::converted`], then moved from the made meshes to `meshes/file`. Returns the mesh file.
+    pub fn commit_converted(
+        &self,
+        path: &Path,
+        format: &str,
+        progress: &mut dyn FnMut(&str),
+    ) -> Result<PathBuf, GenerateError> {
+        let folder = self.committed("file")?;
+        let made = self.converted(path, format, progress)?;
+        let target = folder.join(made.file_name().unwrap_or_default());
+        if target != made {
+            storage::keep(&made, &target).map_err(|e| GenerateError::io(&target, &e))?;
+        }
+        Ok(target)
+    }
+
+    /// The folder of committed meshes of this name; the program's own takes none.
+    fn committed(&self, name: &str) -> Result<PathBuf, GenerateError> {
+        let folder = self.home.path.join("meshes").join(name);
+        if self.home.origin == Origin::Program {
+            return Err(GenerateError::NotKept { folder });
+        }
+        std::fs::create_dir_all(&folder).map_err(|e| GenerateError::io(&folder, &e))?;
+        Ok(folder)
+    }
+
+    /// Whether this mesh file is converted already.
+    pub fn has_converted(&self, path: &Path, format: &str) -> Result<bool, GenerateError> {
+        let (_, name) = conversion(path, format)?;
+        Ok(self.converted_file(&name).is_some())
+    }
+
+    /// A converted mesh: one that lies with the committed ones, else a made one.
+    fn converted_file(&self, name: &str) -> Option<PathBuf> {
+        let folders = [self.home.path.join("meshes/file"), self.home.meshes.clone()];
+        folders.map(|folder| folder.join(format!("{name}.msh.gz"))).into_iter().find(|file| file.is_file())
+    }
+
     /// A temporary file in the cache, and where it is kept under this name.
     fn places(&self, name: &str) -> Result<(PathBuf, PathBuf), GenerateError> {
         static CALLS: AtomicU32 = AtomicU32::new(0);
-        let cache = self.home.join("meshes/cache");
-        std::fs::create_dir_all(&cache).map_err(|e| GenerateError::io(&cache, &e))?;
+        let cache = &self.home.meshes;
+        std::fs::create_dir_all(cache).map_err(|e| GenerateError::io(cache, &e))?;
         let call = CALLS.fetch_add(1, Ordering::Relaxed);
         let part = cache.join(format!(".{name}-{}-{call}.msh.gz", std::process::id()));
         Ok((part, cache.join(format!("{name}.msh.gz"))))
@@ -184,6 +223,7 @@ impl MeshStore {
                 if let Some(request) = request.as_object_mut() {
                     request.shift_remove("output");
                 }
+                without_folders(request);
             }
             // Nothing that cannot be read back is kept.
             serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;
@@ -193,10 +233,22 @@ impl MeshStore {
             storage::keep(&part, &target).map_err(|e| GenerateError::io(&target, &e))?;
             Ok(target)
         });
+        // The mesher writes a manifest of its own
+        std::fs::remove_file(manifest_path(&part)).ok();
         if answer.is_err() {
             std::fs::remove_file(&part).ok();
         }
         answer
+    }
+}
+
+/// Leaves the name of a meshed file alone: its folder is one of this machine.
+fn without_folders(request: &mut serde_json::Value) {
+    let Some(path) = request.pointer_mut("/parameters/path") else { return };
+    let name =
+        path.as_str().and_then(|text| Path::new(text).file_name()).map(|name| name.to_string_lossy().into_owned());
+    if let Some(name) = name {
+        *path = name.into();
     }
 }
 

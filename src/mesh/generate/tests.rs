@@ -39,7 +39,7 @@ fn project(script: &str) -> (tempfile::TempDir, MeshStore) {
     std::fs::write(home.join("script"), format!("#!/bin/sh\n{script}\n")).expect("writable");
     std::fs::set_permissions(home.join("script"), PermissionsExt::from_mode(0o755)).expect("ours");
     std::fs::rename(home.join("script"), &python).expect("writable");
-    (folder, MeshStore { home, python })
+    (folder, MeshStore::of_project(home, python))
 }
 
 fn working() -> String {
@@ -62,7 +62,7 @@ fn a_mesh_is_made_once_and_found_from_then_on() {
     let mut lines = Vec::new();
     let first = store.mesh(&request(), &mut |l| lines.push(l.to_string())).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(lines, ["sizing", "meshing"]);
-    assert!(first.made && first.mesh.cell_count() == 1 && first.path.starts_with(store.home.join("meshes/cache")));
+    assert!(first.made && first.mesh.cell_count() == 1 && first.path.starts_with(store.home.path.join("meshes/cache")));
     assert_eq!(first.manifest.paths["cable"].guide_radius, 0.004);
     assert_eq!(first.manifest.notes["length_m"], 0.0039);
     assert!(first.manifest.request.get("output").is_none(), "a manifest must not carry the path of a cache");
@@ -70,16 +70,16 @@ fn a_mesh_is_made_once_and_found_from_then_on() {
     let second = broken.mesh(&request(), &mut |_| panic!("no mesher is needed")).expect("stored");
     assert!(!second.made && second.mesh == first.mesh && second.name == first.name);
     let committed = broken.commit(&request(), &mut |_| {}).expect("stored");
-    assert_eq!(committed, store.home.join("meshes/rod").join(format!("{}.msh.gz", first.name)));
+    assert_eq!(committed, store.home.path.join("meshes/rod").join(format!("{}.msh.gz", first.name)));
     assert_eq!(broken.stored(&request()), Ok(Some(committed)));
-    let left: Vec<_> = std::fs::read_dir(store.home.join("meshes/cache")).expect("there").collect();
+    let left: Vec<_> = std::fs::read_dir(store.home.path.join("meshes/cache")).expect("there").collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]
 fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     let (_folder, store) = project("");
-    let name = |r: &MeshRequest| r.resolve(&store.home).expect("a good request").1;
+    let name = |r: &MeshRequest| r.resolve(&store.home.path).expect("a good request").1;
     let base = name(&request());
     assert_eq!(base, "c30d5282303bca8e", "committed meshes are found by this name: it must not change");
     let with = |parameter: &str, value: f64| {
@@ -91,7 +91,7 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     assert_ne!(name(&MeshRequest { seed: 1, ..request() }), base);
     assert_ne!(name(&MeshRequest::body("rod", Size::Cells { count: 4500, tolerance: 0.02 })), base);
     // A file counts by its content.
-    let (a, b) = (store.home.join("a.stl"), store.home.join("b.stl"));
+    let (a, b) = (store.home.path.join("a.stl"), store.home.path.join("b.stl"));
     [&a, &b].iter().for_each(|p| std::fs::write(p, "solid").expect("writable"));
     let file = |p: &Path| name(&MeshRequest { source: Source::File { path: p.into(), unit_m: 1e-3 }, ..request() });
     let before = file(&a);
@@ -103,7 +103,7 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
 #[test]
 fn unknown_names_are_refused_with_the_nearest_one() {
     let (_folder, store) = project("");
-    let refuse = |r: MeshRequest| r.resolve(&store.home).expect_err("must be refused").to_string();
+    let refuse = |r: MeshRequest| r.resolve(&store.home.path).expect_err("must be refused").to_string();
     assert_eq!(refuse(MeshRequest::body("rood", Size::Length(1.0))), "unknown body rood; did you mean rod?");
     let parameters = [("lenght".to_string(), 0.1)].into();
     let source = Source::Body { name: "rod".into(), parameters };
@@ -111,7 +111,7 @@ fn unknown_names_are_refused_with_the_nearest_one() {
     let grading = vec![Grading { near: GradedPlace::Feature("palm".into()), length: 1e-3, distance: 1e-3 }];
     assert_eq!(refuse(MeshRequest { grading, ..request() }), "unknown feature of rod palm; known: notches");
     assert_eq!(refuse(MeshRequest { order: 3, ..request() }), "mesh request: order = 3; use 1 or 2");
-    let body = Body::load(&store.home, "rod").expect("there");
+    let body = Body::load(&store.home.path, "rod").expect("there");
     assert_eq!(body.parse("width", "7.5 mm"), Ok(7.5e-3));
     assert_eq!(body.parse("phalanges", "3"), Ok(3.0));
     let error = body.parse("width", "7.5").expect_err("no unit").to_string();
@@ -123,7 +123,7 @@ fn every_way_the_mesher_can_end_has_its_error() {
     let run = |script: &str| {
         let (_folder, store) = project(&format!("cat > /dev/null\n{script}"));
         let error = message(store.mesh(&request(), &mut |_| {}));
-        let left: Vec<_> = std::fs::read_dir(store.home.join("meshes/cache")).expect("there").collect();
+        let left: Vec<_> = std::fs::read_dir(store.home.path.join("meshes/cache")).expect("there").collect();
         assert!(left.is_empty(), "{left:?}");
         error
     };
@@ -147,7 +147,7 @@ fn every_way_the_mesher_can_end_has_its_error() {
         let (_folder, store) = project(&format!("cat > /dev/null\n{script}"));
         let start = std::time::Instant::now();
         let error = message(store.mesh(&MeshRequest { time_limit_s: limit, ..request() }, &mut |_| {}));
-        let left: Vec<_> = std::fs::read_dir(store.home.join("meshes/cache")).expect("there").collect();
+        let left: Vec<_> = std::fs::read_dir(store.home.path.join("meshes/cache")).expect("there").collect();
         assert!(left.is_empty(), "{left:?}");
         assert!(start.elapsed().as_secs_f64() < 5.0);
         error
@@ -160,7 +160,7 @@ fn every_way_the_mesher_can_end_has_its_error() {
     let error = run("echo '{}'");
     assert!(error.contains("missing field") && error.contains("they are made again"), "{error}");
     let (_folder, store) = project("");
-    let absent = MeshStore { python: store.home.join("absent"), ..store };
+    let absent = MeshStore { python: store.home.path.join("absent"), ..store };
     let error = message(absent.mesh(&request(), &mut |_| {}));
     assert!(
         error.contains("the mesher is not installed") && error.ends_with("run: durometer doctor --setup"),
@@ -214,13 +214,13 @@ fn setup_creates_the_environment_and_says_where_it_failed() {
 fn an_unwritable_folder_is_named() {
     let (_folder, store) = project(&working());
     // A file where the cache should be: fails for every user, root included.
-    std::fs::write(store.home.join("meshes/cache"), "").expect("writable");
+    std::fs::write(store.home.path.join("meshes/cache"), "").expect("writable");
     let error = message(store.mesh(&request(), &mut |_| {}));
     assert!(
         error.contains("meshes/cache") && error.ends_with("check the path, its permissions and the free space"),
         "{error}"
     );
     let mesh = structured::block(1, 1, 1, 1.0, 1.0, 1.0, crate::mesh::Order::Linear);
-    let error = vtu::write_vtu(&store.home.join("meshes/cache/a.vtu"), &mesh, &[], &[]);
+    let error = vtu::write_vtu(&store.home.path.join("meshes/cache/a.vtu"), &mesh, &[], &[]);
     assert!(matches!(error, Err(MeshError::Unwritable { .. })));
 }

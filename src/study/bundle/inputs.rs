@@ -34,7 +34,7 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
     }
     let about = study.with_file_name("README.md");
     found.extend(about.is_file().then(|| real(&about)).transpose()?);
-    let home = store.as_ref().map(|s| real(&s.home)).transpose()?;
+    let home = store.as_ref().map(|s| real(&s.home.path)).transpose()?;
     let root = match &home {
         Some(home) if found.iter().all(|f| f.starts_with(home)) => home.clone(),
         // The folder of a study is its name
@@ -108,7 +108,7 @@ fn shared(files: &BTreeSet<PathBuf>) -> PathBuf {
 
 /// Bodies with the mesher, and the stored meshes of the cases.
 fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Result<(), BundleError> {
-    let meshes = store.home.join("meshes");
+    let meshes = store.home.path.join("meshes");
     let mut names = BTreeSet::new();
     for case in cases {
         if let Ok(scene) = case.record.provenance.scene.parse::<toml::Table>() {
@@ -136,8 +136,9 @@ fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Resul
     }
     let sources: BTreeSet<&str> = cases.iter().map(|c| c.record.mesh.source.as_str()).filter(|s| is_made(s)).collect();
     for source in sources {
-        let folders = names.iter().map(String::as_str).chain(["cache"]);
-        let found = folders.map(|folder| (folder, meshes.join(folder).join(source))).find(|(_, path)| path.is_file());
+        let committed = names.iter().map(|name| (name.as_str(), meshes.join(name)));
+        let folders = committed.chain([("cache", store.home.meshes.clone())]);
+        let found = folders.map(|(name, folder)| (name, folder.join(source))).find(|(_, path)| path.is_file());
         let Some((folder, path)) = found else {
             inputs.missing.push(source.into());
             continue;

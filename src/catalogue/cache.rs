@@ -1,0 +1,104 @@
+//! The user's cache: the files of the program, unpacked, next to the meshes that were made.
+
+use super::embedded::{self, Entry, entries, path_of};
+use super::error::CatalogueError;
+use crate::storage;
+use etcetera::BaseStrategy;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// First part of the name of a folder with the files of one version.
+const PREFIX: &str = "files-";
+/// First part of the name of a folder that is being written.
+const UNFINISHED: &str = ".files-";
+/// Age at which such a folder has no process any more.
+const FORGOTTEN: Duration = Duration::from_secs(3600);
+
+/// The folder of the cache: DUROMETER_CACHE, else `durometer` in the folder that the system has for it.
+pub fn folder() -> Result<PathBuf, CatalogueError> {
+    if let Some(given) = std::env::var_os("DUROMETER_CACHE").filter(|given| !given.is_empty()) {
+        return std::path::absolute(&given).map_err(|_| CatalogueError::NoCache);
+    }
+    let system = etcetera::base_strategy::choose_native_strategy().map_err(|_| CatalogueError::NoCache)?;
+    Ok(system.cache_dir().join("durometer"))
+}
+
+/// The files of the program in a cache, unpacked if they are not there whole. The folder is named after its contents, so that several versions
+/// of the program share a cache.
+pub fn unpacked(cache: &Path) -> Result<PathBuf, CatalogueError> {
+    static WHOLE: Mutex<Vec<PathBuf>> = Mutex::new(vec![]);
+    let folder = cache.join(format!("{PREFIX}{}", &embedded::digest()[..16]));
+    // Other threads wait for the one that unpacks
+    let mut whole = WHOLE.lock().unwrap_or_else(PoisonError::into_inner);
+    if !whole.contains(&folder) {
+        if !is_whole(&folder) {
+            unpack(cache, &folder)?;
+        }
+        whole.push(folder.clone());
+    }
+    Ok(folder)
+}
+
+/// Whether every file is there in its length: systems that tidy up remove single ones.
+fn is_whole(folder: &Path) -> bool {
+    let is_there = |entry: Entry| path_of(folder, entry).metadata().is_ok_and(|found| found.len() == entry.bytes);
+    folder.is_dir() && entries().all(is_there)
+}
+
+/// Unpacks into a folder of another name, which takes its own when it is whole. Another process may be faster.
+fn unpack(cache: &Path, folder: &Path) -> Result<(), CatalogueError> {
+    let io = |e: std::io::Error| embedded::not_unpacked(cache, &e);
+    std::fs::create_dir_all(cache).map_err(io)?;
+    remove_left_over(cache);
+    let part = tempfile::Builder::new().prefix(UNFINISHED).suffix(".part").tempdir_in(cache).map_err(io)?;
+    let (new, old) = (part.path().join("new"), part.path().join("old"));
+    embedded::unpack(&new).map_err(|e| match e {
+        CatalogueError::Unpack { bytes, reason, .. } => CatalogueError::Unpack { folder: cache.into(), bytes, reason },
+        other => other,
+    })?;
+    for _ in 0..3 {
+        // A damaged folder is moved away, and removed with the temporary one
+        if folder.exists() && !is_whole(folder) {
+            std::fs::rename(folder, &old).ok();
+        }
+        let named = std::fs::rename(&new, folder);
+        if named.is_ok() || is_whole(folder) {
+            return Ok(());
+        }
+    }
+    std::fs::rename(&new, folder).map_err(io)
+}
+
+/// Removes what processes that were killed have left.
+fn remove_left_over(cache: &Path) {
+    let is_old = |path: &Path| {
+        let changed = path.metadata().and_then(|found| found.modified());
+        changed.is_ok_and(|changed| changed.elapsed().is_ok_and(|age| age > FORGOTTEN))
+    };
+    for entry in std::fs::read_dir(cache).into_iter().flatten().flatten() {
+        let is_unfinished = entry.file_name().to_str().is_some_and(|name| name.starts_with(UNFINISHED));
+        if is_unfinished && is_old(&entry.path()) {
+            std::fs::remove_dir_all(entry.path()).ok();
+        }
+    }
+}
+
+/// Files below a folder whose content is not what the program brings.
+pub fn altered(folder: &Path) -> Vec<&'static str> {
+    let is_same = |entry: &Entry| {
+        storage::read(&path_of(folder, *entry), entry.bytes).is_ok_and(|bytes| storage::sha256(bytes) == entry.sha256)
+    };
+    entries().filter(|entry| !is_same(entry)).map(|entry| entry.name).collect()
+}
+
+/// Folders with the files of other versions of the program.
+pub fn others(cache: &Path) -> Vec<PathBuf> {
+    let own = format!("{PREFIX}{}", &embedded::digest()[..16]);
+    let entries = std::fs::read_dir(cache).into_iter().flatten().flatten();
+    let of_version = |name: &str| name.starts_with(PREFIX) && name != own;
+    let named = entries.filter(|entry| entry.file_name().to_str().is_some_and(of_version));
+    let mut folders: Vec<PathBuf> = named.map(|entry| entry.path()).collect();
+    folders.sort();
+    folders
+}

@@ -1,0 +1,31 @@
+//! Reasons why the files of the catalogue cannot be used.
+
+use std::path::PathBuf;
+
+/// Reason why the files of the catalogue cannot be used.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum CatalogueError {
+    /// DUROMETER_HOME names a folder without a mesher.
+    #[error("DUROMETER_HOME names {}, which has no folder meshes/meshgen; name the folder of a project, or unset it", folder.display())]
+    NoProject { folder: PathBuf },
+    /// The system names no folder for caches.
+    #[error(
+        "this system names no folder for files that can be made again; set DUROMETER_CACHE to one that can be written"
+    )]
+    NoCache,
+    /// The files cannot be written.
+    #[error(
+        "{}: the files of the program cannot be unpacked there: {reason}; make it writable with {} MB free, or set DUROMETER_CACHE to another folder",
+        folder.display(),
+        megabytes(*bytes)
+    )]
+    Unpack { folder: PathBuf, bytes: u64, reason: String },
+    /// A file in the program is not the one that was packed.
+    #[error("{file} is damaged in the file of the program itself; install the program again")]
+    Damaged { file: String },
+}
+
+/// Rounded up.
+fn megabytes(bytes: u64) -> u64 {
+    bytes.div_ceil(1_000_000)
+}

@@ -1,0 +1,13 @@
+//! The catalogue: studies, data, bodies with their meshes, and the mesher, in the folder of a project or as the program brings them.
+//!
+//! Some of these files are programs in Python. They are taken from a folder that the user has named or in which the program was built, else
+//! from the program itself, and never from the current folder, which may be anyone's.
+
+pub mod cache;
+mod embedded;
+mod error;
+mod home;
+
+pub use embedded::{Entry, digest, entries};
+pub use error::CatalogueError;
+pub use home::{Home, Origin};

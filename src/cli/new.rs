@@ -1,0 +1,36 @@
+//! `durometer new NAME`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::study::starters::{STARTERS, create};
+use std::path::PathBuf;
+
+/// Make a project folder with a scene, a study and a page that tells what to do next
+///
+/// NAME is a starter (finger, pneunet, gripper), or a mesh, surface or CAD file: the body is then held at one end under its own weight, and the values to be replaced are marked. The project runs as it is.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer new finger
+  durometer new gripper my-gripper
+  durometer new robot.step --unit mm")]
+pub struct Args {
+    /// Name of a starter, or a file
+    name: Option<String>,
+    /// Folder of the project [default: called as the starter or the file]
+    folder: Option<PathBuf>,
+    /// Unit of length of the file, instead of a guess from the size
+    #[arg(long)]
+    unit: Option<String>,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    let Some(name) = args.name else {
+        STARTERS.iter().for_each(|starter| println!("{:10} {}", starter.name, starter.summary));
+        println!("{:10} any mesh, surface or CAD file: its shape, held at one end under its own weight", "FILE");
+        return Ok(Outcome::Complete);
+    };
+    let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
+    println!("{}: scene.toml, study.toml, README.md", folder.display());
+    println!("next: cd {} && durometer simulate scene.toml", shlex::try_quote(&folder.to_string_lossy())?);
+    Ok(Outcome::Complete)
+}

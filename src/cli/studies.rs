@@ -1,0 +1,48 @@
+//! `durometer studies`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::mesh::generate::MeshStore;
+use durometer::study::shipped::{Shipped, shipped};
+
+/// List the studies and scenes that the program brings
+///
+/// Each is known by its name to every command, such as `durometer run finger-convergence`. A folder `studies` in the current folder comes first.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer studies
+  durometer studies --json | jq -r '.[] | select(.has_meshes) | .name'
+
+A study marked with * has meshes that are not stored: its first run needs the mesher, which durometer doctor tells how to install.")]
+pub struct Args {
+    /// Print a list of objects instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+pub fn main(args: Args) -> CommandResult {
+    let store = MeshStore::find()?;
+    let (mut known, mut unread) = (vec![], vec![]);
+    for found in shipped(&store) {
+        match found {
+            Ok(study) => known.push(study),
+            Err((name, error)) => unread.push(format!("{name}: {error}")),
+        }
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&known)?);
+    } else {
+        known.iter().for_each(show);
+        println!("\n{} studies and scenes in {}", known.len(), store.home.studies().display());
+        if known.iter().any(|study| !study.has_meshes) {
+            println!("* meshes are made at the first run, by the mesher (durometer doctor --setup)");
+        }
+    }
+    unread.iter().for_each(|reason| eprintln!("cannot be run: {reason}"));
+    Ok(Outcome::Complete)
+}
+
+fn show(study: &Shipped) {
+    let mark = if study.has_meshes { "" } else { "*" };
+    println!("{:24} {:12} {}", format!("{}{mark}", study.name), study.kind, study.about);
+}

@@ -1,0 +1,29 @@
+//! Reasons why there is no new project.
+
+use crate::scene::SceneError;
+use std::path::{Path, PathBuf};
+
+/// Reason why there is no new project.
+#[derive(Debug, thiserror::Error)]
+pub enum StarterError {
+    /// Neither a starter nor a file.
+    #[error("{name}: there is no such starter and no such file; {hint}")]
+    Unknown { name: String, hint: String },
+    /// The folder holds something, or is a file.
+    #[error("{}: there is something of this name already; name another folder", folder.display())]
+    NotEmpty { folder: PathBuf },
+    /// The folder has no name that a study could take.
+    #[error("{}: a project needs a folder with a name; name one", folder.display())]
+    NoName { folder: PathBuf },
+    #[error("{}: {reason}; check the path, its permissions and the free space", file.display())]
+    Io { file: PathBuf, reason: String },
+    /// The shape cannot be used.
+    #[error(transparent)]
+    Shape(#[from] SceneError),
+}
+
+impl StarterError {
+    pub(super) fn io(file: &Path, error: &std::io::Error) -> Self {
+        Self::Io { file: file.to_path_buf(), reason: error.to_string() }
+    }
+}

@@ -1,0 +1,37 @@
+//! The folder of a new project: it takes its name when it is whole.
+
+use super::error::StarterError;
+use crate::storage;
+use std::path::Path;
+
+/// Makes a folder of what `fill` writes, which gets a folder of another name and the name that the project will have.
+pub(super) fn make(
+    folder: &Path,
+    fill: impl FnOnce(&Path, &str) -> Result<(), StarterError>,
+) -> Result<(), StarterError> {
+    let io = |e: std::io::Error| StarterError::io(folder, &e);
+    let whole = std::path::absolute(folder).map_err(io)?;
+    let (Some(parent), Some(name)) = (whole.parent(), whole.file_name()) else {
+        return Err(StarterError::NoName { folder: folder.into() });
+    };
+    let is_empty = |folder: &Path| std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_none());
+    if whole.symlink_metadata().is_ok() && !is_empty(&whole) {
+        return Err(StarterError::NotEmpty { folder: folder.into() });
+    }
+    std::fs::create_dir_all(parent).map_err(io)?;
+    let part = tempfile::Builder::new().prefix(".new-").suffix(".part").tempdir_in(parent).map_err(io)?;
+    let new = part.path().join("project");
+    std::fs::create_dir(&new).map_err(io)?;
+    fill(&new, &name.to_string_lossy())?;
+    // A folder takes the place of an empty one on some systems only
+    std::fs::remove_dir(&whole).ok();
+    std::fs::rename(&new, &whole).map_err(io)
+}
+
+/// Writes texts into a folder.
+pub(super) fn write(folder: &Path, files: [(&str, &str); 3]) -> Result<(), StarterError> {
+    files.iter().try_for_each(|(name, text)| {
+        let path = folder.join(name);
+        storage::write(&path, text.as_bytes()).map_err(|e| StarterError::io(&path, &e))
+    })
+}
