@@ -171,11 +171,13 @@ name = "floor"
 region = "zmin"
 obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.01 mm"], normal = [0, 0, 1] }}
 response = "barrier"
+friction = 0.0
 [[contact]]
 name = "top"
 region = "zmax"
 obstacle = {{ kind = "rigid", body = "brick" }}
 response = "barrier"
+friction = 0.0
 [[stage]]
 integrator = "bdf2"
 duration = "0.1 s"

@@ -176,14 +176,10 @@ pub fn main(args: Args) -> CommandResult {
     };
     let (wall, cpu) = (Instant::now(), CpuClock::start());
     let run = scene.run_with(options);
-    let mut times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
-    // Derivatives, the answers of a controller and the writing of fields are no part of the cost of the run.
-    let aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    let times = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
     let waited = controller.map_or(0.0, |c| c.waited.as_secs_f64());
-    // Fields that could not be written do not cost the rest
     let (mut drawn, film) = drawing.finish();
-    times = (times.0 - aside.0 - waited - drawn.wall, times.1 - aside.1 - drawn.cpu);
-    let mut record = outcome::record(&scene, &run, times);
+    let mut record = outcome::record(&scene, &run, own_times(times, &run, waited, &drawn));
     record.id.clone_from(&name);
     record.notes.extend(note);
     record.phases.build_s = build_s;
@@ -200,6 +196,13 @@ pub fn main(args: Args) -> CommandResult {
     full.map_or(Ok(()), Err)?;
     drawn.failure.map_or(Ok(()), Err)?;
     states.failure.map_or_else(|| Ok(completion(&run, has_errors && refined)), |why| Err(why.into()))
+}
+
+/// Seconds by the clock and of the processor without what is no part of the cost of a run: derivatives, the answers of a controller, the writing of
+/// fields.
+fn own_times((wall, cpu): (f64, f64), run: &Run, waited: f64, drawn: &Drawn) -> (f64, f64) {
+    let aside = run.sensitivities.as_ref().map_or((0.0, 0.0), |s| (s.wall, s.cpu));
+    (wall - aside.0 - waited - drawn.wall, cpu - aside.1 - drawn.cpu)
 }
 
 fn print_notes(args: &Args, scene: &Scene) {

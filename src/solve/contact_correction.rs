@@ -94,6 +94,10 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
     let (system, targets) = (step.system, step.targets(next));
     let mut solution = solver.no_solution_yet();
     let mut convergence = Convergence::new(&solver.settings, step.integrator, AtRounding::Accept);
+    let mut planes = planes_near(solver, step, next);
+    if planes.points.is_empty() {
+        return None;
+    }
     solver.equations.begin(step).ok()?;
     solver.equations.evaluate(step, next, Want::Residual, None).ok()?;
     let error =
@@ -101,13 +105,10 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
     let (mut kept, mut last_error) = (None, error(solver, next).above_rounding);
     solver.report(step, next, 0, last_error);
     while !convergence.is_last(solution.iterations) {
-        let shifted = solver.linear.shifted;
-        let dt = step.at(next).dt;
-        let motion = next.x.iter().zip(&step.past.x).fold(0.0, |m: f64, (new, old)| m.max((new - old).abs()));
-        let planes = ContactPlanes::new(solver, system, &next.x, dt, MARGIN * motion);
         if planes.pressed().len() > MANY {
             return None;
         }
+        let shifted = solver.linear.shifted;
         let correction = correct(solver, step, &planes, next, (&targets, &mut kept), &mut solution).ok()?;
         let share = solver.equations.longest(system, &next.x, &correction.motion(step, next, 1.0)).ok()?;
         correction.advance(solver, step, &planes, next, (&targets, share)).ok()?;
@@ -133,8 +134,15 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
             kept = None;
         }
         last_error = error.above_rounding;
+        planes = planes_near(solver, step, next);
     }
     None
+}
+
+/// The planes at `next` of the points that may come into contact within the step.
+fn planes_near<'a>(solver: &mut NonlinearSolver, step: &Step<'a>, next: &State) -> ContactPlanes<'a> {
+    let motion = next.x.iter().zip(&step.past.x).fold(0.0, |m: f64, (new, old)| m.max((new - old).abs()));
+    ContactPlanes::new(solver, step.system, &next.x, step.at(next).dt, MARGIN * motion)
 }
 
 /// One linearised step without contact, and its correction.

@@ -138,7 +138,7 @@ impl<'a> Contacts<'a> {
         Err(Failure::Complementarity)
     }
 
-    /// What p changes the values of the constraints by.
+    /// Changes of the values of the constraints by p.
     fn crossing(&self) -> Vec<f64> {
         let constraints = self.cross.first().map_or(0, Vec::len);
         (0..constraints).map(|c| self.cross.iter().zip(&self.p).map(|(cross, p)| cross[c] * p).sum()).collect()
@@ -188,7 +188,7 @@ impl<'a> Contacts<'a> {
             let before = self.p.clone();
             self.p.iter_mut().zip(step.iter()).for_each(|(p, d)| *p -= d);
             (defect, tangent) = self.defect(&multipliers, old)?;
-            // What is not a number is not smaller.
+            // NaN is not smaller.
             let shrinks = self.size(&defect) <= NEWTON.1 * size;
             if !shrinks {
                 self.p = before;

@@ -15,7 +15,7 @@ use source::{Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
-const ORDER: [&str; 13] = [
+const ORDER: [&str; 14] = [
     "storage",
     "catalogue",
     "math",

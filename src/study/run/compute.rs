@@ -184,7 +184,7 @@ fn solve(
     sized: &mut dyn FnMut(u64) -> bool,
     open: &mut dyn FnMut(&Scene) -> Option<LiveCase>,
 ) -> Result<Option<Solved>, CaseError> {
-    let (case, constants, repeats) = (&task.case, &task.constants[..], task.repeats);
+    let (case, repeats) = (&task.case, task.repeats);
     let found = match find(case, &body, search, (meshing, go_on)) {
         Ok(found) => found,
         Err(error) => return error.map_or(Ok(None), Err),
@@ -217,19 +217,7 @@ fn solve(
         true
     };
     let mut notes = vec![];
-    let recorder = match constants {
-        [] => None,
-        some => match SensitivityRecorder::new(&scene, some) {
-            Ok(recorder) => Some(recorder),
-            // Intervals of constants are an addition; a scene without derivatives has its result
-            Err(why) if task.input_uncertainty => {
-                notes.push(left_out(some, &why.to_string()));
-                None
-            }
-            Err(why) => return Err(InverseError::from(why).into()),
-        },
-    };
-    let (run, sensitivities, times, all) = if let Some(recorder) = recorder {
+    let (run, sensitivities, times, all) = if let Some(recorder) = recorder(&scene, task, &mut notes)? {
         let (wall, cpu, mut aside) = (Instant::now(), CpuClock::start(), Aside::default());
         let mut on_state = |state: &State| aside.count(|| states(state));
         let mut run = scene.run_with(RunOptions {
@@ -255,6 +243,26 @@ fn solve(
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
     Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, film, notes, build_s, times, repeats }))
+}
+
+/// Records the derivatives that the task asks for, if any.
+fn recorder<'a>(
+    scene: &'a Scene,
+    task: &'a Task,
+    notes: &mut Vec<String>,
+) -> Result<Option<SensitivityRecorder<'a>>, CaseError> {
+    if task.constants.is_empty() {
+        return Ok(None);
+    }
+    match SensitivityRecorder::new(scene, &task.constants) {
+        Ok(recorder) => Ok(Some(recorder)),
+        // Intervals of constants are an addition; a scene without derivatives has its result
+        Err(why) if task.input_uncertainty => {
+            notes.push(left_out(&task.constants, &why.to_string()));
+            Ok(None)
+        }
+        Err(why) => Err(InverseError::from(why).into()),
+    }
 }
 
 /// The note that constants known within intervals are in no error bar.
