@@ -103,12 +103,20 @@ pub struct Rigidity {
     blocks: Blocks,
     /// K \[J\]
     stiffness: f64,
+    /// Whether increments turn the body
+    turns: bool,
 }
 
 impl Rigidity {
-    pub fn new(name: String, frame: AffineFrame, stiffness: f64) -> Self {
+    /// Of a free body, which its four nodes alone carry: increments turn it.
+    pub fn free(name: String, frame: AffineFrame, stiffness: f64) -> Self {
+        Self { turns: true, ..Self::tied(name, frame, stiffness) }
+    }
+
+    /// Of a part to whose nodes those of a mesh are tied. Increments are linear, so that these follow.
+    pub fn tied(name: String, frame: AffineFrame, stiffness: f64) -> Self {
         let blocks = Blocks::new(std::iter::once(&frame.nodes[..]));
-        Self { name, frame, blocks, stiffness }
+        Self { name, frame, blocks, stiffness, turns: false }
     }
 }
 
@@ -153,7 +161,8 @@ impl Effect for Rigidity {
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { turning: Some(self), ..Capabilities::default() }
+        let turning: Option<&dyn TurningBody> = if self.turns { Some(self) } else { None };
+        Capabilities { turning, ..Capabilities::default() }
     }
 }
 
@@ -205,7 +214,7 @@ mod tests {
             let to = frame.center + Vec3::new(3e-3, -1e-3, 2e-3) + a * (rest - frame.center);
             x[3 * (i + 1)..][..3].copy_from_slice((to - rest).as_slice());
         }
-        (Rigidity::new("body".into(), frame, 1.0), x)
+        (Rigidity::free("body".into(), frame, 1.0), x)
     }
 
     fn strain(body: &Rigidity, x: &[f64]) -> Mat3 {

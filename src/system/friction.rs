@@ -49,7 +49,10 @@ mod tests {
             let left = u - w * force;
             let law = limit * regularised(left, epsilon).0 * left;
             assert!(left > 0.0 && (force - law).abs() <= 1e-12 * limit, "u = {u}: {force} for {law}");
-            // Central differences: h² and rounding over h; the kinks of the list are farther away than h.
+            // Derivatives have a kink where sliding begins. Elsewhere central differences have errors of h² and of rounding over h.
+            if u == epsilon + w * limit {
+                continue;
+            }
             let h = 1e-6 * u;
             let difference = |change: &dyn Fn(f64) -> f64| (change(h) - change(-h)) / (2.0 * h);
             let by_u = difference(&|h| resistance(u + h, w, limit, epsilon).force);

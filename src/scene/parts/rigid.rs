@@ -105,7 +105,7 @@ pub(in crate::scene) fn build_rigid(
     let frame = AffineFrame { nodes, center, length: volume.cbrt() };
     builder.effects.push(Box::new(AffineInertia::new(format!("{}_inertia", spec.name), &frame, mass, &inertia)));
     let stiffness = STIFF * modulus * volume;
-    builder.effects.push(Box::new(Rigidity::new(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
+    builder.effects.push(Box::new(Rigidity::free(format!("{}_rigidity", spec.name), frame.clone(), stiffness)));
     if let Some(WeightSpec { direction, acceleration }) = &spec.gravity {
         let column = format!("{}_acceleration_m_s2", spec.name);
         let (direction, signal) = builder.dead(place, *direction, acceleration, Dimension::ACCELERATION, column)?;

@@ -73,7 +73,7 @@ impl RigidInsertSpec {
         }
         builder.rigid_cells.extend(&cells);
         let modulus = builder.gathered.laws.iter().map(|law| law.law.small_strain().e).fold(0.0, f64::max);
-        let stiffness = Rigidity::new(format!("{}_rigidity", self.name), frame.clone(), modulus * volume);
+        let stiffness = Rigidity::tied(format!("{}_rigidity", self.name), frame.clone(), modulus * volume);
         builder.effects.push(Box::new(stiffness));
         builder.constraints.extend(Rigid::all(&self.name, &frame));
         builder.gathered.recorders.push(Box::new(Recorded { name: self.name.clone(), frame: frame.clone() }));
