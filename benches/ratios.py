@@ -35,7 +35,7 @@ def simulate(program, scene, threads, settings):
         record = json.loads(process.stdout.read())
         _, status, usage = os.wait4(process.pid, 0)
         seconds = time.perf_counter() - start
-    if record["status"] != "converged":
+    if record["status"] != "Converged":
         raise SystemExit(f"{scene} {settings}: {record['status']} (exit {os.waitstatus_to_exitcode(status)})")
     return record | {"process_s": seconds, "memory_gb": usage.ru_maxrss / 1e6}
 
