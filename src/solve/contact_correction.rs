@@ -6,10 +6,10 @@
 //! Andriot, IEEE Trans. Vis. Comput. Graph. 12, 2006, §4):
 //!
 //! ```text
-//! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
+//! g = g_free + W p      W = H K⁻¹ Hᵀ      0 ≤ g_n ⟂ p_n ≥ 0 or p_n = −A φ′(g_n)      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|
 //! ```
 //!
-//! solved by [`gauss_seidel`](super::gauss_seidel), with the law of friction of the equilibrium.
+//! solved by [`gauss_seidel`](super::gauss_seidel), with the laws of the equilibrium: a multiplier is unilateral, barrier and penalty have a potential φ.
 //!
 //! Repeated, each time with the planes of its own state, corrections converge to the equilibrium. Where points slide they do so faster than
 //! Newton's method, whose symmetric tangent leaves ∂N/∂x out. Limits: the curvature of the obstacle is left out, which makes the
@@ -184,7 +184,7 @@ impl Correction {
     }
 }
 
-/// By the factorisation of an earlier iteration of the step, if it is `kept`, or by a new one, which is kept.
+/// The correction of `next` by the factorisation of an earlier iteration of the step, if it is `kept`, or by a new one, which is kept.
 fn correct(
     solver: &mut NonlinearSolver,
     step: &Step,
