@@ -10,6 +10,8 @@ use crate::system::{Batch, BlockValues, Blocks, EvalError, Want};
 
 /// Nodes of the largest cell.
 pub(super) const MOST_NODES: usize = 10;
+/// Quadrature points of a tet10.
+const MOST_POINTS: usize = 4;
 
 /// Gradients and weights at the quadrature points of some cells, [`LANES`] cells side by side.
 pub struct CellPoints {
@@ -135,18 +137,36 @@ impl CellPoints {
         out: &mut Batch,
     ) -> Result<(), EvalError> {
         let u = self.displacements(x, first);
-        let mut response = LaneResponse::default();
-        for q in 0..self.points {
+        self.each_point(first, 3 * self.nodes, want, out, |q, w, out, response| {
             let f = self.deformation_gradients(&u, first, q);
             let fail = |(lane, e)| EvalError::of_law(name, self.cells[first + lane] as usize, e);
-            law.eval_lanes(&f, want, &mut response).map_err(fail)?;
-            let w = self.weights_of_batch(first, q);
+            law.eval_lanes(&f, want, response).map_err(fail)?;
             out.energy += w * response.psi;
-            if want > Want::Energy {
-                let gradients = self.gradients_of_batch(first, q);
-                widest(Forces { gradients, w, response: &response, stride: 3 * self.nodes, want, out });
-            }
+            Ok(())
+        })
+    }
+
+    /// Adds the forces of the [`LANES`] blocks from `first` on, where a row of K_e has `stride` entries: `respond` gives P and A at a point of
+    /// this weight.
+    pub fn each_point(
+        &self,
+        first: usize,
+        stride: usize,
+        want: Want,
+        out: &mut Batch,
+        mut respond: impl FnMut(usize, Lanes, &mut Batch, &mut LaneResponse) -> Result<(), EvalError>,
+    ) -> Result<(), EvalError> {
+        let mut responses = std::mem::take(&mut out.responses);
+        responses.resize_with(self.points, LaneResponse::default);
+        let weights = &self.weights[first / LANES * self.points..][..self.points];
+        for (q, (response, &w)) in responses.iter_mut().zip(weights).enumerate() {
+            respond(q, w, out, response)?;
         }
+        if want > Want::Energy {
+            let gradients = &self.gradients[first / LANES * self.points * self.nodes..][..self.points * self.nodes];
+            widest(Forces { gradients, weights, responses: &responses, stride, want, out });
+        }
+        out.responses = responses;
         Ok(())
     }
 
@@ -169,12 +189,7 @@ impl CellPoints {
         f
     }
 
-    /// w det ∂X/∂ξ of point `q` of the [`LANES`] blocks from `first` on \[m³\].
-    pub fn weights_of_batch(&self, first: usize, q: usize) -> Lanes {
-        self.weights[first / LANES * self.points + q]
-    }
-
-    /// ∂N_a/∂X of each node at point `q` of these blocks \[1/m\].
+    /// ∂N_a/∂X of each node at point `q` of the [`LANES`] blocks from `first` on \[1/m\].
     pub fn gradients_of_batch(&self, first: usize, q: usize) -> &[[Lanes; 3]] {
         self.gradients_of_group(first / LANES, q)
     }
@@ -182,13 +197,14 @@ impl CellPoints {
     /// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row), where a row of K_e has `stride` entries.
     #[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
     pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut BlockValues) {
-        let w = self.weight(b, q);
+        let weights = [self.weight(b, q)];
         let p: [f64; 9] = std::array::from_fn(|n| p[(n / 3, n % 3)]);
-        let mut g = [[0.0; 3]; MOST_NODES];
-        g.iter_mut().zip(self.gradients(b, q)).for_each(|(to, from)| *to = from);
+        let mut gradients = [[0.0; 3]; MOST_NODES];
+        gradients.iter_mut().zip(self.gradients(b, q)).for_each(|(to, from)| *to = from);
+        let place = Place { gradients: &gradients[..self.nodes], weights: &weights, stride, want };
         match self.nodes {
-            4 => scatter(&[g[0], g[1], g[2], g[3]], w, stride, &p, a, want, &mut out.r, &mut out.k),
-            _ => scatter(&g, w, stride, &p, a, want, &mut out.r, &mut out.k),
+            4 => scatter::<_, 4, 1>(&place, [(&p, a)], &mut out.r, &mut out.k),
+            _ => scatter::<_, MOST_NODES, 1>(&place, [(&p, a)], &mut out.r, &mut out.k),
         }
     }
 }
@@ -221,65 +237,88 @@ impl Kernel for Deformation<'_> {
     }
 }
 
-/// r_e += w P ∂N/∂X, K_e += w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride` entries.
-pub(super) struct Forces<'a> {
-    pub gradients: &'a [[Lanes; 3]],
-    pub w: Lanes,
-    pub response: &'a LaneResponse,
-    pub stride: usize,
-    pub want: Want,
-    pub out: &'a mut Batch,
+/// r_e += Σ_q w P ∂N/∂X, K_e += Σ_q w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride` entries.
+struct Forces<'a> {
+    /// \[points × nodes\]
+    gradients: &'a [[Lanes; 3]],
+    /// \[points\]
+    weights: &'a [Lanes],
+    /// \[points\]
+    responses: &'a [LaneResponse],
+    stride: usize,
+    want: Want,
+    out: &'a mut Batch,
 }
 
 impl Kernel for Forces<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { gradients, w, response: LaneResponse { p, a, .. }, stride, want, out } = self;
-        match <&[[Lanes; 3]; 4]>::try_from(gradients) {
-            Ok(g) => scatter(g, w, stride, p, a, want, &mut out.r, &mut out.k),
-            Err(_) => {
-                let g = gradients.try_into().expect("a cell has 4 or 10 nodes");
-                scatter::<Lanes, MOST_NODES>(g, w, stride, p, a, want, &mut out.r, &mut out.k);
+        let Self { gradients, weights, responses, stride, want, out } = self;
+        let place = Place { gradients, weights, stride, want };
+        match responses {
+            [one] => scatter::<_, 4, 1>(&place, [(&one.p, &one.a)], &mut out.r, &mut out.k),
+            [a, b, c, d] => {
+                let of = [(&a.p, &a.a), (&b.p, &b.a), (&c.p, &c.a), (&d.p, &d.a)];
+                scatter::<_, MOST_NODES, MOST_POINTS>(&place, of, &mut out.r, &mut out.k);
             }
+            _ => unreachable!("a cell has 1 or 4 points"),
         }
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
-#[inline(always)]
-fn scatter<S: Real, const N: usize>(
-    g: &[[S; 3]; N],
-    w: S,
+/// Points of a block, or of several side by side, and the shape of its sums.
+struct Place<'a, S> {
+    /// \[points × nodes\] ∂N_a/∂X \[1/m\]
+    gradients: &'a [[S; 3]],
+    /// \[points\] w det ∂X/∂ξ \[m³\]
+    weights: &'a [S],
+    /// Entries of a row of K_e
     stride: usize,
-    p: &[S; 9],
-    a: &[[S; 9]; 9],
     want: Want,
+}
+
+/// Adds the forces of N nodes with P and A at Q points.
+#[inline(always)]
+fn scatter<S: Real, const N: usize, const Q: usize>(
+    place: &Place<S>,
+    of: [(&[S; 9], &[[S; 9]; 9]); Q],
     r: &mut [S],
     k: &mut [S],
 ) {
-    for (n, g) in g.iter().enumerate() {
-        for i in 0..3 {
-            r[3 * n + i] += w * (p[3 * i] * g[0] + p[3 * i + 1] * g[1] + p[3 * i + 2] * g[2]);
+    let Place { gradients, weights, stride, want } = *place;
+    for ((g, &w), (p, _)) in gradients.chunks_exact(N).zip(weights).zip(&of) {
+        for (n, g) in g.iter().enumerate() {
+            for i in 0..3 {
+                r[3 * n + i] += w * (p[3 * i] * g[0] + p[3 * i + 1] * g[1] + p[3 * i + 2] * g[2]);
+            }
         }
     }
     if want < Want::Tangent {
         return;
     }
-    for (column, gb) in g.iter().enumerate() {
+    for column in 0..N {
         // T_iJk = w Σ_L A_iJkL ∂N_b/∂X_L
-        let h = [w * gb[0], w * gb[1], w * gb[2]];
-        let mut t = [[S::of(0.0); 3]; 9];
-        for (t, a) in t.iter_mut().zip(a) {
-            for k in 0..3 {
-                t[k] = a[3 * k] * h[0] + a[3 * k + 1] * h[1] + a[3 * k + 2] * h[2];
+        let mut t = [[[S::of(0.0); 3]; 9]; Q];
+        for q in 0..Q {
+            let (gb, w) = (&gradients[q * N + column], weights[q]);
+            let h = [w * gb[0], w * gb[1], w * gb[2]];
+            for (t, a) in t[q].iter_mut().zip(of[q].1) {
+                for k in 0..3 {
+                    t[k] = a[3 * k] * h[0] + a[3 * k + 1] * h[1] + a[3 * k + 2] * h[2];
+                }
             }
         }
-        for (row, ga) in g.iter().enumerate().skip(column) {
+        for row in column..N {
             for i in 0..3 {
-                let target = &mut k[(3 * row + i) * stride + 3 * column..][..3];
-                for k in 0..3 {
-                    target[k] += ga[0] * t[3 * i][k] + ga[1] * t[3 * i + 1][k] + ga[2] * t[3 * i + 2][k];
+                let mut sum = [S::of(0.0); 3];
+                for q in 0..Q {
+                    let (ga, t) = (&gradients[q * N + row], &t[q][3 * i..3 * i + 3]);
+                    for k in 0..3 {
+                        sum[k] += ga[0] * t[0][k] + ga[1] * t[1][k] + ga[2] * t[2][k];
+                    }
                 }
+                let target = &mut k[(3 * row + i) * stride + 3 * column..][..3];
+                target.iter_mut().zip(sum).for_each(|(to, sum)| *to += sum);
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Damping: mass-proportional, and viscous in the bulk.
 
-use super::cell::{CellPoints, Forces};
+use super::cell::CellPoints;
 use super::mass::Mass;
 use crate::material::LaneResponse;
 use crate::math::lanes::{Kernel, Lanes, Real, widest};
@@ -117,14 +117,13 @@ impl Batched for ViscousDamping {
         }
         let points = &self.points;
         let (u, old) = (points.displacements(at.x, first), points.displacements(at.old, first));
-        let (stride, mut response) = (points.blocks.size(first), LaneResponse::default());
-        for q in 0..points.points() {
+        let stride = points.blocks.size(first);
+        points.each_point(first, stride, want, out, |q, _, _, response| {
             let f = &points.deformation_gradients(&u, first, q);
             let old = &points.deformation_gradients(&old, first, q);
-            widest(Stress { f, old, c: 0.5 * self.eta / at.dt, want, response: &mut response });
-            let (gradients, w) = (points.gradients_of_batch(first, q), points.weights_of_batch(first, q));
-            widest(Forces { gradients, w, response: &response, stride, want, out });
-        }
+            widest(Stress { f, old, c: 0.5 * self.eta / at.dt, want, response });
+            Ok(())
+        })?;
         let moved = u.iter().zip(&old).flat_map(|(u, old)| u.iter().zip(old)).map(|(u, old)| *u - *old);
         out.energy = moved.zip(&out.r[..stride]).fold(Lanes::ZERO, |sum, (d, r)| sum + *r * d);
         Ok(())

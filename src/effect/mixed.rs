@@ -11,7 +11,7 @@
 //! The unknown is π = p ℓ/μ \[m\], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
-use super::cell::{CellPoints, Forces};
+use super::cell::CellPoints;
 use super::mixed_along::MixedAlong;
 use super::pressure_scatter::{PointStress, Stressed};
 use crate::material::{LaneResponse, Law, LawError, Moduli, Volumetric};
@@ -174,28 +174,26 @@ impl Batched for MixedElastic {
         }
         let n = self.blocks.size(first);
         let u = self.points.displacements(at.x, first);
-        let mut response = LaneResponse::default();
-        for (q, shape) in self.shape.iter().enumerate() {
+        self.points.each_point(first, n, want, out, |q, w, out, response| {
             let f = self.points.deformation_gradients(&u, first, q);
             let undefined = |(lane, e)| EvalError::of_law(&self.name, self.points.cells[first + lane] as usize, e);
-            self.rest.eval_lanes(&f, want, &mut response).map_err(undefined)?;
+            self.rest.eval_lanes(&f, want, response).map_err(undefined)?;
             let (mut g, mut dg, mut d2g) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
             for lane in 0..LANES {
                 let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
                 let gap = self.volumetric.gap(det_minus_one(&(f - Mat3::identity())));
                 (g.0[lane], dg.0[lane], d2g.0[lane]) = gap.map_err(|e| undefined((lane, e)))?;
             }
-            let w = self.points.weights_of_batch(first, q);
+            let shape = &self.shape[q];
             let p = shape.iter().zip(&pressures).fold(Lanes::ZERO, |sum, (n, p)| sum + Lanes::of(*n) * *p);
             out.energy += w * (response.psi + p * g);
-            if want < Want::Residual {
-                continue;
+            if want > Want::Energy {
+                let gradients = self.points.gradients_of_batch(first, q);
+                widest(AddPressure { f: &f, p, dg, d2g, want, response });
+                widest(Coupling { gradients, f: &f, ws: w * Lanes::of(self.s), g, dg, shape, n, want, out });
             }
-            let gradients = self.points.gradients_of_batch(first, q);
-            widest(AddPressure { f: &f, p, dg, d2g, want, response: &mut response });
-            widest(Forces { gradients, w, response: &response, stride: n, want, out });
-            widest(Coupling { gradients, f: &f, ws: w * Lanes::of(self.s), g, dg, shape, n, want, out });
-        }
+            Ok(())
+        })?;
         for lane in 0..LANES {
             for (c, compliance) in self.compliance[first + lane].iter().enumerate() {
                 let row: f64 = compliance.iter().zip(&pressures).map(|(k, p)| k * p.0[lane] / self.s).sum();

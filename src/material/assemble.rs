@@ -1,9 +1,9 @@
 //! Closed forms of fourth-order tensors, A\[3i+J\]\[3k+L\].
 
 use crate::math::lanes::Real;
-use crate::math::tensor::{Mat3, Mat9};
+use crate::math::tensor::Mat3;
 
-/// A second-order tensor by rows, m\[3i+J\]: the order of the rows and columns of [`Mat9`].
+/// A second-order tensor by rows, m\[3i+J\]: the order of the rows and columns of [`Mat9`](crate::math::tensor::Mat9).
 pub(crate) type Row9 = [f64; 9];
 
 pub(crate) fn rows(m: &Mat3) -> Row9 {
@@ -32,11 +32,11 @@ pub(crate) fn isotropic<S: Real>(c: S, w: S, x: S, g: &[S; 9]) -> [[S; 9]; 9] {
 
 /// a += w u ⊗ v.
 #[inline(always)]
-pub(crate) fn add_dyad(a: &mut Mat9, w: f64, u: &Row9, v: &Row9) {
-    for (row, &ui) in a.iter_mut().zip(u) {
-        let wu = w * ui;
-        for (x, &vk) in row.iter_mut().zip(v) {
-            *x += wu * vk;
+pub(crate) fn add_dyad<S: Real>(a: &mut [[S; 9]; 9], w: S, u: &[S; 9], v: &[S; 9]) {
+    for (row, ui) in a.iter_mut().zip(u) {
+        let wu = w * *ui;
+        for (x, vk) in row.iter_mut().zip(v) {
+            *x += wu * *vk;
         }
     }
 }

@@ -12,10 +12,11 @@ use super::isochoric::{Along, Parametric, Partials, Strain};
 use super::law::LawInfo;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::{invariants, of_invariants, tau};
-use super::response::{LawError, Response, Want};
+use super::response::{LaneResponse, LawError, Response, Want};
 use super::split::{Part, Split, required};
 use super::volumetric::{CHOICES, Volumetric};
 use super::{isochoric, moduli};
+use crate::math::lanes::Lanes;
 use crate::math::tensor::Mat3;
 use crate::math::units::Dimension;
 
@@ -97,6 +98,16 @@ impl Part for Gent {
 
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(self, u, f, want)
+    }
+
+    fn lanes(
+        &self,
+        u: &Volumetric,
+        f: &[Lanes; 9],
+        want: Want,
+        out: &mut LaneResponse,
+    ) -> Result<(), (usize, LawError)> {
+        isochoric::lanes(self, u, f, want, out)
     }
 
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {

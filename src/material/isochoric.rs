@@ -12,11 +12,13 @@
 //!
 //! Source: Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6, written in F.
 
-use super::assemble::{add_dyad, isotropic, rows};
+use super::assemble::{Row9, add_dyad, isotropic, rows};
 use super::kinematics::{Invariants, exp_m1_minus_y};
-use super::response::{LawError, Response, Want};
+use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::Volumetric;
-use crate::math::tensor::{Mat3, Mat9};
+use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
+use crate::math::tensor::Mat3;
+use std::marker::PhantomData;
 
 /// W \[J/m³\] and its derivatives \[Pa\] by Ī₁ and Ī₂.
 #[derive(Clone, Copy, Default, Debug)]
@@ -61,6 +63,49 @@ impl<W: Parametric> Strain for Along<'_, W> {
 /// ψ = W + U, P and A at F.
 #[inline(always)]
 pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+    let (psi, g, factors) = scalars(part, u, f)?;
+    let mut r = Response::energy(psi);
+    if want >= Want::Residual {
+        let f = rows(f);
+        let d = Directions::new::<W>(&f, &g, &factors);
+        r.p = Mat3::from_row_slice(&d.stress::<W>(&g, &factors));
+        if want >= Want::Tangent {
+            r.a = d.tangent::<W>(&f, &g, &factors);
+        }
+    }
+    Ok(r)
+}
+
+/// The same at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
+#[inline(always)]
+pub fn lanes<W: Strain>(
+    part: &W,
+    u: &Volumetric,
+    f: &[Lanes; 9],
+    want: Want,
+    out: &mut LaneResponse,
+) -> Result<(), (usize, LawError)> {
+    let (mut g, mut factors) = ([Lanes::ZERO; 9], [Lanes::ZERO; 10]);
+    for lane in 0..LANES {
+        let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
+        let (psi, of_g, of_factors) = scalars(part, u, &f).map_err(|e| (lane, e))?;
+        out.psi.0[lane] = psi;
+        g.iter_mut().zip(of_g).for_each(|(to, value)| to.0[lane] = value);
+        factors.iter_mut().zip(of_factors).for_each(|(to, value)| to.0[lane] = value);
+    }
+    if want >= Want::Residual {
+        widest(AllLanes::<W> { f, g, factors, want, out, part: PhantomData });
+    }
+    Ok(())
+}
+
+/// ⅓I₁, I₂, U′J, c₁ = 2W₁J^{−2/3}, c₂ = 2W₂J^{−4/3}, the factors of G_iJ G_kL and G_iL G_kJ, and those of d₁⊗d₁, d₁⊗d₂ and d₂⊗d₂ with
+/// d₁ = J^{2/3}D₁ and d₂ = J^{4/3}D₂. I₂ and what follows from it are 0 in a part without Ī₂.
+type Factors<S> = [S; 10];
+
+/// ψ, G by rows, and the factors of the tensors in P and A.
+#[inline(always)]
+fn scalars<W: Strain>(part: &W, u: &Volumetric, f: &Mat3) -> Result<(f64, Row9, Factors<f64>), LawError> {
     let k = Invariants::of_positive(f)?;
     let ln = k.ln_j();
     // J^{2/3} = eʸ; J^{−2/3} I₁ − 3 = e⁻ʸ{[I₁ − 3 − 2 ln J] − 3[eʸ − 1 − y]} since 3y = 2 ln J; Ī₂(F) = Ī₁(cof F)
@@ -69,67 +114,138 @@ pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Re
     let second = if W::SECOND { m * m * (k.second_2ln(f, ln) - 3.0 * exp_m1_minus_y(2.0 * y)) } else { 0.0 };
     let d = part.partials(m * (k.i_2ln(ln) - 3.0 * exp_m1_minus_y(y)), second)?;
     let (energy, du, d2u) = u.at(k.x);
-    let mut r = Response::energy(d.w + energy);
-    if want < Want::Residual {
-        return Ok(r);
-    }
-    let j = k.j;
-    let g = k.cof / j;
-    let third = (k.i + 3.0) / 3.0;
-    let d1 = f - g * third;
-    let c1 = 2.0 * m * d.w1;
-    let pressure = du * j;
-    r.p = d1 * c1 + g * pressure;
+    let (j, third) = (k.j, (k.i + 3.0) / 3.0);
     let i2 = if W::SECOND { k.cof.norm_squared() } else { 0.0 };
-    let c2 = 2.0 * m * m * d.w2;
-    let mut d2 = Mat3::zeros();
-    if W::SECOND {
-        d2 = f * (3.0 * third) - f * (f.transpose() * f) - g * (2.0 / 3.0 * i2);
-        r.p += d2 * c2;
-    }
-    if want < Want::Tangent {
-        return Ok(r);
-    }
-    let (gr, d1r) = (rows(&g), rows(&d1));
+    let (c1, c2, pressure) = (2.0 * m * d.w1, 2.0 * m * m * d.w2, du * j);
     let ww = (d2u * j + du) * j - 2.0 / 3.0 * c1 * third - 8.0 / 9.0 * c2 * i2;
     let xx = c1 * third + 2.0 / 3.0 * c2 * i2 - pressure;
-    r.a = isotropic(c1 + 3.0 * third * c2, ww, xx, &gr);
-    // The dyads with G on one side, and the ones of D₁ and D₂, as u⊗(αu + βv + …) each.
-    let row = |a: f64, b: f64, c: f64, d2r: &[f64; 9]| {
-        let mut v = [0.0; 9];
-        for n in 0..9 {
-            v[n] = a * gr[n] + b * d1r[n] + c * d2r[n];
+    let (m2, m3, m4) = (m * m, m * m * m, m * m * m * m);
+    let dyads = [4.0 * m2 * d.w11, 4.0 * m3 * d.w12, 4.0 * m4 * d.w22];
+    let factors = [third, i2, pressure, c1, c2, ww, xx, dyads[0], dyads[1], dyads[2]];
+    Ok((d.w + energy, rows(&(k.cof / j)), factors))
+}
+
+/// d₁ = F − ⅓I₁G and d₂ = N − ⅔I₂G by rows.
+struct Directions<S> {
+    d1: [S; 9],
+    d2: [S; 9],
+}
+
+impl<S: Real> Directions<S> {
+    #[inline(always)]
+    fn new<W: Strain>(f: &[S; 9], g: &[S; 9], [third, i2, ..]: &Factors<S>) -> Self {
+        let mut d1 = *f;
+        (0..9).for_each(|n| d1[n] = f[n] - g[n] * *third);
+        let mut d2 = [S::of(0.0); 9];
+        if W::SECOND {
+            let (right, i1) = (right(f), S::of(3.0) * *third);
+            for n in 0..9 {
+                let (i, j) = (n / 3, n % 3);
+                let product = f[3 * i] * right[j] + f[3 * i + 1] * right[3 + j] + f[3 * i + 2] * right[6 + j];
+                d2[n] = f[n] * i1 - product - g[n] * (S::of(2.0 / 3.0) * *i2);
+            }
         }
-        v
-    };
-    let (g1, g2) = (-2.0 / 3.0 * c1, -4.0 / 3.0 * c2);
-    if W::SECOND {
-        let d2r = rows(&d2);
-        let (m2, m3, m4) = (m * m, m * m * m, m * m * m * m);
-        add_dyad(&mut r.a, 1.0, &gr, &row(0.0, g1, g2, &d2r));
-        add_dyad(&mut r.a, 1.0, &d1r, &row(g1, 4.0 * m2 * d.w11, 4.0 * m3 * d.w12, &d2r));
-        add_dyad(&mut r.a, 1.0, &d2r, &row(g2, 4.0 * m3 * d.w12, 4.0 * m4 * d.w22, &d2r));
-        add_second(&mut r.a, c2, f);
-    } else {
-        add_dyad(&mut r.a, g1, &gr, &d1r);
-        add_dyad(&mut r.a, 1.0, &d1r, &row(g1, 4.0 * m * m * d.w11, 0.0, &[0.0; 9]));
+        Self { d1, d2 }
     }
-    Ok(r)
+
+    /// P = c₁d₁ + c₂d₂ + U′J G
+    #[inline(always)]
+    fn stress<W: Strain>(&self, g: &[S; 9], [_, _, pressure, c1, c2, ..]: &Factors<S>) -> [S; 9] {
+        let mut p = self.d1;
+        for n in 0..9 {
+            p[n] = self.d1[n] * *c1 + g[n] * *pressure;
+            if W::SECOND {
+                p[n] += self.d2[n] * *c2;
+            }
+        }
+        p
+    }
+
+    /// The dyads with G on one side, and those of d₁ and d₂, as u⊗(αG + βd₁ + γd₂) each.
+    #[inline(always)]
+    fn tangent<W: Strain>(&self, f: &[S; 9], g: &[S; 9], factors: &Factors<S>) -> [[S; 9]; 9] {
+        let [third, _, _, c1, c2, ww, xx, k11, k12, k22] = *factors;
+        let Self { d1, d2 } = self;
+        let (one, g1, g2) = (S::of(1.0), S::of(-2.0 / 3.0) * c1, S::of(-4.0 / 3.0) * c2);
+        if !W::SECOND {
+            let mut a = isotropic(c1, ww, xx, g);
+            add_dyad(&mut a, g1, g, d1);
+            add_dyad(&mut a, one, d1, &sum([(g1, g), (k11, d1)]));
+            return a;
+        }
+        let mut a = isotropic(c1 + S::of(3.0) * third * c2, ww, xx, g);
+        add_dyad(&mut a, one, g, &sum([(g1, d1), (g2, d2)]));
+        add_dyad(&mut a, one, d1, &sum([(g1, g), (k11, d1), (k12, d2)]));
+        add_dyad(&mut a, one, d2, &sum([(g2, g), (k12, d1), (k22, d2)]));
+        add_second(&mut a, c2, f);
+        a
+    }
+}
+
+/// P and A of all lanes.
+struct AllLanes<'a, W> {
+    f: &'a [Lanes; 9],
+    g: [Lanes; 9],
+    factors: Factors<Lanes>,
+    want: Want,
+    out: &'a mut LaneResponse,
+    part: PhantomData<W>,
+}
+
+impl<W: Strain> Kernel for AllLanes<'_, W> {
+    #[inline(always)]
+    fn run(self) {
+        let d = Directions::new::<W>(self.f, &self.g, &self.factors);
+        self.out.p = d.stress::<W>(&self.g, &self.factors);
+        if self.want >= Want::Tangent {
+            self.out.a = d.tangent::<W>(self.f, &self.g, &self.factors);
+        }
+    }
+}
+
+/// Σ of factors times tensors.
+#[inline(always)]
+fn sum<S: Real, const N: usize>(terms: [(S, &[S; 9]); N]) -> [S; 9] {
+    let mut out = [S::of(0.0); 9];
+    for (factor, tensor) in terms {
+        out.iter_mut().zip(tensor).for_each(|(out, x)| *out += factor * *x);
+    }
+    out
+}
+
+/// FᵀF by rows.
+#[inline(always)]
+fn right<S: Real>(f: &[S; 9]) -> [S; 9] {
+    let mut out = *f;
+    (0..9).for_each(|n| out[n] = f[n / 3] * f[n % 3] + f[3 + n / 3] * f[3 + n % 3] + f[6 + n / 3] * f[6 + n % 3]);
+    out
+}
+
+/// FFᵀ by rows.
+#[inline(always)]
+fn left<S: Real>(f: &[S; 9]) -> [S; 9] {
+    let mut out = *f;
+    for n in 0..9 {
+        let (i, k) = (3 * (n / 3), 3 * (n % 3));
+        out[n] = f[i] * f[k] + f[i + 1] * f[k + 1] + f[i + 2] * f[k + 2];
+    }
+    out
 }
 
 /// a += c\[2F⊗F − δ_ik (FᵀF)_JL − F_iL F_kJ − (FFᵀ)_ik δ_JL\].
 #[inline(always)]
-fn add_second(a: &mut Mat9, c: f64, f: &Mat3) {
-    let (right, left) = (f.transpose() * f, f * f.transpose());
+fn add_second<S: Real>(a: &mut [[S; 9]; 9], c: S, f: &[S; 9]) {
+    let (right, left, two) = (right(f), left(f), S::of(2.0));
+    let minus = S::of(-1.0) * c;
     for i in 0..3 {
         for j in 0..3 {
             let row = &mut a[3 * i + j];
             for k in 0..3 {
                 for l in 0..3 {
-                    row[3 * k + l] += c * (2.0 * f[(i, j)] * f[(k, l)] - f[(i, l)] * f[(k, j)]);
+                    row[3 * k + l] += c * (two * f[3 * i + j] * f[3 * k + l] - f[3 * i + l] * f[3 * k + j]);
                 }
-                row[3 * i + k] -= c * right[(j, k)];
-                row[3 * k + j] -= c * left[(i, k)];
+                row[3 * i + k] += minus * right[3 * j + k];
+                row[3 * k + j] += minus * left[3 * i + k];
             }
         }
     }

@@ -4,7 +4,7 @@ use super::moduli::Moduli;
 use super::parameter::{Choice, Parameter};
 use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::Volumetric;
-use crate::math::lanes::{LANES, Lanes};
+use crate::math::lanes::Lanes;
 use crate::math::tensor::Mat3;
 
 /// Description of a law.
@@ -46,13 +46,9 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// The same at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
+    /// The same at [`LANES`](crate::math::lanes::LANES) deformation gradients, given by rows; where one is refused, its lane and why.
     fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
-        for lane in 0..LANES {
-            let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
-            out.set(lane, &self.eval(&f, want).map_err(|e| (lane, e))?, want);
-        }
-        Ok(())
+        out.fill(f, want, |f| self.eval(f, want))
     }
     /// ψ = ψ_rest(F) + U(J): the law without its volumetric part, and that part, for mixed formulations; None for laws without
     /// such a split. Where [`LawInfo::isochoric`] holds, ψ_rest(cF) = ψ_rest(F).

@@ -15,9 +15,10 @@ use super::isochoric::{Partials, Strain};
 use super::law::{Law, LawInfo};
 use super::moduli::Moduli;
 use super::parameter::Choice;
-use super::response::{LawError, Response, Want};
+use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::{CHOICE, Volumetric, VolumetricKind};
 use super::{isochoric, moduli};
+use crate::math::lanes::Lanes;
 use crate::math::tensor::Mat3;
 
 pub static INFO: LawInfo = LawInfo {
@@ -80,6 +81,10 @@ impl Law for NeoHookeanSplit {
 
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
         isochoric::response(&NeoHooke { mu: self.hooke.mu }, &self.u(), f, want)
+    }
+
+    fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
+        isochoric::lanes(&NeoHooke { mu: self.hooke.mu }, &self.u(), f, want, out)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Response of a law at one deformation gradient, or at several of them in vector lanes, and the errors of an evaluation.
 
 use super::assemble::rows;
-use crate::math::lanes::Lanes;
+use crate::math::lanes::{LANES, Lanes};
 use crate::math::tensor::{Mat3, Mat9, ZERO9};
 
 /// How much of a response is needed; each includes the ones before it.
@@ -30,7 +30,7 @@ impl Response {
     }
 }
 
-/// Responses at [`LANES`](crate::math::lanes::LANES) deformation gradients. Parts that were not wanted keep their values.
+/// Responses at [`LANES`] deformation gradients. Parts that were not wanted keep their values.
 #[derive(Clone, Debug)]
 pub struct LaneResponse {
     /// ψ \[J/m³\]
@@ -48,7 +48,21 @@ impl Default for LaneResponse {
 }
 
 impl LaneResponse {
-    pub(super) fn set(&mut self, lane: usize, one: &Response, want: Want) {
+    /// One after the other, for laws without arithmetic on lanes; where one is refused, its lane and why.
+    pub(super) fn fill(
+        &mut self,
+        f: &[Lanes; 9],
+        want: Want,
+        eval: impl Fn(&Mat3) -> Result<Response, LawError>,
+    ) -> Result<(), (usize, LawError)> {
+        for lane in 0..LANES {
+            let f = Mat3::from_fn(|i, j| f[3 * i + j].0[lane]);
+            self.set(lane, &eval(&f).map_err(|e| (lane, e))?, want);
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, lane: usize, one: &Response, want: Want) {
         self.psi.0[lane] = one.psi;
         if want >= Want::Residual {
             self.p.iter_mut().zip(rows(&one.p)).for_each(|(to, from)| to.0[lane] = from);

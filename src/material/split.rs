@@ -6,8 +6,9 @@ use super::entry::LawEntry;
 use super::law::{Law, LawInfo};
 use super::moduli::Moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
-use super::response::{LawError, Response, Want};
+use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::{Volumetric, VolumetricKind};
+use crate::math::lanes::Lanes;
 use crate::math::tensor::Mat3;
 
 /// An isochoric part W with its constants.
@@ -27,6 +28,16 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     fn shear(&self) -> f64;
     /// ψ = W + U, P and A at F
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
+    /// The same at several deformation gradients, as [`Law::eval_lanes`]
+    fn lanes(
+        &self,
+        u: &Volumetric,
+        f: &[Lanes; 9],
+        want: Want,
+        out: &mut LaneResponse,
+    ) -> Result<(), (usize, LawError)> {
+        out.fill(f, want, |f| self.response(u, f, want))
+    }
     /// The same of ∂W/∂θ + U, where the values change by `rates` per unit of θ
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
 }
@@ -93,6 +104,10 @@ impl<W: Part> Law for Split<W> {
 
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
         self.part.response(&self.volumetric, f, want)
+    }
+
+    fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
+        self.part.lanes(&self.volumetric, f, want, out)
     }
 
     fn split(&self) -> Option<(Box<dyn Law>, Volumetric)> {

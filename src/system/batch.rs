@@ -1,9 +1,10 @@
 //! Simultaneous evaluation of several blocks of one size.
 
 use super::{At, EvalError, Want};
+use crate::material::LaneResponse;
 use crate::math::lanes::Lanes;
 
-/// Buffers of [`LANES`](crate::math::lanes::LANES) blocks of one size, zeroed before each evaluation.
+/// Buffers of [`LANES`](crate::math::lanes::LANES) blocks of one size, zeroed before each evaluation as far as they are read.
 pub struct Batch {
     /// Π_e \[J\]
     pub energy: Lanes,
@@ -11,18 +12,22 @@ pub struct Batch {
     pub r: Vec<Lanes>,
     /// \[n × n\] K_e row by row; only entries with column ≤ row are read \[N/m\]
     pub k: Vec<Lanes>,
+    /// Memory for the responses at the points of the blocks
+    pub responses: Vec<LaneResponse>,
 }
 
 impl Batch {
     pub fn new(n: usize) -> Self {
-        Self { energy: Lanes::ZERO, r: vec![Lanes::ZERO; n], k: vec![Lanes::ZERO; n * n] }
+        Self { energy: Lanes::ZERO, r: vec![Lanes::ZERO; n], k: vec![Lanes::ZERO; n * n], responses: Vec::new() }
     }
 
     pub(super) fn reset(&mut self, n: usize, want: Want) {
         self.energy = Lanes::ZERO;
         self.r[..n].fill(Lanes::ZERO);
         if want == Want::Tangent {
-            self.k[..n * n].fill(Lanes::ZERO);
+            // Up to the diagonal block of the node, as far as anything is added
+            let row = |i: usize| i * n..i * n + (i / 3 * 3 + 3).min(n);
+            (0..n).for_each(|i| self.k[row(i)].fill(Lanes::ZERO));
         }
     }
 }

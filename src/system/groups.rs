@@ -147,6 +147,11 @@ impl Grouped<'_> {
         Ok(forces)
     }
 
+    /// The prescribed increment where it moves block `b`: few blocks are at a prescribed dof.
+    fn increment_of(&self, b: usize) -> Option<&[f64]> {
+        self.increment.filter(|d| self.effect.blocks().dofs(b).any(|dof| d[dof as usize] != 0.0))
+    }
+
     fn sum(&self, at: &At, group: &Group) -> Result<GroupSums, EvalError> {
         let n = group.largest;
         let (batch, values) = (&mut Batch::new(if self.batched.is_some() { n } else { 0 }), &mut BlockValues::new(n));
@@ -180,7 +185,7 @@ impl Grouped<'_> {
                     continue;
                 }
                 add_matrix(&mut sums.k, of_k, n, |i| batch.k[i].0[lane]);
-                if let Some(d) = self.increment {
+                if let Some(d) = self.increment_of(b + lane) {
                     values.k.iter_mut().zip(&batch.k).for_each(|(to, from)| *to = from.0[lane]);
                     add_increment_force(&mut sums, (of_r, blocks.dofs(b + lane)), n, values, d);
                 }
@@ -201,7 +206,7 @@ impl Grouped<'_> {
             of_r.iter().zip(&values.r).for_each(|(&to, r)| sums.r[to as usize] += r);
             if self.want == Want::Tangent {
                 add_matrix(&mut sums.k, of_k, n, |i| values.k[i]);
-                if let Some(d) = self.increment {
+                if let Some(d) = self.increment_of(b) {
                     add_increment_force(&mut sums, (of_r, blocks.dofs(b)), n, values, d);
                 }
             }
