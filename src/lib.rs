@@ -83,6 +83,7 @@
 //! ```
 //! use durometer::prelude::*;
 //!
+//! # std::env::set_current_dir("..").expect("the folder of the project");
 //! let mut request = FitRequest::new("data/treloar-1944/treloar-1944.csv", "neo_hookean");
 //! request.options.modes = vec![Mode::Uniaxial];
 //! request.options.range = Some(StretchRange { from: 1.0, to: 1.5 });

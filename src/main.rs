@@ -3,5 +3,10 @@
 mod cli;
 
 fn main() -> std::process::ExitCode {
+    durometer::catalogue::bring(durometer::catalogue::Archive {
+        packed: durometer_files::PACKED,
+        list: durometer_files::LIST,
+        digest: durometer_files::DIGEST,
+    });
     cli::main()
 }

@@ -4,6 +4,7 @@ mod disk;
 mod tools;
 
 use disk::{Disk, Fault};
+use durometer::catalogue::{Archive, Entry};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
@@ -63,7 +64,7 @@ impl Machine {
 
     /// The unpacked files.
     fn files(&self) -> PathBuf {
-        self.cache().join(format!("files-{}", &durometer::catalogue::digest()[..16]))
+        self.cache().join(format!("files-{}", &durometer_files::DIGEST[..16]))
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
@@ -96,6 +97,11 @@ fn said(output: &Output, code: i32) -> (String, String) {
     (out, errors)
 }
 
+/// The files that the program brings.
+fn entries() -> impl Iterator<Item = Entry> {
+    Archive { packed: durometer_files::PACKED, list: durometer_files::LIST, digest: durometer_files::DIGEST }.entries()
+}
+
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
@@ -111,7 +117,7 @@ fn the_program_brings_every_committed_file_and_no_other() {
         return;
     }
     let committed: BTreeSet<&str> = listed.lines().filter(|name| !name.starts_with("meshes/meshgen/tests/")).collect();
-    let brought: BTreeSet<&str> = durometer::catalogue::entries().map(|entry| entry.name).collect();
+    let brought: BTreeSet<&str> = entries().map(|entry| entry.name).collect();
     let missing: Vec<_> = committed.difference(&brought).collect();
     assert!(missing.is_empty(), "not brought: {missing:?}");
     // A study or a mesh that is being written is not committed yet
@@ -119,7 +125,7 @@ fn the_program_brings_every_committed_file_and_no_other() {
         |name: &&&str| name.starts_with("data/silicones/") && name.ends_with(".csv") || name.contains("__pycache__");
     assert!(!brought.iter().any(|name| fetched(&name)), "files that may not be passed on");
     assert!(committed.len() > 300, "{}", committed.len());
-    for entry in durometer::catalogue::entries() {
+    for entry in entries() {
         let bytes = std::fs::read(Path::new(ROOT).join(entry.name)).expect("there");
         assert_eq!(durometer::storage::sha256(bytes), entry.sha256, "{}", entry.name);
     }
@@ -251,7 +257,7 @@ fn many_processes_unpack_at_the_same_time() {
         assert!(process.wait().expect("it ends").success());
     }
     assert_eq!(names(&machine.cache()), [machine.files().file_name().expect("a name").to_str().expect("digits")]);
-    for entry in durometer::catalogue::entries() {
+    for entry in entries() {
         assert_eq!(std::fs::read(machine.files().join(entry.name)).expect("there").len() as u64, entry.bytes);
     }
 }

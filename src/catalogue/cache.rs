@@ -1,6 +1,6 @@
 //! The user's cache: the files of the program, unpacked, next to the meshes that were made.
 
-use super::embedded::{self, Entry, entries, path_of};
+use super::embedded::{Archive, Entry, archive, path_of};
 use super::error::CatalogueError;
 use crate::storage;
 use etcetera::BaseStrategy;
@@ -28,42 +28,48 @@ pub fn folder() -> Result<PathBuf, CatalogueError> {
 /// of the program share a cache.
 pub fn unpacked(cache: &Path) -> Result<PathBuf, CatalogueError> {
     static WHOLE: Mutex<Vec<PathBuf>> = Mutex::new(vec![]);
-    let folder = cache.join(format!("{PREFIX}{}", &embedded::digest()[..16]));
+    let archive = archive()?;
+    let folder = cache.join(name_of(&archive));
     // Other threads wait for the one that unpacks
     let mut whole = WHOLE.lock().unwrap_or_else(PoisonError::into_inner);
     if !whole.contains(&folder) {
-        if !is_whole(&folder) {
-            unpack(cache, &folder)?;
+        if !is_whole(&archive, &folder) {
+            unpack(&archive, cache, &folder)?;
         }
         whole.push(folder.clone());
     }
     Ok(folder)
 }
 
+/// The name of the folder with the files of an archive.
+fn name_of(archive: &Archive) -> String {
+    format!("{PREFIX}{}", &archive.digest[..16])
+}
+
 /// Whether every file is there in its length: systems that tidy up remove single ones.
-fn is_whole(folder: &Path) -> bool {
+fn is_whole(archive: &Archive, folder: &Path) -> bool {
     let is_there = |entry: Entry| path_of(folder, entry).metadata().is_ok_and(|found| found.len() == entry.bytes);
-    folder.is_dir() && entries().all(is_there)
+    folder.is_dir() && archive.entries().all(is_there)
 }
 
 /// Unpacks into a folder of another name, which takes its own when it is whole. Another process may be faster.
-fn unpack(cache: &Path, folder: &Path) -> Result<(), CatalogueError> {
-    let io = |e: std::io::Error| embedded::not_unpacked(cache, &e);
+fn unpack(archive: &Archive, cache: &Path, folder: &Path) -> Result<(), CatalogueError> {
+    let io = |e: std::io::Error| archive.not_unpacked(cache, &e);
     std::fs::create_dir_all(cache).map_err(io)?;
     remove_left_over(cache);
     let part = tempfile::Builder::new().prefix(UNFINISHED).suffix(".part").tempdir_in(cache).map_err(io)?;
     let (new, old) = (part.path().join("new"), part.path().join("old"));
-    embedded::unpack(&new).map_err(|e| match e {
+    archive.unpack(&new).map_err(|e| match e {
         CatalogueError::Unpack { bytes, reason, .. } => CatalogueError::Unpack { folder: cache.into(), bytes, reason },
         other => other,
     })?;
     for _ in 0..3 {
         // A damaged folder is moved away, and removed with the temporary one
-        if folder.exists() && !is_whole(folder) {
+        if folder.exists() && !is_whole(archive, folder) {
             std::fs::rename(folder, &old).ok();
         }
         let named = std::fs::rename(&new, folder);
-        if named.is_ok() || is_whole(folder) {
+        if named.is_ok() || is_whole(archive, folder) {
             return Ok(());
         }
     }
@@ -85,16 +91,16 @@ fn remove_left_over(cache: &Path) {
 }
 
 /// Files below a folder whose content is not what the program brings.
-pub fn altered(folder: &Path) -> Vec<&'static str> {
+pub fn altered(archive: &Archive, folder: &Path) -> Vec<&'static str> {
     let is_same = |entry: &Entry| {
         storage::read(&path_of(folder, *entry), entry.bytes).is_ok_and(|bytes| storage::sha256(bytes) == entry.sha256)
     };
-    entries().filter(|entry| !is_same(entry)).map(|entry| entry.name).collect()
+    archive.entries().filter(|entry| !is_same(entry)).map(|entry| entry.name).collect()
 }
 
 /// Folders with the files of other versions of the program.
-pub fn others(cache: &Path) -> Vec<PathBuf> {
-    let own = format!("{PREFIX}{}", &embedded::digest()[..16]);
+pub fn others(archive: &Archive, cache: &Path) -> Vec<PathBuf> {
+    let own = name_of(archive);
     let entries = std::fs::read_dir(cache).into_iter().flatten().flatten();
     let of_version = |name: &str| name.starts_with(PREFIX) && name != own;
     let named = entries.filter(|entry| entry.file_name().to_str().is_some_and(of_version));

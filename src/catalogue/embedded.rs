@@ -4,10 +4,31 @@ use super::error::CatalogueError;
 use crate::storage::{self, DATA_LIMIT};
 use flate2::read::GzDecoder;
 use std::path::Path;
+use std::sync::OnceLock;
 
-/// Written by `build.rs`.
-const PACKED: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/files.tar.gz"));
-const LIST: &str = include_str!(concat!(env!("OUT_DIR"), "/files.txt"));
+/// Files that a program brings, packed when it was built.
+#[derive(Clone, Copy, Debug)]
+pub struct Archive {
+    /// The files in the order of the list, as tar and gzip
+    pub packed: &'static [u8],
+    /// A line for each file: digest, length in bytes, and path below the root of a project
+    pub list: &'static str,
+    /// SHA-256 of the list
+    pub digest: &'static str,
+}
+
+static ARCHIVE: OnceLock<Archive> = OnceLock::new();
+
+/// States which files this program brings, before any is looked for; the first call decides. A program that brings none finds them in the checkout
+/// that it was built in, or where DUROMETER_HOME says.
+pub fn bring(archive: Archive) {
+    ARCHIVE.get_or_init(|| archive);
+}
+
+/// The files that this program brings.
+pub fn archive() -> Result<Archive, CatalogueError> {
+    ARCHIVE.get().copied().ok_or(CatalogueError::Empty)
+}
 
 /// A file that the program brings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -18,46 +39,47 @@ pub struct Entry {
     pub sha256: &'static str,
 }
 
-/// The files that the program brings, sorted by their names.
-pub fn entries() -> impl Iterator<Item = Entry> {
-    LIST.lines().filter_map(|line| {
-        let mut words = line.splitn(3, ' ');
-        let (sha256, bytes, name) = (words.next()?, words.next()?, words.next()?);
-        Some(Entry { name, bytes: bytes.parse().ok()?, sha256 })
-    })
-}
+impl Archive {
+    /// The files, sorted by their names.
+    pub fn entries(&self) -> impl Iterator<Item = Entry> + use<> {
+        self.list.lines().filter_map(|line| {
+            let mut words = line.splitn(3, ' ');
+            let (sha256, bytes, name) = (words.next()?, words.next()?, words.next()?);
+            Some(Entry { name, bytes: bytes.parse().ok()?, sha256 })
+        })
+    }
 
-/// SHA-256 of the list of all files, with their own digests.
-pub fn digest() -> &'static str {
-    env!("DUROMETER_FILES_SHA256")
-}
+    /// Length of all files, unpacked.
+    pub(super) fn bytes(&self) -> u64 {
+        self.entries().map(|entry| entry.bytes).sum()
+    }
 
-/// Writes all files below a folder. Each reaches the disk.
-pub(super) fn unpack(folder: &Path) -> Result<(), CatalogueError> {
-    let io = |e: std::io::Error| not_unpacked(folder, &e);
-    let mut archive = tar::Archive::new(GzDecoder::new(PACKED));
-    let mut listed = entries();
-    for packed in archive.entries().map_err(io)? {
-        let Some(entry) = listed.next() else { break };
-        let damaged = || CatalogueError::Damaged { file: entry.name.into() };
-        let bytes = packed.and_then(|packed| storage::limited(packed, DATA_LIMIT)).map_err(|_| damaged())?;
-        if storage::sha256(&bytes) != entry.sha256 {
-            return Err(damaged());
+    /// Writes all files below a folder. Each reaches the disk.
+    pub(super) fn unpack(&self, folder: &Path) -> Result<(), CatalogueError> {
+        let io = |e: std::io::Error| self.not_unpacked(folder, &e);
+        let mut files = tar::Archive::new(GzDecoder::new(self.packed));
+        let mut listed = self.entries();
+        for packed in files.entries().map_err(io)? {
+            let Some(entry) = listed.next() else { break };
+            let damaged = || CatalogueError::Damaged { file: entry.name.into() };
+            let bytes = packed.and_then(|packed| storage::limited(packed, DATA_LIMIT)).map_err(|_| damaged())?;
+            if storage::sha256(&bytes) != entry.sha256 {
+                return Err(damaged());
+            }
+            let path = path_of(folder, entry);
+            std::fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(io)?;
+            storage::write(&path, &bytes).map_err(io)?;
         }
-        let path = path_of(folder, entry);
-        std::fs::create_dir_all(path.parent().unwrap_or(folder)).map_err(io)?;
-        storage::write(&path, &bytes).map_err(io)?;
+        match listed.next() {
+            Some(missing) => Err(CatalogueError::Damaged { file: missing.name.into() }),
+            None => Ok(()),
+        }
     }
-    match listed.next() {
-        Some(missing) => Err(CatalogueError::Damaged { file: missing.name.into() }),
-        None => Ok(()),
-    }
-}
 
-/// The error of a folder that the files cannot be written into.
-pub(super) fn not_unpacked(folder: &Path, error: &std::io::Error) -> CatalogueError {
-    let bytes = entries().map(|entry| entry.bytes).sum();
-    CatalogueError::Unpack { folder: folder.to_path_buf(), bytes, reason: error.to_string() }
+    /// The error of a folder that the files cannot be written into.
+    pub(super) fn not_unpacked(&self, folder: &Path, error: &std::io::Error) -> CatalogueError {
+        CatalogueError::Unpack { folder: folder.to_path_buf(), bytes: self.bytes(), reason: error.to_string() }
+    }
 }
 
 /// Where a file is below a folder.

@@ -8,6 +8,9 @@ pub enum CatalogueError {
     /// DUROMETER_HOME names a folder without a mesher.
     #[error("DUROMETER_HOME names {}, which has no folder meshes/meshgen; name the folder of a project, or unset it", folder.display())]
     NoProject { folder: PathBuf },
+    /// A program that was built on the library brings no files of its own.
+    #[error("this program brings no studies and meshes; set DUROMETER_HOME to the folder of a project")]
+    Empty,
     /// The system names no folder for caches.
     #[error(
         "this system names no folder for files that can be made again; set DUROMETER_CACHE to one that can be written"

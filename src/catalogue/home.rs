@@ -1,7 +1,7 @@
 //! The folder of the catalogue: that of a project, or the one in which the program has unpacked its own files.
 
 use super::cache;
-use super::embedded::{digest, entries};
+use super::embedded::archive;
 use super::error::CatalogueError;
 use crate::storage;
 use std::path::{Path, PathBuf};
@@ -54,9 +54,9 @@ impl Home {
 
     /// The files of the program, unpacked in a cache. Made meshes and the environment of the mesher outlive a version of the program.
     fn of_program(cache: &Path) -> Result<Self, CatalogueError> {
-        let path = cache::unpacked(cache)?;
-        let required = entries().find(|entry| entry.name == "meshes/meshgen/requirements.txt");
-        let digest = required.map_or(digest(), |entry| entry.sha256);
+        let (archive, path) = (archive()?, cache::unpacked(cache)?);
+        let required = archive.entries().find(|entry| entry.name == "meshes/meshgen/requirements.txt");
+        let digest = required.map_or(archive.digest, |entry| entry.sha256);
         let (meshes, environment) = (cache.join("meshes"), cache.join(format!("python-{}", &digest[..8])));
         Ok(Self { path, meshes, environment, origin: Origin::Program })
     }

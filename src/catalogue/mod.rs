@@ -8,6 +8,6 @@ mod embedded;
 mod error;
 mod home;
 
-pub use embedded::{Entry, digest, entries};
+pub use embedded::{Archive, Entry, archive, bring};
 pub use error::CatalogueError;
 pub use home::{Home, Origin};

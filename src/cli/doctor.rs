@@ -1,7 +1,7 @@
 //! `durometer doctor`
 
 use super::outcome::{CommandResult, Outcome};
-use durometer::catalogue::{Home, Origin, cache};
+use durometer::catalogue::{Home, Origin, archive, cache};
 use durometer::mesh::generate::MeshStore;
 
 /// Say what is missing on this machine, with the exact commands
@@ -54,15 +54,15 @@ fn files(home: &Home) -> bool {
     };
     println!("ok      {:24} {} ({why})", "files", home.path.display());
     println!("ok      {:24} {}", "made meshes", home.meshes.display());
-    if home.origin != Origin::Program {
+    let Some(archive) = archive().ok().filter(|_| home.origin == Origin::Program) else {
         return true;
-    }
-    let altered = cache::altered(&home.path);
+    };
+    let altered = cache::altered(&archive, &home.path);
     if !altered.is_empty() {
         println!("MISSING {:24} altered: {}", "files", altered.join(", "));
         println!("        run: rm -r {}", home.path.display());
     }
-    for other in home.path.parent().map(cache::others).unwrap_or_default() {
+    for other in home.path.parent().map(|folder| cache::others(&archive, folder)).unwrap_or_default() {
         println!("ok      {:24} {} is of another version of the program; it may be deleted", "files", other.display());
     }
     altered.is_empty()

@@ -64,9 +64,11 @@ pub fn rust_files(folder: &str) -> Vec<Source> {
 fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        if path.is_dir() {
+        // Build scripts and other packages are not modules of the library
+        let is_apart = path.join("Cargo.toml").exists() || path.ends_with("src/build.rs");
+        if path.is_dir() && !is_apart {
             walk(&path, found);
-        } else if path.extension().is_some_and(|x| x == "rs") {
+        } else if !is_apart && path.extension().is_some_and(|x| x == "rs") {
             found.push(path);
         }
     }
