@@ -1,6 +1,8 @@
 """Simulation of soft robots with error bars: scenes, studies, fits and calibrations, and the program `durometer`."""
 
+import signal
 import sys
+import threading
 
 from . import _native
 from ._version import VERSION
@@ -57,4 +59,11 @@ __all__ = [
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete."""
-    return _native.main(sys.argv[1:] if arguments is None else arguments)
+    pipe = getattr(signal, "SIGPIPE", None)
+    before = signal.getsignal(pipe) if pipe else None
+    try:
+        return _native.main(sys.argv[1:] if arguments is None else arguments)
+    finally:
+        # The program lets a closed pipe end it, where Python does not
+        if before is not None and threading.current_thread() is threading.main_thread():
+            signal.signal(pipe, before)

@@ -140,7 +140,9 @@ fn wanted(unknowns: &Bound<'_, PyAny>) -> PyResult<(Vec<ParameterKey>, Bounds)> 
     let mut keys: Vec<String> = vec![];
     for key in unknowns.try_iter()? {
         let key: String = key?.extract()?;
-        if let Ok(ends) = unknowns.get_item(&key).and_then(|ends| ends.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>()) {
+        if let Ok(ends) =
+            unknowns.get_item(&key).and_then(|ends| ends.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>())
+        {
             bounds.insert(key.clone(), [toml_of(&ends.0)?, toml_of(&ends.1)?]);
         }
         keys.push(key);

@@ -87,7 +87,8 @@ impl Foreign {
             for (name, value) in set.iter() {
                 let name: String = name.extract()?;
                 let place = self.signals.iter().position(|signal| *signal == name);
-                let missing = || PyKeyError::new_err(format!("no signal {name} is controlled; {}", hint(&name, &self.signals)));
+                let missing =
+                    || PyKeyError::new_err(format!("no signal {name} is controlled; {}", hint(&name, &self.signals)));
                 signals[place.ok_or_else(missing)?] = number(&value)?;
             }
         } else if !answer.is_none() {

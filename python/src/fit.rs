@@ -213,7 +213,9 @@ fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
             "slack" => wanted.slack = word()?.parse().map_err(|e| refused(format!("{e}")))?,
             "noise" => wanted.noise = Some(units::parse(&word()?, Dimension::PRESSURE).map_err(refused)?),
             "nu" => wanted.partner = Some(Partner::Nu(value.extract()?)),
-            "kappa" => wanted.partner = Some(Partner::Kappa(units::parse(&word()?, Dimension::PRESSURE).map_err(refused)?)),
+            "kappa" => {
+                wanted.partner = Some(Partner::Kappa(units::parse(&word()?, Dimension::PRESSURE).map_err(refused)?))
+            }
             "volumetric" => wanted.volumetric = Some(word()?),
             "tolerance" => wanted.tolerance = value.extract()?,
             _ => unknown.push(key.as_str()),

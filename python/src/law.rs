@@ -79,14 +79,17 @@ pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
     let class = Arc::new(Class { class: law.clone().unbind(), info, is_elastic, is_linear });
     let make = move |values: &BTreeMap<String, f64>, _: &_| PythonLaw::made(&class, values);
     let entry = if is_elastic {
-        LawEntry::made_by(info, moduli::KEYS, &[100e3, 0.4], make, |law, given, key| law.small_strain().rates(given, key))
+        LawEntry::made_by(info, moduli::KEYS, &[100e3, 0.4], make, |law, given, key| {
+            law.small_strain().rates(given, key)
+        })
     } else {
         let sample: Vec<f64> = law.getattr("sample")?.extract()?;
         if sample.len() != parameters.len() {
             let fact = format!("the law {name} has {} parameters and {} sample values", parameters.len(), sample.len());
             return Err(input(&fact, "give `sample` one value for each, in SI units"));
         }
-        let rates: Rates = |law, _, key| law.info().parameters.iter().map(|p| f64::from(u8::from(p.name == key))).collect();
+        let rates: Rates =
+            |law, _, key| law.info().parameters.iter().map(|p| f64::from(u8::from(p.name == key))).collect();
         LawEntry::made_by(info, parameters, Vec::leak(sample), make, rates)
     };
     let entry = register(entry).map_err(refused)?;
@@ -109,7 +112,9 @@ fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
     let all: Vec<(String, String, String, (f64, f64), String)> =
         given.extract().map_err(|_| input("`parameters` of the law is not understood", remedy))?;
     let one = |(name, symbol, unit, bounds, meaning): (String, String, String, (f64, f64), String)| {
-        let (_, dimension) = units::quantity(&format!("1 {unit}")).or_else(|e| if unit == "1" { units::quantity("1") } else { Err(e) }).map_err(refused)?;
+        let (_, dimension) = units::quantity(&format!("1 {unit}"))
+            .or_else(|e| if unit == "1" { units::quantity("1") } else { Err(e) })
+            .map_err(refused)?;
         Ok(Parameter::new(leaked(name), leaked(symbol), dimension, bounds, leaked(meaning)))
     };
     Ok(Vec::leak(all.into_iter().map(one).collect::<PyResult<Vec<_>>>()?))

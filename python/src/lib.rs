@@ -25,7 +25,22 @@ use std::ffi::OsString;
 /// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| cli::main(std::iter::once("durometer".into()).chain(arguments)))
+    let command = || cli::main(std::iter::once("durometer".into()).chain(arguments));
+    py.detach(|| signals_kept(command))
+}
+
+/// Does work that may block signals in its thread, and puts them back: the thread is Python's.
+#[cfg(unix)]
+fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
+    let before = nix::sys::signal::SigSet::thread_get_mask();
+    let done = work();
+    before.and_then(|mask| mask.thread_set_mask()).ok();
+    done
+}
+
+#[cfg(not(unix))]
+fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
+    work()
 }
 
 /// Tells the program which interpreter has loaded it: it starts itself and the mesher by this one.
@@ -40,8 +55,8 @@ mod native {
     #[pymodule_export]
     use super::{
         calibration::Calibration, controller::Observation, fit::Fit, invariants::Invariants, law::check_law,
-        law::register_law, main, report::write_report, run::Run, scene::Scene, sensitivities::Sensitivities, set_python,
-        study::Study,
+        law::register_law, main, report::write_report, run::Run, scene::Scene, sensitivities::Sensitivities,
+        set_python, study::Study,
     };
     use pyo3::prelude::*;
 

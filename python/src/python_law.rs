@@ -77,7 +77,8 @@ impl PythonLaw {
     }
 
     fn ask(&self, py: Python<'_>, f: &Mat3, want: Want) -> PyResult<Response> {
-        let missing = || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
+        let missing =
+            || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
         let object = self.object.as_ref().ok_or_else(missing)?.bind(py);
         let gradient = matrix(py, f.transpose().as_slice().to_vec(), [3, 3])?;
         let psi: f64 = object.call_method1("energy", (&gradient,))?.extract()?;
@@ -99,12 +100,7 @@ impl PythonLaw {
 }
 
 /// The object and its moduli.
-fn object(
-    py: Python<'_>,
-    class: &Class,
-    values: &[f64],
-    moduli: Option<Moduli>,
-) -> PyResult<(Py<PyAny>, Moduli)> {
+fn object(py: Python<'_>, class: &Class, values: &[f64], moduli: Option<Moduli>) -> PyResult<(Py<PyAny>, Moduli)> {
     let constants = PyDict::new(py);
     match moduli {
         Some(m) if class.is_elastic => {

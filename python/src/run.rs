@@ -70,7 +70,9 @@ impl Recorded {
         let (what, schedule) = match names {
             Some(names) => {
                 let field = |name: String| {
-                    toml::Value::String(name).try_into::<FieldSpec>().map_err(|e| input(e.message(), "name known fields"))
+                    toml::Value::String(name)
+                        .try_into::<FieldSpec>()
+                        .map_err(|e| input(e.message(), "name known fields"))
                 };
                 (names.into_iter().map(field).collect::<PyResult<_>>()?, ScheduleSpec::default())
             }
@@ -130,7 +132,10 @@ impl Run {
     #[getter]
     fn displacements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.fields.bind(py).get_item("displacement_m")?.ok_or_else(|| {
-            input("the run has recorded no displacements", "run it with fields=[\"displacement\"], or add [output.fields] to the scene")
+            input(
+                "the run has recorded no displacements",
+                "run it with fields=[\"displacement\"], or add [output.fields] to the scene",
+            )
         })
     }
 
@@ -166,7 +171,8 @@ impl Run {
     /// A column, one value per time.
     fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
         let place = self.columns.iter().position(|name| name == column);
-        let k = place.ok_or_else(|| PyKeyError::new_err(format!("no column {column}; {}", hint(column, &self.columns))))?;
+        let k =
+            place.ok_or_else(|| PyKeyError::new_err(format!("no column {column}; {}", hint(column, &self.columns))))?;
         self.column(py, k)
     }
 

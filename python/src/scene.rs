@@ -10,8 +10,8 @@ use crate::value::{plain, toml_of};
 use durometer::math::threads;
 use durometer::scene::control::Controller;
 use durometer::scene::{
-    Body, ParameterKey, RefinementWatch, RunOptions, SceneSpec, SensitivityRecorder, changed_scene, overrides, read_table,
-    refine,
+    Body, ParameterKey, RefinementWatch, RunOptions, SceneSpec, SensitivityRecorder, changed_scene, overrides,
+    read_table, refine,
 };
 use durometer::solve::Status;
 use pyo3::prelude::*;
@@ -158,7 +158,8 @@ impl Scene {
         progress: Option<&Bound<'_, PyAny>>,
         check: bool,
     ) -> PyResult<Sensitivities> {
-        let parsed = keys.iter().map(|key| key.parse::<ParameterKey>()).collect::<Result<Vec<_>, _>>().map_err(refused)?;
+        let parsed =
+            keys.iter().map(|key| key.parse::<ParameterKey>()).collect::<Result<Vec<_>, _>>().map_err(refused)?;
         if parsed.is_empty() {
             return Err(input("no key is given", "write for example [\"laws.rubber.mu\"]"));
         }

@@ -3,7 +3,7 @@
 use crate::error::{incomplete, input};
 use crate::run::Run;
 use crate::value::{block, matrix};
-use durometer::scene::{hint, Sensitivities as Found};
+use durometer::scene::{Sensitivities as Found, hint};
 use numpy::{PyArray2, PyArray3};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;

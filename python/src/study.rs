@@ -96,10 +96,13 @@ impl Study {
         let isolation = match isolation {
             "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
             "processes" | "threads" => Isolation::Threads,
-            other => return Err(PyValueError::new_err(format!("isolation {other:?} is neither processes nor threads"))),
+            other => {
+                return Err(PyValueError::new_err(format!("isolation {other:?} is neither processes nor threads")));
+            }
         };
         let (jobs, only) = (jobs.unwrap_or_else(threads::available).max(1), only.map(Only::from));
-        let done = apart(py, follower.as_ref(), |link| self.work(&dir, jobs, (only, redo, accept_build), isolation, link))?;
+        let done =
+            apart(py, follower.as_ref(), |link| self.work(&dir, jobs, (only, redo, accept_build), isolation, link))?;
         let failed = done.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
         let report = py.import("durometer.report")?.getattr("Report")?.call1((dir,))?;
         match failed {
@@ -128,8 +131,7 @@ impl Study {
         link: &Arc<Link>,
     ) -> Result<Option<(String, String)>, Failed> {
         let stop = link.stop.clone();
-        let options =
-            Options { jobs, redo, accept_build, only, vtu: false, isolation, memory: None, stop: &stop };
+        let options = Options { jobs, redo, accept_build, only, vtu: false, isolation, memory: None, stop: &stop };
         let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, wanted: wanted as f64, shares: Mutex::default() };
         let records = run(&self.study, dir, &options, &watch)?;
@@ -138,7 +140,8 @@ impl Study {
         }
         let summary = write(dir)?;
         let outcomes = summary.outcomes();
-        let is_wrong = |r: &&CaseRecord| outcomes.get(r.id.as_str()).map_or(!r.converged(), |outcome| *outcome == "fail");
+        let is_wrong =
+            |r: &&CaseRecord| outcomes.get(r.id.as_str()).map_or(!r.converged(), |outcome| *outcome == "fail");
         let wrong: Vec<&CaseRecord> = records.iter().filter(is_wrong).collect();
         let fact = || format!("not complete: {}", wrong.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
         Ok(wrong.first().map(|first| (fact(), first.status.clone())))

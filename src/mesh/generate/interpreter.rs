@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 /// DUROMETER_PYTHON, else the Python that has loaded this program as a package, else that of an environment if it is set up, else that of the
 /// system.
 pub fn of(environment: &Path) -> PathBuf {
-    let given = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from).or_else(|| host::python().map(Path::to_path_buf));
+    let given =
+        std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from).or_else(|| host::python().map(Path::to_path_buf));
     given.unwrap_or_else(|| Some(in_environment(environment)).filter(|own| own.exists()).unwrap_or_else(of_system))
 }
 

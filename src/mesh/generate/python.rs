@@ -214,7 +214,8 @@ impl Mesher<'_> {
         let new = numbers.as_slice() >= [3, 11].as_slice();
         let detail = format!("{version} ({})", self.python.display());
         checks.push(check("python", new, detail, Some("install Python 3.11 or newer".into())));
-        let venv = host::python().map_or_else(|| interpreter::in_environment(&self.home.environment), Path::to_path_buf);
+        let venv =
+            host::python().map_or_else(|| interpreter::in_environment(&self.home.environment), Path::to_path_buf);
         let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
         checks.push(check("environment", own, venv.display().to_string(), setup()));
         match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {
