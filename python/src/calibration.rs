@@ -1,15 +1,15 @@
 //! The class `Calibration`: numbers of a scene from measured curves, by simulating them.
 
+use crate::array::array;
 use crate::error::{incomplete, input, refused};
 use crate::scene::Scene;
 use crate::solve::apart;
-use crate::value::{matrix, numbers, plain, toml_of};
+use crate::value::{numbers, plain, toml_of};
 use durometer::calibrate::Weighting;
 use durometer::calibrate::inverse::{
     Bounds, Calibration as Found, Failure, Measured, ObservedCurve, SceneModel, Settings, Unknown, calibrate,
 };
 use durometer::scene::{ParameterKey, Progress};
-use numpy::PyArray2;
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 
@@ -84,9 +84,9 @@ impl Calibration {
 
     /// \[unknowns × unknowns\] \[SI²\]; none where a direction is not determined.
     #[getter]
-    fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyArray2<f64>>>> {
+    fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let n = self.found.constants.len();
-        self.found.covariance.as_ref().map(|rows| matrix(py, rows.concat(), [n, n])).transpose()
+        self.found.covariance.as_ref().map(|rows| array(py, rows.concat(), [n, n])).transpose()
     }
 
     /// What the curves do not determine, in words.

@@ -1,10 +1,10 @@
 //! Controllers in Python: a function that is called at every point of the time grid. A slow path: each call waits for the interpreter.
 
+use crate::array::array;
 use crate::error::input;
 use crate::solve::Link;
 use durometer::scene::control::{ControlError, Controller, Observation as Seen, Opening, Reply};
 use durometer::scene::hint;
-use numpy::PyArray1;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -26,7 +26,7 @@ pub struct Observation {
     columns: Vec<String>,
     /// The recorded row
     #[pyo3(get)]
-    row: Py<PyArray1<f64>>,
+    row: Py<PyAny>,
     /// Signal → its value so far \[SI\]
     #[pyo3(get)]
     signals: Py<PyDict>,
@@ -76,7 +76,7 @@ impl Foreign {
             t: seen.row[0],
             next: seen.next,
             columns: self.columns.clone(),
-            row: PyArray1::from_slice(py, seen.row).unbind(),
+            row: array(py, seen.row.to_vec(), [seen.row.len()])?,
             signals: known.unbind(),
             values: seen.row.to_vec(),
             ends: AtomicBool::new(false),

@@ -1,13 +1,13 @@
 //! The class `Fit`: the constants of a law from tests with homogeneous deformation.
 
+use crate::array::array;
 use crate::error::{input, refused};
 use crate::solve::apart;
-use crate::value::{matrix, numbers, plain};
+use crate::value::{numbers, plain};
 use durometer::calibrate::{
     Experiment, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange, fit, fit_experiment,
 };
 use durometer::math::units::{self, Dimension};
-use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
@@ -117,9 +117,9 @@ impl Fit {
 
     /// \[constants × constants\] by the scatter of the data \[SI²\].
     #[getter]
-    fn covariance(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+    fn covariance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let n = self.result.parameters.len();
-        matrix(py, self.result.covariance.concat(), [n, n])
+        array(py, self.result.covariance.concat(), [n, n])
     }
 
     /// Whether every constant has a finite interval.

@@ -2,7 +2,6 @@
 
 use crate::law::tensor;
 use durometer::prelude::Invariants as Of;
-use numpy::PyArray2;
 use pyo3::prelude::*;
 
 /// Invariants of F with J > 0, which keep their digits where F is near the identity: J, J − 1, ln J, I₁ − 3, I₁ − 3 − 2 ln J, and cof F.
@@ -48,7 +47,7 @@ impl Invariants {
 
     /// J F⁻ᵀ.
     #[getter]
-    fn cofactor(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
-        crate::value::matrix(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])
+    fn cofactor(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
+        crate::array::array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! The package in `python/durometer` has what is easier in Python: exceptions, progress bars, pandas and pyvista.
 
+mod array;
 mod calibration;
 #[path = "../../src/cli/mod.rs"]
 mod cli;

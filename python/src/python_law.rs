@@ -1,8 +1,9 @@
 //! A law whose energy, stress and tangent are methods of a class of Python. A slow path: every evaluation waits for the interpreter.
 
+use crate::array::array;
 use crate::error::input;
 use crate::law::{Raised, tensor};
-use crate::value::{matrix, rows};
+use crate::value::rows;
 use durometer::material::{
     Law, LawError, LawInfo, LawSpecError, Moduli, Parameter, Response, Want, kinematics::Invariants,
 };
@@ -80,7 +81,7 @@ impl PythonLaw {
         let missing =
             || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
         let object = self.object.as_ref().ok_or_else(missing)?.bind(py);
-        let gradient = matrix(py, f.transpose().as_slice().to_vec(), [3, 3])?;
+        let gradient = array(py, f.transpose().as_slice().to_vec(), [3, 3])?;
         let psi: f64 = object.call_method1("energy", (&gradient,))?.extract()?;
         if !psi.is_finite() {
             let fact = format!("the energy of the law {} is {psi} at F = {f}", self.class.info.name);

@@ -1,13 +1,13 @@
 //! The class `Run`: the columns of a run as arrays, its mesh, and the fields that were recorded.
 
+use crate::array::{array, indices};
 use crate::error::input;
 use crate::scene::Done;
-use crate::value::{block, matrix, unit};
+use crate::value::unit;
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
 use durometer::scene::{Scene, hint};
 use durometer::study::store::outcome;
 use durometer::system::State;
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,10 +24,10 @@ pub struct Run {
     columns: Vec<String>,
     /// \[times × columns\]
     #[pyo3(get)]
-    values: Py<PyArray2<f64>>,
+    values: Py<PyAny>,
     /// \[times × signals\] values of the prescribed signals
     #[pyo3(get)]
-    signals: Py<PyArray2<f64>>,
+    signals: Py<PyAny>,
     /// Names of the signals
     #[pyo3(get)]
     signal_names: Vec<String>,
@@ -41,10 +41,11 @@ pub struct Run {
     #[pyo3(get)]
     remedy: String,
     record: String,
+    rows: usize,
     scene: Arc<Scene>,
     /// \[times\] of the fields \[s\]
     #[pyo3(get)]
-    field_times: Py<PyArray1<f64>>,
+    field_times: Py<PyAny>,
     /// Name → \[times × nodes × components\]
     #[pyo3(get)]
     fields: Py<PyDict>,
@@ -115,17 +116,17 @@ impl Run {
 
     /// \[nodes × 3\] positions at rest \[m\].
     #[getter]
-    fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyArray2<f64>>> {
+    fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let points = &self.scene.body.mesh.points;
-        matrix(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
+        array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
     }
 
     /// \[cells × nodes of a cell\] indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
     #[getter]
-    fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+    fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let mesh = &self.scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
-        PyArray1::from_slice(py, &mesh.cells).reshape([mesh.cell_count(), width])
+        indices(py, &mesh.cells, [mesh.cell_count(), width])
     }
 
     /// \[times × nodes × 3\] displacements \[m\] at `field_times`, of a run with the field "displacement".
@@ -181,12 +182,12 @@ impl Run {
     }
 
     /// The number of recorded times.
-    fn __len__(&self, py: Python<'_>) -> usize {
-        self.values.bind(py).shape()[0]
+    fn __len__(&self) -> usize {
+        self.rows
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
-        format!("<Run {}, {} times, {} columns>", self.status, self.__len__(py), self.columns.len())
+    fn __repr__(&self) -> String {
+        format!("<Run {}, {} times, {} columns>", self.status, self.rows, self.columns.len())
     }
 }
 
@@ -203,11 +204,12 @@ impl Run {
         for ((at_nodes, name), (components, values)) in recorded.values {
             let places = values.len() / (times * components).max(1);
             let into = if at_nodes { &fields } else { &cell_fields };
-            into.set_item(name, block(py, values, [times, places, components])?)?;
+            into.set_item(name, array(py, values, [times, places, components])?)?;
         }
         Ok(Self {
-            values: matrix(py, run.rows.concat(), [rows, columns])?,
-            signals: matrix(py, run.signals.concat(), [run.signals.len(), signals])?,
+            rows,
+            values: array(py, run.rows.concat(), [rows, columns])?,
+            signals: array(py, run.signals.concat(), [run.signals.len(), signals])?,
             signal_names: scene.signals.iter().map(|signal| signal.name.clone()).collect(),
             status: run.status.name().into(),
             fact: words(run.status.fact()),
@@ -215,7 +217,7 @@ impl Run {
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
             scene: scene.clone(),
-            field_times: PyArray1::from_vec(py, recorded.times).unbind(),
+            field_times: array(py, recorded.times, [times])?,
             fields: fields.unbind(),
             cell_fields: cell_fields.unbind(),
         })

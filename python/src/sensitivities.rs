@@ -1,10 +1,9 @@
 //! The class `Sensitivities`: derivatives of the columns of a run by keys of its scene.
 
+use crate::array::array;
 use crate::error::{incomplete, input};
 use crate::run::Run;
-use crate::value::{block, matrix};
 use durometer::scene::{Sensitivities as Found, hint};
-use numpy::{PyArray2, PyArray3};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PySlice, PyTuple};
@@ -22,10 +21,10 @@ pub struct Sensitivities {
     keys: Vec<String>,
     /// \[times × columns × keys\]
     #[pyo3(get)]
-    values: Py<PyArray3<f64>>,
+    values: Py<PyAny>,
     /// \[columns × keys\] largest estimated error over the times; zero where the derivative is exact
     #[pyo3(get)]
-    errors: Py<PyArray2<f64>>,
+    errors: Py<PyAny>,
     /// Keys that change nothing that is recorded
     #[pyo3(get)]
     idle: Vec<String>,
@@ -87,8 +86,8 @@ impl Sensitivities {
         Ok(Self {
             idle: found.idle().map(text).collect(),
             doubtful: found.doubtful().into_iter().map(|(c, k, e)| (c.into(), text(k), e)).collect(),
-            values: block(py, found.rows.iter().flatten().flatten().copied().collect(), [rows, columns, keys])?,
-            errors: matrix(py, found.errors.concat(), [columns, keys])?,
+            values: array(py, found.rows.iter().flatten().flatten().copied().collect(), [rows, columns, keys])?,
+            errors: array(py, found.errors.concat(), [columns, keys])?,
             columns: found.columns.clone(),
             keys: found.keys.iter().map(text).collect(),
             run,

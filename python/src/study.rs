@@ -159,7 +159,9 @@ struct Following<'a> {
 impl Following<'_> {
     fn is_at(&self, case: &str, share: f64) {
         let mut shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
-        shares.insert(case.into(), share);
+        // A case that is repeated begins anew
+        let most = shares.entry(case.into()).or_insert(0.0);
+        *most = share.max(*most);
         self.link.progress(Progress { t: shares.values().sum(), end: self.wanted });
     }
 }

@@ -1,7 +1,6 @@
-//! Values of Python as those of TOML, and results of the library as dictionaries and arrays.
+//! Values of Python as those of TOML, arrays of Python as numbers, and results of the library as dictionaries.
 
 use crate::error::input;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
 use serde::Serialize;
@@ -45,16 +44,6 @@ pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
 pub fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|e| input(&format!("the result cannot be written: {e}"), ""))?;
     py.import("json")?.call_method1("loads", (text,))
-}
-
-/// An array that takes the numbers over, without a copy.
-pub fn matrix(py: Python<'_>, numbers: Vec<f64>, shape: [usize; 2]) -> PyResult<Py<PyArray2<f64>>> {
-    Ok(PyArray1::from_vec(py, numbers).reshape(shape)?.unbind())
-}
-
-/// The same of three indices.
-pub fn block(py: Python<'_>, numbers: Vec<f64>, shape: [usize; 3]) -> PyResult<Py<PyArray3<f64>>> {
-    Ok(PyArray1::from_vec(py, numbers).reshape(shape)?.unbind())
 }
 
 /// Numbers of a list or an array of one index, all finite.
