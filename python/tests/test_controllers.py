@@ -6,7 +6,7 @@ import pytest
 
 SCENE = """
 [mesh]
-grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [6, 1, 2] }
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [12, 2, 2] }
 
 [laws.silicone]
 law = "neo_hookean"
@@ -26,7 +26,7 @@ region = "xmin"
 kind = "cable"
 guides = [["5 mm", "5 mm", "2.5 mm"], ["30 mm", "5 mm", "2.5 mm"], ["55 mm", "5 mm", "2.5 mm"]]
 pull_point = ["-10 mm", "5 mm", "2.5 mm"]
-guide_radius = "4 mm"
+guide_radius = "2 mm"
 drive = { kind = "length", signal = { kind = "controlled", initial = "0 mm" } }
 
 [[stage]]
@@ -64,7 +64,7 @@ def test_the_loop_reaches_its_target(bent: durometer.Scene) -> None:
 
 def test_none_keeps_the_signal_and_stop_ends_the_run(bent: durometer.Scene) -> None:
     run = bent.run(controller=lambda now: now.stop() if now.t >= 1.0 else None)
-    assert run.times[-1] == 1.0 and numpy.abs(run["bending_angle_deg"]).max() < 1e-6
+    assert run.times[-1] == 1.0 and numpy.abs(run["bending_angle_deg"]).max() < 1e-3
 
 
 @pytest.mark.parametrize(

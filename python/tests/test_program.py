@@ -57,7 +57,8 @@ def test_a_reader_that_closes_the_pipe_ends_the_program_quietly() -> None:
 @POSIX
 def test_ctrl_c_keeps_what_is_finished_of_a_study(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(BEAM)
-    long = STUDY.replace("[8, 4, 4]", '[8, 4, 4], "stage.0.dt" = "0.0001 s"')
+    # The largest cases come first, so that this one is the last
+    long = STUDY.replace("[2, 1, 1]", '[2, 1, 1], "stage.0.dt" = "0.0001 s"')
     (tmp_path / "study.toml").write_text(long)
     command = [sys.executable, "-P", "-m", "durometer", "run", str(tmp_path), "--jobs", "1", "--out", str(tmp_path / "out")]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -101,7 +102,7 @@ def test_studies_come_with_the_program_into_its_cache(tmp_path: Path) -> None:
     environment.pop("DUROMETER_HOME", None)
     told = program("studies", env=environment, cwd=tmp_path)
     assert told.returncode == 0 and "finger-convergence" in told.stdout
-    assert [folder.name for folder in cache.iterdir()][0].startswith("files-")
+    assert any(folder.name.startswith("files-") for folder in cache.iterdir())
     # Files of another version are of no concern: each version has a folder of its own
     (cache / "files-0000000000000000").mkdir()
     told = program("doctor", env=environment, cwd=tmp_path)
@@ -112,7 +113,7 @@ def test_the_mesher_is_run_by_the_python_of_the_package(tmp_path: Path) -> None:
     environment = {**os.environ, "DUROMETER_CACHE": str(tmp_path)}
     environment.pop("DUROMETER_PYTHON", None)
     told = program("doctor", env=environment)
-    [python] = [line for line in told.stdout.splitlines() if line.split()[1] == "python"]
+    [python] = [line for line in told.stdout.splitlines() if line.split()[1:2] == ["python"]]
     assert sys.executable in python
     try:
         import gmsh  # noqa: F401
