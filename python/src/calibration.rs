@@ -2,6 +2,7 @@
 
 use crate::array::array;
 use crate::error::{incomplete, input, refused};
+use crate::law::Raised;
 use crate::scene::Scene;
 use crate::solve::apart;
 use crate::value::{numbers, plain, toml_of};
@@ -12,6 +13,7 @@ use durometer::calibrate::inverse::{
 use durometer::scene::{ParameterKey, Progress};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Numbers of a scene that reproduce measured curves best, with intervals and what the curves do not determine.
 #[pyclass(module = "durometer", frozen)]
@@ -47,7 +49,8 @@ impl Calibration {
         let first = curves.first().ok_or_else(|| input("no curve is given", "give a list of durometer.Curve"))?;
         let scene: Py<Scene> = first.getattr("scene")?.extract()?;
         let answer = apart(py, follower.as_ref(), |link| {
-            calibrate(observed, &settings, None, &mut |now: Progress| link.progress(now)).map(|(found, _)| found)
+            let search = || calibrate(observed, &settings, None, &mut |now: Progress| link.progress(now));
+            Arc::new(Raised::default()).during(link, search).map(|(found, _)| found)
         })?;
         let found = answer.map_err(|failure| match failure {
             Failure::Input(why) => refused(why),

@@ -23,6 +23,9 @@ thread_local! {
     static CURRENT: RefCell<Option<Arc<Raised>>> = const { RefCell::new(None) };
 }
 
+/// The same for threads of the library, while a study runs.
+static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
+
 impl Raised {
     /// Does work of this scene: laws that are made meanwhile belong to it.
     pub fn during<T>(self: &Arc<Self>, link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
@@ -34,9 +37,19 @@ impl Raised {
         done
     }
 
+    /// Does work of a study, whose scenes are made in threads of the library.
+    pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
+        let raised = Arc::new(Self::default());
+        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised.clone());
+        let done = raised.during(link, work);
+        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        done
+    }
+
     /// Of the scene that this thread works on.
     pub fn current() -> Arc<Self> {
-        CURRENT.with_borrow(|current| current.clone().unwrap_or_default())
+        let elsewhere = || ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default()
     }
 
     /// Ends the run by an exception.

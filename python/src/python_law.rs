@@ -93,7 +93,7 @@ impl PythonLaw {
         }
         if want >= Want::Tangent {
             let tangent = object.call_method1("tangent", (&gradient,))?;
-            let values = rows("tangent", &tangent.call_method1("reshape", (9, -1))?, 9)?;
+            let values = rows("tangent", &py.import("numpy")?.call_method1("reshape", (tangent, (9, -1)))?, 9)?;
             response.a.as_flattened_mut().copy_from_slice(&values);
         }
         Ok(response)

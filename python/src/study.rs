@@ -2,6 +2,7 @@
 
 use crate::cli::files::find;
 use crate::error::{incomplete, refused};
+use crate::law::Raised;
 use crate::solve::{Link, apart};
 use crate::value::toml_of;
 use durometer::catalogue::{Launch, host};
@@ -101,8 +102,10 @@ impl Study {
             }
         };
         let (jobs, only) = (jobs.unwrap_or_else(threads::available).max(1), only.map(Only::from));
-        let done =
-            apart(py, follower.as_ref(), |link| self.work(&dir, jobs, (only, redo, accept_build), isolation, link))?;
+        let choice = (only, redo, accept_build);
+        let done = apart(py, follower.as_ref(), |link| {
+            Raised::during_study(link, || self.work(&dir, jobs, choice, isolation, link))
+        })?;
         let failed = done.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
         let report = py.import("durometer.report")?.getattr("Report")?.call1((dir,))?;
         match failed {

@@ -67,6 +67,25 @@ def test_a_case_that_does_not_complete_is_an_exception_with_its_report(study: du
     assert report.summary["cases"][0]["status"] == "Singular"
 
 
+def test_a_law_in_python_runs_in_threads_and_its_exception_ends_the_study(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    class InStudy(PythonNeoHookean):
+        name = "python_in_study"
+
+        def stress(self, F):
+            raise ZeroDivisionError("in the study")
+
+    durometer.register_law(InStudy)
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_in_study"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    study = durometer.Study.load(tmp_path)
+    with pytest.raises(ZeroDivisionError, match="in the study"):
+        study.run(tmp_path / "out", only="c2", isolation="threads")
+    with pytest.raises(durometer.InputError, match="no law `python_in_study`"):
+        study.run(tmp_path / "other", only="c2", isolation="processes")
+
+
 def test_shipped_studies_are_known_by_name() -> None:
     study = durometer.Study.load("finger-convergence")
     assert study.kind == "convergence" and study.question and len(study.cases) > 10
