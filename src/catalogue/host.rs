@@ -36,12 +36,15 @@ impl Launch {
         if python().is_none() && running.exists() { Ok(running.into()) } else { Self::lasting() }
     }
 
-    /// This program for processes that start when it has ended, such as those of a scheduler.
+    /// This program for processes that start when it has ended, such as those of a scheduler. Where the system does not say which it is, as Linux
+    /// without `/proc`, it is the one that was called by a path.
     pub fn lasting() -> std::io::Result<Self> {
-        match python() {
-            Some(file) => Ok(Self { file: file.into(), arguments: ["-P", "-m", "durometer"].map(Into::into).to_vec() }),
-            None => std::env::current_exe().map(Into::into),
+        if let Some(file) = python() {
+            return Ok(Self { file: file.into(), arguments: ["-P", "-m", "durometer"].map(Into::into).to_vec() });
         }
+        let called = || std::env::args_os().next().map(PathBuf::from).filter(|path| path.is_file());
+        let found = std::env::current_exe().or_else(|e| called().map_or(Err(e), std::path::absolute));
+        found.map(Into::into)
     }
 
     /// A command with these first arguments.
