@@ -3,10 +3,6 @@
 mod cli;
 
 fn main() -> std::process::ExitCode {
-    durometer::catalogue::bring(durometer::catalogue::Archive {
-        packed: durometer_files::PACKED,
-        list: durometer_files::LIST,
-        digest: durometer_files::DIGEST,
-    });
-    cli::main()
+    cli::bring_files();
+    cli::main(std::env::args_os()).into()
 }

@@ -7,7 +7,9 @@ pub mod cache;
 mod embedded;
 mod error;
 mod home;
+pub mod host;
 
 pub use embedded::{Archive, Entry, archive, bring};
 pub use error::CatalogueError;
 pub use home::{Home, Origin};
+pub use host::Launch;

@@ -2,10 +2,10 @@
 
 use super::files;
 use super::outcome::{CommandResult, Outcome};
+use durometer::catalogue::Launch;
 use durometer::study::bundle::{Bundle, open, write};
 use durometer::study::expand::Study;
 use std::path::PathBuf;
-use std::process::Command as Process;
 
 /// Publish a study: inputs, results, environment and checksums in one folder, from which it runs again
 #[derive(clap::Args)]
@@ -83,8 +83,7 @@ fn written(args: &WriteArgs) -> CommandResult {
 fn rerun(args: &RerunArgs) -> CommandResult {
     let bundle = open(&args.dir)?;
     eprintln!("every file of the bundle is the one that was written");
-    let own = std::env::current_exe()?;
-    let mut run = Process::new(&own);
+    let mut run = Launch::running()?.command();
     run.arg("run").arg(&bundle.study).arg("--out").arg(&args.out);
     if let Bundle { home, has_bodies: true, .. } = &bundle {
         run.env("DUROMETER_HOME", std::path::absolute(home)?);

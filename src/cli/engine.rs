@@ -1,6 +1,7 @@
 //! `durometer run STUDY --engine …`: a study run by the scheduler of a cluster.
 
 use super::outcome::{CommandResult, Outcome};
+use durometer::catalogue::Launch;
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::generate::{MeshStore, interpreter};
 use durometer::study::engine::batches::{Packing, pack};
@@ -109,14 +110,17 @@ pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], 
     }
     let absolute = |path: &Path| std::path::absolute(path).map_err(|e| format!("{}: {e}", path.display()));
     let words = |path: &Path| absolute(path).map(|p| p.to_string_lossy().into_owned());
-    let (program, place) = (words(&std::env::current_exe()?)?, words(dir)?);
-    let run = [&[program.clone(), "run".into(), words(&study.file)?, "--out".into(), place.clone()], options].concat();
+    let Launch { file, arguments } = Launch::lasting()?;
+    let first = arguments.iter().map(|argument| argument.to_string_lossy().into_owned());
+    let (program, place): (Vec<String>, _) = ([words(&file)?].into_iter().chain(first).collect(), words(dir)?);
+    let own = ["run".into(), words(&study.file)?, "--out".into(), place.clone()];
+    let run = [&program, own.as_slice(), options].concat();
     let submission = Submission {
         study: study.name.clone(),
         dir: absolute(dir)?,
         folder: std::env::current_dir()?,
         run,
-        report: vec![program, "report".into(), place],
+        report: [program, vec!["report".into(), place]].concat(),
         list_bytes: TEXT_FACTOR * study.cases.iter().map(|c| c.text.len() as u64).sum::<u64>(),
         groups: pack(wanted.iter().copied(), packing),
         requests,

@@ -11,7 +11,7 @@ mod controls;
 mod doctor;
 mod drawing;
 mod engine;
-mod files;
+pub mod files;
 mod fit;
 mod import;
 mod interrupt;
@@ -37,7 +37,8 @@ mod volume;
 mod worker;
 
 use clap::{Parser, Subcommand};
-use std::process::ExitCode;
+use std::ffi::OsString;
+use std::io::Write;
 
 /// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
 ///
@@ -91,8 +92,31 @@ enum Command {
     Worker(worker::Args),
 }
 
-pub fn main() -> ExitCode {
-    let command = Cli::parse().command;
+/// Gives the library the studies, bodies and meshes that are packed into this program.
+pub fn bring_files() {
+    durometer::catalogue::bring(durometer::catalogue::Archive {
+        packed: durometer_files::PACKED,
+        list: durometer_files::LIST,
+        digest: durometer_files::DIGEST,
+    });
+}
+
+/// Does what the arguments say, of which the first is the name of the program, and returns the exit code.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    let code = match Cli::try_parse_from(arguments) {
+        Ok(cli) => dispatch(cli.command),
+        Err(told) => {
+            // A reader that has closed the pipe has what it wants
+            told.print().ok();
+            u8::try_from(told.exit_code()).unwrap_or(2)
+        }
+    };
+    // Where the program is a part of another one, such as Python, nobody else does it
+    std::io::stdout().flush().ok();
+    code
+}
+
+fn dispatch(command: Command) -> u8 {
     // Before any other thread starts: those that are told to stop keep what is finished
     if matches!(command, Command::Run(_) | Command::Robustness(_) | Command::Simulate(_) | Command::Plan(_)) {
         interrupt::stop_flag();

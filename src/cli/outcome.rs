@@ -1,7 +1,5 @@
 //! How a command ended, and its exit code.
 
-use std::process::ExitCode;
-
 /// End of a command, or the error that ended it: refused input, or a file that cannot be read or written.
 pub type CommandResult = Result<Outcome, Box<dyn std::error::Error>>;
 
@@ -27,8 +25,8 @@ pub enum Outcome {
 }
 
 /// Exit code of a command: 0 done, 2 refused or not ready, 3 ran without a complete result.
-pub fn exit_code(result: &CommandResult) -> ExitCode {
-    ExitCode::from(match result {
+pub fn exit_code(result: &CommandResult) -> u8 {
+    match result {
         Ok(Outcome::Complete) => 0,
         Err(_) | Ok(Outcome::NotReady) => 2,
         Ok(
@@ -39,5 +37,5 @@ pub fn exit_code(result: &CommandResult) -> ExitCode {
             | Outcome::ChangedBeyondBars
             | Outcome::NotDetermined,
         ) => 3,
-    })
+    }
 }

@@ -3,6 +3,7 @@
 use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
+use durometer::catalogue::Launch;
 use durometer::live::Relay;
 use durometer::math::threads;
 use durometer::study::engine::batches;
@@ -183,7 +184,7 @@ pub fn execute(
         accept_build: how.accept_build,
         only: how.only(study)?,
         vtu,
-        isolation: Isolation::Processes(super::worker::program()?),
+        isolation: Isolation::Processes(Launch::running()?),
         memory: how.memory,
         stop,
     };

@@ -1,6 +1,7 @@
 //! `durometer studies`
 
 use super::outcome::{CommandResult, Outcome};
+use durometer::catalogue::host;
 use durometer::mesh::generate::MeshStore;
 use durometer::study::shipped::{Shipped, shipped};
 
@@ -35,7 +36,7 @@ pub fn main(args: Args) -> CommandResult {
         known.iter().for_each(show);
         println!("\n{} studies and scenes in {}", known.len(), store.home.studies().display());
         if known.iter().any(|study| !study.has_meshes) {
-            println!("* meshes are made at the first run, by the mesher (durometer doctor --setup)");
+            println!("* meshes are made at the first run, by the mesher ({})", host::setup());
         }
     }
     unread.iter().for_each(|reason| eprintln!("cannot be run: {reason}"));

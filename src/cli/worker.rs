@@ -4,7 +4,6 @@ use super::outcome::{CommandResult, Outcome};
 use durometer::math::threads;
 use durometer::study::run::worker::{Said, obey};
 use std::io::Write;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
@@ -18,12 +17,6 @@ const OFTEN: Duration = Duration::from_millis(50);
 /// started it.
 #[derive(clap::Args)]
 pub struct Args {}
-
-/// The program that computes the cases of a study: this one, also where its file has been replaced meanwhile.
-pub fn program() -> std::io::Result<PathBuf> {
-    let running = PathBuf::from("/proc/self/exe");
-    if running.exists() { Ok(running) } else { std::env::current_exe() }
-}
 
 pub fn main(_: Args) -> CommandResult {
     static SHARED: AtomicBool = AtomicBool::new(false);

@@ -1,6 +1,7 @@
 //! A law as the registry lists it: its declaration and how it is built from values.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use super::fit_form::FitForm;
 use super::law::{Law, LawInfo};
@@ -14,6 +15,22 @@ pub type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
 /// Rates of [`Law::values`] by one of the keys that were given, the others held.
 pub type Rates = fn(&dyn Law, &Values, &str) -> Vec<f64>;
 
+/// The same for a law that is known at run time only.
+pub type Maker = dyn Fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError> + Send + Sync;
+
+/// How a law is made from its values.
+#[derive(Clone, Copy)]
+enum Make {
+    Function(Build),
+    Closure(&'static Maker),
+}
+
+impl fmt::Debug for Make {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if matches!(self, Self::Function(_)) { "Function" } else { "Closure" })
+    }
+}
+
 /// The declaration of a law: its description, its constants, an example and the form in which it is fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct LawEntry {
@@ -24,7 +41,7 @@ pub struct LawEntry {
     pub sample: &'static [f64],
     /// How the law is fitted to homogeneous tests; None for a law that is not fitted
     pub fit: Option<FitForm>,
-    build: Build,
+    make: Make,
     pub(super) rates: Rates,
 }
 
@@ -37,7 +54,18 @@ impl LawEntry {
         build: Build,
         rates: Rates,
     ) -> Self {
-        Self { info, keys, sample, fit: None, build, rates }
+        Self { info, keys, sample, fit: None, make: Make::Function(build), rates }
+    }
+
+    /// A law whose `make` is known at run time only, such as one that another language declares. It is kept as long as the process.
+    pub fn made_by(
+        info: &'static LawInfo,
+        keys: &'static [Parameter],
+        sample: &'static [f64],
+        make: impl Fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError> + Send + Sync + 'static,
+        rates: Rates,
+    ) -> Self {
+        Self { info, keys, sample, fit: None, make: Make::Closure(Box::leak(Box::new(make))), rates }
     }
 
     /// A law of two elastic constants, any two of E, ν, μ, λ, κ. The example has E = 100 kPa and ν = 0.4.
@@ -89,7 +117,11 @@ impl LawEntry {
             return Err(self.unknown(key));
         }
         let choose = |c: &'static Choice| self.choose(c, options.get(c.name).map(String::as_str));
-        (self.build)(values, &self.info.choices.iter().map(choose).collect::<Result<_, _>>()?)
+        let chosen = self.info.choices.iter().map(choose).collect::<Result<_, _>>()?;
+        match self.make {
+            Make::Function(build) => build(values, &chosen),
+            Make::Closure(make) => make(values, &chosen),
+        }
     }
 
     /// The law with the values of `info.parameters` in their order \[SI\], and what it takes where nothing is chosen.

@@ -144,7 +144,7 @@ impl Moduli {
 
     /// Rates of (E, ν) by `key`, the other constant that was given held: with the gradients g by (μ, κ), g_key·d = 1 and
     /// g_other·d = 0.
-    pub(crate) fn rates(&self, given: &BTreeMap<String, f64>, key: &str) -> Vec<f64> {
+    pub fn rates(&self, given: &BTreeMap<String, f64>, key: &str) -> Vec<f64> {
         let other = given.keys().find(|k| *k != key).map_or("", String::as_str);
         let ([a, b], [c, d]) = (self.gradient(key), self.gradient(other));
         let determinant = a * d - b * c;

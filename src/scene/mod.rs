@@ -112,6 +112,7 @@ pub use builder::LawSource;
 pub use checkpoint::{Checkpoint, CheckpointError, Snapshot};
 pub use compare::{Measured, MeasuredData, MeasuredTracks};
 pub(crate) use control::in_unit_of;
+pub use control::unit_of_column;
 pub use error::{Mistake, SceneError, hint};
 pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
@@ -127,7 +128,7 @@ pub use overrides::find;
 pub use parameter_key::{KeyError, KeyValue, LawConstant, ParameterKey};
 pub use patches::Patches;
 pub use quantity::{Length, Time};
-pub use read::{from_text, read_scene, read_table};
+pub use read::{changed_scene, from_text, read_scene, read_table};
 pub use recorder::{Energies, Headline, Moment, Recorder};
 pub use refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
 pub use run::Run;

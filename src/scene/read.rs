@@ -15,12 +15,22 @@ use toml::de::{DeTable, DeValue};
 /// Reads a scene file, applies `key=value` changes and puts included laws and constants of effects in their place, so that the text that comes
 /// back says it all. Errors carry file, line and remedy.
 pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
-    let (text, mut table) = read_table(file)?;
+    let (text, _) = read_table(file)?;
+    changed_scene(file, &text, changes)
+}
+
+/// The same from the text of a scene; the files that it names are found from the folder of `file`.
+pub fn changed_scene(
+    file: &Path,
+    text: &str,
+    changes: &[(String, toml::Value)],
+) -> Result<(SceneSpec, String), SceneError> {
+    let mut table: toml::Table = text.parse().map_err(|e| mistake(file, text, "", &e, None))?;
     if table.contains_key("family") && table.contains_key("scene") {
         return Err(content(file, "file", "this is a study, not a scene", "run it with: durometer run"));
     }
     // Errors of the file itself are reported with their line.
-    from_text::<SceneSpec>(file, &text, "")?;
+    from_text::<SceneSpec>(file, text, "")?;
     for (path, value) in changes {
         overrides::apply(&mut table, path, value.clone()).map_err(|e| part(file, "change", e))?;
     }

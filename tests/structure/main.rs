@@ -121,7 +121,7 @@ fn a_type_is_implemented_in_at_most_two_files() {
 
 #[test]
 fn functions_are_short() {
-    let folders = ["src", "tests", "examples", "benches"];
+    let folders = ["src", "tests", "examples", "benches", "python"];
     let mut wrong = Vec::new();
     for source in folders.iter().flat_map(|folder| rust_files(folder)) {
         let mut reader = Functions { name: &source.name, long: Vec::new() };
@@ -256,8 +256,12 @@ fn loud(sources: &[Source]) -> Vec<String> {
 #[test]
 fn files_begin_with_their_subject() {
     let missing = |source: &Source| !source.text.starts_with("//!") && !source.is_test();
-    let wrong: Vec<String> =
-        rust_files("src").iter().filter(|source| missing(source)).map(|s| format!("{}:1", s.name)).collect();
+    let wrong: Vec<String> = ["src", "python"]
+        .iter()
+        .flat_map(|folder| rust_files(folder))
+        .filter(missing)
+        .map(|s| format!("{}:1", s.name))
+        .collect();
     assert_none(&wrong, "the first line of a file is a `//!` comment with its subject");
 }
 

@@ -1,6 +1,6 @@
 //! Reasons why there is no mesh.
 
-use crate::catalogue::CatalogueError;
+use crate::catalogue::{CatalogueError, host};
 use crate::mesh::MeshError;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ pub enum GenerateError {
     Request { fact: String, remedy: String },
     #[error("{}: {reason}; check the path, its permissions and the free space", file.display())]
     Io { file: PathBuf, reason: String },
-    #[error("no mesh {name} is stored and the mesher is not installed ({reason}); run: durometer doctor --setup")]
+    #[error("no mesh {name} is stored and the mesher is not installed ({reason}); run: {}", host::setup())]
     NotInstalled { name: String, reason: String },
     #[error("the mesher refused the request: {fact}{}", hint(remedy))]
     Refused { fact: String, remedy: String },

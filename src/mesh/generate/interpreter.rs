@@ -1,11 +1,14 @@
 //! The Python that runs the mesher, on every system.
 
+use crate::catalogue::host;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-/// DUROMETER_PYTHON, else the Python of an environment if it is set up, else that of the system.
+/// DUROMETER_PYTHON, else the Python that has loaded this program as a package, else that of an environment if it is set up, else that of the
+/// system.
 pub fn of(environment: &Path) -> PathBuf {
-    let given = std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from);
+    let given =
+        std::env::var_os("DUROMETER_PYTHON").map(PathBuf::from).or_else(|| host::python().map(Path::to_path_buf));
     given.unwrap_or_else(|| Some(in_environment(environment)).filter(|own| own.exists()).unwrap_or_else(of_system))
 }
 

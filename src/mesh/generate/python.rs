@@ -2,7 +2,7 @@
 
 use super::error::GenerateError;
 use super::interpreter;
-use crate::catalogue::Home;
+use crate::catalogue::{Home, host};
 use crate::mesh::child::{ends_with_parent, kill};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
@@ -149,10 +149,11 @@ impl Mesher<'_> {
         command
     }
 
-    /// Creates the environment of the mesher and installs its pinned packages. `progress` gets pip's lines.
+    /// Creates the environment of the mesher, or takes the one of the Python that this program is a package of, and installs its pinned packages.
+    /// `progress` gets pip's lines.
     pub fn setup_environment(&self, progress: &mut dyn FnMut(&str)) -> Result<(), GenerateError> {
         let folder = &self.home.environment;
-        let own = interpreter::in_environment(folder);
+        let own = host::python().map_or_else(|| interpreter::in_environment(folder), Path::to_path_buf);
         let mut steps = Vec::new();
         if !own.exists() {
             let mut venv = Command::new(self.python);
@@ -180,7 +181,7 @@ impl Mesher<'_> {
 
     /// Requirements of the mesher and whether they are met, with the command that installs a missing one.
     pub fn diagnose(&self) -> Vec<Check> {
-        let setup = || Some("durometer doctor --setup".to_string());
+        let setup = || Some(host::setup().to_string());
         let check = |what: &str, ok: bool, detail: String, remedy: Option<String>| Check {
             what: what.into(),
             ok,
@@ -213,7 +214,8 @@ impl Mesher<'_> {
         let new = numbers.as_slice() >= [3, 11].as_slice();
         let detail = format!("{version} ({})", self.python.display());
         checks.push(check("python", new, detail, Some("install Python 3.11 or newer".into())));
-        let venv = interpreter::in_environment(&self.home.environment);
+        let venv =
+            host::python().map_or_else(|| interpreter::in_environment(&self.home.environment), Path::to_path_buf);
         let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
         checks.push(check("environment", own, venv.display().to_string(), setup()));
         match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {
@@ -289,7 +291,7 @@ impl Examination {
             let package =
                 error.debian_package.as_ref().map(|p| format!("apt-get install -y --no-install-recommends {p}"));
             let search = error.missing_library.as_ref().map(|l| format!("install the package that holds {l}"));
-            let remedy = package.or(search).or(Some("durometer doctor --setup".into()));
+            let remedy = package.or(search).or(Some(host::setup().into()));
             Check { what, ok: false, detail: error.error.clone(), remedy, optional }
         };
         self.versions.clone().into_iter().map(one).collect()

@@ -19,6 +19,7 @@ pub use error::ControlError;
 pub use memory::{ControlMemory, Fired};
 pub(super) use prepare::build_controls;
 pub(crate) use prepare::in_unit_of;
+pub use prepare::unit_of_column;
 pub(super) use signals::SignalBuilder;
 
 use crate::math::signal::Ramp;

@@ -191,6 +191,18 @@ fn never(name: &str, when: When, known: &Known) -> Option<String> {
     (!reached).then(|| format!("the event \"{name}\" cannot happen: {column} stays between {low} and {high}"))
 }
 
+/// The unit at the end of the name of a recorded column; `1` of a number without one.
+pub fn unit_of_column(column: &str) -> &'static str {
+    const UNITS: [&str; 8] = ["s", "m", "m3", "N", "Nm", "Pa", "J", "deg"];
+    let last = column.rsplit('_').next().unwrap_or_default();
+    match UNITS.iter().find(|unit| **unit == last) {
+        Some(&"m") if column.ends_with("_per_m") => "1/m",
+        Some(&"Nm") => "N m",
+        Some(unit) => unit,
+        None => "1",
+    }
+}
+
 /// Value of a quantity in the unit at the end of the name of a column.
 pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
     let dimension = match column.rsplit('_').next().unwrap_or_default() {
@@ -209,6 +221,12 @@ pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitE
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn columns_end_in_their_unit() {
+        let columns = ["t_s", "tip_x_m", "line_1_curvature_per_m", "grip_reaction_moment_z_Nm", "stretch_p95"];
+        assert_eq!(columns.map(unit_of_column), ["s", "m", "1/m", "N m", "1"]);
+    }
 
     #[test]
     fn a_threshold_has_the_unit_of_its_column() {

@@ -1,5 +1,6 @@
 //! Runs the cases of a study side by side, skips what is done, keeps what is finished.
 
+use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::scene::{Body, ParameterKey, Progress, SceneError};
 use crate::study::case::Case;
@@ -73,7 +74,7 @@ pub enum Isolation {
     /// In threads of this process. A panic is the status of its case; an abort ends all.
     Threads,
     /// Each in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
-    Processes(PathBuf),
+    Processes(Launch),
 }
 
 /// How to run.
@@ -344,12 +345,12 @@ impl Running<'_> {
         Ok(compute(task, self.store, &mut follow)?)
     }
 
-    fn in_a_process(&self, program: &Path, task: &Task, size: usize) -> Result<Option<CaseRecord>, RunError> {
+    fn in_a_process(&self, program: &Launch, task: &Task, size: usize) -> Result<Option<CaseRecord>, RunError> {
         let id = &task.case.id;
         let order = Order { dir: self.store.dir.clone(), task: task.clone(), live: self.watch.live() };
         let mut following = Following { run: self, id, size, promised: 0, share: None };
         let end = compute_apart(program, &order, &mut following)
-            .map_err(|e| RunError::Start { program: program.into(), reason: e.to_string() })?;
+            .map_err(|e| RunError::Start { program: program.file.clone(), reason: e.to_string() })?;
         let crashed = |how: String| {
             let record = refused(&task.case, CRASHED, how);
             self.store.save_refused(&record).map(|()| Some(record))

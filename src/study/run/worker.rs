@@ -6,6 +6,7 @@
 //! from now on. The end of its input means that the process which wanted the case is gone; it then ends itself, with all processes that it has started:
 //! they form a group.
 
+use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::scene::Progress;
 use crate::study::run::compute::{Follow, compute};
@@ -15,8 +16,8 @@ use crate::study::store::folder::Store;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
@@ -109,7 +110,7 @@ pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool
 }
 
 /// Computes a case in a process of `program`, started as `program worker`.
-pub fn compute_apart(program: &Path, order: &Order, wants: &mut dyn Wants) -> std::io::Result<End> {
+pub fn compute_apart(program: &Launch, order: &Order, wants: &mut dyn Wants) -> std::io::Result<End> {
     let mut process = Process::start(program, order)?;
     let (mut end, mut told, mut asks, mut threads) = (None, false, None, 1);
     loop {
@@ -158,8 +159,8 @@ struct Process {
 }
 
 impl Process {
-    fn start(program: &Path, order: &Order) -> std::io::Result<Self> {
-        let mut command = Command::new(program);
+    fn start(program: &Launch, order: &Order) -> std::io::Result<Self> {
+        let mut command = program.command();
         command.arg("worker").stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         // The last lines are to be the message, not where it came from
         command.env("RUST_BACKTRACE", "0");

@@ -1,0 +1,69 @@
+"""Simulation of soft robots with error bars: scenes, studies, fits and calibrations, and the program `durometer`."""
+
+import signal
+import sys
+import threading
+
+from . import _native
+from ._version import VERSION
+from .errors import DurometerError, InputError, MissingExtra, RunError
+
+if _native.__version__ != VERSION:
+    raise ImportError(
+        f"durometer {VERSION} has found the library of version {_native.__version__}; "
+        "install it again: pip install --force-reinstall durometer"
+    )
+# The program starts itself and the mesher by this interpreter
+if sys.executable:
+    _native.set_python(sys.executable)
+
+from ._native import (
+    Calibration,
+    Fit,
+    Invariants,
+    Observation,
+    Run,
+    Scene,
+    Sensitivities,
+    Study,
+    check_law,
+    register_law,
+)
+from .curve import Curve
+from .law import Law, Parameter
+from .report import Report
+
+__version__ = VERSION
+__all__ = [
+    "Calibration",
+    "Curve",
+    "DurometerError",
+    "Fit",
+    "InputError",
+    "Invariants",
+    "Law",
+    "MissingExtra",
+    "Observation",
+    "Parameter",
+    "Report",
+    "Run",
+    "RunError",
+    "Scene",
+    "Sensitivities",
+    "Study",
+    "check_law",
+    "main",
+    "register_law",
+]
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete."""
+    pipe = getattr(signal, "SIGPIPE", None)
+    before = signal.getsignal(pipe) if pipe else None
+    try:
+        return _native.main(sys.argv[1:] if arguments is None else arguments)
+    finally:
+        # The program lets a closed pipe end it, where Python does not
+        if before is not None and threading.current_thread() is threading.main_thread():
+            signal.signal(pipe, before)

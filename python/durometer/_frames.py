@@ -1,0 +1,34 @@
+"""Results as tables of pandas."""
+
+from typing import Any
+
+from ._extras import extra
+
+
+def of_run(run: Any) -> Any:
+    """The rows of a run, indexed by time; the columns keep the memory of the arrays."""
+    pandas = extra("pandas", "pandas")
+    frame = pandas.DataFrame(run.values, columns=run.columns, copy=False).set_index("t_s")
+    frame.attrs["units"] = run.units
+    return frame
+
+
+def of_sensitivities(found: Any) -> Any:
+    """The derivatives, indexed by time, with (column, key) over each."""
+    pandas = extra("pandas", "pandas")
+    columns = pandas.MultiIndex.from_product([found.columns, found.keys], names=["column", "key"])
+    index = pandas.Index(found.times, name="t_s")
+    return pandas.DataFrame(found.values.reshape(len(index), -1), index=index, columns=columns, copy=False)
+
+
+def of_constants(fit: Any) -> Any:
+    """Constants with their units and intervals."""
+    pandas = extra("pandas", "pandas")
+    ends = [fit.intervals[name] or (float("nan"), float("nan")) for name in fit.constants]
+    rows = {
+        "value": list(fit.constants.values()),
+        "lower": [end[0] for end in ends],
+        "upper": [end[1] for end in ends],
+        "unit": [fit.units[name] for name in fit.constants],
+    }
+    return pandas.DataFrame(rows, index=pandas.Index(list(fit.constants), name="constant"))

@@ -1,0 +1,38 @@
+"""The body of a run as a grid of pyvista or a mesh of meshio."""
+
+from typing import Any
+
+import numpy
+
+from ._extras import extra
+
+#: Nodes of a cell → its type of VTK and its name in meshio
+KINDS = {4: (10, "tetra"), 10: (24, "tetra10")}
+
+
+def at(fields: dict[str, numpy.ndarray], k: int) -> dict[str, numpy.ndarray]:
+    """The fields at one time; those of one component without an axis for it."""
+    return {name: values[k, :, 0] if values.shape[2] == 1 else values[k] for name, values in fields.items()}
+
+
+def pyvista_grid(run: Any, k: int) -> Any:
+    """The displaced body with the fields of one time; at rest where no field was recorded."""
+    pyvista = extra("pyvista", "view")
+    cells = run.cells.astype(numpy.int64)
+    kind = KINDS[cells.shape[1]][0]
+    listed = numpy.hstack([numpy.full((len(cells), 1), cells.shape[1]), cells]).ravel()
+    points = run.nodes + (run.fields["displacement_m"][k] if "displacement_m" in run.fields else 0.0)
+    grid = pyvista.UnstructuredGrid(listed, numpy.full(len(cells), kind, dtype=numpy.uint8), points)
+    for name, values in at(run.fields, k).items():
+        grid.point_data[name] = values
+    for name, values in at(run.cell_fields, k).items():
+        grid.cell_data[name] = values
+    return grid
+
+
+def meshio_mesh(run: Any, k: int) -> Any:
+    """The body at rest with the fields of one time, which meshio writes in its formats."""
+    meshio = extra("meshio", "mesh")
+    name = KINDS[run.cells.shape[1]][1]
+    of_cells = {field: [values] for field, values in at(run.cell_fields, k).items()}
+    return meshio.Mesh(run.nodes, [(name, run.cells)], point_data=at(run.fields, k), cell_data=of_cells)

@@ -1,0 +1,42 @@
+"""A bar of progress in terminals and notebooks, on the standard error."""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+from .errors import InputError
+
+#: Characters of the bar, and seconds between two of its pictures
+WIDTH, OFTEN = 30, 0.2
+
+
+class Bar:
+    """Draws how much is done."""
+
+    def __init__(self) -> None:
+        self.start = time.monotonic()
+        self.drawn = 0.0
+
+    def __call__(self, done: float, end: float) -> None:
+        now, share = time.monotonic(), done / end if end > 0 else 0.0
+        if now - self.drawn < OFTEN and share < 1.0:
+            return
+        self.drawn = now
+        full = round(WIDTH * min(share, 1.0))
+        bar = "#" * full + "." * (WIDTH - full)
+        sys.stderr.write(f"\r{bar} {100 * share:5.1f} %  {now - self.start:6.1f} s")
+        sys.stderr.write("\n" if share >= 1.0 else "")
+        sys.stderr.flush()
+
+
+def follower(progress: Any) -> Callable[[float, float], Any] | None:
+    """The function that is called with what is done and what is to be done; none where nothing follows."""
+    if progress is None or progress is False:
+        return None
+    if progress is True:
+        return Bar()
+    if not callable(progress):
+        fact = f"progress of the type {type(progress).__name__} cannot be called"
+        raise InputError(fact, "give True, or a function of what is done and what is to be done")
+    return progress

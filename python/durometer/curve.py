@@ -1,0 +1,22 @@
+"""A measured curve and the scene that is to reproduce it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from ._native import Scene
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A measured curve y(x), in the units of the columns of its scene.
+
+    `over` is the time `t_s` or a signal that the scene prescribes, with the measured values `x`; `column` is a recorded column with the measured
+    values `y`.
+    """
+
+    scene: Scene
+    over: str
+    x: Any
+    column: str
+    y: Any
+    name: str = "curve"

@@ -1,0 +1,66 @@
+"""The base of laws in Python."""
+
+from typing import Any, ClassVar, NamedTuple
+
+import numpy
+
+
+class Parameter(NamedTuple):
+    """A constant of a law: its key in files, its symbol, its SI unit ("Pa", or "1" for none), its open interval [SI] and its meaning."""
+
+    name: str
+    symbol: str
+    unit: str
+    bounds: tuple[float, float]
+    meaning: str
+
+
+class Law:
+    """A hyperelastic law in Python, a slow path: each evaluation of each quadrature point waits for the interpreter.
+
+    A class that extends it gives `name` and the methods `energy`, `stress` and `tangent`; `register_law` makes it known to scenes, and
+    `check_law` compares the three with each other. With `parameters = "elastic"` an object has the attributes `E`, `nu`, `mu`, `lambda_` and
+    `kappa` [Pa]; otherwise those of its parameters, and the class gives `sample` and the method `moduli`.
+    """
+
+    #: Name in scenes
+    name: ClassVar[str] = ""
+    #: Name as a paper writes it, formula of the energy, its source, and where it is not to be used
+    title: ClassVar[str] = ""
+    formula: ClassVar[str] = "in Python"
+    source: ClassVar[str] = "in Python"
+    limits: ClassVar[str] = "J > 0"
+    #: "elastic", or a list of `Parameter`
+    parameters: ClassVar[Any] = "elastic"
+    #: Values of the parameters for checks [SI]; of an elastic law E = 100 kPa and nu = 0.4
+    sample: ClassVar[list[float]] = []
+    #: Whether it is defined where J is not positive
+    survives_inversion: ClassVar[bool] = False
+    #: Whether rotations leave the energy as it is
+    objective: ClassVar[bool] = True
+    #: Whether the energy is linear in `mu` and `lambda_` of an elastic law: its derivatives by them are then exact, and otherwise differences
+    linear: ClassVar[bool] = False
+
+    def __init__(self, **constants: float) -> None:
+        for name, value in constants.items():
+            setattr(self, name, value)
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        cls.title = cls.title or cls.name
+
+    def moduli(self) -> tuple[float, float]:
+        """Shear modulus and bulk modulus at small strain [Pa]."""
+        raise NotImplementedError(f"the law {self.name} needs a method `moduli`, its shear and bulk modulus")
+
+    def energy(self, F: numpy.ndarray) -> float:
+        """Energy density ψ at the deformation gradient F [3 × 3], in J/m³."""
+        raise NotImplementedError(f"the law {self.name} needs a method `energy`")
+
+    def stress(self, F: numpy.ndarray) -> numpy.ndarray:
+        """P = ∂ψ/∂F [3 × 3], in Pa."""
+        raise NotImplementedError(f"the law {self.name} needs a method `stress`")
+
+    def tangent(self, F: numpy.ndarray) -> numpy.ndarray:
+        """A = ∂P/∂F [3 × 3 × 3 × 3], A[i, J, k, L] = ∂P_iJ/∂F_kL, in Pa."""
+        raise NotImplementedError(f"the law {self.name} needs a method `tangent`")

@@ -1,0 +1,38 @@
+//! From the errors of the library to the exceptions of `durometer.errors`, which carry status, fact and remedy.
+
+use durometer::scene::SceneError;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyTuple};
+use std::error::Error;
+
+/// `InputError` of bad input. Messages of the library name the remedy after the fact and a semicolon.
+pub fn refused<E: Into<Box<dyn Error>>>(error: E) -> PyErr {
+    let error: Box<dyn Error> = error.into();
+    if let Some(SceneError::Content { file, place, fact, remedy }) = error.downcast_ref() {
+        return input(&format!("{}: {place}: {fact}", file.display()), remedy);
+    }
+    let message = error.to_string();
+    let (fact, remedy) = message.split_once("; ").unwrap_or((&message, ""));
+    input(fact, remedy)
+}
+
+/// `InputError` of this fact and remedy.
+pub fn input(fact: &str, remedy: &str) -> PyErr {
+    made("InputError", &[fact, remedy], None)
+}
+
+/// `RunError` of a run, a search or a study that is not complete, with what was computed.
+pub fn incomplete(status: &str, fact: &str, remedy: &str, result: Py<PyAny>) -> PyErr {
+    made("RunError", &[fact, remedy, status], Some(result))
+}
+
+fn made(class: &str, texts: &[&str], result: Option<Py<PyAny>>) -> PyErr {
+    Python::attach(|py| {
+        let named = PyDict::new(py);
+        let exception = PyTuple::new(py, texts).and_then(|texts| {
+            result.map_or(Ok(()), |result| named.set_item("result", result))?;
+            py.import("durometer.errors")?.getattr(class)?.call(texts, Some(&named))
+        });
+        exception.map_or_else(|failure| failure, PyErr::from_value)
+    })
+}

@@ -1,0 +1,148 @@
+//! Laws of Python made known to scenes, and their checks.
+
+use crate::error::{input, refused};
+use crate::python_law::{Class, PythonLaw};
+use crate::solve::{Link, apart};
+use crate::value::rows;
+use durometer::material::entry::Rates;
+use durometer::material::{LawEntry, LawInfo, Parameter, check_law as check, moduli, register};
+use durometer::math::tensor::Mat3;
+use durometer::math::units;
+use pyo3::prelude::*;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Where the exceptions of the laws of one scene go: to the run that is under way.
+#[derive(Default)]
+pub struct Raised {
+    link: Mutex<Option<Arc<Link>>>,
+}
+
+thread_local! {
+    static CURRENT: RefCell<Option<Arc<Raised>>> = const { RefCell::new(None) };
+}
+
+/// The same for threads of the library, while a study runs.
+static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
+
+impl Raised {
+    /// Does work of this scene: laws that are made meanwhile belong to it.
+    pub fn during<T>(self: &Arc<Self>, link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
+        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = Some(link.clone());
+        let before = CURRENT.replace(Some(self.clone()));
+        let done = work();
+        CURRENT.set(before);
+        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        done
+    }
+
+    /// Does work of a study, whose scenes are made in threads of the library.
+    pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
+        let raised = Arc::new(Self::default());
+        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised.clone());
+        let done = raised.during(link, work);
+        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        done
+    }
+
+    /// Of the scene that this thread works on.
+    pub fn current() -> Arc<Self> {
+        let elsewhere = || ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default()
+    }
+
+    /// Ends the run by an exception.
+    pub fn raise(&self, why: PyErr) {
+        if let Some(link) = &*self.link.lock().unwrap_or_else(PoisonError::into_inner) {
+            link.fail(why);
+        }
+    }
+}
+
+/// Classes by the name of their law.
+static CLASSES: Mutex<BTreeMap<String, &'static LawEntry>> = Mutex::new(BTreeMap::new());
+
+/// Makes a law known: scenes and studies of this process can name it. `law` is a class that extends `durometer.Law`.
+#[pyfunction]
+pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let text = |name: &str| law.getattr(name)?.extract::<String>();
+    let name = text("name")?;
+    if name.is_empty() {
+        return Err(input("the law has no name", "give its class an attribute `name`, as scenes are to write it"));
+    }
+    let given = law.getattr("parameters")?;
+    let is_elastic = given.extract::<String>().is_ok_and(|word| word == "elastic");
+    let parameters = if is_elastic { moduli::PAIR } else { declared(&given)? };
+    let info = LawInfo {
+        name: leaked(name.clone()),
+        title: leaked(text("title")?),
+        formula: leaked(text("formula")?),
+        source: leaked(text("source")?),
+        limits: leaked(text("limits")?),
+        parameters,
+        optional: 0,
+        choices: &[],
+        survives_inversion: law.getattr("survives_inversion")?.extract()?,
+        objective: law.getattr("objective")?.extract()?,
+        isochoric: false,
+    };
+    let info: &'static LawInfo = Box::leak(Box::new(info));
+    let is_linear = law.getattr("linear")?.extract()?;
+    let class = Arc::new(Class { class: law.clone().unbind(), info, is_elastic, is_linear });
+    let make = move |values: &BTreeMap<String, f64>, _: &_| PythonLaw::made(&class, values);
+    let entry = if is_elastic {
+        LawEntry::made_by(info, moduli::KEYS, &[100e3, 0.4], make, |law, given, key| {
+            law.small_strain().rates(given, key)
+        })
+    } else {
+        let sample: Vec<f64> = law.getattr("sample")?.extract()?;
+        if sample.len() != parameters.len() {
+            let fact = format!("the law {name} has {} parameters and {} sample values", parameters.len(), sample.len());
+            return Err(input(&fact, "give `sample` one value for each, in SI units"));
+        }
+        let rates: Rates =
+            |law, _, key| law.info().parameters.iter().map(|p| f64::from(u8::from(p.name == key))).collect();
+        LawEntry::made_by(info, parameters, Vec::leak(sample), make, rates)
+    };
+    let entry = register(entry).map_err(refused)?;
+    CLASSES.lock().unwrap_or_else(PoisonError::into_inner).insert(name, entry);
+    Ok(law.clone())
+}
+
+/// Checks a registered law: energy, stress and tangent against each other by finite differences at random states, objectivity, small strain, and
+/// more. Raises `InputError` with the first property that does not hold.
+#[pyfunction]
+pub fn check_law(py: Python<'_>, name: &str) -> PyResult<()> {
+    let known = CLASSES.lock().unwrap_or_else(PoisonError::into_inner).get(name).copied();
+    let entry = known.ok_or_else(|| input(&format!("no law {name} is registered"), "register its class first"))?;
+    apart(py, None, |link| Arc::new(Raised::default()).during(link, || check(entry)))?.map_err(refused)
+}
+
+/// Parameters as the class declares them: name, symbol, unit, bounds, meaning.
+fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
+    let remedy = "write \"elastic\", or a list of durometer.Parameter(name, symbol, unit, (lower, upper), meaning)";
+    let all: Vec<(String, String, String, (f64, f64), String)> =
+        given.extract().map_err(|_| input("`parameters` of the law is not understood", remedy))?;
+    let one = |(name, symbol, unit, bounds, meaning): (String, String, String, (f64, f64), String)| {
+        let (_, dimension) = units::quantity(&format!("1 {unit}"))
+            .or_else(|e| if unit == "1" { units::quantity("1") } else { Err(e) })
+            .map_err(refused)?;
+        Ok(Parameter::new(leaked(name), leaked(symbol), dimension, bounds, leaked(meaning)))
+    };
+    Ok(Vec::leak(all.into_iter().map(one).collect::<PyResult<Vec<_>>>()?))
+}
+
+/// Kept as long as the process: a law is never forgotten.
+fn leaked(text: String) -> &'static str {
+    String::leak(text)
+}
+
+/// A tensor of nine finite numbers, by rows.
+pub fn tensor(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Mat3> {
+    let values = rows(name, given, 3)?;
+    if values.len() != 9 {
+        return Err(input(&format!("{name} has {} rows", values.len() / 3), "give one of shape (3, 3)"));
+    }
+    Ok(Mat3::from_row_slice(&values))
+}

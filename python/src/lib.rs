@@ -1,0 +1,69 @@
+//! The module `durometer._native`: the program as a function, and the classes of the package `durometer`, one file each.
+//!
+//! The package in `python/durometer` has what is easier in Python: exceptions, progress bars, pandas and pyvista.
+
+mod array;
+mod calibration;
+#[path = "../../src/cli/mod.rs"]
+mod cli;
+mod controller;
+mod error;
+mod fit;
+mod invariants;
+mod law;
+mod python_law;
+mod report;
+mod run;
+mod scene;
+mod sensitivities;
+mod solve;
+mod study;
+mod value;
+
+use pyo3::prelude::*;
+use std::ffi::OsString;
+
+/// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete.
+#[pyfunction]
+fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    let command = || cli::main(std::iter::once("durometer".into()).chain(arguments));
+    py.detach(|| signals_kept(command))
+}
+
+/// Does work that may block signals in its thread, and puts them back: the thread is Python's.
+#[cfg(unix)]
+fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
+    let before = nix::sys::signal::SigSet::thread_get_mask();
+    let done = work();
+    before.and_then(|mask| mask.thread_set_mask()).ok();
+    done
+}
+
+#[cfg(not(unix))]
+fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
+    work()
+}
+
+/// Tells the program which interpreter has loaded it: it starts itself and the mesher by this one.
+#[pyfunction]
+fn set_python(file: std::path::PathBuf) {
+    durometer::catalogue::host::set_python(file);
+}
+
+#[pymodule]
+#[pyo3(name = "_native")]
+mod native {
+    #[pymodule_export]
+    use super::{
+        calibration::Calibration, controller::Observation, fit::Fit, invariants::Invariants, law::check_law,
+        law::register_law, main, report::write_report, run::Run, scene::Scene, sensitivities::Sensitivities,
+        set_python, study::Study,
+    };
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::cli::bring_files();
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

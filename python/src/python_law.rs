@@ -1,0 +1,224 @@
+//! A law whose energy, stress and tangent are methods of a class of Python. A slow path: every evaluation waits for the interpreter.
+
+use crate::array::array;
+use crate::error::input;
+use crate::law::{Raised, tensor};
+use crate::value::rows;
+use durometer::material::{
+    Law, LawError, LawInfo, LawSpecError, Moduli, Parameter, Response, Want, kinematics::Invariants,
+};
+use durometer::math::tensor::{Mat3, ZERO9};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+/// A class of Python that is a law.
+pub struct Class {
+    pub class: Py<PyAny>,
+    pub info: &'static LawInfo,
+    /// Of two elastic constants, any two of E, ν, μ, λ, κ
+    pub is_elastic: bool,
+    /// ψ is linear in the moduli, or in the parameters
+    pub is_linear: bool,
+}
+
+/// A law with its constants: an object of such a class.
+#[derive(Clone)]
+pub struct PythonLaw {
+    class: Arc<Class>,
+    values: Vec<f64>,
+    moduli: Moduli,
+    /// None where it could not be made, which was told
+    object: Option<Arc<Py<PyAny>>>,
+    raised: Arc<Raised>,
+}
+
+impl fmt::Debug for PythonLaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {:?}", self.class.info.name, self.values)
+    }
+}
+
+/// Steps of the differences by constants, over the first.
+const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
+/// First step, over the size of the constants.
+const FIRST: f64 = 1e-2;
+/// Weights of the three differences, whose error is of the sixth order (Richardson).
+const WEIGHTS: [f64; 3] = [1.0 / 45.0, -20.0 / 45.0, 64.0 / 45.0];
+
+impl PythonLaw {
+    /// The law of the values in a scene.
+    pub fn made(class: &Arc<Class>, given: &BTreeMap<String, f64>) -> Result<Box<dyn Law>, LawSpecError> {
+        let raised = Raised::current();
+        if class.is_elastic {
+            let moduli = Moduli::from_map(given)?;
+            return Ok(Box::new(Self::new(class, vec![moduli.e, moduli.nu], Some(moduli), &raised)));
+        }
+        let value = |p: &Parameter| {
+            let missing = || LawSpecError::Missing { law: class.info.name, key: p.name, meaning: p.meaning };
+            given.get(p.name).copied().ok_or_else(missing)
+        };
+        let values = class.info.parameters.iter().map(value).collect::<Result<_, _>>()?;
+        Ok(Box::new(Self::new(class, values, None, &raised)))
+    }
+
+    /// An object of the class with these values; without `moduli` the object says them.
+    fn new(class: &Arc<Class>, values: Vec<f64>, moduli: Option<Moduli>, raised: &Arc<Raised>) -> Self {
+        let made = Python::attach(|py| object(py, class, &values, moduli));
+        let (object, moduli) = match made {
+            Ok((object, moduli)) => (Some(Arc::new(object)), moduli),
+            Err(why) => {
+                raised.raise(why);
+                (None, moduli.unwrap_or(Moduli { e: 0.0, nu: 0.0, mu: 0.0, lambda: 0.0, kappa: 0.0 }))
+            }
+        };
+        Self { class: class.clone(), values, moduli, object, raised: raised.clone() }
+    }
+
+    fn ask(&self, py: Python<'_>, f: &Mat3, want: Want) -> PyResult<Response> {
+        let missing =
+            || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
+        let object = self.object.as_ref().ok_or_else(missing)?.bind(py);
+        let gradient = array(py, f.transpose().as_slice().to_vec(), [3, 3])?;
+        let psi: f64 = object.call_method1("energy", (&gradient,))?.extract()?;
+        if !psi.is_finite() {
+            let fact = format!("the energy of the law {} is {psi} at F = {f}", self.class.info.name);
+            return Err(input(&fact, "let it be finite for every F with J > 0"));
+        }
+        let mut response = Response { psi, p: Mat3::zeros(), a: ZERO9 };
+        if want >= Want::Residual {
+            response.p = tensor("stress", &object.call_method1("stress", (&gradient,))?)?;
+        }
+        if want >= Want::Tangent {
+            let tangent = object.call_method1("tangent", (&gradient,))?;
+            let values = rows("tangent", &py.import("numpy")?.call_method1("reshape", (tangent, (9, -1)))?, 9)?;
+            response.a.as_flattened_mut().copy_from_slice(&values);
+        }
+        Ok(response)
+    }
+}
+
+/// The object and its moduli.
+fn object(py: Python<'_>, class: &Class, values: &[f64], moduli: Option<Moduli>) -> PyResult<(Py<PyAny>, Moduli)> {
+    let constants = PyDict::new(py);
+    match moduli {
+        Some(m) if class.is_elastic => {
+            let all = [("E", m.e), ("nu", m.nu), ("mu", m.mu), ("lambda_", m.lambda), ("kappa", m.kappa)];
+            all.iter().try_for_each(|(name, value)| constants.set_item(name, value))?;
+        }
+        _ => {
+            let mut pairs = class.info.parameters.iter().zip(values);
+            pairs.try_for_each(|(p, value)| constants.set_item(p.name, value))?;
+        }
+    }
+    let object = class.class.bind(py).call((), Some(&constants))?;
+    let moduli = match moduli {
+        Some(moduli) => moduli,
+        None => {
+            let (mu, kappa): (f64, f64) = object.call_method0("moduli")?.extract()?;
+            Moduli::from_pair(("mu", mu), ("kappa", kappa)).map_err(crate::error::refused)?
+        }
+    };
+    Ok((object.unbind(), moduli))
+}
+
+impl Law for PythonLaw {
+    fn info(&self) -> &'static LawInfo {
+        self.class.info
+    }
+
+    fn values(&self) -> Vec<f64> {
+        self.values.clone()
+    }
+
+    fn small_strain(&self) -> Moduli {
+        self.moduli
+    }
+
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        if !self.class.info.survives_inversion {
+            Invariants::of_positive(f)?;
+        }
+        Python::attach(|py| self.ask(py, f, want)).map_err(|why| {
+            self.raised.raise(why);
+            // The run ends by the exception, whatever it makes of this
+            LawError::Inverted { j: f64::NAN }
+        })
+    }
+
+    /// The same class with the rates as its constants where ψ is linear in them, else a difference of six laws.
+    fn along(&self, rates: &[f64]) -> Box<dyn Law> {
+        let size = self.values.iter().zip(rates).filter(|(v, r)| **v != 0.0 && **r != 0.0).map(|(v, r)| (v / r).abs());
+        let first = FIRST * size.fold(f64::INFINITY, f64::min);
+        let first = if first.is_finite() { first } else { FIRST };
+        let at = |t: f64| -> Self {
+            let values: Vec<f64> = self.values.iter().zip(rates).map(|(v, r)| v + t * r).collect();
+            let moduli = self.class.is_elastic.then(|| Moduli::from_e_nu(values[0], values[1]).unwrap_or(self.moduli));
+            Self::new(&self.class, values, moduli, &self.raised)
+        };
+        if self.class.is_linear && self.class.is_elastic {
+            return Box::new(Self::new(&self.class, rates.to_vec(), Some(self.moduli.along(rates)), &self.raised));
+        }
+        let laws = STEPS.map(|step| [at(step * first), at(-step * first)]);
+        let steps = STEPS.map(|step| step * first);
+        Box::new(Differences { laws, steps, law: self.clone() })
+    }
+}
+
+/// ∂ψ/∂θ and its tensors by differences.
+#[derive(Clone, Debug)]
+struct Differences {
+    /// At +h and −h for each step h
+    laws: [[PythonLaw; 2]; 3],
+    steps: [f64; 3],
+    law: PythonLaw,
+}
+
+impl Differences {
+    /// The weighted sum of the differences of some number.
+    fn of(&self, number: impl Fn(&PythonLaw) -> f64) -> f64 {
+        let one = |k: usize| WEIGHTS[k] * (number(&self.laws[k][0]) - number(&self.laws[k][1])) / (2.0 * self.steps[k]);
+        one(0) + one(1) + one(2)
+    }
+}
+
+impl Law for Differences {
+    fn info(&self) -> &'static LawInfo {
+        self.law.info()
+    }
+
+    fn values(&self) -> Vec<f64> {
+        self.law.values()
+    }
+
+    fn small_strain(&self) -> Moduli {
+        Moduli {
+            e: self.of(|law| law.moduli.e),
+            nu: self.of(|law| law.moduli.nu),
+            mu: self.of(|law| law.moduli.mu),
+            lambda: self.of(|law| law.moduli.lambda),
+            kappa: self.of(|law| law.moduli.kappa),
+        }
+    }
+
+    fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        let mut sum = Response { psi: 0.0, p: Mat3::zeros(), a: ZERO9 };
+        for ((laws, step), weight) in self.laws.iter().zip(self.steps).zip(WEIGHTS) {
+            for (law, sign) in laws.iter().zip([1.0, -1.0]) {
+                let (factor, one) = (sign * weight / (2.0 * step), law.eval(f, want)?);
+                sum.psi += factor * one.psi;
+                sum.p += factor * one.p;
+                let entries = sum.a.as_flattened_mut().iter_mut().zip(one.a.as_flattened());
+                entries.for_each(|(to, from)| *to += factor * from);
+            }
+        }
+        Ok(sum)
+    }
+
+    /// A derivative is not differentiated again.
+    fn along(&self, _: &[f64]) -> Box<dyn Law> {
+        Box::new(self.clone())
+    }
+}

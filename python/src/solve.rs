@@ -1,0 +1,85 @@
+//! Long work of the library apart from Python: without the lock of the interpreter, followed, and ended by Ctrl-C.
+
+use durometer::mesh::generate::end_meshers;
+use durometer::scene::Progress;
+use pyo3::prelude::*;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// Time between two looks at Python: whether it was interrupted, and how far the work is.
+const LOOK: Duration = Duration::from_millis(50);
+/// Stack of the thread that works \[bytes\]: that of a usual main thread.
+const STACK: usize = 8 << 20;
+
+/// Connects work with the Python code that waits for it.
+#[derive(Default)]
+pub struct Link {
+    /// Set to end the work
+    pub stop: Arc<AtomicBool>,
+    now: Mutex<Option<Progress>>,
+    failure: Mutex<Option<PyErr>>,
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Link {
+    /// Takes how far the work is; returns false where it is to end.
+    pub fn progress(&self, now: Progress) -> bool {
+        *lock(&self.now) = Some(now);
+        !self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Ends the work by an exception; the first one is raised.
+    pub fn fail(&self, why: PyErr) {
+        lock(&self.failure).get_or_insert(why);
+        self.stop.store(true, Ordering::Relaxed);
+        end_meshers();
+    }
+
+    /// Calls the function of the user that follows the work.
+    fn tell(&self, follower: Option<&Bound<'_, PyAny>>) {
+        let now = lock(&self.now).take();
+        if let (Some(Progress { t, end }), Some(follower)) = (now, follower)
+            && let Err(why) = follower.call1((t, end))
+        {
+            self.fail(why);
+        }
+    }
+}
+
+/// Does work in a thread of its own while this one looks at Python again and again. `follower` is called with what is done and what is to be done.
+pub fn apart<T: Send>(
+    py: Python<'_>,
+    follower: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Arc<Link>) -> T + Send,
+) -> PyResult<T> {
+    let link = Arc::new(Link::default());
+    let done = std::thread::scope(|scope| {
+        let (sender, ended) = channel::<()>();
+        let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, {
+            let link = &link;
+            move || {
+                // Dropped at the end, also where the work panics
+                let _sender = sender;
+                work(link)
+            }
+        })?;
+        let mut ended = Some(ended);
+        while let Some(receiver) = ended.take() {
+            let (waited, receiver) = py.detach(move || (receiver.recv_timeout(LOOK), receiver));
+            link.tell(follower);
+            py.check_signals().unwrap_or_else(|why| link.fail(why));
+            ended = (waited == Err(RecvTimeoutError::Timeout)).then_some(receiver);
+        }
+        Ok::<_, PyErr>(py.detach(|| worker.join()))
+    })?;
+    if let Some(why) = lock(&link.failure).take() {
+        return Err(why);
+    }
+    Ok(done.unwrap_or_else(|panic| resume_unwind(panic)))
+}

@@ -1,0 +1,180 @@
+//! The class `Study`: a question, a scene and a list of changes; its run makes a report.
+
+use crate::cli::files::find;
+use crate::error::{incomplete, refused};
+use crate::law::Raised;
+use crate::solve::{Link, apart};
+use crate::value::toml_of;
+use durometer::catalogue::{Launch, host};
+use durometer::math::threads;
+use durometer::scene::Progress;
+use durometer::study::expand::Study as Expanded;
+use durometer::study::report::write;
+use durometer::study::run::only::Only;
+use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::store::record::CaseRecord;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A study, by the path of its `study.toml` or by the name of one that the program brings.
+///
+/// >>> import durometer
+/// >>> study = durometer.Study.load("finger-convergence")
+/// >>> study.kind
+/// 'convergence'
+#[pyclass(module = "durometer", frozen)]
+pub struct Study {
+    study: Expanded,
+}
+
+#[pymethods]
+impl Study {
+    /// Reads a study; `changes` are values of keys of every scene, such as {"laws.rubber.nu": 0.49}.
+    #[staticmethod]
+    #[pyo3(signature = (name, changes = None))]
+    fn load(name: PathBuf, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let file = find(&name, "study.toml").map_err(refused)?;
+        let change = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| Ok((key.extract()?, toml_of(&value)?));
+        let changes = changes.iter().flat_map(|c| c.iter()).map(change).collect::<PyResult<Vec<_>>>()?;
+        Ok(Self { study: Expanded::read(&file, &changes).map_err(refused)? })
+    }
+
+    /// Name of the study, as its folder is called.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.study.name
+    }
+
+    /// Kind of the study, such as `convergence`.
+    #[getter]
+    fn kind(&self) -> &str {
+        &self.study.record.kind
+    }
+
+    /// The question that it answers.
+    #[getter]
+    fn question(&self) -> &str {
+        &self.study.record.question
+    }
+
+    /// Ids of the cases.
+    #[getter]
+    fn cases(&self) -> Vec<&str> {
+        self.study.cases.iter().map(|c| c.id.as_str()).collect()
+    }
+
+    /// The file of the study.
+    #[getter]
+    fn file(&self) -> &Path {
+        &self.study.file
+    }
+
+    /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report. Ctrl-C keeps what is
+    /// finished: the next run goes on from there.
+    ///
+    /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
+    /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need. `check`: raise `RunError`
+    /// where a case does not complete, with the report as its `result`.
+    #[pyo3(signature = (out = None, *, only = None, jobs = None, redo = false, accept_build = false, isolation = "processes", progress = None, check = true))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        out: Option<PathBuf>,
+        only: Option<&str>,
+        jobs: Option<usize>,
+        redo: bool,
+        accept_build: bool,
+        isolation: &str,
+        progress: Option<&Bound<'py, PyAny>>,
+        check: bool,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let follower = crate::run::follower(py, progress)?;
+        let dir = out.unwrap_or_else(|| PathBuf::from("reports").join(&self.study.name));
+        let isolation = match isolation {
+            "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
+            "processes" | "threads" => Isolation::Threads,
+            other => {
+                return Err(PyValueError::new_err(format!("isolation {other:?} is neither processes nor threads")));
+            }
+        };
+        let (jobs, only) = (jobs.unwrap_or_else(threads::available).max(1), only.map(Only::from));
+        let choice = (only, redo, accept_build);
+        let done = apart(py, follower.as_ref(), |link| {
+            Raised::during_study(link, || self.work(&dir, jobs, choice, isolation, link))
+        })?;
+        let failed = done.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
+        let report = py.import("durometer.report")?.getattr("Report")?.call1((dir,))?;
+        match failed {
+            Some((fact, status)) if check => {
+                Err(incomplete(&status, &fact, "see the report, in `result` of this exception", report.unbind()))
+            }
+            _ => Ok(report),
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<Study {} ({} cases)>", self.study.name, self.study.cases.len())
+    }
+}
+
+type Failed = Box<dyn std::error::Error + Send + Sync>;
+
+impl Study {
+    /// Runs the cases and writes the report; returns which cases are not complete, and the status of the first.
+    fn work(
+        &self,
+        dir: &Path,
+        jobs: usize,
+        (only, redo, accept_build): (Option<Only>, bool, bool),
+        isolation: Isolation,
+        link: &Arc<Link>,
+    ) -> Result<Option<(String, String)>, Failed> {
+        let stop = link.stop.clone();
+        let options = Options { jobs, redo, accept_build, only, vtu: false, isolation, memory: None, stop: &stop };
+        let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
+        let watch = Following { link, wanted: wanted as f64, shares: Mutex::default() };
+        let records = run(&self.study, dir, &options, &watch)?;
+        if stop.load(std::sync::atomic::Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let summary = write(dir)?;
+        let outcomes = summary.outcomes();
+        let is_wrong =
+            |r: &&CaseRecord| outcomes.get(r.id.as_str()).map_or(!r.converged(), |outcome| *outcome == "fail");
+        let wrong: Vec<&CaseRecord> = records.iter().filter(is_wrong).collect();
+        let fact = || format!("not complete: {}", wrong.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
+        Ok(wrong.first().map(|first| (fact(), first.status.clone())))
+    }
+}
+
+/// Adds up how far the cases are.
+struct Following<'a> {
+    link: &'a Link,
+    wanted: f64,
+    /// Case → the part of it that is done
+    shares: Mutex<HashMap<String, f64>>,
+}
+
+impl Following<'_> {
+    fn is_at(&self, case: &str, share: f64) {
+        let mut shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
+        // A case that is repeated begins anew
+        let most = shares.entry(case.into()).or_insert(0.0);
+        *most = share.max(*most);
+        self.link.progress(Progress { t: shares.values().sum(), end: self.wanted });
+    }
+}
+
+impl Watch for Following<'_> {
+    fn progress(&self, case: &str, Progress { t, end }: Progress) {
+        self.is_at(case, if end > 0.0 { t / end } else { 0.0 });
+    }
+
+    fn finished(&self, record: &CaseRecord, _: bool) {
+        self.is_at(&record.id, 1.0);
+    }
+}

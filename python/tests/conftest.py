@@ -1,0 +1,75 @@
+"""Scenes that the tests share."""
+
+import subprocess
+import sys
+
+import durometer
+import pytest
+
+#: A beam of 16 boxes under its own weight
+BEAM = """
+[mesh]
+grid = { kind = "box", size = ["20 mm", "10 mm", "10 mm"], divisions = [4, 2, 2] }
+
+[laws.silicone]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "silicone"
+
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1070 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+
+[[probe]]
+kind = "position"
+region = "xmax"
+
+[[probe]]
+kind = "reaction"
+region = "xmin"
+
+[[probe]]
+kind = "energy"
+"""
+
+#: The same beam, pulled at its end by a signal
+PULLED = BEAM + """
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = { kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" }
+"""
+
+
+@pytest.fixture
+def beam() -> durometer.Scene:
+    return durometer.Scene.from_toml(BEAM)
+
+
+@pytest.fixture
+def pulled() -> durometer.Scene:
+    return durometer.Scene.from_toml(PULLED)
+
+
+def program(*arguments: object, **options: object) -> subprocess.CompletedProcess:
+    """The command line in a process of its own."""
+    command = [sys.executable, "-P", "-m", "durometer", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, **options)

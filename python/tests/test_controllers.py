@@ -1,0 +1,92 @@
+"""Controllers in Python: a function at every point of the time grid."""
+
+import durometer
+import numpy
+import pytest
+
+SCENE = """
+[mesh]
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [12, 2, 2] }
+
+[laws.silicone]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "silicone"
+
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+
+[[constraint]]
+kind = "cable"
+guides = [["5 mm", "5 mm", "2.5 mm"], ["30 mm", "5 mm", "2.5 mm"], ["55 mm", "5 mm", "2.5 mm"]]
+pull_point = ["-10 mm", "5 mm", "2.5 mm"]
+guide_radius = "2 mm"
+drive = { kind = "length", signal = { kind = "controlled", initial = "0 mm" } }
+
+[[stage]]
+integrator = "static"
+duration = "4 s"
+dt = "0.25 s"
+
+[[probe]]
+kind = "bending_angle"
+root = "xmin"
+tip = "xmax"
+"""
+
+
+@pytest.fixture
+def bent() -> durometer.Scene:
+    return durometer.Scene.from_toml(SCENE)
+
+
+def test_the_loop_reaches_its_target(bent: durometer.Scene) -> None:
+    [signal] = bent.controlled
+    seen = []
+
+    def integrating(now: durometer.Observation) -> float:
+        seen.append((now.t, now.next, now["bending_angle_deg"]))
+        return now.signals[signal] + 1e-4 * (5.0 - now["bending_angle_deg"])
+
+    run = bent.run(controller=integrating)
+    assert abs(run["bending_angle_deg"][-1] - 5.0) < 0.1
+    assert [row[2] for row in seen] == list(run["bending_angle_deg"][: len(seen)])
+    assert [row[1] for row in seen[:-1]] == [row[0] for row in seen[1:]]
+    by_name = bent.run(controller=lambda now: {signal: integrating(now)})
+    assert by_name.values.tobytes() == run.values.tobytes()
+
+
+def test_none_keeps_the_signal_and_stop_ends_the_run(bent: durometer.Scene) -> None:
+    run = bent.run(controller=lambda now: now.stop() if now.t >= 1.0 else None)
+    assert run.times[-1] == 1.0 and numpy.abs(run["bending_angle_deg"]).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    "controller, error, words",
+    [
+        (lambda now: 1 / 0, ZeroDivisionError, "division"),
+        (lambda now: {"no_such": 1.0}, KeyError, "no signal no_such is controlled"),
+        (lambda now: "12 mm", TypeError, "return numbers in SI units"),
+        (lambda now: float("nan"), durometer.InputError, "is NaN at t"),
+        (lambda now: now["no_such"], KeyError, "no column no_such"),
+    ],
+    ids=["raises", "name", "type", "nan", "column"],
+)
+def test_wrong_answers_end_the_run(bent: durometer.Scene, controller, error, words: str) -> None:
+    with pytest.raises(error, match=words):
+        bent.run(controller=controller)
+
+
+def test_a_scene_and_its_controller_belong_together(bent: durometer.Scene, beam: durometer.Scene) -> None:
+    with pytest.raises(durometer.InputError, match="waits for a controller"):
+        bent.run()
+    with pytest.raises(durometer.InputError, match="leaves no signal to a controller"):
+        beam.run(controller=lambda now: None)
+    with pytest.raises(durometer.InputError, match="cannot be called"):
+        bent.run(controller=3)

@@ -1,0 +1,106 @@
+"""Python goes on while a scene runs, can end it, and gets its memory back."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import durometer
+import psutil
+import pytest
+from conftest import BEAM
+
+#: Steps that take some seconds in all
+LONG = BEAM.replace('dt = "0.5 s"', 'dt = "0.0002 s"')
+
+
+def test_other_threads_go_on_while_a_scene_runs() -> None:
+    scene = durometer.Scene.from_toml(BEAM.replace('dt = "0.5 s"', 'dt = "0.004 s"'))
+    scene.columns  # the scene is assembled before the count
+    state = {"count": 0, "runs": True}
+
+    def count() -> None:
+        while state["runs"]:
+            state["count"] += 1
+            time.sleep(0)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        before, start = state["count"], time.monotonic()
+        run = scene.run(threads=1)
+        counted, seconds = state["count"] - before, time.monotonic() - start
+    finally:
+        state["runs"] = False
+        thread.join()
+    assert run.converged
+    # A thread that is locked out counts nothing, or at most once in each pause of 50 ms
+    assert counted > 20 * (1 + seconds / 0.05), f"{counted} in {seconds} s"
+
+
+def test_progress_is_told_and_an_exception_in_it_ends_the_run() -> None:
+    told = []
+    scene = durometer.Scene.from_toml(BEAM.replace('dt = "0.5 s"', 'dt = "0.002 s"'))
+    scene.run(progress=lambda t, end: told.append((t, end)))
+    assert told and told == sorted(told) and all(end == 1.0 and 0 <= t <= 1 for t, end in told)
+
+    def fails(t: float, end: float) -> None:
+        raise ZeroDivisionError("of the user")
+
+    with pytest.raises(ZeroDivisionError, match="of the user"):
+        durometer.Scene.from_toml(LONG).run(progress=fails)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_interrupts_a_run(tmp_path: Path) -> None:
+    code = f"""
+import durometer, sys
+scene = durometer.Scene.from_toml({LONG!r})
+scene.columns
+def told(t, end):
+    print("runs", flush=True)
+try:
+    scene.run(progress=told)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+    # The scene can run again
+    again = scene.set("stage.0.dt", "0.5 s").run()
+    sys.exit(0 if again.converged else 1)
+sys.exit(1)
+"""
+    process = subprocess.Popen([sys.executable, "-P", "-c", code], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None and process.stdout.readline().strip() == "runs"
+    process.send_signal(signal.SIGINT)
+    said, _ = process.communicate(timeout=120)
+    assert "interrupted" in said and process.returncode == 0
+
+
+def test_a_thousand_runs_leave_no_memory_behind() -> None:
+    text = BEAM.replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]").replace('dt = "0.5 s"', 'dt = "1 s"')
+    scene = durometer.Scene.from_toml(text)
+    process = psutil.Process()
+
+    def runs(count: int) -> int:
+        for _ in range(count):
+            # A new scene each time, which is assembled anew
+            scene.set("laws.silicone.E", "90 kPa").run(threads=1, fields=["displacement"])
+        return process.memory_info().rss
+
+    after_warming_up = runs(200)
+    grown = runs(1000) - after_warming_up
+    # One run keeps some 100 kB of system, factor and arrays; a hundredth of it each would be 1 MB. Allocators and the pools of threads may
+    # keep some pages: 8 kB a run
+    assert grown < 8 << 20, f"{grown / 1e6} MB"
+
+
+def test_runs_of_several_threads_of_python_are_the_same(beam: durometer.Scene) -> None:
+    expected = beam.run().values.tobytes()
+    results: list[bytes] = []
+    threads = [threading.Thread(target=lambda: results.append(beam.run().values.tobytes())) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert results == [expected] * 4

@@ -1,0 +1,136 @@
+"""The program that the package brings: exit codes, pipes, signals, processes of cases, and where its files come from."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import durometer
+import pytest
+from conftest import BEAM, program
+from test_studies import STUDY
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+
+
+def test_exit_codes_are_those_of_the_program(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM)
+    (tmp_path / "free.toml").write_text(BEAM.replace('region = "xmin"\n\n[[stage', 'region = "xmin"\ncomponents = "y"\n\n[[stage'))
+    out = ["--no-view", "--out", tmp_path / "out"]
+    for arguments, code in [
+        (["--version"], 0),
+        (["simulate", "--help"], 0),
+        (["simulate", tmp_path / "scene.toml", *out], 0),
+        ([], 2),
+        (["no-such-command"], 2),
+        (["simulate", "no-such-scene.toml"], 2),
+        (["simulate", tmp_path / "free.toml", *out], 3),
+    ]:
+        told = program(*arguments)
+        assert told.returncode == code, (arguments, told.stdout, told.stderr)
+    assert program("--version").stdout.strip() == f"durometer {durometer.__version__}"
+
+
+def test_main_is_a_function_too(capfd: pytest.CaptureFixture) -> None:
+    assert durometer.main(["simulate", "no-such-scene.toml"]) == 2
+    assert "no such file" in capfd.readouterr().err
+    assert durometer.main(["--version"]) == 0
+    assert durometer.__version__ in capfd.readouterr().out
+
+
+def test_the_script_is_installed_next_to_python() -> None:
+    script = shutil.which("durometer", path=str(Path(sys.executable).parent))
+    assert script, "the wheel brings the script"
+    told = subprocess.run([script, "--version"], capture_output=True, text=True, timeout=60)
+    assert told.stdout.strip() == f"durometer {durometer.__version__}"
+
+
+@POSIX
+def test_a_reader_that_closes_the_pipe_ends_the_program_quietly() -> None:
+    command = f"{sys.executable} -P -m durometer studies --json | head -c 1"
+    told = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=120)
+    assert told.stdout == "[" and told.stderr == ""
+
+
+@POSIX
+def test_ctrl_c_keeps_what_is_finished_of_a_study(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM)
+    # The largest cases come first, so that this one is the last
+    long = STUDY.replace("[2, 1, 1]", '[2, 1, 1], "stage.0.dt" = "0.0001 s"')
+    (tmp_path / "study.toml").write_text(long)
+    command = [sys.executable, "-P", "-m", "durometer", "run", str(tmp_path), "--jobs", "1", "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    while "done" not in process.stderr.readline():
+        pass
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=120)
+    assert process.returncode == 3 and "stopped:" in told
+
+
+@POSIX
+def test_ctrl_c_ends_a_command_that_does_not_take_it(tmp_path: Path) -> None:
+    fifo = tmp_path / "never.csv"
+    os.mkfifo(fifo)
+    command = [sys.executable, "-P", "-m", "durometer", "fit", str(fifo), "--law", "yeoh", "--out", str(tmp_path)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    try:
+        # It waits for the other end of the pipe, or has refused it already
+        process.wait(timeout=5)
+        pytest.skip("a named pipe is refused")
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=20) != 0
+    finally:
+        process.kill()
+
+
+def test_another_durometer_in_the_current_folder_is_not_run(tmp_path: Path) -> None:
+    (tmp_path / "durometer").mkdir()
+    (tmp_path / "durometer" / "__init__.py").write_text("raise SystemExit(77)")
+    (tmp_path / "scene.toml").write_text(BEAM)
+    (tmp_path / "study.toml").write_text(STUDY)
+    told = program("run", tmp_path, "--only", "c2", "--out", tmp_path / "out", cwd=tmp_path)
+    assert told.returncode == 0, told.stderr
+
+
+def test_studies_come_with_the_program_into_its_cache(tmp_path: Path) -> None:
+    cache = tmp_path / "a cache"
+    environment = {**os.environ, "DUROMETER_CACHE": str(cache)}
+    environment.pop("DUROMETER_HOME", None)
+    told = program("studies", env=environment, cwd=tmp_path)
+    assert told.returncode == 0 and "finger-convergence" in told.stdout
+    assert any(folder.name.startswith("files-") for folder in cache.iterdir())
+    # Files of another version are of no concern: each version has a folder of its own
+    (cache / "files-0000000000000000").mkdir()
+    told = program("doctor", env=environment, cwd=tmp_path)
+    assert "is of another version of the program" in told.stdout
+
+
+def test_the_mesher_is_run_by_the_python_of_the_package(tmp_path: Path) -> None:
+    environment = {**os.environ, "DUROMETER_CACHE": str(tmp_path)}
+    environment.pop("DUROMETER_PYTHON", None)
+    told = program("doctor", env=environment)
+    [python] = [line for line in told.stdout.splitlines() if line.split()[1:2] == ["python"]]
+    assert sys.executable in python
+    try:
+        import gmsh  # noqa: F401
+    except (ImportError, OSError):
+        assert told.returncode == 2 and 'pip install "durometer[mesh]"' in told.stdout
+
+
+def test_a_missing_mesher_names_the_extra(tmp_path: Path) -> None:
+    environment = {**os.environ, "DUROMETER_CACHE": str(tmp_path), "DUROMETER_PYTHON": ""}
+    code = """
+import durometer
+try:
+    durometer.Scene.from_toml("finger-convergence").set("mesh.cells", 1234).run()
+except durometer.InputError as error:
+    assert error.remedy == 'run: pip install "durometer[mesh]"', error.remedy
+else:
+    raise SystemExit(1)
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], env=environment, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0, told.stderr

@@ -1,0 +1,118 @@
+"""Bad input: typed exceptions with fact and remedy, and partial results where a run does not complete."""
+
+from pathlib import Path
+
+import durometer
+import numpy
+import pytest
+from conftest import BEAM
+
+
+@pytest.mark.parametrize(
+    "source, words",
+    [
+        ("no-such-scene.toml", "no such file"),
+        (BEAM.replace("divisions", "division"), "unknown key `division`"),
+        (BEAM.replace('E = "100 kPa"', 'E = "100 mm"'), "wrong dimension"),
+        ("[mesh\n", "line 1"),
+    ],
+    ids=["file", "key", "unit", "syntax"],
+)
+def test_a_wrong_scene_is_refused(source: str, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words) as caught:
+        durometer.Scene.from_toml(source).run()
+    assert caught.value.status == "Refused" and caught.value.fact and isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("source", [3, None, ["a"]])
+def test_a_scene_is_a_text_or_a_path(source: object) -> None:
+    with pytest.raises(TypeError):
+        durometer.Scene.from_toml(source)
+
+
+@pytest.mark.parametrize(
+    "key, value, words",
+    [
+        ("laws.silicon.E", "1 kPa", "there is no \"silicon\""),
+        ("laws.silicone.E", object(), "of the type object"),
+        ("laws.silicone.E", float("nan"), "has no unit|NaN"),
+        ("laws.silicone.nu", numpy.float64("nan"), "NaN"),
+        ("laws.silicone.nu", 0.5, "0.5"),
+        ("stage.0.dt", 1, "dt|time|unit"),
+    ],
+)
+def test_a_wrong_change_is_refused(beam: durometer.Scene, key: str, value: object, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        beam.set(key, value).run()
+
+
+def test_numbers_of_numpy_are_values(beam: durometer.Scene) -> None:
+    changed = beam.set("laws.silicone.nu", numpy.float64(0.4)).set("mesh.grid.divisions", numpy.array([2, 1, 1]))
+    assert changed.get("laws.silicone.nu") == 0.4 and changed.get("mesh.grid.divisions") == [2, 1, 1]
+    assert changed.run().converged
+
+
+def test_a_fact_and_a_remedy_are_told_apart(beam: durometer.Scene) -> None:
+    with pytest.raises(durometer.InputError) as caught:
+        beam.set("probe.0.region", "xmaks").run()
+    assert 'there is no region "xmaks"' in caught.value.fact
+    assert "did you mean `xmax`?" in caught.value.remedy
+
+
+def test_a_run_that_does_not_complete_keeps_its_rows(beam: durometer.Scene) -> None:
+    free = beam.set("constraint.0.components", "y").set("stage.0.dt", "0.5 s")
+    with pytest.raises(durometer.RunError) as caught:
+        free.run()
+    assert caught.value.status == "Singular" and caught.value.remedy and isinstance(caught.value, RuntimeError)
+    partial = caught.value.result
+    assert isinstance(partial, durometer.Run) and len(partial) == 1 and not partial.converged
+    unchecked = free.run(check=False)
+    assert unchecked.status == "Singular" and unchecked.fact and unchecked.remedy == caught.value.remedy
+
+
+def test_columns_and_options_that_are_not_there_are_named(beam: durometer.Scene) -> None:
+    run = beam.run()
+    with pytest.raises(KeyError, match="did you mean `xmax_z_m`"):
+        run["xmax_zm"]
+    with pytest.raises(durometer.InputError, match="has recorded no displacements"):
+        run.displacements
+    with pytest.raises(durometer.InputError, match="unknown variant"):
+        beam.run(fields=["displacements"])
+    with pytest.raises(durometer.InputError, match="no key is given"):
+        beam.sensitivities([])
+    with pytest.raises(durometer.InputError, match="no path to a key"):
+        beam.sensitivities(["E"])
+    with pytest.raises(durometer.InputError, match="cannot be called"):
+        beam.run(progress=3)
+
+
+@pytest.mark.parametrize(
+    "stretch, stress, words",
+    [
+        ([1.1, 1.2], [1.0], "2 stretches and 1 stresses"),
+        ([[1.1], [1.2]], [1.0, 2.0], "shape"),
+        ([1.1, float("nan")], [1.0, 2.0], "stretch has the value NaN at index 1"),
+        ([1.1, -1.0], [1.0, 2.0], "a stretch is -1"),
+        (["a", "b"], [1.0, 2.0], "no array of numbers"),
+    ],
+    ids=["length", "shape", "nan", "sign", "type"],
+)
+def test_wrong_arrays_of_a_fit_are_refused(stretch: object, stress: object, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        durometer.Fit.from_arrays(stretch, stress, "neo_hookean")
+
+
+def test_wrong_options_of_a_fit_are_all_named() -> None:
+    with pytest.raises(durometer.InputError, match="no option colour, size") as caught:
+        durometer.Fit.from_arrays([1.1, 1.2, 1.3], [1e3, 2e3, 3e3], "neo_hookean", colour="red", size=3)
+    assert caught.value.remedy.startswith("known: terms")
+
+
+def test_a_wrong_study_or_report_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(durometer.InputError, match="no such file"):
+        durometer.Study.load("no-such-study")
+    with pytest.raises(durometer.InputError, match="there is no report"):
+        durometer.Report(tmp_path)
+    (tmp_path / "summary.json").write_text("{")
+    with pytest.raises(durometer.InputError, match="is damaged"):
+        durometer.Report(tmp_path)

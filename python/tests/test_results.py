@@ -1,0 +1,80 @@
+"""Shapes, units and types of results."""
+
+import sys
+
+import durometer
+import numpy
+import pytest
+
+
+def test_arrays_have_the_shapes_that_are_documented(beam: durometer.Scene) -> None:
+    run = beam.run(fields=["displacement", "von_mises"])
+    nodes, cells = len(run.nodes), len(run.cells)
+    assert run.values.shape == (3, len(run.columns)) and len(run) == 3
+    assert run.nodes.shape == (45, 3) and run.cells.shape[1] == 4 and run.cells.max() == nodes - 1
+    assert run.displacements.shape == (3, nodes, 3)
+    assert run.fields["von_mises_Pa"].shape == (3, nodes, 1)
+    assert run.cell_fields["von_mises_Pa"].shape == (3, cells, 1)
+    assert list(run.field_times) == list(run.times) == [0.0, 0.5, 1.0]
+    assert run.signals.shape == (3, len(run.signal_names))
+
+
+def test_columns_are_views_and_have_units(beam: durometer.Scene) -> None:
+    run = beam.run()
+    assert numpy.shares_memory(run["xmax_z_m"], run.values)
+    assert run.units["xmax_z_m"] == "m" and run.units["t_s"] == "s" and run.units["xmin_reaction_z_N"] == "N"
+    assert "xmax_z_m" in run and "xmax" not in run
+
+
+def test_displacements_move_the_nodes_of_the_probe(beam: durometer.Scene) -> None:
+    run = beam.run(fields=["displacement"])
+    tip = run.nodes[:, 0] > 19.9e-3
+    # The probe is a mean over the area, this one over the nodes: both sink by about the same
+    sunk = run.displacements[-1][tip, 2].mean()
+    recorded = run["xmax_z_m"][-1] - run["xmax_z_m"][0]
+    assert sunk < 0 and abs(sunk / recorded - 1) < 0.05
+
+
+def test_a_frame_shares_the_numbers_and_carries_units(beam: durometer.Scene) -> None:
+    run = beam.run()
+    frame = run.to_pandas()
+    assert list(frame.index) == list(run.times) and frame.index.name == "t_s"
+    assert frame.attrs["units"]["xmax_z_m"] == "m"
+    assert frame["xmax_z_m"].to_numpy().tobytes() == run["xmax_z_m"].copy().tobytes()
+
+
+def test_the_record_is_that_of_the_program(beam: durometer.Scene) -> None:
+    record = beam.run().record
+    assert record["status"] == "Converged" and record["mesh"]["cells"] > 0
+
+
+def test_sensitivities_agree_with_differences_of_runs(pulled: durometer.Scene) -> None:
+    scene = pulled.set("numerics.tolerance", 1e-12)
+    found = scene.sensitivities(["laws.silicone.E", "effect.gravity.density"])
+    assert found.values.shape == (3, len(found.columns), 2)
+    assert found.times[-1] == 1.0 and found.run["xmax_z_m"].shape == (3,)
+    for key, step, unit in [("laws.silicone.E", 100.0, "Pa"), ("effect.gravity.density", 1.0, "kg/m^3")]:
+        value = {"laws.silicone.E": 100e3, "effect.gravity.density": 1070.0}[key]
+        column = "xmin_reaction_x_N" if "laws" in key else "xmax_z_m"
+        plus, minus = (scene.set(key, f"{value + sign * step} {unit}").run()[column][-1] for sign in (1, -1))
+        difference = (plus - minus) / (2 * step)
+        # Central differences of a step of a thousandth are off by 1e-6 of the derivative, and by rounding less
+        assert abs(found[column, key][-1] / difference - 1) < 1e-5
+    frame = found.frame
+    assert frame["xmax_z_m", "effect.gravity.density"].iloc[-1] == found["xmax_z_m", "effect.gravity.density"][-1]
+
+
+def test_meshes_go_to_meshio(beam: durometer.Scene) -> None:
+    pytest.importorskip("meshio")
+    mesh = beam.run(fields=["displacement", "von_mises"]).to_meshio()
+    assert mesh.cells[0].type == "tetra" and mesh.point_data["displacement_m"].shape == (45, 3)
+
+
+@pytest.mark.parametrize("call, extra", [("to_pyvista", "view"), ("to_meshio", "mesh"), ("to_pandas", "pandas")])
+def test_a_missing_extra_names_its_install(beam: durometer.Scene, monkeypatch, call: str, extra: str) -> None:
+    for module in ["pyvista", "meshio", "pandas"]:
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(durometer.MissingExtra) as caught:
+        getattr(beam.run(), call)()
+    assert caught.value.remedy == f'pip install "durometer[{extra}]"'
+    assert isinstance(caught.value, ImportError)

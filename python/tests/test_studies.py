@@ -1,0 +1,91 @@
+"""Studies: their cases, their run with progress, and the report that it leaves."""
+
+from pathlib import Path
+
+import durometer
+import pytest
+from conftest import BEAM
+
+STUDY = """
+kind = "convergence"
+scene = "scene.toml"
+question = "How far does the tip sink?"
+expectation = "Less on fewer cells."
+tolerance = "5 %"
+
+[[variant]]
+name = "weight"
+label = "own weight"
+quantity = [{ name = "xmax_z_m", label = "height of the tip", symbol = "z", unit = "m" }]
+
+[[family]]
+name = "sizes"
+role = "sizes"
+[family.members]
+c2 = { "mesh.grid.divisions" = [2, 1, 1] }
+c4 = { "mesh.grid.divisions" = [4, 2, 2] }
+c8 = { "mesh.grid.divisions" = [8, 4, 4] }
+"""
+
+
+@pytest.fixture
+def study(tmp_path: Path) -> durometer.Study:
+    folder = tmp_path / "a study"
+    folder.mkdir()
+    (folder / "scene.toml").write_text(BEAM)
+    (folder / "study.toml").write_text(STUDY)
+    return durometer.Study.load(folder)
+
+
+def test_a_study_runs_and_reports(study: durometer.Study, tmp_path: Path) -> None:
+    told: list[tuple[float, float]] = []
+    report = study.run(tmp_path / "out", progress=lambda done, end: told.append((done, end)))
+    assert told[-1] == (3.0, 3.0) and told == sorted(told)
+    assert report.path.is_file() and report.summary["study"] == study.name == "a study"
+    assert len(report.summary["cases"]) == len(study.cases) == 3
+    assert report.verdict and report.tables and report.figures
+    name = report.tables[0]
+    assert len(report.table(name)) == len(report.rows(name))
+    with pytest.raises(durometer.InputError, match="no table no_such"):
+        report.rows("no_such")
+    again = durometer.Report.write(report.folder)
+    assert again.summary == report.summary and again.verdict in again._repr_html_() or "&" in again._repr_html_()
+
+
+def test_the_cases_are_the_same_in_processes_and_in_threads(study: durometer.Study, tmp_path: Path) -> None:
+    reports = [study.run(tmp_path / kind, isolation=kind, only="c2") for kind in ["processes", "threads"]]
+    probes = [[case["probes"] for case in report.summary["cases"]] for report in reports]
+    assert probes[0] and probes[0] == probes[1]
+
+
+def test_a_case_that_does_not_complete_is_an_exception_with_its_report(study: durometer.Study, tmp_path: Path) -> None:
+    loose = durometer.Study.load(study.file, {"constraint.0.components": "y"})
+    with pytest.raises(durometer.RunError, match="not complete: ") as caught:
+        loose.run(tmp_path / "out", only="c2")
+    assert caught.value.status == "Singular" and isinstance(caught.value.result, durometer.Report)
+    report = loose.run(tmp_path / "out", only="c2", check=False)
+    assert report.summary["cases"][0]["status"] == "Singular"
+
+
+def test_a_law_in_python_runs_in_threads_and_its_exception_ends_the_study(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    class InStudy(PythonNeoHookean):
+        name = "python_in_study"
+
+        def stress(self, F):
+            raise ZeroDivisionError("in the study")
+
+    durometer.register_law(InStudy)
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_in_study"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    study = durometer.Study.load(tmp_path)
+    with pytest.raises(ZeroDivisionError, match="in the study"):
+        study.run(tmp_path / "out", only="c2", isolation="threads")
+    with pytest.raises(durometer.InputError, match="no law `python_in_study`"):
+        study.run(tmp_path / "other", only="c2", isolation="processes")
+
+
+def test_shipped_studies_are_known_by_name() -> None:
+    study = durometer.Study.load("finger-convergence")
+    assert study.kind == "convergence" and study.question and len(study.cases) > 10
