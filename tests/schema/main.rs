@@ -6,7 +6,7 @@ mod walk;
 use durometer::material::law_from_table;
 use durometer::scene::{SceneError, SceneSpec, from_text};
 use durometer::study::expand;
-use durometer::study::kind::Extent;
+use durometer::study::kind::{COMMON_KEYS, Extent};
 use durometer::study::schema;
 use jsonschema::Validator;
 use serde_json::{Value, json};
@@ -134,7 +134,9 @@ fn compare(object: &Object, read: fn(&str) -> Result<(), SceneError>) -> Option<
     let known = known.split("known: ").nth(1).unwrap_or_default();
     let known: BTreeSet<&str> = known.split([',', ')', ' ', '\n', '|', '^']).filter(|k| !k.is_empty()).collect();
     let own: BTreeSet<&str> = object.keys.iter().map(String::as_str).collect();
-    let extra: Vec<_> = known.difference(&own).chain(own.difference(&known)).collect();
+    // The keys that every study has are read apart from those of its kind
+    let common = |key: &&&str| object.name.starts_with('|') && COMMON_KEYS.contains(key);
+    let extra: Vec<_> = known.difference(&own).chain(own.difference(&known)).filter(|key| !common(key)).collect();
     (!extra.is_empty()).then(|| format!("{}: only the reader or the schema knows {extra:?}: {message}", object.name))
 }
 
