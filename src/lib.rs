@@ -104,7 +104,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! storage → catalogue → math → mesh → material → system → effect → solve → scene → calibrate → motion → report → study → prelude
+//! storage → schema → catalogue → math → mesh → material → system → effect → solve → scene → calibrate → motion → report → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -130,6 +130,7 @@ pub mod motion;
 pub mod prelude;
 pub mod report;
 pub mod scene;
+pub mod schema;
 pub mod solve;
 pub mod storage;
 pub mod study;

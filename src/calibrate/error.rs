@@ -1,5 +1,6 @@
 //! Why a fit was refused: the fact and the remedy.
 
+use super::constant_format::stretch_text;
 use super::{Mode, UnknownMode};
 use std::path::PathBuf;
 
@@ -172,8 +173,12 @@ pub enum FitError {
     #[error("range \"{text}\": {reason}; write two stretches such as --range 1..1.6")]
     Range { text: String, reason: &'static str },
     #[error(
-        "stretch {from} to {to} holds {rows} data points that carry information on the law, {needed} are needed; the data \
-         reach from {data_from} to {data_to}: widen --range"
+        "stretch {} to {} holds {rows} data points that carry information on the law, {needed} are needed; the data \
+         reach from {} to {}: widen --range",
+        stretch_text(*from),
+        stretch_text(*to),
+        stretch_text(*data_from),
+        stretch_text(*data_to)
     )]
     TooFewRows { from: f64, to: f64, rows: usize, needed: usize, data_from: f64, data_to: f64 },
     #[error(

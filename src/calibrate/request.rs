@@ -1,6 +1,7 @@
 //! The request for a fit.
 
 use super::{Accuracy, Bounded, ColumnChoice, FitError, Mode, Preparation, SlackChoice};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -84,7 +85,7 @@ pub struct Poisson {
 }
 
 /// Measure of the error of one data point.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Weighting {
     /// Every pascal has the same weight
@@ -96,7 +97,7 @@ pub enum Weighting {
 }
 
 /// Weight of data points far from the law.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Loss {
     /// Its square

@@ -28,6 +28,7 @@ mod region_table;
 mod report;
 mod robustness;
 mod run;
+mod schema;
 mod simulate;
 mod softening;
 mod store;
@@ -87,6 +88,7 @@ enum Command {
     Compare(compare::Args),
     Bundle(bundle::Args),
     Store(store::Args),
+    Schema(schema::Args),
     Doctor(doctor::Args),
     #[command(hide = true)]
     Worker(worker::Args),
@@ -151,6 +153,7 @@ fn dispatch(command: Command) -> u8 {
         Command::Compare(args) => compare::main(args),
         Command::Bundle(args) => bundle::main(args),
         Command::Store(args) => store::main(args),
+        Command::Schema(args) => schema::main(&args),
         Command::Doctor(args) => doctor::main(args),
         Command::Worker(args) => worker::main(args),
     };

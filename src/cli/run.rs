@@ -44,7 +44,7 @@ pub struct Args {
     /// Change a key of every scene, e.g. --set laws.rubber.nu=0.49
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Write fields of every case for ParaView (VTU, PVD) into cases/<id>/; runs also what is done without them
+    /// Write fields of every case for ParaView (VTU, PVD; Warp By Vector deforms them) into cases/<id>/; runs also what is done without them
     #[arg(long)]
     vtu: bool,
     /// Where the evidence supports no verdict, add the mesh that the report asks for and run it; extension.toml in the folder of

@@ -62,7 +62,7 @@ pub struct Args {
     /// Change a key, e.g. --set mesh.cells=9300
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// Write displacement and stretch at every step of the time grid as VTU, with a PVD collection
+    /// Write displacement and stretch at every step of the time grid as VTU, with a PVD collection; in ParaView, Warp By Vector with displacement_m deforms the grid
     #[arg(long)]
     vtu: bool,
     /// Write <name>.sensitivities.csv: derivatives of positions, angles, reactions and cables by a number of the scene, several times, e.g.

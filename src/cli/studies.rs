@@ -27,7 +27,10 @@ pub fn main(args: Args) -> CommandResult {
     for found in shipped(&store) {
         match found {
             Ok(study) => known.push(study),
-            Err((name, error)) => unread.push(format!("{name}: {error}")),
+            Err((name, error)) => {
+                let page = store.home.studies().join(&name).join("README.md");
+                unread.push(format!("{name}, whose {} says what it needs: {error}", page.display()));
+            }
         }
     }
     if args.json {
@@ -39,7 +42,7 @@ pub fn main(args: Args) -> CommandResult {
             println!("* meshes are made at the first run, by the mesher ({})", host::setup());
         }
     }
-    unread.iter().for_each(|reason| eprintln!("cannot be run: {reason}"));
+    unread.iter().for_each(|reason| eprintln!("not listed: {reason}"));
     Ok(Outcome::Complete)
 }
 

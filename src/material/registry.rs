@@ -48,8 +48,12 @@ pub fn laws() -> Vec<&'static LawEntry> {
     LAWS.iter().chain(REGISTERED.read().unwrap_or_else(PoisonError::into_inner).iter().copied()).collect()
 }
 
-/// Keys of a law table that are not parameters of the law: its name, and where its numbers come from.
-const OTHER_KEYS: [&str; 3] = ["law", "provenance", "source"];
+/// Keys of a law table that are not parameters of the law, with their meanings.
+pub(super) const OTHER_KEYS: [(&str, &str); 3] = [
+    ("law", "Name of the law"),
+    ("provenance", "How the numbers were found, in words or as a table"),
+    ("source", "Where the numbers come from, in words or as a table"),
+];
 
 /// The entry of this name.
 pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
@@ -69,6 +73,16 @@ pub fn title(name: &str) -> String {
 pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 
 /// Reads a law from its table in a file.
+///
+/// ```
+/// use durometer::prelude::*;
+///
+/// let law = law_from_table(&"law = 'neo_hookean'\nE = '100 kPa'\nnu = 0.45".parse()?)?;
+/// // The energy of a stretch of 20 % along x, and its first Piola-Kirchhoff stress [J/m^3, Pa]
+/// let state = law.eval(&Mat3::from_diagonal(&Vec3::new(1.2, 1.0, 1.0)), Want::Residual)?;
+/// assert!(state.psi > 0.0 && state.p[(0, 0)] > state.p[(1, 1)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
     let (entry, values, options) = given(table)?;
     entry.build(&values, &options)
@@ -92,7 +106,7 @@ pub(super) fn given_as(
     table: &toml::Table,
 ) -> Result<(Values, BTreeMap<String, String>), LawSpecError> {
     let (mut values, mut options) = (Values::new(), BTreeMap::new());
-    for (key, value) in table.iter().filter(|(key, _)| !OTHER_KEYS.contains(&key.as_str())) {
+    for (key, value) in table.iter().filter(|(key, _)| OTHER_KEYS.iter().all(|(other, _)| other != key)) {
         if let Some(choice) = entry.choice(key) {
             let Some(option) = value.as_str() else {
                 return Err(LawSpecError::OptionNotText { choice, found: value.to_string() });

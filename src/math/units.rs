@@ -157,6 +157,14 @@ const UNITS: &[(&str, f64, Dimension)] = &[
 ];
 
 /// Parses `"18 kPa"`, `"1.07 g/cm^3"`, `"0.1 Pa s"` into SI \[unit of `wanted`\].
+///
+/// ```
+/// use durometer::prelude::{Dimension, units};
+///
+/// assert_eq!(units::parse("18 kPa", Dimension::PRESSURE), Ok(18e3));
+/// let message = units::parse("18", Dimension::PRESSURE).expect_err("no unit").to_string();
+/// assert_eq!(message, "18 has no unit; write for example \"18 kPa\"");
+/// ```
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
     let owned = || text.trim().to_string();
     match quantity(text)? {
@@ -193,6 +201,13 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     let (value, own) = split(text)?;
     // The number of the text, not one that went to SI and back.
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
+}
+
+/// A regular expression (ECMA 262) of a number followed by a product of known units, or by none.
+pub fn pattern() -> String {
+    let names: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
+    let factor = format!("(?:1|(?:{})(?:\\^-?[0-9]+|²|³)?)", names.join("|"));
+    format!(r"^\s*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?\s*(?:/?\s*{factor}(?:[ *·/]+{factor})*)?\s*$")
 }
 
 /// Number and unit. The longest prefix that is a number: "5 m" must not read the "m", "1e3 Pa" must read the exponent.

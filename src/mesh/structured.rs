@@ -9,6 +9,14 @@ use std::collections::{BTreeMap, HashMap};
 
 /// A block \[0, lx\] × \[0, ly\] × \[0, lz\] \[m\] of nx × ny × nz boxes, each cut into 6 tetrahedra along its diagonal, with
 /// the regions `xmin`, `xmax`, `ymin`, `ymax`, `zmin`, `zmax`.
+///
+/// ```
+/// use durometer::prelude::*;
+///
+/// let mesh = block(2, 1, 1, 0.02, 0.01, 0.01, Order::Linear);
+/// assert_eq!(mesh.points.len(), 12);
+/// assert!(mesh.regions.contains_key("xmin"));
+/// ```
 pub fn block(nx: usize, ny: usize, nz: usize, lx: f64, ly: f64, lz: f64, order: Order) -> TetMesh {
     let node = |i: usize, j: usize, k: usize| (i + (nx + 1) * (j + (ny + 1) * k)) as u32;
     let at = |i: usize, n: usize, l: f64| l * i as f64 / n as f64;

@@ -95,6 +95,22 @@ struct Additions {
 }
 
 /// Builds a scene from its specification, and from laws, effects, recorders and a mesh of the caller.
+///
+/// ```
+/// use durometer::prelude::*;
+///
+/// let text = "[mesh]\ngrid = { kind = 'box', size = ['20 mm', '10 mm', '10 mm'], divisions = [2, 1, 1] }\n\
+///     [laws.rubber]\nlaw = 'neo_hookean'\nE = '100 kPa'\nnu = 0.3\n\
+///     [[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
+///     [[constraint]]\nkind = 'fixed'\nregion = 'xmin'\n\
+///     [[constraint]]\nkind = 'prescribed'\nregion = 'xmax'\ncomponents = 'x'\ndisplacement = { kind = 'ramp', from = '0 mm', to = '2 mm', end = '1 s' }\n\
+///     [[stage]]\nintegrator = 'static'\nduration = '1 s'\ndt = '1 s'\n\
+///     [[probe]]\nkind = 'reaction'\nregion = 'xmax'";
+/// let run = SceneBuilder::parse(text)?.build()?.run();
+/// let force = run.column("xmax_reaction_x_N").expect("the probe records it");
+/// assert!(force.last().is_some_and(|last| *last > 0.0));
+/// # Ok::<(), SceneError>(())
+/// ```
 pub struct SceneBuilder {
     spec: SceneSpec,
     file: PathBuf,

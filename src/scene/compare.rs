@@ -5,9 +5,12 @@ use super::control::in_unit_of;
 use super::error::part;
 use super::error::{SceneError, hint};
 use super::quantity::Time;
+use crate::schema::any_of;
 use crate::storage::{self, DATA_LIMIT};
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, de};
+use std::borrow::Cow;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -26,12 +29,24 @@ impl<'de> Deserialize<'de> for Comparisons {
     }
 }
 
+impl JsonSchema for Comparisons {
+    fn schema_name() -> Cow<'static, str> {
+        "Comparisons".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        any_of(&[generator.subschema_for::<Vec<CompareSpec>>(), generator.subschema_for::<OnlyMarkers>()])
+    }
+}
+
 /// Reads a list of curves, of which the last may have `markers` below it, or a table with `markers` alone, as TOML writes `[[compare.markers]]`.
 struct ComparisonsVisitor;
 
-#[derive(Deserialize)]
+/// Measured tracks of markers without a measured curve
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct OnlyMarkers {
+    /// Measured tracks of markers, one entry for each file
     markers: Vec<MarkersSpec>,
 }
 
@@ -58,7 +73,7 @@ impl<'de> Visitor<'de> for ComparisonsVisitor {
 }
 
 /// Measured tracks of markers.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MarkersSpec {
     /// C3D, TRC or a table, relative to the scene
@@ -94,7 +109,7 @@ pub struct MeasuredTracks {
 }
 
 /// A measured curve of a recorded column.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CompareSpec {
     /// Recorded column that was measured
@@ -104,7 +119,9 @@ pub struct CompareSpec {
     pub over: String,
     /// Relative to the scene
     pub file: PathBuf,
+    /// Column of the file over which was measured
     pub x: MeasuredSpec,
+    /// Column of the file with the measured values
     pub y: MeasuredSpec,
     /// `[[compare.markers]]` that follow it in the file
     #[serde(default)]
@@ -112,10 +129,12 @@ pub struct CompareSpec {
 }
 
 /// A column of the measured table.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredSpec {
+    /// Name of the column in the file
     pub column: String,
+    /// Unit of its numbers
     pub unit: String,
 }
 

@@ -1,9 +1,10 @@
 //! The extreme of a recorded column: the value farthest from the first one, a minimum or a maximum.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Side on which an extreme lies.
-#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum ExtremeKind {
     /// Below the first value

@@ -31,8 +31,9 @@ pub(crate) use by_kind;
 macro_rules! registry {
     ($part:ident; $(#[$attribute:meta])* pub enum $registry:ident { $($kind:ident($spec:ident) = $name:literal,)* }) => {
         $(#[$attribute])*
-        #[derive(Clone, Debug, serde::Deserialize)]
+        #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
         #[serde(remote = "Self")]
+        #[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
         pub enum $registry {
             $(
                 #[allow(missing_docs)]

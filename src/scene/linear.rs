@@ -2,16 +2,21 @@
 
 use crate::math::linear::Factor;
 use crate::math::multigrid::Size;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
+use std::borrow::Cow;
 
 /// `linear`: by the counts of the factor, or as asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinearSpec {
+    /// By the counts of operations of both methods
     #[default]
     Auto,
+    /// By a factorisation
     Direct,
+    /// By a Krylov method with a multigrid hierarchy
     Iterative,
 }
 
@@ -37,6 +42,18 @@ impl<'de> Deserialize<'de> for MemorySpec {
                 "\"{text}\" is no size of memory; write for example \"16 GB\" or \"500 MB\""
             ))),
         }
+    }
+}
+
+impl JsonSchema for MemorySpec {
+    fn schema_name() -> Cow<'static, str> {
+        "MemorySpec".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let what = "A size of memory in GB or MB.";
+        let pattern = "^[0-9.]+(?:[eE][+-]?[0-9]+)? *(?:GB|MB)$";
+        json_schema!({ "type": "string", "pattern": pattern, "description": what, "examples": ["16 GB"] })
     }
 }
 

@@ -4,26 +4,36 @@ use super::builder::Builder;
 use super::error::SceneError;
 use super::linear::{LinearSpec, MemorySpec};
 use super::quantity::{Length, Time};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
-#[derive(Clone, Debug, Deserialize)]
+/// Tolerances and methods of the solution; every key has a default
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct NumericsSpec {
+    /// Tolerance of the relative residual and of the constraints \[–\]
     pub tolerance: f64,
     /// Largest correction that an accepted state may still ask for, as a share of the largest displacement
     pub accuracy: f64,
+    /// Most iterations of Newton's method in one step
     pub max_iterations: usize,
+    /// Shortens Newton steps that do not lower the residual
     pub line_search: bool,
+    /// Reuses a factorisation while it is useful; the solution is the same within `tolerance`
     pub reuse_factor: bool,
     /// Back-substitutions that a factorisation must cost to be kept from step to step
     pub reuse_threshold: f64,
+    /// Method for linear systems
     pub linear: LinearSpec,
     /// The largest factor that is made
     pub factor_memory: MemorySpec,
+    /// Extrapolates the initial guess of a step from the last steps
     pub extrapolate: bool,
+    /// How often a step may be halved
     pub cuts: u32,
     /// Largest error that a dynamic step may make by itself: dt is then the longest step
     pub time_error: Option<Length>,
+    /// Repeats a failed step with projected tangents before it is cut
     pub projection: bool,
     /// Wall time after which a run stops
     pub time_budget: Option<Time>,

@@ -3,46 +3,59 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use super::quantity::Time;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Rates and fields of the files of a run.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutputSpec {
+    /// Fields that are written as VTU files, and when
     pub fields: Option<FieldsSpec>,
+    /// Times of the rows of the CSV file; every point of the time grid if absent
     pub series: Option<ScheduleSpec>,
 }
 
 /// Which fields, and when; at every point of the time grid if no time is given.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FieldsSpec {
+    /// Names of the fields
     pub what: Vec<FieldSpec>,
+    /// Period of the states
     pub every: Option<Time>,
+    /// Further times of states
     #[serde(default)]
     pub times: Vec<Time>,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+/// A field over the body
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum FieldSpec {
+    /// Displacement \[m\] at the nodes
     Displacement,
+    /// Velocity \[m/s\] at the nodes
     Velocity,
     /// Largest principal stretch
     Stretch,
     /// Cauchy's stress
     Stress,
+    /// Von Mises' equivalent stress \[Pa\]
     VonMises,
+    /// Pressure \[Pa\], positive in compression
     Pressure,
     /// Of all contacts, normal to the obstacles, at the nodes
     ContactForce,
 }
 
 /// Every so often, and at some times.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScheduleSpec {
+    /// Period
     pub every: Option<Time>,
+    /// Further times
     #[serde(default)]
     pub times: Vec<Time>,
 }

@@ -1,7 +1,10 @@
 //! Quantities as typed values: in files with their unit, in Rust in SI ([`Length::metres`] or `0.01.into()`).
 
 use crate::math::units::{self, Dimension, UnitError};
+use crate::schema::any_of;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Deserializer, Error, Visitor};
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
@@ -38,6 +41,16 @@ macro_rules! quantity {
                 deserializer.deserialize_any(Text(Dimension::$dimension)).map(Self)
             }
         }
+
+        impl JsonSchema for $name {
+            fn schema_name() -> Cow<'static, str> {
+                stringify!($name).into()
+            }
+
+            fn json_schema(_: &mut SchemaGenerator) -> Schema {
+                text_schema($what, Dimension::$dimension)
+            }
+        }
     )*};
 }
 
@@ -54,6 +67,12 @@ quantity! {
     PerSecond = FREQUENCY by hertz: "A rate (1/s).",
     Speed = VELOCITY by metres_per_second: "A component of a velocity (m/s).",
     Spin = ANGULAR_VELOCITY by radians_per_second: "A component of an angular velocity (rad/s).",
+}
+
+/// The schema of a text with a number and a unit.
+fn text_schema(what: &str, dimension: Dimension) -> Schema {
+    let example = format!("1 {}", dimension.example());
+    json_schema!({ "type": "string", "pattern": units::pattern(), "description": what, "examples": [example] })
 }
 
 /// A quantity whose dimension follows from where it is used.
@@ -90,6 +109,17 @@ impl From<&str> for Quantity {
 impl<'de> serde::Deserialize<'de> for Quantity {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(Bare).map(Self::Text)
+    }
+}
+
+impl JsonSchema for Quantity {
+    fn schema_name() -> Cow<'static, str> {
+        "Quantity".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let what = "A quantity in quotes with its unit; a number alone where it has no unit.";
+        json_schema!({ "type": ["string", "number"], "pattern": units::pattern(), "description": what })
     }
 }
 
@@ -152,5 +182,15 @@ impl<'de> serde::Deserialize<'de> for GuideRadius {
             return Ok(Self::Point);
         }
         units::parse(&text, Dimension::LENGTH).map(Self::Ball).map_err(Error::custom)
+    }
+}
+
+impl JsonSchema for GuideRadius {
+    fn schema_name() -> Cow<'static, str> {
+        "GuideRadius".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        any_of(&[generator.subschema_for::<Length>(), json_schema!({ "const": "point" })])
     }
 }

@@ -7,54 +7,75 @@ use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units::{self, Dimension};
 use crate::mesh::surface_file::read_surface;
 use nalgebra::{Rotation3, Unit};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 by_kind!(ShapeSpec);
 
 /// An obstacle: a shape in space, a rigid body of the scene, or another part of the surface. A rigid body has one of the shapes.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum ShapeSpec {
     /// The half-space below the plane through `point`
     Floor {
+        /// Point of the plane
         point: [Length; 3],
+        /// Outward normal of the half-space; its length does not count
         normal: [f64; 3],
     },
     /// Turned about its middle, along the axes if `turn` is absent
     Box {
+        /// Corner with the smallest coordinates
         min: [Length; 3],
+        /// Corner with the largest coordinates
         max: [Length; 3],
+        /// Rotation about its middle
         turn: Option<TurnSpec>,
     },
+    /// A ball
     Sphere {
+        /// Centre of the ball
         center: [Length; 3],
+        /// Radius of the ball
         radius: Length,
     },
+    /// A circular cylinder with flat ends
     Cylinder {
+        /// Centre of one end
         from: [Length; 3],
+        /// Centre of the other end
         to: [Length; 3],
+        /// Radius of the cylinder
         radius: Length,
     },
     /// STL or OBJ, closed and outward
     Surface {
+        /// Path of the file, relative to the scene
         file: PathBuf,
+        /// Unit of length of the file
         unit: String,
     },
+    /// A rigid body of the scene
     Rigid {
+        /// Name of the rigid body
         body: String,
     },
     /// Facets of a deformable body
     Region {
+        /// Region of facets
         region: String,
     },
 }
 
 /// A rotation by the right-hand rule.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TurnSpec {
+    /// Direction of the axis; its length does not count
     pub axis: [f64; 3],
+    /// Angle of the rotation
     pub angle: Angle,
 }
 

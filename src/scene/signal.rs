@@ -7,6 +7,7 @@ use crate::math::formula::Formula;
 use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
 use crate::storage::{self, DATA_LIMIT};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
@@ -16,9 +17,12 @@ use std::path::{Path, PathBuf};
 by_kind!(FunctionSpec);
 
 /// A signal before its dimension is known: a constant, or a function, which in files is a table with a `kind`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
 pub enum SignalSpec {
+    /// The same value at every time
     Constant(Quantity),
+    /// A function of time
     Function(Box<FunctionSpec>),
 }
 
@@ -98,53 +102,81 @@ impl<'de> Visitor<'de> for TextOrTable {
     }
 }
 
-#[derive(Clone, Debug, Deserialize)]
+/// A function of time
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum FunctionSpec {
+    /// From 0 to the amplitude and back, a(1 − cos 2πft)/2
     RaisedCosine {
+        /// Largest value, with its unit
         amplitude: Quantity,
+        /// Frequency, such as `"1 Hz"`
         frequency: Quantity,
     },
+    /// A sine, a sin(2πft + φ)
     Sine {
+        /// Amplitude, with its unit
         amplitude: Quantity,
+        /// Frequency, such as `"1 Hz"`
         frequency: Quantity,
+        /// Phase φ, such as `"90 deg"`; 0 if absent
         #[serde(default)]
         phase: Option<Quantity>,
     },
+    /// A straight line between two values, constant before and after
     Ramp {
+        /// Value at the start, with its unit
         from: Quantity,
+        /// Value at the end, with its unit
         to: Quantity,
+        /// Time of the start, such as `"0.5 s"`; 0 if absent
         #[serde(default)]
         start: Option<Quantity>,
+        /// Time of the end, such as `"1 s"`
         end: Quantity,
     },
+    /// Another signal that keeps its value from a time on
     Hold {
+        /// The signal that is held
         signal: SignalSpec,
+        /// Time from which on it is held, such as `"1 s"`
         at: Quantity,
     },
+    /// Another signal later
     Delay {
+        /// The signal that is delayed
         signal: SignalSpec,
+        /// Time by which it is delayed, such as `"1 s"`
         by: Quantity,
     },
     /// Two columns with a header line: time \[s\], then the value in `unit`
     Table {
+        /// Path of the CSV file, relative to the scene
         file: PathBuf,
+        /// Unit of the values
         unit: String,
     },
     /// The first factor carries the unit, the others are plain numbers
     Product {
+        /// Factors
         of: Vec<SignalSpec>,
     },
+    /// A sum of signals
     Sum {
+        /// Terms of the sum
         of: Vec<SignalSpec>,
     },
     /// A formula in t and recorded columns whose value is in `unit`
     Expression {
+        /// Formula, such as `"2 * sin(PI * t)"` with t in seconds
         formula: String,
+        /// Unit of its value
         unit: String,
     },
     /// Set by a controller
     Controlled {
+        /// Value before the first decision, with its unit
         initial: Quantity,
         /// Least and largest value that it may be set to
         #[serde(default)]

@@ -36,42 +36,57 @@ pub use super::signal::{FunctionSpec, SignalSpec};
 pub use super::stages::{ContinuationSpec, IntegratorSpec, StageSpec};
 pub use super::start::StartSpec;
 pub use super::turning::TurningSpec;
+use crate::material::LawTable;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// Body, mesh, laws, effects, constraints, protocol, probes and numerics of one simulation.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpec {
     /// Subject of the scene, for the report
     #[serde(default)]
     pub title: String,
+    /// Mesh of the body or bodies, and regions
     pub mesh: MeshSpec,
     /// Laws by name: `law` and its constants, or `include` of a law file with keys added or replaced
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, LawTable>")]
     pub laws: BTreeMap<String, toml::Table>,
+    /// Effects, which contribute forces and stiffness
     #[serde(rename = "effect", default)]
     pub effects: Vec<EffectSpec>,
+    /// Constraints of the motion
     #[serde(rename = "constraint", default)]
     pub constraints: Vec<ConstraintSpec>,
+    /// Contacts of the surface with obstacles, bodies and itself
     #[serde(rename = "contact", default)]
     pub contacts: Vec<ContactSpec>,
+    /// Rigid bodies that move freely
     #[serde(rename = "rigid", default)]
     pub rigids: Vec<RigidSpec>,
     /// Where the run starts, if not at rest
     pub start: Option<StartSpec>,
+    /// Stages of the protocol, one after the other in time
     #[serde(rename = "stage")]
     pub stages: Vec<StageSpec>,
+    /// Quantities that are recorded
     #[serde(rename = "probe", default)]
     pub probes: Vec<ProbeSpec>,
+    /// Surfaces that follow the body
     #[serde(rename = "skin", default)]
     pub skins: Vec<SkinSpec>,
+    /// Events: conditions with the actions that follow
     #[serde(rename = "event", default)]
     pub events: Vec<EventSpec>,
+    /// Measured curves and tracks of markers that are laid over recorded ones
     #[serde(rename = "compare", default)]
     pub comparisons: Comparisons,
+    /// Fields and rows that are written, and when
     #[serde(default)]
     pub output: OutputSpec,
+    /// Tolerances and methods of the solution
     #[serde(default)]
     pub numerics: NumericsSpec,
 }

@@ -6,6 +6,7 @@ use super::kind::by_kind;
 use super::protocol::NamedSignal;
 use super::quantity::Time;
 use crate::solve::{Integrator, TimeSpan};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 by_kind!(IntegratorSpec);
@@ -16,12 +17,16 @@ const MOST_STEPS: f64 = 1e7;
 const MOST_ARCS: usize = 200;
 
 /// A stretch of time with one integrator.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StageSpec {
+    /// Integrator of the stage
     pub integrator: IntegratorSpec,
+    /// Length of the stage in time
     pub duration: Time,
+    /// Time step
     pub dt: Time,
+    /// Path following of a static stage; loads are followed in time if absent
     pub continuation: Option<ContinuationSpec>,
     /// Of a continuation
     pub max_steps: Option<usize>,
@@ -37,27 +42,40 @@ impl StageSpec {
 }
 
 /// How a static stage goes on where the loads are no longer enough to tell the states apart.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(rename_all = "snake_case")]
 pub enum ContinuationSpec {
+    /// By arc length, with the load as an unknown
     ArcLength,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+/// Integrator of a stage in time
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum IntegratorSpec {
+    /// Equilibria, without inertia and damping
     Static,
+    /// Backward Euler rule, of first order and dissipative
     ImplicitEuler,
+    /// Backward Euler rule with one linear solution in each step
     ImplicitEulerLinearised,
+    /// Backward Euler rule of free motions with one correction for contact and constraints in each step
     ImplicitEulerCorrected,
+    /// Backward differentiation of second order
     Bdf2,
+    /// Generalised-α method, of second order
     GeneralisedAlpha {
+        /// Spectral radius ρ∞ at high frequencies \[–\]: 1 keeps the energy, 0 removes them within a step
         rho: f64,
     },
     /// `force = true` allows the undamped rule together with constraints
     Newmark {
+        /// Newmark's β \[–\]
         beta: f64,
+        /// Newmark's γ \[–\]
         gamma: f64,
+        /// Allows the undamped rule together with constraints
         #[serde(default)]
         force: bool,
     },

@@ -12,33 +12,50 @@ use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
 use crate::system::{State, System};
 use nalgebra::{Rotation3, Unit};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 by_kind!(StartSpec);
 
 /// `[start]`: `random`, `collapsed`, `twisted` or `moving`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum StartSpec {
     /// Every node anywhere in the cube of this half-width around the middle of the body
     Random {
+        /// Half-width of the cube
         size: Length,
+        /// Seed of the random numbers
         #[serde(default)]
         seed: u64,
     },
     /// Every node in the middle of the body, but for the components that it keeps, and off it by up to `perturbation` in each
     /// direction: exactly collapsed cells have no direction to come back in
     Collapsed {
+        /// Components that keep their coordinate, such as `"xy"`
         #[serde(default)]
         keep: String,
+        /// Largest distance from the middle in each direction
         perturbation: Length,
+        /// Seed of the random numbers
         #[serde(default)]
         seed: u64,
     },
     /// Turned about the axis through the middle, from 0 at its lower end to `angle` at its upper one
-    Twisted { axis: [f64; 3], angle: Angle },
+    Twisted {
+        /// Direction of the axis; its length does not count
+        axis: [f64; 3],
+        /// Angle at the upper end
+        angle: Angle,
+    },
     /// In its place, with this velocity; only a region of the mesh, if one is given
-    Moving { region: Option<String>, velocity: [Speed; 3] },
+    Moving {
+        /// Region that moves; the whole body if absent
+        region: Option<String>,
+        /// Velocity at the start
+        velocity: [Speed; 3],
+    },
 }
 
 /// Refuses a start that no run can leave.

@@ -9,15 +9,18 @@ use super::signal::SignalSpec;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A rotation by the right-hand rule, about an axis that stays where it is.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TurningSpec {
+    /// Direction of the axis; its length does not count
     pub axis: [f64; 3],
     /// A point of the axis
     pub about: [Length; 3],
+    /// Angle of the rotation \[rad\]
     pub angle: SignalSpec,
 }
 

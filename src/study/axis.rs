@@ -6,6 +6,7 @@
 use crate::math::units;
 use crate::study::spec::{FamilySpec, Mistake};
 use crate::study::store::record::Role;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
 
@@ -13,7 +14,7 @@ use std::collections::{BTreeMap, HashSet};
 const MOST_POINTS: f64 = 1e6;
 
 /// `[[axis]]` of a study.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSpec {
     /// Part of the case ids
@@ -27,6 +28,8 @@ pub struct AxisSpec {
     /// Unit of the numbers in tables and figures, absent where they have none
     #[serde(default)]
     pub unit: String,
+    /// Values in their order, with their unit, or tables of changes
+    #[schemars(with = "Vec<serde_json::Value>")]
     pub values: Vec<toml::Value>,
     /// Where values are tables of changes: what they are called
     #[serde(skip)]
@@ -51,11 +54,13 @@ pub struct AxisRecord {
 }
 
 /// How several axes go together.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Combine {
+    /// Every combination of the values
     #[default]
     Grid,
+    /// The first values of all axes together, then the second ones, and so on
     List,
 }
 

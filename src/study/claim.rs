@@ -1,15 +1,18 @@
 //! A value with the interval that a report states, as `summary.json` lists them for other programs and for comparisons.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// A value and its error bar.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Claim {
     /// `<case>: <column>`, or the constant or prediction in words
     pub what: String,
+    /// The value, in the unit
     pub value: f64,
     /// Ends of the error bar, in the unit of the value
     pub interval: [f64; 2],
+    /// Unit of the value and the interval
     pub unit: String,
 }
 

@@ -10,15 +10,19 @@ use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
 use crate::study::store::record::{FamilyRecord, Quantity, Role, SCHEMA, StudyRecord};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// The keys of `studies/<name>/study.toml` that every kind has.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 pub struct StudySpec {
+    /// Kind of the study
     pub kind: KindName,
+    /// The question that the study answers
     pub question: String,
     /// The expectation, written before the run
     pub expectation: String,
@@ -31,6 +35,16 @@ pub struct StudySpec {
 /// A name in the registry of kinds.
 #[derive(Clone, Debug)]
 pub struct KindName(pub String);
+
+impl JsonSchema for KindName {
+    fn schema_name() -> Cow<'static, str> {
+        "KindName".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "enum": KINDS.map(|kind| kind.name) })
+    }
+}
 
 impl<'de> Deserialize<'de> for KindName {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {

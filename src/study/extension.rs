@@ -4,19 +4,23 @@
 //! expands the study with it, and the members may be moved to the study file, which then takes precedence.
 
 use crate::scene::{SceneError, from_text, hint, read_table};
+use crate::schema::AnyTable;
 use crate::study::estimate::growth::Predicted;
 use crate::study::spec::{FamilySpec, refuse};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A mesh to be added to a family.
-#[derive(Serialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Extension {
+    /// Family that takes the new member
     pub family: String,
     /// Label of the new member
     pub member: String,
     /// Its changes by path
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Cells, about
     pub cells: usize,

@@ -4,21 +4,24 @@ use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, Of
 use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
 use crate::scene::{ParameterKey, SensitivityError, read_scene};
+use crate::schema::AnyTable;
 use crate::storage;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::Quantity;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// `[calibration]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationSpec {
     /// Numbers to be found, as in the scene: `laws.rubber.mu`, `effect.inertia.density`. They start at its values.
     pub unknown: Vec<String>,
     /// Smallest and largest value of a number; where its law is defined, or it has a meaning, if absent
     #[serde(default)]
+    #[schemars(with = "BTreeMap<String, [serde_json::Value; 2]>")]
     pub bounds: Bounds,
     /// Measure of the error of a data point
     pub weighting: Weighting,
@@ -39,15 +42,18 @@ pub struct CalibrationSpec {
     pub time_budget: Option<String>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+/// A homogeneous piece of the specimen
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GaugeSpec {
+    /// Gauge length, with its unit
     pub length: String,
+    /// Area of its section, with its unit
     pub section: String,
 }
 
 /// `[use]`: a scene that takes the law, to see what its constants leave open there.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UseSpec {
     /// Scene file, relative to the study
@@ -58,24 +64,30 @@ pub struct UseSpec {
     pub quantity: Quantity,
     /// Changes for all members
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Label of a member → its changes: meshes from coarse to fine
+    #[schemars(with = "AnyTable")]
     pub members: toml::Table,
 }
 
 /// One more curve that the same constants are to reproduce, of a scene of its own.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurveSpec {
+    /// Name of the curve
     pub name: String,
     /// Scene file, relative to the study
     pub scene: PathBuf,
     /// Changes of that scene
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Label of a member of a family → further changes in the case of that member
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub members: toml::Table,
+    /// Measured curve that the scene is to reproduce
     pub measured: MeasuredSpec,
 }
 

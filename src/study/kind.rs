@@ -6,6 +6,7 @@ use crate::study::content::Content;
 use crate::study::inverse::{CalibrationPlan, UseSpec};
 use crate::study::spec::{FamilySpec, VariantSpec};
 use crate::study::store::results::Results;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -16,7 +17,7 @@ use std::sync::Arc;
 
 /// A kind of study. The implementing type holds the keys of a study file that only this kind has; keys of other kinds are
 /// unknown keys.
-pub trait StudyKind: DeserializeOwned {
+pub trait StudyKind: DeserializeOwned + JsonSchema {
     /// `kind` of the study file
     const NAME: &'static str;
     /// Part of the study file that the analysis needs; `details` of `study.json`
@@ -132,6 +133,8 @@ impl Default for RunRules {
 #[derive(Clone, Copy)]
 pub struct Kind {
     pub name: &'static str,
+    /// Schema of the keys of this kind.
+    pub schema: fn(&mut SchemaGenerator) -> Schema,
     /// Reads the keys of this kind from the text of a study file.
     pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
@@ -143,7 +146,8 @@ pub struct Kind {
 
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
-        Self { name: K::NAME, expand: expand::<K>, around: K::AROUND, errors: K::ERRORS, report: report::<K> }
+        let (schema, expand, report) = (K::json_schema, expand::<K>, report::<K>);
+        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, report }
     }
 }
 

@@ -41,6 +41,7 @@ pub mod paper;
 pub mod plan;
 pub mod report;
 pub mod run;
+pub mod schema;
 pub mod shipped;
 pub mod spec;
 pub mod starters;

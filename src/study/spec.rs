@@ -1,15 +1,18 @@
 //! Parts of a study file that several kinds have: variants, families, and checks of their names and roles.
 
 use crate::scene::SceneError;
+use crate::schema::AnyTable;
 use crate::study::store::record::{Quantity, Role};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// The scene driven in one manner, and the quantities judged there.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VariantSpec {
+    /// Part of the case ids
     pub name: String,
     /// In words, for sentences and figures; the name if absent
     pub label: Option<String>,
@@ -17,7 +20,9 @@ pub struct VariantSpec {
     pub group: Option<String>,
     /// Changes by path
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
+    /// Quantities that are judged
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
     /// Another scene than the study's, relative to it
@@ -26,17 +31,21 @@ pub struct VariantSpec {
 }
 
 /// Cases that differ in one thing only.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FamilySpec {
+    /// Part of the case ids
     pub name: String,
+    /// Purpose of the family
     pub role: Role,
     /// Variants it is run in, all if absent
     pub variants: Option<Vec<String>>,
     /// Changes for all members
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Name of a member → its changes
+    #[schemars(with = "AnyTable")]
     pub members: toml::Table,
     /// Name of a member → what it is called in figures and tables; the title of the law or the name itself if absent
     #[serde(default)]

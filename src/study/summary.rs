@@ -6,54 +6,84 @@ use crate::study::extension::Extension;
 use crate::study::store::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::store::solver::SolverRecord;
+use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
-#[derive(Serialize, Clone, Debug, PartialEq)]
+/// The result of a study for other programs
+#[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Summary {
+    /// Name of the study
     pub study: String,
+    /// Kind of the study
     pub kind: String,
+    /// The question that the study answers
     pub question: String,
+    /// Largest accepted error bar, as a share of the value \[–\]
     pub tolerance: f64,
+    /// Cases in the order of the study
     pub cases: Vec<CaseSummary>,
     /// Part of the summary that depends on the kind of the study
     pub analysis: Map<String, Value>,
     /// Values with their error bars, where the kind of the study states some
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub claims: Vec<Claim>,
+    /// Limits on how the numbers may be used, in words
     pub warnings: Vec<String>,
+    /// The recommendation, or the reasons why the data support none
     pub verdict: String,
     /// The mesh that would support a verdict where there is none, as `run --extend` adds it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extension: Option<Extension>,
+    /// Version of the program
     pub version: String,
 }
 
-#[derive(Serialize, Clone, Debug, PartialEq)]
+/// One case
+#[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct CaseSummary {
+    /// Name of the case, `<family>-<variant>-<member>`
     pub id: String,
+    /// Family of the case
     pub family: String,
+    /// Variant of the case
     pub variant: String,
+    /// Mesh of the case
     pub mesh: MeshRecord,
+    /// Element and formulation, or `mass_spring`
     pub formulation: String,
+    /// Name of the law; absent where springs are all that is elastic
     #[serde(skip_serializing_if = "Option::is_none")]
     pub law: Option<String>,
+    /// Largest time step \[s\]
     pub dt_s: f64,
+    /// End of the run: `Converged`, or the reason why it stopped
     pub status: String,
     /// `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     #[serde(skip_serializing_if = "Option::is_none")]
     pub outcome: Option<&'static str>,
+    /// Work of the solver
     pub solver: SolverRecord,
+    /// Wall time of the solution \[s\]
     pub wall_s: f64,
+    /// CPU time of the solution \[s\]
     pub cpu_s: f64,
+    /// Whether another case ran at the same time, so that `wall_s` is no measure of the cost
     pub shared: bool,
+    /// Number of accepted steps
     pub steps: usize,
+    /// Iterations of Newton's method in all steps
     pub newton_iterations: usize,
+    /// Free degrees of freedom
     pub dofs: usize,
+    /// Entries of the Cholesky factor
     pub factor_nnz: usize,
+    /// Names of the effects and constraints that were assembled
     pub effects: Vec<String>,
+    /// Signs of volumetric locking; absent where nothing was moved
     pub locking: Option<LockingRecord>,
+    /// Peak and last value of every recorded column
     pub probes: BTreeMap<String, ProbeRecord>,
 }
 

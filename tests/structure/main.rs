@@ -15,8 +15,9 @@ use source::{Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
-const ORDER: [&str; 14] = [
+const ORDER: [&str; 15] = [
     "storage",
+    "schema",
     "catalogue",
     "math",
     "mesh",

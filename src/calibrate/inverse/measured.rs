@@ -5,16 +5,19 @@ use super::{InverseError, OffsetAxis};
 use crate::calibrate::intake::table::{self, Decimal};
 use crate::math::units::{self, Dimension, UnitError};
 use crate::storage::{self, DATA_LIMIT};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Location of a measured curve and the quantities it is compared with.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredSpec {
     /// Table, relative to the study
     pub file: PathBuf,
+    /// Column of the coordinate over which was measured, such as a displacement
     pub x: ColumnSpec,
+    /// Column of the measured response, such as a force
     pub y: ColumnSpec,
     /// Smallest and largest x that count, with a unit; every row if absent
     pub range: Option<[String; 2]>,
@@ -24,7 +27,7 @@ pub struct MeasuredSpec {
 }
 
 /// A column of the table and what it is in the scene.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnSpec {
     /// Name in the table

@@ -2,10 +2,11 @@
 
 use crate::material::Parameter;
 use crate::math::units::Dimension;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Coordinate of a curve that has an offset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OffsetAxis {
     /// x at which the specimen begins to carry

@@ -1,7 +1,7 @@
 //! Refusals of a fit of a Prony series, with fact, place and remedy.
 
-use crate::calibrate::FitError;
 use crate::calibrate::intake::roles::{ColumnError, numbers};
+use crate::calibrate::{FitError, stretch_text};
 use crate::material::LawSpecError;
 use crate::math::units::UnitError;
 use std::path::PathBuf;
@@ -49,7 +49,7 @@ pub enum RelaxationError {
         "the law {law} has no isochoric part, and only that part relaxes; take a law with one, such as neo_hookean_split or yeoh"
     )]
     NotIsochoric { law: &'static str },
-    #[error("the law is not defined at the stretch {stretch} of line {line}: {reason}")]
+    #[error("the law is not defined at the stretch {} of line {line}: {reason}", stretch_text(*stretch))]
     LawStress { stretch: f64, line: u64, reason: String },
     #[error(transparent)]
     Column(#[from] ColumnError),

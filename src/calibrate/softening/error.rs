@@ -1,6 +1,6 @@
 //! Refusals of a fit of softening, with fact, place and remedy.
 
-use crate::calibrate::{FitError, Mode};
+use crate::calibrate::{FitError, Mode, stretch_text};
 use crate::material::LawSpecError;
 use std::path::PathBuf;
 
@@ -32,7 +32,8 @@ pub enum SofteningFitError {
     )]
     NotIsochoric { law: &'static str },
     #[error(
-        "the fitted law is not defined at the stretch {stretch} of line {line}; fit a law without a limit, or leave out the data beyond by hand"
+        "the fitted law is not defined at the stretch {} of line {line}; fit a law without a limit, or leave out the data beyond by hand",
+        stretch_text(*stretch)
     )]
     Undefined { stretch: f64, line: u64 },
     #[error(transparent)]

@@ -13,6 +13,7 @@ use crate::scene::quantity::{Density, Speed, Spin};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::scene::shape::ShapeSpec;
 use crate::scene::signal::SignalSpec;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law \[–\].
@@ -21,12 +22,16 @@ const STIFF: f64 = 1e4;
 const RIM: usize = 24;
 
 /// A body that moves as a whole.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidSpec {
+    /// Name, which contacts refer to, and prefix of the columns
     pub name: String,
+    /// Shape of the body
     pub shape: ShapeSpec,
+    /// Mass density
     pub density: Density,
+    /// Its weight; none if absent
     pub gravity: Option<WeightSpec>,
     /// At the start
     pub velocity: Option<[Speed; 3]>,
@@ -34,10 +39,13 @@ pub struct RigidSpec {
     pub spin: Option<[Spin; 3]>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+/// Weight of a rigid body
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WeightSpec {
+    /// Direction of the weight; its length does not count
     pub direction: [f64; 3],
+    /// Acceleration of free fall \[m/s²\], such as `"9.81 m/s^2"`
     pub acceleration: SignalSpec,
 }
 

@@ -8,13 +8,15 @@ use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::Length;
 use crate::scene::skin::NamedSkin;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
 
 /// A surface that follows the body, to be written with its fields.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SkinSpec {
+    /// Name of the skin, which effects refer to, and part of the names of its files
     pub name: String,
     /// STL or OBJ
     pub file: PathBuf,

@@ -10,6 +10,7 @@
 //! where there are few points, so the last point is predicted from the others as a check.
 
 use crate::calibrate::judgement::statistics::t_quantile;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Straight line through log–log points.
@@ -28,9 +29,11 @@ pub struct Growth {
 }
 
 /// A value of the law with its 95 % interval; without one where two points leave no freedom.
-#[derive(Serialize, Clone, Copy, Debug, PartialEq)]
+#[derive(Serialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
+    /// Predicted value
     pub value: f64,
+    /// Ends of its 95 % interval
     pub interval: Option<[f64; 2]>,
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::StarterError;
 use crate::storage;
+use crate::study::schema::{Described, SCHEMAS};
 use std::path::Path;
 
 /// Makes a folder of what `fill` writes, which gets a folder of another name and the name that the project will have.
@@ -28,10 +29,18 @@ pub(super) fn make(
     std::fs::rename(&new, &whole).map_err(io)
 }
 
-/// Writes texts into a folder.
+/// Writes texts into a folder. A TOML file of a kind that has a schema gets the schema next to it and names it to editors in its first line.
 pub(super) fn write(folder: &Path, files: [(&str, &str); 3]) -> Result<(), StarterError> {
-    files.iter().try_for_each(|(name, text)| {
+    let write = |name: &str, text: &str| {
         let path = folder.join(name);
         storage::write(&path, text.as_bytes()).map_err(|e| StarterError::io(&path, &e))
+    };
+    files.iter().try_for_each(|(name, text)| {
+        let kind = name.strip_suffix(".toml");
+        let Some(Described { name: kind, schema }) = SCHEMAS.iter().find(|s| Some(s.name) == kind) else {
+            return write(name, text);
+        };
+        write(&format!("{kind}.schema.json"), &format!("{:#}\n", schema().as_value()))?;
+        write(name, &format!("#:schema ./{kind}.schema.json\n{text}"))
     })
 }

@@ -14,6 +14,7 @@ use crate::study::run::work::{RepeatRecord, WorkRecord};
 use crate::study::store::contact::ContactRecord;
 use crate::study::store::identity::{Build, FileDigest, Identity};
 use crate::study::store::solver::SolverRecord;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -154,9 +155,12 @@ impl CaseRecord {
     }
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+/// A mesh: its counts, sizes and quality
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct MeshRecord {
+    /// Number of cells
     pub cells: usize,
+    /// Number of nodes
     pub nodes: usize,
     /// (V/N)^{1/3} \[m\]
     pub h_m: f64,
@@ -171,7 +175,9 @@ pub struct MeshRecord {
     pub wall_m: Option<f64>,
     /// Smallest radius ratio 3 r_in/r_circ of a cell \[–\]
     pub min_quality: f64,
+    /// Mean radius ratio of the cells \[–\]
     pub mean_quality: f64,
+    /// Volume \[m³\]
     pub volume_m3: f64,
     /// File name or hash of the request that produced it
     pub source: String,
@@ -241,7 +247,7 @@ pub struct PhaseRecord {
 }
 
 /// Of the elastic effect whose pressures scatter most, one with an alarm first; definitions in `docs/explanation/elements.md`.
-#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
 pub struct LockingRecord {
     /// ‖p − p*‖/‖dev τ‖ \[–\]
     pub pressure_scatter: f64,
@@ -252,13 +258,15 @@ pub struct LockingRecord {
 }
 
 /// A recorded column; the unit is in its name (`bending_angle_deg`).
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct ProbeRecord {
     /// The value farthest from the first one
     pub peak: f64,
     /// Whether it is a minimum or a maximum
     pub peak_is: ExtremeKind,
+    /// Time of the peak \[s\]
     pub peak_t_s: f64,
+    /// The value at the end of the run
     #[serde(rename = "final")]
     pub last: f64,
 }
@@ -361,7 +369,7 @@ impl StudyRecord {
 }
 
 /// A recorded quantity of interest: a column of `cases/<id>.csv`.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct Quantity {
     /// Column, with its unit as the suffix: `bending_angle_deg`
     pub name: String,
@@ -404,7 +412,7 @@ pub struct FamilyRecord {
 }
 
 /// Purpose of a family of cases.
-#[derive(Serialize, Deserialize, Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
     /// The mesh sizes the study is about, meshed one by one

@@ -4,10 +4,12 @@ use crate::math::tensor::Vec3;
 use crate::mesh::Order;
 use crate::scene::{LinearWork, Run, Scene};
 use crate::solve::{Status, TurningPoint};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+/// Work of the solver in a case
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct SolverRecord {
     /// Steps whose tangent was shifted towards positive definiteness
     pub shifted_steps: usize,
@@ -49,17 +51,19 @@ pub struct SolverRecord {
 }
 
 /// The way in which linear systems were solved, and why.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
 pub struct LinearRecord {
     /// `direct` or `iterative`
     pub path: String,
+    /// Reason for the path, in words
     pub why: String,
+    /// The last hierarchy; none on the direct path
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub multigrid: Option<MultigridRecord>,
 }
 
 /// The last hierarchy of the iterative path, and what the Krylov method did with it.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct MultigridRecord {
     /// The bottom included
     pub levels: usize,
@@ -67,6 +71,7 @@ pub struct MultigridRecord {
     pub operator_complexity: f64,
     /// Right sides that were solved for to the full accuracy, and the iterations for them
     pub full_solves: usize,
+    /// Iterations for them
     pub full_iterations: usize,
     /// Factorisations where the Krylov method met negative curvature or was slow
     pub factorised: usize,
@@ -87,8 +92,10 @@ impl LinearRecord {
     }
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+/// A state at which the loads on a path of equilibria turn
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct TurningRecord {
+    /// Time of the state \[s\]
     pub t_s: f64,
     /// The loads are largest there, else least
     pub highest: bool,
@@ -96,12 +103,16 @@ pub struct TurningRecord {
     pub signals: BTreeMap<String, f64>,
 }
 
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+/// The place and the reason of the end of a run
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct StopRecord {
     /// Time of the last good state \[s\]
     pub t_s: f64,
+    /// The fact, in words
     pub fact: String,
+    /// The remedy, in words
     pub remedy: String,
+    /// Name of the effect, where one is the cause
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effect: Option<String>,
     /// Index in the mesh

@@ -16,6 +16,7 @@ use crate::scene::kind::by_kind;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::scene::signal::SignalSpec;
 use crate::system::{Gradient, State};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -23,15 +24,17 @@ use std::sync::Arc;
 by_kind!(CavityDriveSpec);
 
 /// Air or liquid behind the facets of a region, or within a skin; exactly one of the two.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CavitySpec {
+    /// Prefix of its columns; `cavity` if absent
     #[serde(default = "cavity")]
     pub name: String,
     /// Facets of the mesh
     pub region: Option<String>,
     /// A closed surface instead
     pub skin: Option<String>,
+    /// How the cavity is driven
     pub drive: CavityDriveSpec,
     /// The surface is open and its rim free
     #[serde(default)]
@@ -43,14 +46,18 @@ fn cavity() -> String {
 }
 
 /// Drive of a cavity.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum CavityDriveSpec {
+    /// Pressure above that of the surroundings
     Pressure {
+        /// Pressure \[Pa\]
         signal: SignalSpec,
     },
     /// Growth of the volume
     Volume {
+        /// Growth of the volume \[m³\]
         signal: SignalSpec,
     },
 }

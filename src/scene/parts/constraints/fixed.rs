@@ -4,12 +4,14 @@ use super::part::ConstraintPart;
 use crate::math::signal::Signal;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A region that is held.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixedSpec {
+    /// Region that is held
     pub region: String,
     /// Components held, all if absent: "x", "yz", …
     #[serde(default = "all_components")]

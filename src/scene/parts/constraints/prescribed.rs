@@ -7,12 +7,14 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::signal::SignalSpec;
 use crate::scene::turning::TurningSpec;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A region with a prescribed motion: a displacement, or a rotation, a translation or both.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrescribedSpec {
+    /// Region that is moved
     pub region: String,
     /// Components prescribed: "x", "yz", …; all of a rotation if absent
     #[serde(default)]

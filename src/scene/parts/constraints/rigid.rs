@@ -9,12 +9,14 @@ use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Moment, Recorder};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A region of cells that moves as a rigid body.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidInsertSpec {
+    /// Prefix of its columns; `rigid` if absent
     #[serde(default = "insert")]
     pub name: String,
     /// Cells, which need no elastic effect

@@ -4,19 +4,23 @@ use crate::scene::quantity::{Length, Modulus, Speed};
 use crate::scene::shape::ShapeSpec;
 use crate::scene::signal::SignalSpec;
 use crate::scene::turning::TurningSpec;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A part of the surface, or a rigid body, against an obstacle.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactSpec {
+    /// Prefix of its columns; `contact` if absent
     #[serde(default = "contact")]
     pub name: String,
     /// Facets of the body, or the name of a rigid body
     pub region: String,
+    /// Shape against which the region presses
     pub obstacle: ShapeSpec,
     /// How the obstacle moves; it stays where it is if absent
     pub motion: Option<MotionSpec>,
+    /// How the contact pressure follows from the distance
     pub response: ResponseSpec,
     /// Coulomb's coefficient, 0 without friction
     pub friction: f64,
@@ -35,19 +39,26 @@ fn contact() -> String {
 }
 
 /// A translation, a rotation, or both: turned first, then moved.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionSpec {
+    /// Direction of the translation
     pub direction: Option<[f64; 3]>,
+    /// Displacement \[m\] along the direction
     pub displacement: Option<SignalSpec>,
+    /// Rotation about a fixed axis
     pub turn: Option<TurningSpec>,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+/// Relation between distance and contact pressure
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum ResponseSpec {
+    /// A logarithmic barrier, which no point crosses
     Barrier,
+    /// A quadratic penalty of the penetration
     Penalty,
+    /// Lagrange multipliers, without penetration
     Multiplier,
 }
 

@@ -7,13 +7,16 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::Damping;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Dampers of one constant on the edges of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeDampersSpec {
+    /// Region of cells on whose edges the dampers are
     pub region: String,
+    /// Constant of each damper
     pub damping: Damping,
 }
 

@@ -7,13 +7,15 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::{Modulus, SpringStiffness};
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;
 
 /// Springs on the edges of a region; exactly one of `stiffness` and `E`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EdgeSpringsSpec {
+    /// Region of cells on whose edges the springs are
     pub region: String,
     /// The same on every edge
     pub stiffness: Option<SpringStiffness>,

@@ -6,14 +6,18 @@ use crate::mesh::Order;
 use crate::scene::builder::{Builder, ElasticLaw};
 use crate::scene::error::SceneError;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Elasticity of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ElasticSpec {
+    /// Region of cells
     pub region: String,
+    /// Name of a law in `laws`
     pub law: String,
+    /// Formulation of the law in the elements
     #[serde(default)]
     pub formulation: FormulationSpec,
     /// In cells of another elastic effect; refused if absent
@@ -21,7 +25,7 @@ pub struct ElasticSpec {
 }
 
 /// Formulation of a law in the elements.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum FormulationSpec {
     /// Displacements only; locks as ν → ½, on tet4 first

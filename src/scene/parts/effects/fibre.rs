@@ -13,6 +13,7 @@ use crate::scene::kind::by_kind;
 use crate::scene::quantity::{Angle, Force, Length};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
@@ -25,11 +26,13 @@ const LISTED: usize = 5;
 const MOST_SEGMENTS: f64 = 1e6;
 
 /// Elastic fibres of one stiffness.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreSpec {
+    /// Prefix of its columns; `fibre` if absent
     #[serde(default = "fibre")]
     pub name: String,
+    /// Lines of the fibres at rest
     pub along: FibreAlong,
     /// Axial stiffness of one fibre
     #[serde(rename = "EA")]
@@ -48,22 +51,26 @@ fn fibre() -> String {
 }
 
 /// Lines of fibres at rest.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum FibreAlong {
     /// One fibre through the points of each list
     Polylines {
+        /// Points of each fibre, in their order
         lines: Vec<Vec<[Length; 3]>>,
     },
+    /// Fibres wound about an axis
     Helix(HelixSpec),
 }
 
 /// Helices about an axis; exactly one of `pitch`, `angle` and `turns`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HelixSpec {
     /// From the first to the second point
     pub axis: [[Length; 3]; 2],
+    /// Radius of the helices
     pub radius: Length,
     /// Length along the axis in one turn
     pub pitch: Option<Length>,
@@ -71,6 +78,7 @@ pub struct HelixSpec {
     pub angle: Option<Angle>,
     /// From one end of the axis to the other
     pub turns: Option<f64>,
+    /// Hand of the helices
     pub hand: Hand,
     /// Fibres of each hand, evenly about the axis
     #[serde(default = "one")]
@@ -85,10 +93,12 @@ fn one() -> usize {
 }
 
 /// Hand of helices.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Hand {
+    /// Right-handed, as a usual screw
     Right,
+    /// Left-handed
     Left,
     /// As many fibres of each
     Both,

@@ -12,6 +12,7 @@ use crate::scene::kind::by_kind;
 use crate::scene::quantity::{Angle, Length, Modulus};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -19,16 +20,21 @@ use std::sync::Arc;
 by_kind!(DirectionSpec);
 
 /// Families of fibres of the same constants.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FibreFamilySpec {
+    /// Prefix of its columns; `fibre_family` if absent
     #[serde(default = "fibre_family")]
     pub name: String,
+    /// Region of cells
     pub region: String,
+    /// Stiffness k₁ of the fibres
     pub k1: Modulus,
+    /// Exponential stiffening k₂ of the fibres \[–\]
     pub k2: f64,
     /// Dispersion, 0 (aligned) to 1/3 (in all directions alike)
     pub kappa: f64,
+    /// Directions of the families at rest
     pub direction: DirectionSpec,
 }
 
@@ -37,17 +43,22 @@ fn fibre_family() -> String {
 }
 
 /// Directions of families at rest.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum DirectionSpec {
     /// The same everywhere; a family for each vector
-    Constant { vectors: Vec<[f64; 3]> },
+    Constant {
+        /// Direction of each family; its length does not count
+        vectors: Vec<[f64; 3]>,
+    },
     /// Along helices about an axis; a family for each hand
     Helical {
         /// Two points of the axis
         axis: [[Length; 3]; 2],
         /// Between the fibres and the axis
         angle: Angle,
+        /// Hand of the helices
         hand: Hand,
     },
 }

@@ -9,15 +9,20 @@ use crate::scene::error::SceneError;
 use crate::scene::quantity::Density;
 use crate::scene::signal::SignalSpec;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Weight of the cells of a region along a direction.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GravitySpec {
+    /// Region of cells that have a weight
     pub region: String,
+    /// Mass density at rest
     pub density: Density,
+    /// Direction of the weight; its length does not count
     pub direction: [f64; 3],
+    /// Acceleration of free fall \[m/s²\], such as `"9.81 m/s^2"`
     pub acceleration: SignalSpec,
 }
 

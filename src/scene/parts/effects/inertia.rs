@@ -6,23 +6,30 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::Density;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Inertia of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InertiaSpec {
+    /// Region of cells that have a mass
     pub region: String,
+    /// Mass density at rest
     pub density: Density,
+    /// Form of the mass matrix
     pub mass: LumpingSpec,
 }
 
 /// Form of a mass matrix.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum LumpingSpec {
+    /// From the shape functions
     Consistent,
+    /// The mass of each cell at its nodes, diagonal
     Lumped,
+    /// The same mass at every node, as in mass–spring models
     Uniform,
 }
 

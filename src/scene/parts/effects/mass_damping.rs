@@ -7,15 +7,20 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::{Density, PerSecond};
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Damping of a region in proportion to its mass.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MassDampingSpec {
+    /// Region of cells that are damped
     pub region: String,
+    /// Mass density at rest
     pub density: Density,
+    /// Form of the mass matrix
     pub mass: LumpingSpec,
+    /// Rate α of r = α M v
     pub alpha: PerSecond,
 }
 

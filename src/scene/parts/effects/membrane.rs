@@ -8,18 +8,22 @@ use crate::scene::quantity::Length;
 use crate::scene::recorder::{Moment, Recorder};
 use crate::scene::stable::stability_note;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;
 
 /// A thin sheet on the facets of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MembraneSpec {
+    /// Prefix of its columns; `membrane` if absent
     #[serde(default = "membrane")]
     pub name: String,
     /// Facets of the mesh
     pub region: String,
+    /// Name of a law in `laws`
     pub law: String,
+    /// Thickness at rest
     pub thickness: Length,
 }
 

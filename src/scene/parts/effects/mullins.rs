@@ -8,22 +8,25 @@ use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::Modulus;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Softening of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MullinsSpec {
+    /// Region of cells that soften
     pub region: String,
     /// The law of the elastic effect there
     pub law: String,
+    /// Constants of the softening, or the file of a fit
     pub softening: SofteningSpec,
 }
 
 /// Constants of softening. In a file also `{ include = "mullins.toml" }`, which is replaced by those of that file before the scene is built.
-#[derive(Clone, Debug, Default, Deserialize)]
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SofteningSpec {
     /// Path, relative to the scene

@@ -3,6 +3,7 @@
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Specification of an effect, with its construction and description.
@@ -43,7 +44,7 @@ pub(in crate::scene) trait EffectPart {
 }
 
 /// Stiffness of an effect in cells where another one is elastic too.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum OverlapSpec {
     /// It is added to that of the other effect

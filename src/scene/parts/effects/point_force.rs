@@ -11,18 +11,23 @@ use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::{GuideRadius, Length};
 use crate::scene::signal::SignalSpec;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A force of fixed direction on an embedded point.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointForceSpec {
+    /// Prefix of its columns; `point_force` if absent
     #[serde(default = "point_force")]
     pub name: String,
+    /// Point inside the body at rest
     pub point: [Length; 3],
     /// Of the patch that takes the force
     pub radius: GuideRadius,
+    /// Direction of the force, fixed in space; its length does not count
     pub direction: [f64; 3],
+    /// Force \[N\]
     pub force: SignalSpec,
 }
 

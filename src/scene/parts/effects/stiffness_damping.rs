@@ -6,20 +6,24 @@ use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::quantity::Time;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;
 
 /// Damping of the elastic effects and springs of the region of this name.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StiffnessDampingSpec {
+    /// Region of an elastic effect or of springs
     pub region: String,
+    /// Time β of r = β K v
     pub beta: Time,
+    /// Tangent K that is taken
     pub stiffness: StiffnessSpec,
 }
 
 /// Tangent that a stiffness-proportional damping takes.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessSpec {
     /// At rest

@@ -7,18 +7,23 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::signal::SignalSpec;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A load of fixed direction per reference area; exactly one of `region` and `skin`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TractionSpec {
+    /// Prefix of its columns; `traction` if absent
     #[serde(default = "traction")]
     pub name: String,
     /// Facets of the mesh
     pub region: Option<String>,
+    /// Name of a skin that carries the load, in place of a region
     pub skin: Option<String>,
+    /// Direction of the load, fixed in space; its length does not count
     pub direction: [f64; 3],
+    /// Force per area at rest \[Pa\]
     pub traction: SignalSpec,
 }
 

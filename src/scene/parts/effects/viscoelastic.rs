@@ -7,21 +7,27 @@ use crate::material::{Arm, Constants, Prony};
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::Time;
+use crate::schema::any_of;
 use crate::system::Effect;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use std::borrow::Cow;
 use std::fmt;
 use std::sync::Arc;
 
 /// Relaxation of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViscoelasticSpec {
+    /// Region of cells that relax
     pub region: String,
     /// The law of the elastic effect there
     pub law: String,
+    /// Modulus that the constants of the law give
     pub moduli: ModuliSpec,
+    /// Terms of the Prony series, or the file of a fit
     pub prony: SeriesSpec,
 }
 
@@ -38,6 +44,16 @@ impl From<Vec<ArmSpec>> for SeriesSpec {
 impl<'de> Deserialize<'de> for SeriesSpec {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_any(Terms)
+    }
+}
+
+impl JsonSchema for SeriesSpec {
+    fn schema_name() -> Cow<'static, str> {
+        "SeriesSpec".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        any_of(&[generator.subschema_for::<Vec<ArmSpec>>(), generator.subschema_for::<IncludeSpec>()])
     }
 }
 
@@ -65,7 +81,7 @@ impl<'de> Visitor<'de> for Terms {
 }
 
 /// A file whose value of the same key takes this place.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct IncludeSpec {
     /// Path, relative to the scene
@@ -74,15 +90,17 @@ struct IncludeSpec {
 }
 
 /// Which modulus the constants of a law give.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum ModuliSpec {
+    /// The modulus after a long time
     LongTerm,
+    /// The modulus at once
     Instantaneous,
 }
 
 /// One term of a Prony series.
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ArmSpec {
     /// Share of the instantaneous modulus

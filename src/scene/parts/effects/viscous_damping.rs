@@ -6,13 +6,16 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::Viscosity;
 use crate::system::Effect;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Viscous damping of the cells of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViscousDampingSpec {
+    /// Region of cells that are damped
     pub region: String,
+    /// Viscosity η
     pub eta: Viscosity,
 }
 

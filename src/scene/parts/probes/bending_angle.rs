@@ -11,16 +11,19 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Least sine of the angle between the axis and a direction whose rotations about it are counted (5.7°).
 const ACROSS: f64 = 0.1;
 
 /// Angle by which a tip has turned and moved about a root.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BendingAngle {
+    /// Region of facets that the angle is taken from
     pub root: String,
+    /// Region of facets whose angle is recorded
     pub tip: String,
     /// About which the angles are counted, with a sign by the right-hand rule
     pub axis: Option<[f64; 3]>,

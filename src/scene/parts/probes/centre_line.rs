@@ -18,6 +18,7 @@ use crate::scene::error::SceneError;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Fewest stations of a segment, with both ends: an arc through three of them has no residual.
@@ -36,18 +37,21 @@ const EXACT: f64 = 1e-9;
 const ACROSS: f64 = 0.1;
 
 /// Curvature and length of a line through the body.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CentreLine {
+    /// Prefix of the columns
     pub name: String,
     /// Stations inside the body, in order
     #[serde(default)]
     pub points: Vec<[Length; 3]>,
     /// Regions in whose middles a straight line begins and ends, instead of points
     pub from: Option<String>,
+    /// Region in whose middle the line ends
     pub to: Option<String>,
     /// Number of stations from the one region to the other
     pub stations: Option<usize>,
+    /// Number of arcs of constant curvature that are fitted
     #[serde(default = "one")]
     pub segments: usize,
     /// Direction in which a bend has the plane angle 0

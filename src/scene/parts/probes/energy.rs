@@ -4,10 +4,11 @@ use super::part::Probe;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Energies, Moment, Recorder};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Energies of the whole scene.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Energy {}
 

@@ -11,13 +11,16 @@ use crate::scene::error::part;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Positions of points embedded in the body.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Markers {
+    /// Prefix of the columns
     pub name: String,
+    /// Points in the body at rest, each as three lengths
     pub points: Vec<[Length; 3]>,
 }
 

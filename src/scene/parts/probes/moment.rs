@@ -7,12 +7,14 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Resultant moment of the reactions on a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReactionMoment {
+    /// Region that is held or moved
     pub region: String,
     /// Point fixed in space about which it is taken; the mean position of the region, which moves, if absent
     pub about: Option<[Length; 3]>,

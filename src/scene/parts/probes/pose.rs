@@ -25,6 +25,7 @@ use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use nalgebra::{Rotation3, UnitQuaternion};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::TAU;
 
@@ -38,9 +39,10 @@ const TURNABLE: f64 = 1e-10;
 const WHOLE: f64 = 1e-8;
 
 /// Position and rotation of a region or a skin.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pose {
+    /// Region of facets whose pose is recorded
     pub region: Option<String>,
     /// Surface from a file, instead of a region
     pub skin: Option<String>,

@@ -7,12 +7,14 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Area-mean position of a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Position {
+    /// Region whose mean position is recorded
     pub region: String,
 }
 

@@ -6,12 +6,14 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Sum of the reactions on a region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Reaction {
+    /// Region that is held or moved
     pub region: String,
 }
 

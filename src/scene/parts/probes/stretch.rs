@@ -6,11 +6,12 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::recorder::{Moment, Recorder};
 use crate::scene::stretch::stretches;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;
 
 /// Distribution of the largest principal stretch over the volume.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stretch {}
 

@@ -4,16 +4,21 @@ use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use super::place::{RuleSpec, at_place, vector};
 use crate::mesh::error::point;
 use crate::scene::quantity::Length;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A box along the axes, its sides included.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxSelector {
+    /// Corner with the smallest coordinates
     pub min: [Length; 3],
+    /// Corner with the largest coordinates
     pub max: [Length; 3],
+    /// Entities that are picked
     #[serde(default)]
     pub pick: PickSpec,
+    /// Facets or cells at the border that belong to the region; it is required with both
     pub rule: Option<RuleSpec>,
 }
 

@@ -4,15 +4,19 @@ use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use crate::mesh::TetMesh;
 use crate::mesh::parts::parts;
 use crate::mesh::select::{Pick, pieces};
+use crate::schema::any_of;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Visitor};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 
 /// A piece of the surface, or a part of the body.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ComponentSelector {
+    /// Component that is picked: `"inner"`, `"outer"`, or a number from 1 by size
     pub which: Which,
     /// Pieces of the surface (facets) or parts of the body (cells)
     pub pick: PickSpec,
@@ -27,6 +31,17 @@ pub enum Which {
     Outer,
     /// By size, from 1: the largest area, or the largest volume
     Number(usize),
+}
+
+impl JsonSchema for Which {
+    fn schema_name() -> Cow<'static, str> {
+        "Which".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let number = json_schema!({ "type": "integer", "minimum": 1, "description": "By size, from 1: the largest area, or the largest volume." });
+        any_of(&[json_schema!({ "enum": ["inner", "outer"] }), number])
+    }
 }
 
 impl<'de> Deserialize<'de> for Which {

@@ -6,20 +6,24 @@ use crate::math::units::{self, Dimension};
 use crate::mesh::distance::Nearest;
 use crate::mesh::surface_file::read_surface;
 use crate::scene::quantity::Length;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
 
 /// The layer within `tolerance` of a surface, on both of its sides.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NearSelector {
     /// STL or OBJ
     pub file: PathBuf,
     /// Unit of length of the file
     pub unit: String,
+    /// Half the thickness of the layer
     pub tolerance: Length,
+    /// Entities that are picked
     #[serde(default)]
     pub pick: PickSpec,
+    /// Facets or cells at the border that belong to the region; it is required with both
     pub rule: Option<RuleSpec>,
 }
 

@@ -4,13 +4,16 @@ use super::part::{Found, Ground, Refusal, SelectorPart};
 use super::place::direction;
 use crate::mesh::select::{Pick, facing};
 use crate::scene::quantity::Angle;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Boundary facets whose outward normal is within `angle` of `direction`.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NormalSelector {
+    /// Direction that the normal is compared with; its length does not count
     pub direction: [f64; 3],
+    /// Largest angle between them
     pub angle: Angle,
 }
 

@@ -3,6 +3,7 @@
 use crate::mesh::error::point;
 use crate::mesh::select::Pick;
 use crate::mesh::{Region, TetMesh};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -58,13 +59,15 @@ impl Refusal {
 }
 
 /// Entities that a selector picks.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum PickSpec {
+    /// Nodes
     #[default]
     Nodes,
     /// Of the boundary
     Facets,
+    /// Cells
     Cells,
 }
 

@@ -4,10 +4,11 @@ use super::part::{Found, Ground, PickSpec, Refusal};
 use crate::math::tensor::Vec3;
 use crate::mesh::select::{Pick, Rule};
 use crate::scene::quantity::Length;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Which facets or cells at the border of a place belong to it.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum RuleSpec {
     /// With a corner inside

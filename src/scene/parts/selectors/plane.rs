@@ -4,17 +4,23 @@ use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use super::place::{RuleSpec, at_place, direction, vector};
 use crate::mesh::error::point;
 use crate::scene::quantity::Length;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// The layer within `tolerance` of a plane.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneSelector {
+    /// Point of the plane
     pub point: [Length; 3],
+    /// Normal of the plane; its length does not count
     pub normal: [f64; 3],
+    /// Half the thickness of the layer
     pub tolerance: Length,
+    /// Entities that are picked
     #[serde(default)]
     pub pick: PickSpec,
+    /// Facets or cells at the border that belong to the region; it is required with both
     pub rule: Option<RuleSpec>,
 }
 

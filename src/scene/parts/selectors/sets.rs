@@ -4,39 +4,44 @@ use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use crate::mesh::boundary::facet_cells;
 use crate::mesh::select::Pick;
 use crate::mesh::{Region, TetMesh};
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Everything that is in one of the regions.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UnionSelector {
+    /// Names of the regions
     pub of: Vec<String>,
     /// Entities that are taken of each region
     pub pick: Option<PickSpec>,
 }
 
 /// Everything that is in all of the regions.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct IntersectionSelector {
+    /// Names of the regions
     pub of: Vec<String>,
     /// Entities that are taken of each region
     pub pick: Option<PickSpec>,
 }
 
 /// The first region without the others.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DifferenceSelector {
+    /// Names of the regions
     pub of: Vec<String>,
     /// Entities that are taken of each region
     pub pick: Option<PickSpec>,
 }
 
 /// Everything that is not in the region.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ComplementSelector {
+    /// Names of the regions
     pub of: [String; 1],
     /// Entities that are taken of the region
     pub pick: Option<PickSpec>,

@@ -4,16 +4,21 @@ use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use super::place::{RuleSpec, at_place, vector};
 use crate::mesh::error::point;
 use crate::scene::quantity::Length;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A ball.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SphereSelector {
+    /// Centre of the ball
     pub center: [Length; 3],
+    /// Radius of the ball
     pub radius: Length,
+    /// Entities that are picked
     #[serde(default)]
     pub pick: PickSpec,
+    /// Facets or cells at the border that belong to the region; it is required with both
     pub rule: Option<RuleSpec>,
 }
 

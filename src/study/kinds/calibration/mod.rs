@@ -8,6 +8,7 @@ pub mod report;
 
 use crate::calibrate::inverse::MeasuredSpec;
 use crate::scene::SceneError;
+use crate::schema::AnyTable;
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::inverse::{CalibrationPlan, CalibrationSpec, CurveSpec, UseSpec};
@@ -16,18 +17,21 @@ use crate::study::spec::{FamilySpec, VariantSpec, check_quantities, check_roles,
 use crate::study::store::record::{Quantity, Role};
 use crate::study::store::results::Results;
 use analysis::{CalibrationFindings, analyse};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 use std::sync::Arc;
 
 /// Keys of a calibration.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CalibrationStudy {
     /// The constants that are to be found
     pub calibration: CalibrationSpec,
+    /// Variants: manners of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<MeasuredVariantSpec>,
+    /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
     /// Where the law is used afterwards
@@ -36,17 +40,21 @@ pub struct CalibrationStudy {
 }
 
 /// A variant with the curve that its scene is to reproduce.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeasuredVariantSpec {
+    /// Part of the case ids
     pub name: String,
     /// In words, for sentences and figures; the name if absent
     pub label: Option<String>,
     /// Changes by path
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
+    /// Quantities that are reported
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
+    /// Measured curve that the scene is to reproduce
     pub measured: MeasuredSpec,
     /// Further curves of the same constants
     #[serde(rename = "curve", default)]

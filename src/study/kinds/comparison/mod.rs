@@ -13,15 +13,18 @@ use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, che
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use analysis::{ComparisonFindings, ComparisonRecord, analyse};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a comparison.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ComparisonStudy {
+    /// Variants: manners of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
+    /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
     /// The member that the others are compared with

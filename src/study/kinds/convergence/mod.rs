@@ -24,15 +24,18 @@ use crate::study::store::record::Role;
 use crate::study::store::results::Results;
 use analysis::analyse;
 use findings::ConvergenceFindings;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a convergence study.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConvergenceStudy {
+    /// Variants: manners of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
+    /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
     /// Errors of every case are estimated from its run alone, too

@@ -3,16 +3,18 @@
 //! A family is one problem in one formulation with one seed, its members are the sizes, and the materials are its variants. The families
 //! of the truth are references: the errors of their cases are not estimated from their own runs.
 
+use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names};
 use crate::study::store::record::{Quantity, Role};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Keys of a coverage study.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CoverageStudy {
     /// Materials in which every problem is posed
@@ -27,28 +29,32 @@ pub struct CoverageStudy {
     /// Several meshes of the same size
     #[serde(rename = "seed", default)]
     pub seeds: Vec<ChangesSpec>,
+    /// Boundary value problems
     #[serde(rename = "problem", default)]
     pub problems: Vec<ProblemSpec>,
 }
 
 /// Changes to a scene, with a name.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChangesSpec {
+    /// Part of the case ids
     pub name: String,
     /// In words; the name if absent
     pub label: Option<String>,
     /// Changes by path
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Of a formulation: which of the sizes of a problem it is run with
     pub sizes: Option<String>,
 }
 
 /// A boundary value problem without its constants and meshes.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProblemSpec {
+    /// Part of the case ids
     pub name: String,
     /// The set-up in one line
     pub label: String,
@@ -68,9 +74,11 @@ pub struct ProblemSpec {
     /// Belongs to the quick half
     #[serde(default)]
     pub quick: bool,
+    /// Quantities whose error bars are judged
     #[serde(rename = "quantity")]
     pub quantities: Vec<Quantity>,
     /// Name of a series of sizes → label of a size → its changes; `truth` is the series of the truth
+    #[schemars(with = "BTreeMap<String, AnyTable>")]
     pub sizes: BTreeMap<String, toml::Table>,
 }
 

@@ -11,14 +11,16 @@ use crate::math::formula::Formula;
 use crate::math::units;
 use crate::scene::{hint, overrides};
 use crate::study::store::record::StoredCase;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// `[[suite.check]]`
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckSpec {
     /// The comparison, in words
     pub what: String,
+    /// Formula of recorded columns that is compared
     pub measured: String,
     /// Formula of the reference; or `like`, or `first`
     pub reference: Option<String>,
@@ -27,8 +29,10 @@ pub struct CheckSpec {
     /// The formula keeps its first value
     #[serde(default)]
     pub first: bool,
+    /// Rows that are compared
     #[serde(default)]
     pub at: Moment,
+    /// Side of the reference that counts
     #[serde(default)]
     pub bound: Bound,
     /// Largest error, as a fraction or in %
@@ -44,7 +48,7 @@ pub struct CheckSpec {
 }
 
 /// Rows that are compared.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Moment {
     /// The last row
@@ -57,12 +61,15 @@ pub enum Moment {
 }
 
 /// Which side of the reference counts.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
+    /// Both sides
     #[default]
     Both,
+    /// The measured formula may be smaller
     AtMost,
+    /// The measured formula may be larger
     AtLeast,
 }
 

@@ -18,14 +18,16 @@ use crate::study::spec::{VariantSpec, refuse};
 use crate::study::store::results::Results;
 use analysis::{RobustnessFindings, analyse};
 use record::RobustnessRecord;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use spec::{MapSpec, SuiteSpec};
 use std::path::Path;
 
 /// Keys of a robustness study.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobustnessStudy {
+    /// Variants: manners of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// Scenes that break simulators

@@ -1,20 +1,23 @@
 //! `[[suite]]` and `[[map]]` of a study of kind `robustness`, as families of cases.
 
 use crate::scene::hint;
+use crate::schema::AnyTable;
 use crate::study::axis::{self, AxisSpec, Combine};
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::robustness::check::{Check, CheckSpec};
 use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, SuiteRecord};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec};
 use crate::study::store::record::{Quantity, REFUSED, Role};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Scenes that break simulators: rows of the matrix, whose columns are variants.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SuiteSpec {
+    /// Part of the case ids
     pub name: String,
     /// The set-up in one line
     pub setup: String,
@@ -24,12 +27,15 @@ pub struct SuiteSpec {
     pub variants: Option<Vec<String>>,
     /// Changes for all members
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Label of a member → its changes
+    #[schemars(with = "AnyTable")]
     pub members: toml::Table,
     /// The statuses, or `Refused`, that are right; if absent `Converged` with a check that wants a converged run, else any
     /// stated end but the end of the time
     pub ends: Option<Vec<String>>,
+    /// Checks of the results
     #[serde(rename = "check", default)]
     pub checks: Vec<CheckSpec>,
     /// Belongs to the quick half
@@ -38,15 +44,20 @@ pub struct SuiteSpec {
 }
 
 /// Map of the region over two axes in which a scene can be solved.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MapSpec {
+    /// Part of the case ids
     pub name: String,
+    /// The set-up in one line
     pub setup: String,
+    /// Scene file, relative to the study; that of the study if absent
     pub scene: Option<PathBuf>,
     /// Variants that are compared, side by side
     pub variants: Option<Vec<String>>,
+    /// Changes for all points, by path
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// The column whose peak is compared with that of the reference
     pub quantity: Quantity,
@@ -54,6 +65,7 @@ pub struct MapSpec {
     #[serde(rename = "axis")]
     pub axes: Vec<AxisSpec>,
     /// Changes that make the case that a row is compared with; if absent, the first value along x in the first variant
+    #[schemars(with = "Option<AnyTable>")]
     pub reference: Option<toml::Table>,
 }
 

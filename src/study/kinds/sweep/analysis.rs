@@ -16,6 +16,7 @@ use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
 use crate::study::store::record::{StoredCase, StudyRecord};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -23,7 +24,7 @@ use std::collections::BTreeMap;
 const STEP: f64 = 1e-6;
 
 /// The value of a run by which a sweep judges a quantity.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Judged {
     /// The one farthest from the first

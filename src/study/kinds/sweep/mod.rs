@@ -12,13 +12,15 @@ use crate::study::kind::{Expansion, StudyKind};
 use crate::study::spec::{Mistake, VariantSpec, check_names, check_quantities, refuse};
 use crate::study::store::results::Results;
 use analysis::{Judged, SweepFindings, SweepRecord, analyse};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
 
 /// Keys of a sweep.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SweepStudy {
+    /// Variants: manners of driving the scene, with the quantities judged there
     #[serde(rename = "variant", default)]
     pub variants: Vec<VariantSpec>,
     /// The keys that are swept

@@ -1,12 +1,14 @@
 //! Keys of a validation as the study file gives them.
 
+use crate::schema::AnyTable;
 use crate::study::spec::FamilySpec;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Keys of a validation.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ValidationStudy {
     /// Constants that are found from the calibration records
@@ -15,13 +17,16 @@ pub struct ValidationStudy {
     /// Numbers that are known with an uncertainty
     #[serde(rename = "input", default)]
     pub inputs: Vec<InputSpec>,
+    /// Experiments with their scenes
     #[serde(rename = "record", default)]
     pub records: Vec<RecordSpec>,
+    /// Quantities that are measured or predicted
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<QuantitySpec>,
     /// Fields of displacements
     #[serde(rename = "field", default)]
     pub fields: Vec<FieldSpec>,
+    /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
     /// Runs per record at random places, which show how far the response surfaces are off
@@ -34,23 +39,27 @@ fn usual_checks() -> usize {
 }
 
 /// A constant of the scenes that the calibration records determine.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UnknownSpec {
     /// Part of the case ids
     pub name: String,
     /// Path into the scenes; records whose scene does not have it do not depend on it
     pub key: String,
+    /// The constant in words
     pub label: String,
+    /// Letter in formulae and on axes
     pub symbol: String,
     /// Within which it is looked for
+    #[schemars(with = "[serde_json::Value; 2]")]
     pub range: [toml::Value; 2],
 }
 
 /// A number of the scenes that is known with an uncertainty.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InputSpec {
+    /// Name of the input
     pub name: String,
     /// Paths into the scenes that change together
     pub keys: Vec<String>,
@@ -65,27 +74,32 @@ pub struct InputSpec {
 }
 
 /// Purpose of a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Purpose {
+    /// The record determines the constants
     Calibration,
+    /// The record is predicted with them
     Prediction,
 }
 
 /// One experiment, and its scene.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordSpec {
+    /// Part of the case ids
     pub name: String,
     /// In words; the name if absent
     pub label: Option<String>,
     /// Name of the experiment, where several records are of one; the name of the record if absent
     pub experiment: Option<String>,
+    /// Purpose of the record
     pub purpose: Purpose,
     /// Relative to the study; its scene if absent
     pub scene: Option<PathBuf>,
     /// Changes by path
     #[serde(default)]
+    #[schemars(with = "AnyTable")]
     pub set: toml::Table,
     /// Measured tracks of markers
     pub tracks: Option<TracksSpec>,
@@ -99,13 +113,14 @@ impl RecordSpec {
 }
 
 /// Files of marker tracks of one experiment, with statements on how they are read.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TracksSpec {
     /// C3D, TRC or tables relative to the study; several are repeats
     pub files: Vec<PathBuf>,
     /// Unit of the coordinates; the one that the file states if absent
     pub unit: Option<String>,
+    /// Unit of the times of a table
     pub time_unit: Option<String>,
     /// Frames per second, `100 Hz`
     pub rate: Option<String>,
@@ -119,6 +134,7 @@ pub struct TracksSpec {
     pub reference: Option<PathBuf>,
     /// Windows of the states; found if absent
     pub held: Option<[String; 2]>,
+    /// Window of the final state in the time of the tracks; found if absent
     #[serde(rename = "final")]
     pub last: Option<[String; 2]>,
     /// Departure from the held state that counts as release
@@ -126,7 +142,7 @@ pub struct TracksSpec {
 }
 
 /// The number that is taken from a column.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, Default)]
 #[serde(rename_all = "snake_case")]
 pub enum Evaluation {
     /// Its last value
@@ -141,15 +157,20 @@ pub enum Evaluation {
 }
 
 /// A quantity that is measured or predicted.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct QuantitySpec {
+    /// Name of the quantity
     pub name: String,
+    /// The quantity in words
     pub label: String,
+    /// Letter in formulae and on axes
     pub symbol: String,
+    /// Unit of the quantity
     pub unit: String,
     /// Recorded column of the scene
     pub column: String,
+    /// The number that is taken from the column
     #[serde(default)]
     pub value: Evaluation,
     /// Factor, −1 for a drop that the column counts upwards
@@ -166,6 +187,7 @@ pub struct QuantitySpec {
     pub table: Option<TableSpec>,
     /// Curve of the tracks of its records that is measured, `tip_z_m`
     pub curve: Option<String>,
+    /// Errors of the measurement
     #[serde(rename = "error", default)]
     pub errors: Vec<ErrorSpec>,
 }
@@ -175,10 +197,12 @@ fn one() -> f64 {
 }
 
 /// A measured value or several.
-#[derive(Clone, Debug, Deserialize, Serialize, PartialEq)]
+#[derive(Clone, Debug, Deserialize, JsonSchema, Serialize, PartialEq)]
 #[serde(untagged)]
 pub enum Repeats {
+    /// One measured value
     One(f64),
+    /// Values of several repeats
     Several(Vec<f64>),
 }
 
@@ -192,11 +216,12 @@ impl Repeats {
 }
 
 /// Rows of a CSV file that hold measured values.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableSpec {
     /// Relative to the study
     pub file: PathBuf,
+    /// Column of the measured values
     pub column: String,
     /// Unit of the numbers in the file
     pub unit: String,
@@ -206,7 +231,7 @@ pub struct TableSpec {
 }
 
 /// Displacements of many points, by image correlation or markers.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FieldSpec {
     /// Part of the names of its columns and quantities
@@ -232,13 +257,14 @@ pub struct FieldSpec {
 }
 
 /// An error of the measurement of a quantity.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorSpec {
     /// Under which it counts in the budget
     pub group: String,
     /// Standard deviation
     pub deviation: String,
+    /// Where the deviation is from
     pub source: String,
     /// One error for all records, instead of one for each
     #[serde(default)]

@@ -6,30 +6,38 @@ use crate::scene::parts::constraints::part::ConstraintPart;
 use crate::scene::quantity::{Force, GuideRadius, Length};
 use crate::scene::recorder::Headline;
 use crate::scene::signal::SignalSpec;
+use crate::schema::any_of;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+use std::borrow::Cow;
 use std::fmt;
 use std::path::PathBuf;
 
 by_kind!(CableDriveSpec);
 
 /// A cable along a path through the body.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CableSpec {
+    /// Prefix of its columns; `cable` if absent
     #[serde(default = "cable")]
     pub name: String,
     /// Path of the body, or `guides` with `pull_point`
     pub path: Option<String>,
+    /// Guides in order from the pull point: points, or a file
     pub guides: Option<GuidesSpec>,
+    /// Point at which the cable is pulled
     pub pull_point: Option<PullPointSpec>,
     /// Guides outside of the body by no more than this are moved to its surface
     pub reach: Option<Length>,
     /// Points fixed in space between pull point and guides
     #[serde(default)]
     pub rings: Vec<RingSpec>,
+    /// Radius of the patches over which guides spread their forces, or `"point"`
     pub guide_radius: GuideRadius,
+    /// How the cable is driven at the pull point
     pub drive: CableDriveSpec,
     /// Axial stiffness; a cable without one does not stretch
     #[serde(rename = "EA")]
@@ -41,15 +49,17 @@ pub struct CableSpec {
 }
 
 /// Guides in order from the pull point.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(untagged)]
 pub enum GuidesSpec {
+    /// Points of one cable.
     List(Vec<[Length; 3]>),
     /// Of one cable or of several, each of which takes the other keys of the entry
     File(GuideFile),
 }
 
 /// A file of guides.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GuideFile {
     /// CSV or JSON
@@ -101,6 +111,16 @@ impl<'de> Deserialize<'de> for PullPointSpec {
     }
 }
 
+impl JsonSchema for PullPointSpec {
+    fn schema_name() -> Cow<'static, str> {
+        "PullPointSpec".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        any_of(&[generator.subschema_for::<[Length; 3]>(), json_schema!({ "enum": ["first", "moving"] })])
+    }
+}
+
 struct PointOrFirst;
 
 impl<'de> Visitor<'de> for PointOrFirst {
@@ -127,9 +147,10 @@ impl<'de> Visitor<'de> for PointOrFirst {
 }
 
 /// A ring fixed in space.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RingSpec {
+    /// Point of the ring
     pub at: [Length; 3],
     /// Number of guides between the pull point and the ring
     pub after: usize,
@@ -140,14 +161,18 @@ fn cable() -> String {
 }
 
 /// Drive of a cable at the pull point.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
 pub enum CableDriveSpec {
     /// Shortening of the cable
     Length {
+        /// Length \[m\] that is pulled in
         signal: SignalSpec,
     },
+    /// Tension at the pull point
     Tension {
+        /// Force \[N\] in the cable
         signal: SignalSpec,
     },
 }

@@ -1,0 +1,25 @@
+//! `durometer schema FILE`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::study::schema::{Described, SCHEMAS};
+
+/// Print the JSON Schema of a file, so that editors complete and check its keys
+///
+/// A line `#:schema ./scene.schema.json` at the head of a TOML file names its schema to editors; projects of `durometer new` have one.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer schema scene > scene.schema.json
+  durometer schema summary")]
+pub struct Args {
+    /// File that the schema describes: scene.toml, study.toml or summary.json
+    #[arg(value_parser = SCHEMAS.map(|described| described.name))]
+    file: String,
+}
+
+pub fn main(args: &Args) -> CommandResult {
+    if let Some(Described { schema, .. }) = SCHEMAS.iter().find(|described| described.name == args.file) {
+        println!("{:#}", schema().as_value());
+    }
+    Ok(Outcome::Complete)
+}

@@ -1,0 +1,193 @@
+//! The JSON Schemas say what the program reads and writes: shipped files are valid, refused keys are not, and the keys of a schema are exactly
+//! those of the reader.
+
+mod walk;
+
+use durometer::material::law_from_table;
+use durometer::scene::{SceneError, SceneSpec, from_text};
+use durometer::study::expand;
+use durometer::study::kind::{COMMON_KEYS, Extent};
+use durometer::study::schema;
+use jsonschema::Validator;
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use walk::{Object, objects};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn validator(schema: &Value) -> Validator {
+    jsonschema::validator_for(schema).expect("a schema of its draft")
+}
+
+/// All files below a folder that end so.
+fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
+    fn walk(folder: &Path, ending: &str, found: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).expect("a folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                walk(&path, ending, found);
+            } else if path.to_string_lossy().ends_with(ending) {
+                found.push(path);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    walk(&root().join(folder), ending, &mut found);
+    found.sort();
+    found
+}
+
+/// The content of a TOML file as JSON; none of a file that is no TOML.
+fn content(file: &Path) -> Option<Value> {
+    let table: toml::Table = std::fs::read_to_string(file).ok()?.parse().ok()?;
+    Some(serde_json::to_value(table).expect("a table without dates"))
+}
+
+/// The schema of a file by its keys: a study asks a question, a scene has stages.
+fn kind_of(content: &Value) -> Option<&'static str> {
+    if content.get("question").is_some() {
+        Some("study")
+    } else if content.get("stage").is_some() && content.get("mesh").is_some() {
+        Some("scene")
+    } else {
+        None
+    }
+}
+
+#[test]
+fn shipped_scenes_and_studies_are_valid() {
+    let scenes = validator(schema::scene().as_value());
+    let studies = validator(schema::study().as_value());
+    let (mut wrong, mut checked) = (Vec::new(), [0, 0]);
+    for file in ["studies", "src/study/starters", "tests/scenes", "tests/cli"].iter().flat_map(|f| files(f, ".toml")) {
+        let content = content(&file).expect("shipped files are TOML");
+        let Some(kind) = kind_of(&content) else { continue };
+        let (schema, count) = if kind == "scene" { (&scenes, 0) } else { (&studies, 1) };
+        checked[count] += 1;
+        wrong.extend(schema.iter_errors(&content).map(|e| format!("{}: {}: {e}", file.display(), e.instance_path())));
+    }
+    assert!(checked[0] > 40 && checked[1] > 30, "{checked:?}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn published_summaries_are_valid() {
+    let summary = validator(schema::summary().as_value());
+    let all = files("reports/published", "summary.json");
+    assert!(all.len() > 20);
+    let mut wrong = Vec::new();
+    for file in &all {
+        let text = std::fs::read_to_string(file).expect("a summary");
+        let content: Value = serde_json::from_str(&text).expect("JSON");
+        wrong.extend(summary.iter_errors(&content).map(|e| format!("{}: {}: {e}", file.display(), e.instance_path())));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Mistakes in keys, kinds and types are seen by an editor too; those of content, such as a region that does not exist, are not.
+#[test]
+fn refused_keys_are_refused_by_the_schema() {
+    let scenes = validator(schema::scene().as_value());
+    let (mut accepted, mut checked) = (Vec::new(), 0);
+    for file in files("tests/bad/scenes", ".toml") {
+        let message = std::fs::read_to_string(file.with_extension("txt")).unwrap_or_default();
+        let of_form =
+            ["unknown key", "unknown kind", "unknown name", "is missing; add it", "this must be", "has no unit"];
+        let Some(content) = content(&file).filter(|_| of_form.iter().any(|words| message.contains(words))) else {
+            continue;
+        };
+        if kind_of(&content) == Some("study") {
+            continue;
+        }
+        checked += 1;
+        if scenes.is_valid(&content) {
+            accepted.push(format!("{}: {message}", file.display()));
+        }
+    }
+    assert!(checked > 10, "{checked}");
+    assert!(accepted.is_empty(), "{}", accepted.join("\n"));
+}
+
+fn read_scene(text: &str) -> Result<(), SceneError> {
+    from_text::<SceneSpec>(Path::new("scene.toml"), text, "").map(|_| ())
+}
+
+fn read_study(text: &str) -> Result<(), SceneError> {
+    expand::parse(Path::new("study.toml"), text, Extent::Whole).map(|_| ())
+}
+
+/// Compares the keys of one table with those of the reader. Returns what is wrong.
+fn compare(object: &Object, read: fn(&str) -> Result<(), SceneError>) -> Option<String> {
+    const UNKNOWN: &str = "zzz";
+    let text = |content: &Value| toml::to_string(content).expect("tables, lists, texts and numbers");
+    let full = text(&object.with_all_keys());
+    if let Err(error @ SceneError::Syntax { .. }) = read(&full) {
+        return Some(format!("{}: a key of the schema is refused: {error}\n{full}", object.name));
+    }
+    let message = read(&text(&object.with_key(UNKNOWN, json!(1)))).expect_err("an unknown key").to_string();
+    let Some((_, known)) = message.split_once("unknown key `zzz`; ") else {
+        return Some(format!("{}: the unknown key is not what is refused: {message}", object.name));
+    };
+    let known = known.split("known: ").nth(1).unwrap_or_default();
+    let known: BTreeSet<&str> = known.split([',', ')', ' ', '\n', '|', '^']).filter(|k| !k.is_empty()).collect();
+    let own: BTreeSet<&str> = object.keys.iter().map(String::as_str).collect();
+    // The keys that every study has are read apart from those of its kind
+    let common = |key: &&&str| object.name.starts_with('|') && COMMON_KEYS.contains(key);
+    let extra: Vec<_> = known.difference(&own).chain(own.difference(&known)).filter(|key| !common(key)).collect();
+    (!extra.is_empty()).then(|| format!("{}: only the reader or the schema knows {extra:?}: {message}", object.name))
+}
+
+/// Every table that a schema describes, within a file of examples, is read with all of its keys, and the reader lists the same keys where one
+/// is unknown.
+#[test]
+fn the_keys_of_schema_and_reader_are_the_same() {
+    for (schema, read, least) in
+        [(schema::scene(), read_scene as fn(&str) -> Result<(), SceneError>, 80), (schema::study(), read_study, 25)]
+    {
+        let all = objects(schema.as_value());
+        let wrong: Vec<String> = all.iter().filter_map(|object| compare(object, read)).collect();
+        assert!(all.len() > least, "{}", all.len());
+        assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), all.len(), wrong.join("\n"));
+    }
+}
+
+#[test]
+fn a_law_takes_the_keys_of_its_schema_and_no_other() {
+    let schema = schema::scene();
+    let tables = schema.pointer("/$defs/LawTable/oneOf").and_then(Value::as_array).expect("a table for each law");
+    for (entry, table) in durometer::material::LAWS.iter().zip(tables) {
+        let keys = table["properties"].as_object().expect("keys");
+        assert_eq!(keys["law"]["const"], entry.info.name);
+        for key in keys.keys().chain([&"zzz".to_string()]) {
+            let mut given = entry.example_table();
+            given.insert(key.clone(), toml::Value::Boolean(true));
+            let error = law_from_table(&given).map(|_| ()).map_err(|e| e.to_string());
+            let refused = error.as_ref().is_err_and(|e| e.contains("has no parameter"));
+            assert_eq!(refused, key == "zzz", "{}: {key}: {error:?}", entry.info.name);
+        }
+    }
+}
+
+/// What an editor shows is a sentence, and quantities show how they are written.
+#[test]
+fn every_key_has_a_description() {
+    for described in schema::SCHEMAS {
+        let schema = (described.schema)();
+        let mut silent = Vec::new();
+        walk::each_key(schema.as_value(), &mut |name, key| {
+            let text = key["description"].as_str().unwrap_or_default();
+            let is_sentence =
+                text.ends_with('.') && text.starts_with(|c: char| !c.is_lowercase()) && !text.contains("\\");
+            if !(is_sentence || key.get("const").is_some()) {
+                silent.push(format!("{name}: {text:?}"));
+            }
+        });
+        assert!(silent.is_empty(), "{}: {} keys:\n{}", described.name, silent.len(), silent.join("\n"));
+    }
+    let scene = schema::scene();
+    let size = scene.pointer("/$defs/MeshSpec/properties/size/description");
+    assert_eq!(size, Some(&json!("Edge length. Write for example \"1 mm\".")));
+}
