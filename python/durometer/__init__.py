@@ -59,11 +59,12 @@ __all__ = [
 
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete."""
-    pipe = getattr(signal, "SIGPIPE", None)
-    before = signal.getsignal(pipe) if pipe else None
+    pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
+    before = [signal.getsignal(pipe) for pipe in pipes]
     try:
         return _native.main(sys.argv[1:] if arguments is None else arguments)
     finally:
         # The program lets a closed pipe end it, where Python does not
-        if before is not None and threading.current_thread() is threading.main_thread():
-            signal.signal(pipe, before)
+        if threading.current_thread() is threading.main_thread():
+            for pipe, handler in zip(pipes, before):
+                signal.signal(pipe, handler)

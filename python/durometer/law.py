@@ -1,8 +1,11 @@
 """The base of laws in Python."""
 
-from typing import Any, ClassVar, NamedTuple
+from __future__ import annotations
 
-import numpy
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy
 
 
 class Parameter(NamedTuple):

@@ -20,32 +20,37 @@ impl Invariants {
         Of::of_positive(&f).map(Self).map_err(crate::error::refused)
     }
 
+    /// det F.
     #[getter(J)]
     fn j(&self) -> f64 {
         self.0.j
     }
 
+    /// det F − 1.
     #[getter(J_minus_1)]
     fn j_minus_1(&self) -> f64 {
         self.0.x
     }
 
+    /// ln det F.
     #[getter(ln_J)]
     fn ln_j(&self) -> f64 {
         self.0.ln_j()
     }
 
+    /// F:F − 3.
     #[getter(I1_minus_3)]
     fn i1_minus_3(&self) -> f64 {
         self.0.i
     }
 
+    /// F:F − 3 − 2 ln J, which is never negative.
     #[getter(I1_minus_3_minus_2_ln_J)]
     fn i1_minus_3_minus_2_ln_j(&self) -> f64 {
         self.0.i_2ln(self.0.ln_j())
     }
 
-    /// J F⁻ᵀ.
+    /// \[3 × 3\] J F⁻ᵀ.
     #[getter]
     fn cofactor(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         crate::array::array(py, self.0.cof.transpose().as_slice().to_vec(), [3, 3])

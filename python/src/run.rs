@@ -158,13 +158,13 @@ impl Run {
     }
 
     /// The body as an unstructured grid of pyvista, displaced as at `field_times[k]`, with the fields of that time; at rest without fields.
-    #[pyo3(signature = (k = -1))]
+    #[pyo3(signature = (k = -1), text_signature = "($self, k=-1)")]
     fn to_pyvista<'py>(slf: &Bound<'py, Self>, k: isize) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._meshes")?.call_method1("pyvista_grid", (slf, k))
     }
 
     /// The body at rest as a mesh of meshio, with the fields of `field_times[k]`.
-    #[pyo3(signature = (k = -1))]
+    #[pyo3(signature = (k = -1), text_signature = "($self, k=-1)")]
     fn to_meshio<'py>(slf: &Bound<'py, Self>, k: isize) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._meshes")?.call_method1("meshio_mesh", (slf, k))
     }

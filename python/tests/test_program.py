@@ -51,7 +51,8 @@ def test_the_script_is_installed_next_to_python() -> None:
 def test_a_reader_that_closes_the_pipe_ends_the_program_quietly() -> None:
     command = f"{sys.executable} -P -m durometer studies --json | head -c 1"
     told = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=120)
-    assert told.stdout == "[" and told.stderr == ""
+    assert told.stdout == "["
+    assert "Traceback" not in told.stderr and "roken pipe" not in told.stderr and "panicked" not in told.stderr
 
 
 @POSIX
@@ -71,20 +72,18 @@ def test_ctrl_c_keeps_what_is_finished_of_a_study(tmp_path: Path) -> None:
 
 
 @POSIX
-def test_ctrl_c_ends_a_command_that_does_not_take_it(tmp_path: Path) -> None:
-    fifo = tmp_path / "never.csv"
-    os.mkfifo(fifo)
-    command = [sys.executable, "-P", "-m", "durometer", "fit", str(fifo), "--law", "yeoh", "--out", str(tmp_path)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+def test_ctrl_c_ends_a_command_that_does_not_take_it() -> None:
+    # The process of a case waits for its order
+    command = [sys.executable, "-P", "-m", "durometer", "worker"]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE)
     try:
-        # It waits for the other end of the pipe, or has refused it already
-        process.wait(timeout=5)
-        pytest.skip("a named pipe is refused")
-    except subprocess.TimeoutExpired:
+        with pytest.raises(subprocess.TimeoutExpired):
+            process.wait(timeout=3)
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=20) != 0
+        assert process.wait(timeout=20) == -signal.SIGINT
     finally:
         process.kill()
+        process.wait()
 
 
 def test_another_durometer_in_the_current_folder_is_not_run(tmp_path: Path) -> None:
