@@ -176,8 +176,15 @@ fn a_starter_runs_as_it_is() {
         let machine = Machine::new();
         let (out, _) = machine.call(&["new", name], 0);
         assert!(out.contains(&format!("cd {name} && durometer simulate scene.toml")), "{out}");
-        assert_eq!(names(&machine.work().join(name)), ["README.md", "scene.toml", "study.toml"]);
         let at = machine.work().join(name);
+        assert_eq!(names(&at), ["README.md", "scene.schema.json", "scene.toml", "study.schema.json", "study.toml"]);
+        for kind in ["scene", "study"] {
+            let text = std::fs::read_to_string(at.join(format!("{kind}.toml"))).expect("a file of the project");
+            assert!(text.starts_with(&format!("#:schema ./{kind}.schema.json\n")), "{text}");
+            let (schema, _) = machine.call(&["schema", kind], 0);
+            let stored = std::fs::read_to_string(at.join(format!("{kind}.schema.json"))).expect("a schema");
+            assert_eq!(schema, stored);
+        }
         let call =
             |arguments: &[&str]| said(&machine.command(arguments).current_dir(&at).output().expect("it starts"), 0);
         call(&["check", "study.toml"]);
@@ -216,7 +223,8 @@ fn a_project_is_made_around_a_mesh_file() {
         .expect("room");
     machine.call(&["new", "robot.vtk", "--unit", "mm"], 0);
     let at = machine.work().join("robot");
-    assert_eq!(names(&at), ["README.md", "robot.vtk", "scene.toml", "study.toml"]);
+    let schemas = ["scene.schema.json", "study.schema.json"];
+    assert_eq!(names(&at), ["README.md", "robot.vtk", schemas[0], "scene.toml", schemas[1], "study.toml"]);
     std::fs::remove_file(machine.work().join("robot.vtk")).expect("own file");
     let call = |arguments: &[&str]| said(&machine.command(arguments).current_dir(&at).output().expect("it starts"), 0);
     call(&["simulate", "scene.toml"]);
