@@ -19,10 +19,15 @@ const OFTEN: Duration = Duration::from_millis(50);
 #[derive(clap::Args)]
 pub struct Args {}
 
-/// The program that computes the cases of a study: this one, also where its file has been replaced meanwhile.
+/// The program that computes the cases of a study: this one, also where its file has been replaced meanwhile. Where the system does not say which it
+/// is, as Linux without `/proc`, it is the one that was called by a path.
 pub fn program() -> std::io::Result<PathBuf> {
     let running = PathBuf::from("/proc/self/exe");
-    if running.exists() { Ok(running) } else { std::env::current_exe() }
+    if running.exists() {
+        return Ok(running);
+    }
+    let called = || std::env::args_os().next().map(PathBuf::from).filter(|path| path.is_file());
+    std::env::current_exe().or_else(|error| called().map_or(Err(error), std::path::absolute))
 }
 
 pub fn main(_: Args) -> CommandResult {
