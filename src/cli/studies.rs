@@ -27,22 +27,24 @@ pub fn main(args: Args) -> CommandResult {
     for found in shipped(&store) {
         match found {
             Ok(study) => known.push(study),
-            Err((name, error)) => {
-                let page = store.home.studies().join(&name).join("README.md");
-                unread.push(format!("{name}, whose {} says what it needs: {error}", page.display()));
-            }
+            Err((name, _)) => unread.push(name),
         }
     }
+    let waiting = (!unread.is_empty()).then(|| {
+        let (count, names) = (unread.len(), unread.join(", "));
+        format!("{count} more cannot be run as they are: {names}; durometer check NAME says why, README.md in its folder what it needs")
+    });
     if args.json {
         println!("{}", serde_json::to_string_pretty(&known)?);
+        waiting.iter().for_each(|line| eprintln!("{line}"));
     } else {
         known.iter().for_each(show);
         println!("\n{} studies and scenes in {}", known.len(), store.home.studies().display());
         if known.iter().any(|study| !study.has_meshes) {
             println!("* meshes are made at the first run, by the mesher ({})", host::setup());
         }
+        waiting.iter().for_each(|line| println!("{line}"));
     }
-    unread.iter().for_each(|reason| eprintln!("not listed: {reason}"));
     Ok(Outcome::Complete)
 }
 

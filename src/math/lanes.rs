@@ -82,3 +82,37 @@ impl<K: Kernel> pulp::WithSimd for Vectorised<K> {
         self.0.run();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::WithSimd;
+
+    /// Σ aᵢ bᵢ in the order of the numbers, lane by lane.
+    struct Products<'a>(&'a [Lanes], &'a [Lanes], &'a mut Lanes);
+
+    impl Kernel for Products<'_> {
+        #[inline(always)]
+        fn run(self) {
+            self.0.iter().zip(self.1).for_each(|(&a, &b)| *self.2 += a * b);
+        }
+    }
+
+    /// Fused products and sums would differ: 1 + 2⁻³⁰ squared has 60 digits after the point.
+    #[test]
+    fn wide_vectors_and_plain_arithmetic_have_the_same_bits() {
+        let digits = |k: usize| 1.0 + f64::powi(2.0, -30) * (k + 1) as f64;
+        let a: Vec<Lanes> = (0..9).map(|k| Lanes([0, 1, 2, 3].map(|lane| digits(4 * k + lane)))).collect();
+        let (mut wide, mut plain) = (Lanes([-9.0; LANES]), Lanes([-9.0; LANES]));
+        widest(Products(&a, &a, &mut wide));
+        Vectorised(Products(&a, &a, &mut plain)).with_simd(pulp::Scalar);
+        let one_by_one: Vec<f64> =
+            (0..LANES).map(|lane| a.iter().fold(-9.0, |sum, x| sum + x.0[lane] * x.0[lane])).collect();
+        let fused: Vec<f64> =
+            (0..LANES).map(|lane| a.iter().fold(-9.0, |sum, x| x.0[lane].mul_add(x.0[lane], sum))).collect();
+        let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&wide.0), bits(&plain.0));
+        assert_eq!(bits(&wide.0), bits(&one_by_one));
+        assert_ne!(bits(&wide.0), bits(&fused), "the numbers tell fused arithmetic from plain one");
+    }
+}
