@@ -92,7 +92,7 @@ impl Calibration {
         self.found.covariance.as_ref().map(|rows| array(py, rows.concat(), [n, n])).transpose()
     }
 
-    /// What the curves do not determine, in words.
+    /// Directions that the curves do not determine, in words.
     #[getter]
     fn unidentified(&self) -> Vec<String> {
         self.found.unidentified.clone()

@@ -11,7 +11,7 @@ use pyo3::types::PyDict;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What a controller sees at a point of the time grid: `now["column"]`, the time `now.t` \[s\], that of the next point `now.next`, and the
+/// A point of the time grid as a controller sees it: `now["column"]`, the time `now.t` \[s\], that of the next point `now.next`, and the
 /// values of the signals so far, `now.signals`. It returns the new values by name, one number where there is one signal, or None.
 #[pyclass(module = "durometer", frozen)]
 pub struct Observation {

@@ -14,7 +14,7 @@ use pyo3::types::PyDict;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What a run has recorded: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
+/// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
 /// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas.
 #[pyclass(module = "durometer", frozen)]
@@ -37,7 +37,7 @@ pub struct Run {
     /// The reason in words; empty where the run converged
     #[pyo3(get)]
     fact: String,
-    /// What helps; empty where the run converged
+    /// The remedy; empty where the run converged
     #[pyo3(get)]
     remedy: String,
     record: String,

@@ -40,7 +40,7 @@ pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
     ))
 }
 
-/// What the library would write as JSON, as objects of Python.
+/// A value that the library would write as JSON, as objects of Python.
 pub fn plain<'py>(py: Python<'py>, value: &impl Serialize) -> PyResult<Bound<'py, PyAny>> {
     let text = serde_json::to_string(value).map_err(|e| input(&format!("the result cannot be written: {e}"), ""))?;
     py.import("json")?.call_method1("loads", (text,))

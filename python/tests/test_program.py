@@ -113,7 +113,7 @@ def test_the_mesher_is_run_by_the_python_of_the_package(tmp_path: Path) -> None:
     environment.pop("DUROMETER_PYTHON", None)
     told = program("doctor", env=environment)
     [python] = [line for line in told.stdout.splitlines() if line.split()[1:2] == ["python"]]
-    assert sys.executable in python
+    assert os.path.normpath(sys.executable) in python
     try:
         import gmsh  # noqa: F401
     except (ImportError, OSError):
