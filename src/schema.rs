@@ -28,6 +28,10 @@ pub fn writer() -> SchemaGenerator {
 pub fn whole(title: &str, mut schema: Schema, generator: &mut SchemaGenerator) -> Schema {
     schema.insert("$defs".into(), Value::Object(generator.take_definitions(true)));
     RecursiveTransform(in_sentences).transform(&mut schema);
+    // The files that are read are TOML, which has no null; those that are written are JSON
+    if generator.contract().is_deserialize() {
+        RecursiveTransform(without_null).transform(&mut schema);
+    }
     let examples = examples(&schema);
     RecursiveTransform(|schema: &mut Schema| show_example(schema, &examples)).transform(&mut schema);
     schema.insert("title".into(), title.into());
@@ -68,10 +72,17 @@ impl JsonSchema for Share {
     }
 }
 
-/// Removes `null`, which TOML does not have, and the names of number types; makes sentences of descriptions.
+/// Removes the names of number types, and makes sentences of descriptions.
 fn in_sentences(schema: &mut Schema) {
+    schema.remove("format");
+    if let Some(Value::String(text)) = schema.get_mut("description") {
+        *text = sentence(text);
+    }
+}
+
+/// Removes `null` from the types, values and choices of a schema.
+fn without_null(schema: &mut Schema) {
     let Some(keys) = schema.as_object_mut() else { return };
-    keys.remove("format");
     if keys.get("default").is_some_and(Value::is_null) {
         keys.remove("default");
     }
@@ -85,14 +96,11 @@ fn in_sentences(schema: &mut Schema) {
     if let Some(Value::Array(values)) = keys.get_mut("enum") {
         values.retain(|value| !value.is_null());
     }
-    without_null(keys);
-    if let Some(Value::String(text)) = keys.get_mut("description") {
-        *text = sentence(text);
-    }
+    only_choice(keys);
 }
 
 /// Puts the only schema next to `null` in the place of both.
-fn without_null(keys: &mut Map<String, Value>) {
+fn only_choice(keys: &mut Map<String, Value>) {
     let Some(Value::Array(choices)) = keys.get_mut("anyOf") else { return };
     choices.retain(|choice| choice["type"] != "null");
     if choices.len() == 1
@@ -109,7 +117,7 @@ fn without_null(keys: &mut Map<String, Value>) {
 fn sentence(comment: &str) -> String {
     let plain = comment.replace("\\[", "[").replace("\\]", "]").replace("[`", "`").replace("`]", "`");
     let plain = plain.split_whitespace().collect::<Vec<_>>().join(" ");
-    if plain.ends_with(['.', ':', '…']) { plain } else { plain + "." }
+    if plain.ends_with('.') { plain } else { plain + "." }
 }
 
 /// The first example of every definition that has one.

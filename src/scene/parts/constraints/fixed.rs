@@ -13,7 +13,7 @@ use serde::Deserialize;
 pub struct FixedSpec {
     /// Region that is held
     pub region: String,
-    /// Components held, all if absent: "x", "yz", …
+    /// Components held, such as `"x"` or `"yz"`; all if absent
     #[serde(default = "all_components")]
     pub components: String,
 }
