@@ -75,7 +75,10 @@ fn results(folder: &Path) -> Vec<PathBuf> {
     let treloar = format!("{ROOT}/data/treloar-1944/treloar-1944.csv");
     let modes = ["--modes", "uniaxial,equibiaxial,planar", "--range", "1..2", "--out", "out/fit"];
     durometer(folder, &[&["fit", &treloar, "--law", "yeoh"], &modes[..]].concat());
-    durometer(folder, &["prony", "relaxation.csv", "--experiment", "relaxation", "--out", "out/prony"]);
+    durometer(
+        folder,
+        &["prony", "relaxation.csv", "--experiment", "relaxation", "--ramp", "0 s", "--out", "out/prony"],
+    );
     let out = STUDIES.into_iter().chain(["fit", "prony"]);
     out.map(|name| folder.join("out").join(name)).collect()
 }

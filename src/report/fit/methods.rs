@@ -48,7 +48,7 @@ fn search(fit: &StoredFit) -> Paragraph {
     let loss = if fit.loss == "huber" { ", with Huber's loss" } else { "" };
     Paragraph::new("Fit")
         .marked(&format!(
-            "The constants have the least squares of the nominal stresses, {weighted}{loss}, by a trust-region search from several starts [@more1978]. Intervals [@bates1988]: "
+            "The constants have the least squares of the nominal stresses, {weighted}{loss}. Intervals [@bates1988]: "
         ))
         .text(format!("{}.", fit.interval_assumption))
 }

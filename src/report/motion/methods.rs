@@ -36,7 +36,7 @@ fn paragraphs(found: &[Evaluation]) -> Vec<Paragraph> {
     }
     if found.iter().any(|e| e.ring_down.is_some()) {
         let sentence = " Frequency and decay are those of a damped cosine that is fitted to its window by least squares, with 95\u{a0}% \
-                        intervals [@bates1988; @more1978].";
+                        intervals [@bates1988].";
         how = how.marked(sentence);
     }
     let records = found.iter().map(|e| {
