@@ -171,7 +171,12 @@ fn published(file: &Path) -> Table {
 #[test]
 fn the_generated_parts_make_a_paper_of_two_pages() {
     let dir = tempfile::tempdir().expect("a temporary folder");
-    let study = synthetic::study();
+    let mut study = synthetic::study();
+    for (case, integrator) in
+        study.1.iter_mut().zip(["static", "implicit_euler", "generalised_alpha"].into_iter().cycle())
+    {
+        case.record.integrator = integrator.into();
+    }
     synthetic::store(dir.path(), &study);
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     let paper = dir.path().join("paper");
@@ -180,6 +185,9 @@ fn the_generated_parts_make_a_paper_of_two_pages() {
     let cited = methods.split("\\cite{").skip(1).filter_map(|s| s.split('}').next()).flat_map(|keys| keys.split(','));
     let cited: std::collections::BTreeSet<&str> = cited.collect();
     assert!(cited.contains("durometer") && cited.contains("celik2008"), "{cited:?}");
+    let time = "The solution is quasi-static, a sequence of equilibria along the protocol. The equations of motion are integrated by implicit Euler and \
+                generalised-α [@chung1993; @arnold2007].";
+    assert!(markdown.contains(time), "{markdown}");
     for key in &cited {
         assert_eq!(bib.matches(&format!("{{{key},")).count(), 1, "{key}");
         assert!(markdown.contains(&format!("@{key}")), "{key}");
@@ -189,12 +197,77 @@ fn the_generated_parts_make_a_paper_of_two_pages() {
         return;
     }
     for engine in ENGINES {
-        compile(&paper, engine, "paper");
-        let log = tex(&paper, "bibtex", &["paper"]).unwrap_or_else(|log| panic!("{log}"));
-        assert!(!log.contains("Warning"), "{log}");
-        compile(&paper, engine, "paper");
-        let log = compile(&paper, engine, "paper");
-        assert!(!log.contains("undefined"), "{log}");
+        let log = paper_log(&paper, engine);
         assert!(log.contains("(2 pages"), "{engine}: {log}");
+    }
+}
+
+/// Compiles the document of a folder `paper` with its references; the log of the last run.
+fn paper_log(paper: &Path, engine: &str) -> String {
+    compile(paper, engine, "paper");
+    let log = tex(paper, "bibtex", &["paper"]).unwrap_or_else(|log| panic!("{log}"));
+    assert!(!log.contains("Warning"), "{log}");
+    compile(paper, engine, "paper");
+    let log = compile(paper, engine, "paper");
+    assert!(!log.contains("undefined"), "{}: {log}", paper.display());
+    log
+}
+
+/// BibTeX itself reads every reference without a warning, and sets each of them.
+#[test]
+fn bibtex_reads_every_reference() {
+    if without_latex() {
+        return;
+    }
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let all = include_str!("../src/report/paper/references.bib");
+    let kept: Vec<&str> = all.lines().filter(|l| !l.trim_start().starts_with("shorthand")).collect();
+    std::fs::write(dir.path().join("all.bib"), kept.join("\n")).expect("a file");
+    let body = "\\nocite{*}\\bibliographystyle{unsrt}\\bibliography{all}";
+    std::fs::write(dir.path().join("all.tex"), document(body)).expect("a file");
+    for engine in ENGINES {
+        compile(dir.path(), engine, "all");
+        let log = tex(dir.path(), "bibtex", &["all"]).unwrap_or_else(|log| panic!("{log}"));
+        assert!(!log.contains("Warning"), "{log}");
+        let set = std::fs::read_to_string(dir.path().join("all.bbl")).expect("a bibliography");
+        assert_eq!(set.matches("\\bibitem").count(), all.lines().filter(|l| l.starts_with('@')).count());
+        compile(dir.path(), engine, "all");
+    }
+}
+
+/// Fits, comparisons of laws, relaxation and measured motion give the same parts as studies.
+#[test]
+fn papers_of_fits_and_motion_compile() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let root = env!("CARGO_MANIFEST_DIR");
+    let [treloar, relaxation, motion] =
+        ["data/treloar-1944/treloar-1944.csv", "tests/figures/relaxation.csv", "tests/motion/gravity_a.csv"]
+            .map(|file| format!("{root}/{file}"));
+    let runs: [(&str, Vec<&str>, &str); 4] = [
+        ("fit", vec!["fit", &treloar, "--law", "yeoh", "--mode", "uniaxial", "--range", "1..2"], "@yeoh1993]"),
+        (
+            "compare",
+            vec!["fit", &treloar, "--law", "all", "--mode", "uniaxial", "--range", "1..2"],
+            "ranked by what they predict",
+        ),
+        ("prony", vec!["prony", &relaxation, "--experiment", "relaxation", "--ramp", "0 s"], "Constants: "),
+        ("motion", vec!["motion", &motion, "--body", "tip1,tip2,tip3"], "[@umeyama1991]"),
+    ];
+    for (name, words, said) in runs {
+        let out = dir.path().join(name);
+        let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(&words).arg("--out").arg(&out).output();
+        let output = output.expect("the program starts");
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let methods = std::fs::read_to_string(out.join("paper/methods.md")).expect("methods");
+        assert!(
+            methods.contains(said) && methods.contains("**Software.** Durometer [@durometer]"),
+            "{name}: {methods}"
+        );
+        for figure in std::fs::read_dir(out.join("figures")).into_iter().flatten().flatten().map(|f| f.path()) {
+            assert!(figure.with_extension("tex").is_file(), "{}", figure.display());
+        }
+        if !without_latex() {
+            ENGINES.map(|engine| paper_log(&out.join("paper"), engine));
+        }
     }
 }

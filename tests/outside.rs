@@ -122,7 +122,7 @@ fn parabola() -> Figure {
 fn a_figure_is_a_function() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let figure = parabola();
-    save(folder.path(), &figure.name, &figure.svg).unwrap_or_else(|e| panic!("{e}"));
+    save(folder.path(), &figure).unwrap_or_else(|e| panic!("{e}"));
     let bytes = |ending: &str| std::fs::read(folder.path().join(format!("parabola.{ending}"))).expect("written");
     assert!(String::from_utf8_lossy(&bytes("svg")).contains("stretch"));
     assert!(bytes("png").starts_with(b"\x89PNG") && bytes("pdf").starts_with(b"%PDF"));

@@ -385,6 +385,9 @@ fn a_browser_shows_the_run_without_errors_and_requests() {
         saved[..3] == ["image/png", "image/svg+xml", "image/gif"] && saved[3].starts_with("video/webm"),
         "{saved:?}"
     );
+    // As many pictures as there are states, in a file that ends as GIF files do
+    assert_eq!(found["gif"], found["cases"][0]["states"].as_array().map(Vec::len).expect("states"));
+    assert_eq!(found["webm"], true);
     let svg = &found["svg"];
     assert!(svg["shapes"].as_u64().is_some_and(|n| n > 100), "{svg}");
     assert!(svg["text"].to_string().contains("t = 0.5 s"), "{svg}");

@@ -5,8 +5,16 @@ const say = (text) => {
 };
 addEventListener("error", (event) => say(`The viewer stopped: ${event.message}`));
 addEventListener("unhandledrejection", (event) => say(`The viewer stopped: ${event.reason?.message ?? event.reason}`));
+const bytesOf = (base64) => {
+  // Newer browsers decode without a string in between
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64);
+  const text = atob(base64);
+  const bytes = new Uint8Array(text.length);
+  for (let k = 0; k < bytes.length; k++) bytes[k] = text.charCodeAt(k);
+  return bytes;
+};
 globalThis.inflate = async (base64) => {
-  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const bytes = bytesOf(base64);
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer();
 };
 if (typeof DecompressionStream === "undefined") {

@@ -41,6 +41,8 @@ pub struct Compared {
 /// Laws, the best prediction first.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Comparison {
+    /// Of the program that fitted
+    pub version: &'static str,
     pub data: String,
     pub modes: Vec<Mode>,
     pub stretch: [f64; 2],
@@ -73,7 +75,8 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
         order.then(a.constants.cmp(&b.constants))
     });
     let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
-    Ok(Comparison { data: experiment.file.clone(), modes, stretch, rows, laws })
+    let version = env!("CARGO_PKG_VERSION");
+    Ok(Comparison { version, data: experiment.file.clone(), modes, stretch, rows, laws })
 }
 
 fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Model) -> Result<Compared, FitError> {

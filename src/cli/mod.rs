@@ -33,6 +33,7 @@ mod simulate;
 mod softening;
 mod store;
 mod studies;
+mod style;
 mod view;
 mod volume;
 mod worker;

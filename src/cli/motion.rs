@@ -3,13 +3,15 @@
 use super::files;
 use super::motion_tables as tables;
 use super::outcome::{CommandResult, Outcome};
+use super::style::StyleArgs;
 use durometer::math::tensor::Vec3;
 use durometer::math::units::{self, Dimension, UnitError};
 use durometer::motion::plateau::PlateauRule;
 use durometer::motion::release::ReleaseRule;
 use durometer::motion::ring_down::Creep;
 use durometer::motion::{BodyRequest, Evaluation, MotionRequest, ReadOptions, evaluate};
-use durometer::report::{export, files as output, motion as picture};
+use durometer::report::motion::{methods, picture};
+use durometer::report::{export, files as output, style};
 use std::path::{Path, PathBuf};
 
 /// Evaluate measured motion: marker tracks (C3D, TRC, CSV) with their states, the release, the motion of a body, frequency and decay
@@ -71,12 +73,18 @@ pub struct Args {
     /// Slow motion under the vibration: none, linear, logarithmic
     #[arg(long, default_value = "logarithmic")]
     creep: Creep,
+    #[command(flatten)]
+    style: StyleArgs,
     /// Folder of the results [default: reports/motion-<name of the first file>]
     #[arg(long)]
     out: Option<PathBuf>,
 }
 
 pub fn main(args: Args) -> CommandResult {
+    style::within(args.style.style()?, || draw(args))
+}
+
+fn draw(args: Args) -> CommandResult {
     let request = request(&args)?;
     let stem = |path: &Path| path.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned());
     let found: Vec<Evaluation> = args
@@ -86,7 +94,7 @@ pub fn main(args: Args) -> CommandResult {
         .collect::<Result<_, _>>()?;
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0]))));
     files::make_folder(&out.join("figures"))?;
-    let mut audit = String::new();
+    let (mut audit, mut figures) = (String::new(), vec![]);
     for (k, (file, evaluation)) in args.files.iter().zip(&found).enumerate() {
         // Repeats may have one name in several folders
         let same = args.files[..k].iter().any(|other| stem(other) == stem(file));
@@ -96,7 +104,8 @@ pub fn main(args: Args) -> CommandResult {
         audit.extend(evaluation.doubts.iter().map(|line| format!("  doubt: {line}\n")));
         output::write(&out.join(format!("{name}-curves.csv")), tables::curves(evaluation).as_bytes())?;
         if let Some(figure) = picture::draw(&name, evaluation) {
-            export::save(&out.join("figures"), &figure.name, &figure.svg)?;
+            export::save(&out.join("figures"), &figure)?;
+            figures.push(figure.name);
         }
     }
     output::write(&out.join("audit.txt"), audit.as_bytes())?;
@@ -106,7 +115,14 @@ pub fn main(args: Args) -> CommandResult {
         table.save(&out)?;
         print!("\n{}", tables::text(table));
     }
-    println!("\nresults: {}, figures: {}", out.display(), out.join("figures").display());
+    let written: Vec<&str> = tables.iter().filter(|t| !t.rows.is_empty()).map(|t| t.name).collect();
+    methods::write(&out, &found, &written, &figures)?;
+    println!(
+        "\nresults: {}, figures: {}, paper: {}",
+        out.display(),
+        out.join("figures").display(),
+        out.join("paper").display()
+    );
     Ok(Outcome::Complete)
 }
 

@@ -1,7 +1,8 @@
 //! `durometer report DIR`
 
 use super::outcome::{CommandResult, Outcome};
-use durometer::report::style::{self, Style};
+use super::style::StyleArgs;
+use durometer::report::style;
 use std::path::PathBuf;
 
 /// Draw the report of a study, a fit or a comparison of fits again from its stored results
@@ -13,24 +14,15 @@ pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden; or the record of a run,
     /// reports/simulate/scene.json, for the methods of a paper
     dir: PathBuf,
-    /// Width of the figures and size of their type: default (180 mm, 8 pt), one-column (88 mm, 7 pt), two-column (180 mm, 7 pt), slides (254 mm,
-    /// 16 pt)
-    #[arg(long, value_name = "NAME", default_value = "default")]
-    style: String,
-    /// Size of the labels in points, in place of that of the style
-    #[arg(long, value_name = "POINTS")]
-    font_size: Option<f64>,
-    /// Family of the type: sans or serif
-    #[arg(long, value_name = "FAMILY")]
-    font: Option<String>,
+    #[command(flatten)]
+    style: StyleArgs,
     /// Print summary.json (of a fit: fit.json, of a comparison of all laws: compare.json, of a Prony series: prony.json, of softening: mullins.json, of a change of volume: volume.json)
     #[arg(long)]
     json: bool,
 }
 
 pub fn main(args: Args) -> CommandResult {
-    let style = Style::named(&args.style, args.font_size, args.font.as_deref())?;
-    style::within(style, || redraw(args))
+    style::within(args.style.style()?, || redraw(args))
 }
 
 fn redraw(args: Args) -> CommandResult {

@@ -36,11 +36,6 @@ pub fn page_width() -> f64 {
     style::current().sheet()
 }
 
-/// The same for a figure whose panels cannot be stacked: its type is smaller where the page is narrow \[mm\].
-pub fn wide_page() -> f64 {
-    page_width().max(180.0)
-}
-
 /// Columns of panels that a sheet takes, `most` at most: each is at least `least` wide \[mm\].
 pub fn columns(most: usize, (left, gap, least): (f64, f64, f64)) -> usize {
     let fit = ((page_width() - left + gap) / (least + gap)).floor();

@@ -1,7 +1,9 @@
 //! SVG is the source of every figure; PNG and PDF are made from it with the embedded fonts only.
 
 use crate::report::error::ReportError;
+use crate::report::figure::Figure;
 use crate::report::files::write;
+use crate::report::latex;
 use resvg::{tiny_skia, usvg};
 use std::panic::catch_unwind;
 use std::path::Path;
@@ -117,8 +119,10 @@ impl Pictures {
         catch_unwind(convert).unwrap_or_else(|_| Err(ReportError::drawing(name)))
     }
 
-    /// Writes `<name>.svg`, `.png` and `.pdf` into `dir`.
-    pub fn save(&self, dir: &Path, name: &str) -> Result<(), ReportError> {
+    /// Writes `<name>.svg`, `.png`, `.pdf`, and `.tex` with the caption, into `dir`.
+    pub fn save(&self, dir: &Path, figure: &Figure) -> Result<(), ReportError> {
+        let name = &figure.name;
+        write(&dir.join(format!("{name}.tex")), latex::figure(figure).as_bytes())?;
         write(&dir.join(format!("{name}.svg")), self.svg.as_bytes())?;
         write(&dir.join(format!("{name}.png")), &self.png)?;
         write(&dir.join(format!("{name}.pdf")), &self.pdf)
@@ -126,6 +130,6 @@ impl Pictures {
 }
 
 /// Converts a figure and writes it into `dir`.
-pub fn save(dir: &Path, name: &str, svg: &str) -> Result<(), ReportError> {
-    Pictures::of(name, svg)?.save(dir, name)
+pub fn save(dir: &Path, figure: &Figure) -> Result<(), ReportError> {
+    Pictures::of(&figure.name, &figure.svg)?.save(dir, figure)
 }

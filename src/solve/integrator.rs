@@ -32,6 +32,22 @@ struct Alpha {
     gamma: f64,
 }
 
+/// Name of an integrator as a paper writes it, from that of files.
+pub fn integrator_title(name: &str) -> Option<&'static str> {
+    let title = match name {
+        "static" => "static",
+        "arc_length" => "arc length",
+        "implicit_euler" => "implicit Euler",
+        "implicit_euler_linearised" => "implicit Euler (linearised)",
+        "implicit_euler_corrected" => "implicit Euler (free motion and one contact correction)",
+        "bdf2" => "BDF2",
+        "generalised_alpha" => "generalised-α",
+        "newmark" => "Newmark",
+        _ => return None,
+    };
+    Some(title)
+}
+
 impl Integrator {
     pub fn is_static(self) -> bool {
         matches!(self, Self::Static | Self::ArcLength { .. })

@@ -64,7 +64,7 @@ pub use equations::Equations;
 pub use equilibrium_path::TurningPoint;
 pub use failure::Failure;
 pub use free_motions::{Motion, MotionKind, free_motions};
-pub use integrator::Integrator;
+pub use integrator::{Integrator, integrator_title};
 pub use iteration::{IterationReport, OnIteration};
 pub use lagged_factor::LaggedFactorRecord;
 pub use limit::Limit;

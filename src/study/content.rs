@@ -1,6 +1,7 @@
 //! The part of a report that a kind of study contributes.
 
 use crate::report::figure::Drawn;
+use crate::report::paper::Paragraph;
 use crate::report::table::Table;
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
@@ -31,6 +32,8 @@ pub struct Content {
     pub claims: Vec<Claim>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
+    /// How constants were found, for the methods of a paper, where the study searches for them
+    pub search: Vec<Paragraph>,
     /// The mesh that would support a verdict where there is none
     pub extension: Option<Extension>,
     /// Case id → `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
@@ -53,6 +56,7 @@ impl Content {
             figures: vec![],
             claims: vec![],
             files: vec![],
+            search: vec![],
             extension: None,
             outcomes: BTreeMap::new(),
         }

@@ -1,7 +1,7 @@
 //! `index.html` of a study.
 
-use crate::material::title;
 use crate::report::figure::Figure;
+use crate::report::names::title;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
 use crate::report::viewer::pack::Packed;
@@ -78,7 +78,7 @@ fn provenance(store: &Results) -> String {
         h += &format!(
             "<p>{}, integrator {}. Effects assembled: {}.</p>\n",
             escape(&law),
-            escape(&c.integrator),
+            escape(&title(&c.integrator)),
             escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
         );
         h += &format!(

@@ -4,12 +4,13 @@
 
 use crate::report::export::Pictures;
 use crate::report::figure::Figure;
-use crate::report::{ReportError, files, latex, viewer};
+use crate::report::paper::Parts;
+use crate::report::{ReportError, files, viewer};
 use crate::study::content::Content;
 use crate::study::kinds::KINDS;
-use crate::study::overlay::in_study;
+use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
-use crate::study::paper::{self, Parts};
+use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
 use crate::study::store::{builds, results};
 use crate::study::summary;
@@ -32,8 +33,9 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
     content.warnings.extend(results.damaged.iter().cloned());
     content.figures.extend(in_study::figures(&results));
+    content.figures.extend(markers_in_study::figures(&results));
     content.tables.extend(in_study::table(&results));
-    content.tables.extend(in_study::markers_table(&results));
+    content.tables.extend(markers_in_study::table(&results));
     let (figures, pictures) = pictures(&mut content);
     let summary = summary::summarise(&results, &content);
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
@@ -52,17 +54,17 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     }
     files::write(&dir.join("index.html"), page::html(&results, &content, &figures, &shown).as_bytes())?;
     for (figure, pictures) in figures.iter().zip(&pictures) {
-        pictures.save(&dir.join("figures"), &figure.name)?;
-        files::write(&dir.join("figures").join(format!("{}.tex", figure.name)), latex::figure(figure).as_bytes())?;
+        pictures.save(&dir.join("figures"), figure)?;
     }
     let records: Vec<&CaseRecord> = results.cases.iter().map(|c| &c.record).collect();
-    paper::write(&dir.join("paper"), &records, kind.errors, &parts(&results.study.study, &content, &figures))?;
+    let own = OwnMethods { errors: kind.errors, search: &content.search };
+    paper::write(&dir.join("paper"), &records, own, parts(&results.study.study, &content, &figures))?;
     Ok(summary)
 }
 
 fn parts<'a>(title: &'a str, content: &'a Content, figures: &'a [Figure]) -> Parts<'a> {
     let tables = content.all_tables().map(|t| t.name).collect();
-    Parts { title, tables, figures: figures.iter().map(|f| f.name.as_str()).collect() }
+    Parts { title, tables_in: "tables", tables, figures: figures.iter().map(|f| f.name.as_str()).collect() }
 }
 
 /// The figures that could be drawn, each with its formats; the others become warnings.

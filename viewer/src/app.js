@@ -471,14 +471,18 @@ export class App {
       if (this.#quantity() && s.fixed !== "own") s.range = this.#range(s.fixed);
       this.panes.forEach((p) => p.update(s));
     }
-    if (has("time", "pick")) this.#words();
+    // Words, tables and curves cost more than the picture where a browser draws in software: while the motion plays they change ten times a second
+    const now = performance.now();
+    const speaks = !s.playing || has("pick", "plot", "size") || now - (this.spoken ?? 0) > 100;
+    if (speaks) this.spoken = now;
+    if (has("time", "pick") && speaks) this.#words();
     if (has("time") && (s.fixed === "now" || has("all"))) this.#legend();
     if (moved || has("size", "view")) {
       this.panes.forEach((p) => p.draw(this.view));
       this.drawn = (this.drawn ?? 0) + 1;
     }
     if (this.plot && has("size", "plot")) this.plot.draw(s.column);
-    if (this.plot && has("time", "plot", "size")) this.#mark();
+    if (this.plot && has("time", "plot", "size") && speaks) this.#mark();
     dirty.clear();
     this.firstDraw ??= performance.now();
   }

@@ -15,14 +15,15 @@ void main() {
   gl_Position = projectionMatrix * p;
 }`;
 
-const FACE_FRAGMENT = `#version 300 es
+/** Parts of the program of faces that cost time in every pixel: a section ends the early test of depth, edges take three derivatives more. */
+const FACE_FRAGMENT = (cut, edges) => `#version 300 es
 precision highp float;
 in vec3 seen; in vec3 place; in float v; in vec3 corners;
 uniform vec3 ink; uniform vec2 stroke;
 uniform sampler2D table; uniform vec2 range; uniform vec4 plane; uniform vec3 plain; uniform float opacity; uniform float mode; uniform float shade;
 out vec4 result;
 void main() {
-  if (dot(plane.xyz, place) > plane.w) discard;
+  ${cut ? "if (dot(plane.xyz, place) > plane.w) discard;" : ""}
   vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
   float light = abs(dot(n, normalize(vec3(-0.35, 0.5, 0.8))));
   vec3 base = plain;
@@ -30,8 +31,8 @@ void main() {
   else if (mode > 0.5 && v > -1e38) base = texture(table, vec2(clamp((v - range.x) / max(range.y - range.x, 1e-30), 0.002, 0.998), 0.5)).rgb;
   base *= 1.0 - shade * (1.0 - light);
   // Pixels to the nearest edge of the element: one of its three barycentric coordinates is zero there
-  vec3 away = corners / max(fwidth(corners), vec3(1e-9));
-  base = mix(base, ink, stroke.y * (1.0 - smoothstep(stroke.x - 0.5, stroke.x + 0.5, min(away.x, min(away.y, away.z)))));
+  ${edges ? `vec3 away = corners / max(fwidth(corners), vec3(1e-9));
+  base = mix(base, ink, stroke.y * (1.0 - smoothstep(stroke.x - 0.5, stroke.x + 0.5, min(away.x, min(away.y, away.z)))));` : ""}
   result = vec4(base * opacity, opacity);
 }`;
 
@@ -68,13 +69,17 @@ void main() {
   result = vec4(plain * cover * opacity, cover * opacity);
 }`;
 
-const EVERYWHERE = [0, 0, 0, 1];
+/** A plane that cuts nothing. */
+export const EVERYWHERE = [0, 0, 0, 1];
 
 /** Whether the machine draws in software: then every pixel is drawn once, and edges are smoothed by the lines alone. */
 const isSlow = (() => {
   const gl = document.createElement("canvas").getContext("webgl2");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");
-  return /swiftshader|llvmpipe|software|basic render/i.test(info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "");
+  const name = info ? gl.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
+  // What it holds is for the canvases of the page
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 })();
 const dots = () => (isSlow ? 1 : Math.min(2, devicePixelRatio || 1));
 
@@ -89,6 +94,16 @@ export class Canvas {
     this.scene = new Transform();
     this.size = [1, 1];
     this.objects = [];
+    this.programs = new Map();
+  }
+
+  /** A program of this canvas: it is built when something is drawn with it first, and shared by all objects of its kind. */
+  program(key, parts) {
+    if (!this.programs.has(key)) {
+      const program = new Program(this.gl, { uniforms: {}, transparent: true, ...parts() });
+      this.programs.set(key, program);
+    }
+    return this.programs.get(key);
   }
 
   resize(width, height, dpr = dots()) {
@@ -98,7 +113,7 @@ export class Canvas {
   }
 
   add(object) {
-    object.attach(this.gl, this.scene);
+    object.attach(this);
     this.objects.push(object);
     return object;
   }
@@ -118,20 +133,24 @@ class Drawn {
     this.used = 0;
   }
 
-  attach(gl, scene) {
-    this.gl = gl;
-    this.scene = scene;
-    this.program = this.makeProgram();
-    this.node = new Mesh(gl, { geometry: new Geometry(gl, { position: { size: 3, data: new Float32Array(9) } }), program: this.program });
+  attach(canvas) {
+    Object.assign(this, { canvas, gl: canvas.gl, program: null });
+  }
+
+  /** The node of the library, from the first numbers on. */
+  #make() {
+    this.node = new Mesh(this.gl, { geometry: new Geometry(this.gl, { position: { size: 3, data: new Float32Array(9) } }), program: this.chosen() });
     this.node.frustumCulled = false;
-    this.node.visible = false;
-    this.node.setParent(scene);
+    this.node.setParent(this.canvas.scene);
+    // The program is that of all objects of a kind: each sets what is its own just before it is drawn
+    this.node.onBeforeRender(() => this.#apply());
   }
 
   /** New numbers for the attributes, `count` of them; the index stays. */
   set(count, attributes, index, local) {
     this.used = count;
     if (count === 0) return;
+    if (!this.node) this.#make();
     if (count > this.capacity || index) {
       this.node.geometry.remove();
       this.capacity = index ? count : 4 * Math.ceil(0.33 * count);
@@ -146,15 +165,19 @@ class Drawn {
   }
 
   prepare(size, dpr) {
-    const { colour, opacity, visible, plane } = this.options;
-    const u = this.program.uniforms;
-    u.plain.value = colour.map((c) => c / 255);
-    u.opacity.value = opacity;
-    u.plane.value = plane;
-    this.node.visible = visible && this.used > 0;
-    this.program.depthWrite = opacity === 1 || this.options.writes === true;
-    this.program.depthTest = !this.options.through;
-    this.adjust(size, dpr);
+    if (!this.node) return;
+    this.node.visible = this.options.visible && this.used > 0;
+    this.frame = { size, dpr };
+    if (this.node.visible) this.node.program = this.chosen();
+  }
+
+  #apply() {
+    const { colour, opacity, plane } = this.options;
+    const { program } = this.node;
+    program.depthWrite = opacity === 1 || this.options.writes === true;
+    program.depthTest = !this.options.through;
+    const values = { plain: colour.map((c) => c / 255), opacity, plane, ...this.own(this.frame) };
+    for (const [name, value] of Object.entries(values)) (program.uniforms[name] ??= {}).value = value;
   }
 }
 
@@ -162,14 +185,13 @@ class Drawn {
 export class Faces extends Drawn {
   isFaces = true;
 
-  makeProgram() {
-    this.table = new Texture(this.gl, {
-      image: new Uint8Array(1024), width: 256, height: 1, generateMipmaps: false, flipY: false,
-      minFilter: this.gl.NEAREST, magFilter: this.gl.NEAREST,
-    });
-    const uniforms = { table: { value: this.table }, range: { value: [0, 1] }, plane: { value: EVERYWHERE }, plain: { value: [1, 1, 1] }, opacity: { value: 1 }, mode: { value: 0 }, shade: { value: 0.5 }, ink: { value: [0, 0, 0] }, stroke: { value: [0.6, 0] } };
-    const program = new Program(this.gl, { vertex: FACE_VERTEX, fragment: FACE_FRAGMENT, uniforms, cullFace: false, transparent: true });
-    program.setBlendFunc(this.gl.ONE, this.gl.ONE_MINUS_SRC_ALPHA);
+  /** The cheapest program that draws what the options ask for. Opaque faces do not blend, and a closed body that is not cut shows its outer sides alone. */
+  chosen() {
+    const { plane, opacity, edges } = this.options;
+    const [cut, lined] = [plane !== EVERYWHERE, (edges ?? 0) > 0];
+    const program = this.canvas.program(`faces ${cut} ${lined}`, () => ({ vertex: FACE_VERTEX, fragment: FACE_FRAGMENT(cut, lined) }));
+    program.blendFunc = opacity === 1 ? {} : { src: this.gl.ONE, dst: this.gl.ONE_MINUS_SRC_ALPHA };
+    program.cullFace = this.isClosed && !cut ? this.gl.BACK : false;
     return program;
   }
 
@@ -191,29 +213,28 @@ export class Faces extends Drawn {
     this.shown = { position, value: numbers, index: index ?? this.shown?.index, local: local ?? this.shown?.local };
     for (let k = 0; k < numbers.length; k++) if (!Number.isFinite(numbers[k])) numbers[k] = NONE;
     this.set(position.length / 3, { position, value: numbers }, index, local);
-    if (!this.node.geometry.attributes.index) this.node.geometry.setDrawRange(0, this.used);
+    if (this.node && !this.node.geometry.attributes.index) this.node.geometry.setDrawRange(0, this.used);
   }
 
   setTable(bytes) {
+    this.table ??= new Texture(this.gl, { image: bytes, width: 256, height: 1, generateMipmaps: false, flipY: false, minFilter: this.gl.NEAREST, magFilter: this.gl.NEAREST });
     this.table.image = bytes;
     this.table.needsUpdate = true;
   }
 
-  adjust(_, dpr) {
-    const u = this.program.uniforms;
-    u.ink.value = (this.options.ink ?? [0, 0, 0]).map((c) => c / 255);
-    u.stroke.value = [0.1 + 0.3 * dpr, this.options.edges ?? 0];
-    u.range.value = this.options.range ?? [0, 1];
-    u.mode.value = this.options.mode ?? 0;
-    u.shade.value = this.options.shade ?? 0.38;
+  own({ dpr }) {
+    if (!this.table) this.setTable(new Uint8Array(1024));
+    return {
+      table: this.table, ink: (this.options.ink ?? [0, 0, 0]).map((c) => c / 255), stroke: [0.1 + 0.3 * dpr, this.options.edges ?? 0],
+      range: this.options.range ?? [0, 1], mode: this.options.mode ?? 0, shade: this.options.shade ?? 0.38,
+    };
   }
 }
 
 /** Segments; a segment without length is a disc. */
 export class Lines extends Drawn {
-  makeProgram() {
-    const uniforms = { plane: { value: EVERYWHERE }, plain: { value: [0, 0, 0] }, opacity: { value: 1 }, size: { value: [1, 1] }, width: { value: 1 }, lift: { value: 0 } };
-    const program = new Program(this.gl, { vertex: LINE_VERTEX, fragment: LINE_FRAGMENT, uniforms, cullFace: false, transparent: true });
+  chosen() {
+    const program = this.canvas.program("lines", () => ({ vertex: LINE_VERTEX, fragment: LINE_FRAGMENT, cullFace: false }));
     program.setBlendFunc(this.gl.ONE, this.gl.ONE_MINUS_SRC_ALPHA);
     return program;
   }
@@ -250,13 +271,10 @@ export class Lines extends Drawn {
       }
     }
     this.set(4 * n, { a, b, ends });
-    this.node.geometry.setDrawRange(0, 6 * n);
+    this.node?.geometry.setDrawRange(0, 6 * n);
   }
 
-  adjust(size, dpr) {
-    const u = this.program.uniforms;
-    u.size.value = size;
-    u.width.value = this.options.width * dpr;
-    u.lift.value = this.options.lift ?? 1.5e-3;
+  own({ size, dpr }) {
+    return { size, width: this.options.width * dpr, lift: this.options.lift ?? 1.5e-3 };
   }
 }

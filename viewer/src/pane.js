@@ -1,11 +1,10 @@
 // One case on its canvas: body, ghost, section, cables, rigid bodies, marks and forces at a state.
 
-import { Canvas, Faces, Lines } from "./draw.js";
+import { Canvas, EVERYWHERE, Faces, Lines } from "./draw.js";
 import { Surface } from "./surface.js";
 import { section } from "./section.js";
 import { PALETTE, listTable, table } from "./colours.js";
 
-const EVERYWHERE = [0, 0, 0, 1];
 const LIGHT = { body: [205, 213, 221], edge: [40, 48, 58], ghost: [110, 118, 128], rigid: [150, 156, 164], held: [20, 20, 20], cable: [0, 114, 178], force: [213, 94, 0] };
 const DARK = { body: [150, 160, 172], edge: [12, 16, 20], ghost: [170, 178, 188], rigid: [112, 120, 130], held: [240, 240, 240], cable: [86, 180, 233], force: [240, 140, 60] };
 

@@ -104,6 +104,33 @@ async function acts() {
     return viewer.panes.map((p) => [p.state, ...p.canvas.camera.position].map((v) => Number(v.toPrecision(9))))`);
 }
 
+/** The bytes of the file that was made last. */
+async function made() {
+  const program = "const b = new Uint8Array(await window.last.arrayBuffer()); let s = ''; for (let k = 0; k < b.length; k += 32768) s += String.fromCharCode(...b.subarray(k, k + 32768)); return btoa(s)";
+  return Buffer.from(await run(program), "base64");
+}
+
+/** Pictures of a GIF, read block by block as GIF89a describes them; −1 where it does not end with its trailer. */
+function picturesOf(gif) {
+  if (gif.toString("latin1", 0, 6) !== "GIF89a") return -1;
+  const table = (flags) => (flags & 0x80 ? 3 * 2 ** ((flags & 7) + 1) : 0);
+  let [at, count] = [13 + table(gif[10]), 0];
+  const skip = () => {
+    while (gif[at]) at += gif[at] + 1;
+    at += 1;
+  };
+  for (;;) {
+    const block = gif[at];
+    if (block === 0x3b) return at === gif.length - 1 ? count : -1;
+    if (block === 0x21) at += 2;
+    else if (block === 0x2c) {
+      count += 1;
+      at += 11 + table(gif[at + 9]);
+    } else return -1;
+    skip();
+  }
+}
+
 async function files() {
   await run("window.saved = []; window.URL.createObjectURL = (blob) => { window.saved.push([blob.type, blob.size]); window.last = blob; return 'data:,'; }; window.HTMLAnchorElement.prototype.click = () => {}");
   await run("viewer.out.width = 800; await viewer.export('png')");
@@ -111,7 +138,14 @@ async function files() {
   found.svg = await run("return await window.last.text()");
   if (pictures) writeFileSync(join(pictures, "view.svg"), found.svg);
   found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: [...found.svg.matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1]) };
-  if (await run("return viewer.moves")) await run("viewer.s.seconds = 1; await viewer.export('gif'); await viewer.export('webm')");
+  if (await run("return viewer.moves")) {
+    await run("viewer.s.seconds = 1; await viewer.export('gif')");
+    found.gif = picturesOf(await made());
+    await run("await viewer.export('webm')");
+    const webm = await made();
+    // The header of EBML with the type of the document
+    found.webm = webm.readUInt32BE(0) === 0x1a45dfa3 && webm.subarray(0, 64).includes("webm");
+  }
   found.saved = await run("return window.saved");
   found.busy = await run("return viewer.busy.textContent");
 }

@@ -4,14 +4,18 @@ use crate::calibrate::stretch_text;
 use crate::report::error::ReportError;
 use crate::report::files;
 use crate::report::page::{document, escape};
+use crate::report::paper::{Paper, Paragraph, Parts, software};
 use crate::report::table::{Table, headings};
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// The part of `compare.json` that is shown. Misfits are relative \[–\].
 #[derive(Clone, Debug, Deserialize)]
 struct Stored {
     data: String,
+    #[serde(default)]
+    version: String,
     modes: Vec<String>,
     stretch: [f64; 2],
     rows: usize,
@@ -41,7 +45,22 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
     let modes = stored.modes.join(" + ");
     let about = format!("{} data points ({modes}), stretch {low} to {high}.", stored.rows);
     let page = format!("<h1>{}</h1>\n<p>{}</p>\n{}", escape(&title), escape(&about), table.html());
-    files::write(&dir.join("index.html"), document(&title, &page).as_bytes())
+    files::write(&dir.join("index.html"), document(&title, &page).as_bytes())?;
+    let laws = stored.laws.iter().map(|l| l.label.clone()).collect::<Vec<_>>().join(", ");
+    let paper = Paper {
+        paragraphs: vec![
+            Paragraph::new("Data").text(format!("{about} From {}.", stored.data)),
+            Paragraph::new("Comparison").text(format!(
+                "Each of these laws was fitted to the same data points: {laws}. They are ranked by what they predict, the last third of the \
+                 logarithmic stretches from the rest and one mode from the others, of the laws that are stable over the fitted stretches."
+            )),
+            software(&[stored.version.clone()]),
+        ],
+        versions: BTreeSet::from([stored.version.as_str()]),
+        last_run_s: None,
+        parts: Parts { title: &title, tables_in: "tables", tables: vec![table.name], figures: vec![] },
+    };
+    paper.write(&dir.join("paper"))
 }
 
 fn table(stored: &Stored) -> Table {

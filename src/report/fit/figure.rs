@@ -3,11 +3,11 @@
 use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
-    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm,
-    page_width, text, wide_page,
+    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
 };
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
 use crate::report::fit::stored::{Parameter, StoredFit};
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
 use std::collections::HashSet;
@@ -16,10 +16,15 @@ use std::collections::HashSet;
 const RANGE: RGB = RGB(0xee, 0xee, 0xee);
 const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
+const RIGHT: f64 = 3.0;
+/// Least and largest width of a column \[mm\]
+const WIDTHS: (f64, f64) = (60.0, 110.0);
 const TOP: f64 = 6.0;
 const TALL: f64 = 50.0;
 const BETWEEN: f64 = 4.0;
 const LOW: f64 = 22.0;
+/// From a column to the one below it \[mm\]
+const STEP: f64 = TALL + BETWEEN + LOW + 19.0;
 /// A law is drawn up to this multiple of the largest stress of the data
 const ROOM: f64 = 1.5;
 
@@ -48,22 +53,15 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     } else {
         vec![Window { title: "All data", span: [low, high] }]
     };
-    let each = if windows.len() == 2 {
-        (wide_page() - LEFT - GAP - 3.0) / 2.0
-    } else {
-        110.0_f64.min(page_width() - LEFT - 5.0)
-    };
+    let panels = Panels::new(windows.len(), (LEFT, GAP, RIGHT), WIDTHS);
     let entries = entries(&modes);
-    let columns = if windows.len() == 2 { 4 } else { 3 };
-    let rows = entries.len().div_ceil(columns);
-    let height = TOP + TALL + BETWEEN + LOW + 13.0 + 4.2 * rows as f64;
-    let width = if windows.len() == 2 { wide_page() } else { LEFT + each + 5.0 };
-    let step = (width - LEFT) / columns as f64;
-    let svg = figure(width, height, "", |area| {
+    let across = panels.width() - LEFT;
+    let bottom = TOP + STEP * panels.rows() - 6.0;
+    let svg = figure(panels.width(), bottom + LINE * legend_lines(entries.len(), across), "", |area| {
         for (k, w) in windows.iter().enumerate() {
-            let x = LEFT + k as f64 * (each + GAP);
-            let upper = [mm(x), mm(TOP), mm(x + each), mm(TOP + TALL)];
-            let base = TOP + TALL + BETWEEN;
+            let (x, each, top) = (panels.x(k), panels.each, TOP + STEP * panels.row(k));
+            let upper = [mm(x), mm(top), mm(x + each), mm(top + TALL)];
+            let base = top + TALL + BETWEEN;
             let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
             column(area, fit, &modes, w, (upper, lower), ['a', 'b'][k]);
         }
@@ -73,13 +71,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
         for (k, words) in words.enumerate() {
             text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
         }
-        for (k, entry) in entries.into_iter().enumerate() {
-            let at = (
-                mm(LEFT + step * (k % columns) as f64),
-                mm(TOP + TALL + BETWEEN + LOW + 13.5 + 4.2 * (k / columns) as f64),
-            );
-            legend(area, at, &[entry]);
-        }
+        legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
     let caption = format!(
         "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown; what leaves 1.5 times the largest stress is not.",

@@ -1,7 +1,8 @@
-//! Report of a fit: `fit.json` in, `figures/`, `tables/` and `index.html` out. Nothing is fitted here.
+//! Report of a fit: `fit.json` in, `figures/`, `tables/`, `paper/` and `index.html` out. Nothing is fitted here.
 
 pub mod comparison;
 mod figure;
+mod methods;
 mod page;
 mod stored;
 mod tables;
@@ -10,7 +11,9 @@ use crate::report::error::ReportError;
 use crate::report::export::Pictures;
 use crate::report::figure::drawn;
 use crate::report::files;
+use crate::report::paper::{Paper, Parts};
 use crate::storage::{self, TEXT_LIMIT};
+use std::collections::BTreeSet;
 use std::path::Path;
 use stored::StoredFit;
 
@@ -33,8 +36,21 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
     files::write(&dir.join("index.html"), page.as_bytes())?;
     files::folder(&dir.join("figures"))?;
     if let Some((figure, pictures)) = &figure {
-        pictures.save(&dir.join("figures"), &figure.name)?;
+        pictures.save(&dir.join("figures"), figure)?;
     }
+    let title = format!("{} from {}", fit.label, fit.data);
+    let paper = Paper {
+        paragraphs: methods::paragraphs(&fit, law_file.as_deref()),
+        versions: BTreeSet::from([fit.version.as_str()]),
+        last_run_s: None,
+        parts: Parts {
+            title: &title,
+            tables_in: "tables",
+            tables: tables.iter().map(|t| t.name).collect(),
+            figures: figure.iter().map(|(f, _)| f.name.as_str()).collect(),
+        },
+    };
+    paper.write(&dir.join("paper"))?;
     failure.map_or(Ok(()), Err)?;
     Ok(page::answer(&fit))
 }

@@ -19,6 +19,8 @@ pub struct StoredFit {
     pub stretch: [f64; 2],
     pub rows: usize,
     pub parameters: Vec<Parameter>,
+    pub weighting: String,
+    pub loss: String,
     pub interval_assumption: String,
     /// JSON has no infinity: `None` where an end is open
     pub in_use: Vec<[Option<f64>; 2]>,

@@ -1,4 +1,4 @@
-//! Report of a fit of a law in service: its JSON in, `figures/`, `tables/` and `index.html` out. Nothing is fitted here.
+//! Report of a fit of a law in service: its JSON in, `figures/`, `tables/`, `paper/` and `index.html` out. Nothing is fitted here.
 
 mod figure;
 
@@ -9,9 +9,11 @@ use crate::report::figure::drawn;
 use crate::report::files;
 use crate::report::numbers::capital;
 use crate::report::page::{document, drawing, escape, list};
+use crate::report::paper::{Paper, Paragraph, Parts, software};
 use crate::report::table::{Table, headings};
 use crate::storage::{self, TEXT_LIMIT};
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Results of these fits, by file.
@@ -21,6 +23,9 @@ const RESULTS: [&str; 3] = ["prony.json", "mullins.json", "volume.json"];
 #[derive(Deserialize)]
 struct Stored {
     summary: FitSummary,
+    /// Of the program that fitted
+    #[serde(default)]
+    version: String,
 }
 
 /// The result of a fit of a law in service in a folder, where it holds one and no study.
@@ -32,7 +37,7 @@ pub fn result_of(dir: &Path) -> Option<PathBuf> {
 /// Writes the report of the fit in `dir`, and answers with the result in words.
 pub fn write(dir: &Path) -> Result<String, ReportError> {
     let missing = || ReportError::NotAStudy { path: dir.join("study.json") };
-    let Stored { summary } = files::json(&result_of(dir).ok_or_else(missing)?)?.ok_or_else(missing)?;
+    let Stored { summary, version } = files::json(&result_of(dir).ok_or_else(missing)?)?.ok_or_else(missing)?;
     let table = Table {
         name: "constants",
         caption: "Fitted values with their 95 % intervals.".into(),
@@ -71,8 +76,33 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
     files::write(&dir.join("index.html"), document(&summary.title, &h).as_bytes())?;
     files::folder(&dir.join("figures"))?;
     if let Some((figure, pictures)) = &figure {
-        pictures.save(&dir.join("figures"), &figure.name)?;
+        pictures.save(&dir.join("figures"), figure)?;
     }
+    let paper = Paper {
+        paragraphs: paragraphs(&summary, &version),
+        versions: BTreeSet::from([version.as_str()]),
+        last_run_s: None,
+        parts: Parts {
+            title: &summary.title,
+            tables_in: "tables",
+            tables: vec![table.name],
+            figures: figure.iter().map(|(f, _)| f.name.as_str()).collect(),
+        },
+    };
+    paper.write(&dir.join("paper"))?;
     failure.map_or(Ok(()), Err)?;
     Ok(summary.answer)
+}
+
+/// The methods of a paper: the result with its constants, how it was found, and what was read.
+fn paragraphs(summary: &FitSummary, version: &str) -> Vec<Paragraph> {
+    let sentences = |all: &[String]| all.iter().map(|s| format!("{}.", capital(s))).collect::<Vec<_>>().join(" ");
+    let constants: Vec<String> = summary.constants.iter().map(|[name, value]| format!("{name} {value}")).collect();
+    let result = format!("{}. Constants: {}.", capital(summary.answer.trim_end_matches('.')), constants.join("; "));
+    vec![
+        Paragraph::new("Result").text(result),
+        Paragraph::new("Method").text(sentences(&summary.method)),
+        Paragraph::new("Data").text(sentences(&summary.notes)),
+        software(&[version.to_string()]),
+    ]
 }

@@ -1,15 +1,17 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, text, wide_page};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::numbers::thousands;
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 4.6;
+const TOP: f64 = 6.0;
 
 /// Of the meshes of a variant.
 pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure> {
@@ -30,11 +32,11 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
     effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
     effects.truncate(PALETTE.len());
     let phases = ["assembly", "factorisation", "solve", "output", "rest"];
-    let (left, each, gap, top) = (41.0, 61.0, 14.0, 6.0);
+    let panels = Panels::new(2, (41.0, 14.0, 12.0), (44.0, 70.0));
     let tall = ROW * rows.len() as f64;
-    let lines = phases.len().max(effects.len());
-    let height = top + tall + 12.5 + 4.2 * lines.div_ceil(3) as f64;
-    let svg = figure(wide_page(), height, "", |area| {
+    let lines = phases.len().max(effects.len()).div_ceil(2) as f64;
+    let step = TOP + tall + 13.5 + LINE * lines;
+    let svg = figure(panels.width(), step * panels.rows(), "", |area| {
         let phase = |r: &CaseRecord| {
             let p = &r.phases;
             let parts = [p.assembly_s, p.factorisation_s, p.solve_s, p.output_s];
@@ -46,35 +48,23 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
             let of = |name: &&str| r.effects.iter().filter(|e| e.name == **name).map(|e| e.wall_s).sum::<f64>();
             effects.iter().map(of).zip(PALETTE).collect()
         };
-        let frame = |x: f64| [mm(x), mm(top), mm(x + each), mm(top + tall)];
-        bars(area, frame(left), 'a', "Phases", &rows, &phase);
-        bars(area, frame(left + each + gap), 'b', "Evaluation of the effects", &rows, &effect);
-        for (k, r) in rows.iter().enumerate() {
-            let y = mm(top + ROW * (k as f64 + 0.5));
-            let words = format!(
-                "{} {}",
-                crate::report::figure::family_label(&r.family, &r.formulation),
-                thousands(r.mesh.cells)
-            );
-            text(area, &words, (mm(left - 2.0), y), At::Right, SMALL, INK);
-            text(
-                area,
-                &format!("{:.*} s", digits(r.wall_s), r.wall_s),
-                (mm(left + each + 1.2), y),
-                At::Left,
-                SMALL,
-                INK,
-            );
+        let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
+        let frame = |(x, top): (f64, f64)| [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
+        bars(area, frame(place(0)), 'a', "Phases", &rows, &phase);
+        bars(area, frame(place(1)), 'b', "Evaluation of the effects", &rows, &effect);
+        for (x, top) in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
+            names(area, (x, top, x + panels.each), &rows);
         }
-        let put = |x: f64, wide: f64, names: &[&str]| {
+        let put = |number: usize, names: &[&str]| {
+            let (x, top) = place(number);
             for (k, name) in names.iter().enumerate() {
                 let color = if *name == "rest" { REST } else { PALETTE[k] };
-                let at = (mm(x + wide * (k % 3) as f64), mm(top + tall + 13.5 + 4.2 * (k / 3) as f64));
-                legend(area, at, &[(Sample::Block(color), name.to_string())]);
+                let at = (mm(x + 28.0 * (k % 2) as f64), mm(top + tall + 13.5 + LINE * (k / 2) as f64));
+                legend(area, at, &[(Sample::Block(color), name.replace('_', " "))]);
             }
         };
-        put(left - 8.0, 27.0, &phases);
-        put(left + each + gap, 22.0, &effects);
+        put(0, &phases);
+        put(1, &effects);
     });
     let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
     let caption = format!(
@@ -82,6 +72,18 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         store.study.label(variant)
     );
     Some(Figure { name, svg, caption })
+}
+
+/// Each case at the left of its bar, and its time at the right.
+fn names(area: &Area, (left, top, right): (f64, f64, f64), rows: &[&CaseRecord]) {
+    for (k, r) in rows.iter().enumerate() {
+        let y = mm(top + ROW * (k as f64 + 0.5));
+        let family = crate::report::figure::family_label(&r.family, &r.formulation);
+        let words = format!("{family} {}", thousands(r.mesh.cells));
+        text(area, &words, (mm(left - 2.0), y), At::Right, SMALL, INK);
+        let seconds = format!("{:.*} s", digits(r.wall_s), r.wall_s);
+        text(area, &seconds, (mm(right + 1.2), y), At::Left, SMALL, INK);
+    }
 }
 
 fn bars(

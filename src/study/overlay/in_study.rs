@@ -7,13 +7,13 @@ use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
 use crate::scene::Measured;
 use crate::study::figures::axis_label;
-use crate::study::overlay::distance::{Distance, MarkerDistance};
+use crate::study::overlay::distance::Distance;
 use crate::study::overlay::figure::label;
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
 
 /// Cases in one figure, as many as there are colours apart from that of the measured curve.
-const SHOWN: usize = PALETTE.len() - 1;
+pub(super) const SHOWN: usize = PALETTE.len() - 1;
 
 /// The figures of all measured curves.
 pub fn figures(store: &Results) -> Vec<Drawn> {
@@ -36,7 +36,7 @@ pub fn figures(store: &Results) -> Vec<Drawn> {
 }
 
 /// The case with most cells of each family where not all of them can be shown.
-fn shown<'a>(cases: &[&'a StoredCase]) -> Vec<&'a StoredCase> {
+pub(super) fn shown<'a>(cases: &[&'a StoredCase]) -> Vec<&'a StoredCase> {
     if cases.len() <= SHOWN {
         return cases.to_vec();
     }
@@ -120,42 +120,6 @@ fn named(store: &Results, variant: &str, column: &str) -> String {
 
 fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
     r.distances.iter().find(|d| d.column == m.column && d.over == m.over && d.file == m.source)
-}
-
-/// Distances of the recorded points of all cases from measured markers; none where there are none.
-pub fn markers_table(store: &Results) -> Option<Table> {
-    let row = |r: &CaseRecord, d: &MarkerDistance| {
-        let [rms, largest] = [d.rms_m, d.largest_m].map(|v| format!("{:.2}", 1e3 * v));
-        let point = d.point.replace('_', " ");
-        vec![
-            r.id.clone(),
-            d.marker.clone(),
-            point,
-            d.file.clone(),
-            d.rows.to_string(),
-            rms,
-            largest,
-            format!("{:.3}", d.largest_at_s),
-        ]
-    };
-    let rows: Vec<Vec<String>> =
-        store.cases.iter().flat_map(|c| c.record.markers.iter().map(|d| row(&c.record, d))).collect();
-    (!rows.is_empty()).then(|| Table {
-        name: "markers",
-        caption: "Distances of recorded points from measured markers at the rows of the tracks within the run: root mean square and largest.".into(),
-        columns: headings(&[
-            ("Case", "", false),
-            ("Marker", "", false),
-            ("Point", "", false),
-            ("File", "", false),
-            ("Rows", "", true),
-            ("RMS", "mm", true),
-            ("Largest", "mm", true),
-            ("At", "s", true),
-        ]),
-        rows,
-        pick: None,
-    })
 }
 
 /// Distances of all cases from measured curves; none where nothing was measured.

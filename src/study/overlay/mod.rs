@@ -11,6 +11,7 @@ pub mod figure;
 pub mod in_study;
 pub mod markers;
 mod markers_figure;
+pub mod markers_in_study;
 
 use crate::report::{ReportError, export};
 use crate::scene::{Measured, Run, Scene};
@@ -69,7 +70,7 @@ pub fn save(dir: &Path, name: &str, overlays: &[Overlay], tracks: &[MarkerOverla
     let curves = overlays.iter().enumerate().map(|(k, o)| figure::draw(&format!("{name}-compare-{}", k + 1), o));
     let tracks = tracks.iter().enumerate().map(|(k, o)| markers_figure::draw(&format!("{name}-markers-{}", k + 1), o));
     for figure in curves.chain(tracks) {
-        export::save(dir, &figure.name, &figure.svg)?;
+        export::save(dir, &figure)?;
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
 //! The methods of stored cases in sentences: mesh, element, laws with their constants, loads, time, solver, errors and versions.
 
-use super::constants::{describe, plain};
+use super::OwnMethods;
+use crate::report::names::title;
 use crate::report::numbers::thousands;
+use crate::report::paper::law::{describe, named, plain};
+use crate::report::paper::{Paragraph, software};
 use crate::scene::{GeneratorSpec, MeshSpec, SceneSpec, from_text};
-use crate::study::paper::words::Paragraph;
 use crate::study::store::builds::builds;
 use crate::study::store::record::{CaseRecord, LawRecord};
 use std::collections::BTreeSet;
@@ -12,20 +14,21 @@ use std::path::Path;
 /// Laws that are described one by one; the table of cases has all of them.
 const MOST_LAWS: usize = 16;
 
-/// The paragraphs that follow from the records; `errors` are the sentences on error bars of the kind of study.
-pub fn paragraphs(records: &[&CaseRecord], errors: &str) -> Vec<Paragraph> {
+/// The paragraphs that follow from the records, with those of the kind of study.
+pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {
     let scenes: Vec<SceneSpec> =
         (records.iter()).filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok()).collect();
     let mut all = vec![
         mesh(records, &scenes),
         elements(records),
-        laws(records, &scenes),
+        laws(records, &scenes, own.search),
         physics(records),
         time(records),
         solver(records, &scenes),
     ];
-    if !errors.is_empty() {
-        all.push(Paragraph::new("Error bars").marked(errors));
+    all.extend(own.search.iter().cloned());
+    if !own.errors.is_empty() {
+        all.push(Paragraph::new("Error bars").marked(own.errors));
     }
     all.push(versions(records));
     all
@@ -108,10 +111,16 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
     Paragraph::new("Elements").marked(&format!("Elements have {}.", listed(&all)))
 }
 
-fn laws(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
+fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> Paragraph {
     let of_records =
         distinct(records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table));
     let all = distinct(scenes.iter().flat_map(|s| s.laws.values()).chain(&of_records));
+    // A search begins with constants that mean nothing
+    if let Some(how) = search.first() {
+        let names = distinct(all.iter().filter_map(|table| table.get("law")?.as_str()));
+        let p = names.into_iter().fold(Paragraph::new("Material"), named);
+        return p.text(format!("Constants are given under \u{201c}{}\u{201d}.", how.heading));
+    }
     let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), |p, table| describe(p, table));
     match all.len() {
         0 => p.text("No law: springs are all that is elastic."),
@@ -136,25 +145,30 @@ fn physics(records: &[&CaseRecord]) -> Paragraph {
 }
 
 fn time(records: &[&CaseRecord]) -> Paragraph {
-    let one = |name: &str| {
-        match name {
-            "static" => "quasi-static, a sequence of equilibria along the protocol",
-            "arc_length" => "quasi-static, continued by arc length [@crisfield1981]",
-            "implicit_euler" => "the implicit Euler method",
-            "implicit_euler_linearised" => "the implicit Euler method with one linearised solution a step",
-            "implicit_euler_corrected" => {
-                "the implicit Euler method with free motion and one contact correction a step [@duriez2006]"
-            }
-            "bdf2" => "the second-order backward differentiation formula",
-            "generalised_alpha" => "the generalised-α method [@chung1993; @arnold2007]",
-            "newmark" => "the Newmark method [@newmark1959]",
-            other => return other.replace('_', " "),
-        }
-        .to_string()
+    let statics = |name: &str| match name {
+        "static" => Some("a sequence of equilibria along the protocol"),
+        "arc_length" => Some("a path of equilibria that is continued by arc length [@crisfield1981]"),
+        _ => None,
     };
-    let integrators = distinct(records.iter().map(|r| r.integrator.as_str())).into_iter().map(one).collect::<Vec<_>>();
+    let source = |name: &str| match name {
+        "implicit_euler_corrected" => " [@duriez2006]",
+        "generalised_alpha" => " [@chung1993; @arnold2007]",
+        "newmark" => " [@newmark1959]",
+        _ => "",
+    };
+    let names = distinct(records.iter().map(|r| r.integrator.as_str()));
+    let at_rest: Vec<String> = names.iter().filter_map(|name| statics(name)).map(String::from).collect();
+    let in_motion = names.iter().filter(|name| statics(name).is_none());
+    let in_motion: Vec<String> = in_motion.map(|name| format!("{}{}", title(name), source(name))).collect();
+    let mut sentences = vec![];
+    if !at_rest.is_empty() {
+        sentences.push(format!("The solution is quasi-static, {}.", listed(&at_rest)));
+    }
+    if !in_motion.is_empty() {
+        sentences.push(format!("The equations of motion are integrated by {}.", listed(&in_motion)));
+    }
     let dt = range(records.iter().map(|r| r.dt_s), plain);
-    Paragraph::new("Time").marked(&format!("The solution is {}, with steps of {dt}\u{a0}s.", listed(&integrators)))
+    Paragraph::new("Time").marked(&format!("{} Steps have {dt}\u{a0}s.", sentences.join(" ")))
 }
 
 fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
@@ -193,5 +207,5 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
 
 fn versions(records: &[&CaseRecord]) -> Paragraph {
     let all: Vec<String> = builds(records.iter().copied()).iter().map(|(build, _)| build.words()).collect();
-    Paragraph::new("Software").text("Durometer").cite_program().text(format!(" {}.", all.join("; ")))
+    software(&all)
 }

@@ -1,6 +1,7 @@
 //! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
-use crate::material::{Law, title};
+use crate::material::Law;
+use crate::report::names::title;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::scene::{ExtremeKind, Measured};
@@ -341,7 +342,7 @@ impl StudyRecord {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
     }
 
-    /// A member in words: its label, the title of the law, or its name with blanks.
+    /// A member in words: its label, the title of the law or the integrator, or its name with blanks.
     pub fn member(&self, name: &str) -> String {
         self.members.get(name).cloned().unwrap_or_else(|| title(name))
     }

@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod band;
 pub mod corners;
 pub mod figures;
+mod methods;
 pub mod report;
 
 use crate::calibrate::inverse::MeasuredSpec;

@@ -13,6 +13,7 @@ use crate::study::kinds::calibration::analysis::{
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
 use crate::study::kinds::calibration::figures::curves as figures;
+use crate::study::kinds::calibration::methods;
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
@@ -34,6 +35,7 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
         figures: figures.chain(of_bands).collect(),
         claims: a.variants.iter().flat_map(claims).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
+        search: methods::search(store, a),
         ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::material::title;
+use crate::report::names::title;
 use crate::report::numbers::{capital, digits, percent, space};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;

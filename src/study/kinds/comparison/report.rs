@@ -1,7 +1,7 @@
 //! Report of a comparison.
 
-use crate::material::title;
 use crate::report::figure::drawn;
+use crate::report::names::title;
 use crate::report::numbers::{digits, per_cent, percent, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};

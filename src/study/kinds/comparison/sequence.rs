@@ -10,7 +10,7 @@
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
 
-use crate::material::title;
+use crate::report::names::title;
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::without_result;
 use crate::study::curve::peak;

@@ -1,9 +1,9 @@
 //! Bar over true error of every error bar, problem after problem.
 
 use crate::report::canvas::{
-    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, text, wide_page,
+    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text, width,
 };
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;
 use crate::study::kinds::coverage::analysis::CoverageFindings;
@@ -13,7 +13,7 @@ const LEFT: f64 = 14.0;
 const TOP: f64 = 7.0;
 const TALL: f64 = 62.0;
 const GAP: f64 = 14.0;
-const NAMES: f64 = 34.0;
+const RIGHT: f64 = 4.0;
 const GREY: RGB = RGB(0xc4, 0xc4, 0xc4);
 /// Ratios beyond these are drawn at the edge.
 const LEAST: f64 = 0.1;
@@ -33,11 +33,20 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
     if problems.is_empty() {
         return None;
     }
-    let height = TOP + 2.0 * TALL + GAP + NAMES;
-    let svg = figure(wide_page(), height, "", |area| {
+    let mut entries: Vec<(Sample, String)> = (formulations.iter().enumerate())
+        .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), f.to_string()))
+        .collect();
+    entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
+    entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
+    let names = f64::from(problems.iter().map(|p| width(p, SMALL)).max().unwrap_or(0)) / f64::from(mm(1.0));
+    let bottom = TOP + 2.0 * TALL + GAP;
+    let below = bottom + names + 7.0;
+    let wide = page_width() - RIGHT - LEFT;
+    let height = below + LINE * legend_lines(entries.len(), wide);
+    let svg = figure(page_width(), height, "", |area| {
         for (k, estimator) in Estimator::ALL.into_iter().enumerate() {
             let top = TOP + k as f64 * (TALL + GAP);
-            let frame = [mm(LEFT), mm(top), mm(wide_page() - 28.0), mm(top + TALL)];
+            let frame = [mm(LEFT), mm(top), mm(LEFT + wide), mm(top + TALL)];
             let x = Axis { step: 1.0, ..Axis::exact(0.0, problems.len() as f64, "") };
             let y =
                 Axis { lo: LEAST / 1.3, hi: MOST * 1.3, ..Axis::log([LEAST, MOST].into_iter(), "bar / true error") };
@@ -62,18 +71,12 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             plot.axes(false);
             plot.title(char::from(b'a' + k as u8), estimator.words());
         }
-        let bottom = TOP + 2.0 * TALL + GAP;
-        let width = (wide_page() - 28.0 - LEFT) / problems.len() as f64;
+        let strip = wide / problems.len() as f64;
         for (k, name) in problems.iter().enumerate() {
-            let long = crate::report::canvas::width(name, SMALL) / 2;
-            text(area, name, (mm(LEFT + width * (k as f64 + 0.5)), mm(bottom + 2.0) + long), At::Turned, SMALL, INK);
+            let at = (mm(LEFT + strip * (k as f64 + 0.5)) + mm(1.2), mm(bottom + 2.0) + width(name, SMALL) / 2);
+            text(area, name, at, At::Turned, SMALL, INK);
         }
-        let mut entries: Vec<(Sample, String)> = (formulations.iter().enumerate())
-            .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), f.to_string()))
-            .collect();
-        entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
-        entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
-        legend(area, (mm(wide_page() - 25.0), mm(TOP + 2.0)), &entries);
+        legend_below(area, (LEFT, below - 1.0), wide, entries);
     });
     let caption = "Error bar over true error, (a) from one run, (b) of the finest mesh of a family of many. Below 1 the truth is outside of \
                    the bar. Within a problem from left to right: ν in the order of the study. Grey: the truth is not known to a tenth of the \

@@ -1,10 +1,11 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
 use crate::report::canvas::{
-    Area, At, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text, wide_page,
+    Area, At, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
 };
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines};
 use crate::report::numbers::{capital, digits};
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
 use crate::study::analysis::ByQuantity;
@@ -20,8 +21,11 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 /// Room of a legend at the right of a panel \[mm\]
 const LEGEND: f64 = 32.0;
-/// Width of a panel \[mm\]
+/// Least and usual width of a panel \[mm\]
+const LEAST: f64 = 40.0;
 const EACH: f64 = 52.0;
+/// From a row of panels to the next one \[mm\]
+const ROW: f64 = TALL + 17.0;
 /// Quantities that a map and the curves over time show.
 const PANELS: usize = 3;
 
@@ -40,9 +44,10 @@ fn words(axis: &AxisRecord) -> String {
     format!("{} {}{unit}", axis.label, italic(&axis.symbol))
 }
 
-/// `g/cm^3` → `g/cm³`
+/// `g/cm^3` → `g/cm³`, `40 um` → `40 µm`
 fn raised(value: &str) -> String {
-    value.replace("^2", "²").replace("^3", "³")
+    let micro = value.strip_suffix("um").map(|number| format!("{number}µm"));
+    micro.as_deref().unwrap_or(value).replace("^2", "²").replace("^3", "³")
 }
 
 /// Logarithmic where the values span a factor of eight.
@@ -63,14 +68,12 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
         return None;
     }
     let count = if a.list { 1 } else { a.axes.len().min(2) };
-    let width = LEFT + count as f64 * (EACH + LEGEND) + (count as f64 - 1.0) * GAP;
-    let svg = figure(width.min(wide_page()), TOP + TALL + 11.0, "", |area| {
+    // Lines of a single axis have no legend
+    let side = if count > 1 { LEGEND } else { 5.0 };
+    let panels = Panels::new(count, (LEFT, side + GAP, side), (LEAST, EACH));
+    let svg = figure(panels.width(), TOP + ROW * panels.rows() - 6.0, "", |area| {
         for k in 0..count {
-            let x = LEFT + k as f64 * (EACH + LEGEND + GAP);
-            // Two panels with legends are wider than a page: both are narrowed alike
-            let shrink = ((wide_page() - LEFT) / (width - LEFT)).min(1.0);
-            let x = LEFT + (x - LEFT) * shrink;
-            panel(area, a, q, k, [x, x + EACH * shrink]);
+            panel(area, a, q, k, [panels.x(k), TOP + ROW * panels.row(k), panels.x(k) + panels.each]);
         }
     });
     let held = if a.axes.len() > 2 && !a.list { " Further axes are kept at their middle value." } else { "" };
@@ -82,14 +85,14 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
-fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [left, right]: [f64; 2]) {
+fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [left, top, right]: [f64; 3]) {
     let axis = &a.axes[k];
     let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
     let middle =
         |p: &SweepPoint| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
     let lines: Vec<Vec<&SweepPoint>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
     let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &axis_label(&q.quantity, ""));
-    let frame = [mm(left), mm(TOP), mm(right), mm(TOP + TALL)];
+    let frame = [mm(left), mm(top), mm(right), mm(top + TALL)];
     let plot = Plot { area, frame, x: scale(axis), y };
     plot.grid();
     let mut entries = vec![];
@@ -107,7 +110,7 @@ fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [
     }
     plot.axes(true);
     plot.title(['a', 'b'][k], &capital(&q.quantity.label));
-    legend(area, (mm(right + 2.5), mm(TOP + 2.0)), &entries);
+    legend(area, (mm(right + 2.5), mm(top + 2.0)), &entries);
 }
 
 /// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
@@ -118,15 +121,15 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     if a.list || maps.is_empty() {
         return None;
     }
-    let each = 62.0;
-    let width = LEFT + 8.0 + maps.len() as f64 * each + (maps.len() as f64 - 1.0) * (GAP + 8.0) + 3.0;
-    let svg = figure(width, TOP + TALL + 13.0, "", |area| {
+    let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0, 3.0), (56.0, 76.0));
+    let row = ROW + 2.0;
+    let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, q) in maps.iter().enumerate() {
-            let x = LEFT + 8.0 + k as f64 * (each + GAP + 8.0);
-            squares(area, q, (first, second), [x, TOP, x + each, TOP + TALL]);
+            let (x, top) = (panels.x(k), TOP + row * panels.row(k));
+            squares(area, q, (first, second), [x, top, x + panels.each, top + TALL]);
             let unit = if q.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", q.quantity.unit) };
             let title = format!("({})  {}{unit}", ['a', 'b', 'c'][k], capital(&q.quantity.label));
-            text(area, &title, (mm(x), mm(TOP - 2.4)), At::Left, LABEL, INK);
+            text(area, &title, (mm(x), mm(top - 2.4)), At::Left, LABEL, INK);
         }
     });
     let caption =
@@ -168,12 +171,11 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     }
     let middle = |p: &&SweepPoint| a.list || (1..p.at.len()).all(|i| p.at[i] == a.axes[i].values.len() / 2);
     let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
-    let n = panels.len() as f64;
-    let width = LEFT + n * EACH + (n - 1.0) * GAP + LEGEND + 4.0;
-    let height = (TOP + TALL + 10.0).max(TOP + 4.2 * first.values.len() as f64 + 6.0);
-    let svg = figure(width, height, "", |area| {
+    let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
+    let (across, bottom) = (places.width() - LEFT, TOP + ROW * places.rows() - 6.0);
+    let svg = figure(places.width(), bottom + LINE * legend_lines(first.values.len(), across), "", |area| {
         for (k, q) in panels.iter().enumerate() {
-            let x = LEFT + k as f64 * (EACH + GAP);
+            let (x, top) = (places.x(k), TOP + ROW * places.row(k));
             let curves: Vec<(usize, Curve)> = (q.points.iter().filter(middle))
                 .filter_map(|p| {
                     let stored = store.cases.iter().find(|c| c.record.id == p.case)?;
@@ -182,7 +184,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
                 .collect();
             let end = curves.iter().flat_map(|(_, c)| c.t.last().copied()).fold(0.0, f64::max);
             let y = Axis::linear(curves.iter().flat_map(|(_, c)| c.f.iter().copied()), &axis_label(&q.quantity, ""));
-            let frame = [mm(x), mm(TOP), mm(x + EACH), mm(TOP + TALL)];
+            let frame = [mm(x), mm(top), mm(x + places.each), mm(top + TALL)];
             let plot = Plot { area, frame, x: Axis::exact(0.0, end, &format!("time {} [s]", italic("t"))), y };
             plot.grid();
             curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));
@@ -192,7 +194,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
         let entry =
             |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
         let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
-        legend(area, (mm(width - LEGEND), mm(TOP + 2.0)), &entries);
+        legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
     let held: Vec<String> = (a.axes.iter().skip(1).filter(|_| !a.list))
         .map(|x| format!("{} = {}", x.symbol, x.values[x.values.len() / 2]))

@@ -21,6 +21,7 @@ pub mod figures;
 pub mod findings;
 pub mod joint;
 pub mod measured;
+mod methods;
 pub mod monte_carlo;
 pub mod numerical;
 pub mod plan;

@@ -9,6 +9,7 @@ use crate::study::content::Content;
 use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::figures::{budget, score};
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
+use crate::study::kinds::validation::methods;
 use crate::study::kinds::validation::predictions;
 use crate::study::kinds::validation::words::{advice, sentence};
 use crate::study::store::results::Results;
@@ -30,6 +31,7 @@ pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
         folded: folded(store, a),
         figures: figures.into_iter().flatten().collect(),
         claims: a.predictions.iter().map(claim).collect(),
+        search: methods::search(a),
         files: vec![("predictions.toml".into(), predictions::text(a, &store.study.study))],
         ..Content::new(a, !a.predictions.is_empty(), ("What is predicted, and was it so", answer(a)))
     }

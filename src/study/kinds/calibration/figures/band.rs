@@ -1,6 +1,6 @@
 //! A law where it is used: the curve with what constants and mesh leave open.
 
-use crate::report::canvas::{INK, RGB, figure, fill, italic, line, mm};
+use crate::report::canvas::{INK, RGB, figure, fill, italic, line, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
 use crate::study::figures::axis_label;
@@ -16,8 +16,9 @@ const CONSTANTS: RGB = RGB(0x8c, 0xb8, 0xd6);
 const MESH: RGB = RGB(0xf2, 0xcd, 0xae);
 
 pub fn draw(b: &Band) -> Figure {
-    let svg = figure(LEFT + WIDE + 5.0, TOP + TALL + 11.0, "", |area| {
-        let frame = [mm(LEFT), mm(TOP), mm(LEFT + WIDE), mm(TOP + TALL)];
+    let wide = WIDE.min(page_width() - LEFT - 5.0);
+    let svg = figure(LEFT + wide + 5.0, TOP + TALL + 11.0, "", |area| {
+        let frame = [mm(LEFT), mm(TOP), mm(LEFT + wide), mm(TOP + TALL)];
         let [low, high] = &b.constants;
         let mesh = |k: usize| b.mesh.as_ref().map_or(0.0, |m| m[k]);
         let outer: [Vec<f64>; 2] = [

@@ -1,7 +1,7 @@
 //! A measured curve together with the scene that reproduces it, the residuals below, and the first constant case by case.
 
 use crate::report::canvas::{
-    At, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, text, wide_page,
+    At, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, page_width, text,
 };
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
@@ -17,6 +17,8 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
 const BETWEEN: f64 = 5.0;
 const LOW: f64 = 22.0;
+/// A page that is narrower has one window below the other \[mm\]
+const NARROW: f64 = 160.0;
 /// Measured points that are drawn at most
 const ROWS: usize = 120;
 
@@ -25,11 +27,18 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     let found = store.found.get(&v.case)?.curves.first()?;
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
-    let each = (wide_page() - LEFT - GAP - 3.0) / 2.0;
-    let height = TOP + TALL + BETWEEN + LOW + 10.0;
+    // On a narrow page the windows are stacked, so that type is never shrunk
+    let is_narrow = page_width() < NARROW;
+    let first = TOP + TALL + BETWEEN + LOW + 10.0;
+    let (each, side, below_top) = match is_narrow {
+        true => (page_width() - LEFT - 4.0, GAP, first + TOP),
+        false => ((page_width() - LEFT - GAP - 3.0) / 2.0, (page_width() + LEFT + GAP - 3.0) / 2.0, TOP),
+    };
+    let constants_tall = if is_narrow { TALL } else { TALL + BETWEEN + LOW };
+    let height = if is_narrow { first + TOP + TALL + 10.0 } else { first };
     let every = m.x.len().div_ceil(ROWS);
     let rows = || m.x.iter().zip(&m.y).zip(&found.predicted).step_by(every);
-    let svg = figure(wide_page(), height, "", |area| {
+    let svg = figure(page_width(), height, "", |area| {
         let upper = [mm(LEFT), mm(TOP), mm(LEFT + each), mm(TOP + TALL)];
         let base = TOP + TALL + BETWEEN;
         let lower = [mm(LEFT), mm(base), mm(LEFT + each), mm(base + LOW)];
@@ -57,8 +66,8 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         let entries =
             [(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".into()), (Sample::Line(INK), "simulated".into())];
         legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
-        let side = LEFT + each + GAP;
-        let frame = [mm(side), mm(TOP), mm(side + each), mm(base + LOW)];
+        let right = if is_narrow { LEFT + each } else { side + each };
+        let frame = [mm(side), mm(below_top), mm(right), mm(below_top + constants_tall)];
         let (factor, unit, _) = scaled(c);
         let own = c.cases.iter().flat_map(|o| o.interval.unwrap_or([o.value; 2]));
         let values = own.chain(c.interval.into_iter().flatten()).chain(c.gauge).map(|v| factor * v);

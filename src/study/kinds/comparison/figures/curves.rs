@@ -4,6 +4,7 @@
 use crate::report::canvas::{self, Area, PALETTE, RGB, SMALL, columns, dashed, figure, italic, line, mm, page_width};
 use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::capital;
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
@@ -178,16 +179,15 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
         l.member == a.reference || panels.iter().any(|q| q.members.iter().any(|c| c.member == l.member && is_open(c)))
     };
     let looks: Vec<Look> = looks(a).into_iter().filter(shown).collect();
-    let (each, tall) = (50.0, 46.0);
+    let (tall, row) = (46.0, 63.0);
     let entries = entries(store, &looks, a);
-    let room = room(&entries);
-    let width = LEFT + panels.len() as f64 * (each + GAP) + room - GAP;
-    let height = (TOP + tall + 10.0).max(TOP + 4.2 * looks.len() as f64 + 4.0);
-    let svg = figure(width, height, "", |area| {
+    let places = Panels::new(panels.len(), (LEFT, GAP, 5.0), (50.0, 70.0));
+    let bottom = TOP + row * places.rows() - 4.0;
+    let svg = figure(places.width(), bottom + LINE * entries.len() as f64, "", |area| {
         for (k, q) in panels.iter().enumerate() {
             let Some(against) = &q.quantity.against else { continue };
-            let x = LEFT + k as f64 * (each + GAP);
-            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
+            let (x, top) = (places.x(k), TOP + row * places.row(k));
+            let frame = [mm(x), mm(top), mm(x + places.each), mm(top + tall)];
             let pair = |l: &Look| {
                 let (case, f) = curve(store, q, l.member, &q.quantity.name)?;
                 Some((Curve::of(&case.series, &against.name)?, f))
@@ -204,7 +204,7 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
             plot.axes(true);
             plot.title(['a', 'b'][k], &capital(&q.quantity.label));
         }
-        legend(area, (mm(width - room + 4.0), mm(TOP + 2.0)), &entries);
+        legend(area, (mm(LEFT), mm(bottom)), &entries);
     });
     let caption = format!(
         "Loading and unloading, {}, of the members that show a loop, and of the reference: the area of a loop is lost in every cycle.",

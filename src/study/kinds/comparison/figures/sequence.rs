@@ -1,9 +1,10 @@
 //! Cost of a step with effects added one by one.
 
-use crate::material::title;
-use crate::report::canvas::{At, INK, PALETTE, RGB, SMALL, block, figure, mm, text, wide_page};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::canvas::{At, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::figure::{Figure, LINE, Sample, legend};
+use crate::report::names::title;
 use crate::report::numbers::digits;
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::comparison::sequence::{Addition, Sequence, milliseconds};
 
@@ -31,15 +32,18 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REST));
         out
     };
-    let (left, each, gap) = (34.0, 60.0, 20.0);
+    let panels = Panels::new(2, (34.0, 20.0, 6.0), (48.0, 70.0));
     let tall = ROW * l.additions.len() as f64;
     let rows = effects.len().max(4).div_ceil(2) as f64;
-    let svg = figure(wide_page(), TOP + tall + 14.0 + 4.2 * rows, "", |area| {
-        let panel = |x: f64, letter: char, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
+    let step = TOP + tall + 14.0 + LINE * rows;
+    let svg = figure(panels.width(), step * panels.rows(), "", |area| {
+        let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
+        let panel = |number: usize, title: &str, parts: &dyn Fn(&Addition) -> Vec<(f64, RGB)>| {
+            let (x, top) = place(number);
             let sum = |r: &Addition| parts(r).iter().map(|p| 1e3 * p.0).sum::<f64>();
             let longest =
                 Axis::linear([0.0, l.additions.iter().map(sum).fold(0.0, f64::max)].into_iter(), "a step [ms]");
-            let frame = [mm(x), mm(TOP), mm(x + each), mm(TOP + tall)];
+            let frame = [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
             let plot = Plot { area, frame, x: longest, y: Axis::exact(l.additions.len() as f64, 0.0, "") };
             plot.grid_x();
             for (k, r) in l.additions.iter().enumerate() {
@@ -53,24 +57,27 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
                 text(area, &format!("{from:.*}", digits(from)), end, At::Left, SMALL, INK);
             }
             plot.axis_x();
-            plot.title(letter, title);
+            plot.title(['a', 'b'][number], title);
+            if panels.begins_row(number) {
+                for (k, r) in l.additions.iter().enumerate() {
+                    let at = (mm(x - 2.0), mm(top + ROW * (k as f64 + 0.5)));
+                    text(area, &crate::report::names::title(&r.member), at, At::Right, SMALL, INK);
+                }
+            }
         };
-        panel(left, 'a', "A step by its parts", &whole);
-        panel(left + each + gap, 'b', "Evaluation of the effects", &evaluations);
-        for (k, r) in l.additions.iter().enumerate() {
-            let at = (mm(left - 2.0), mm(TOP + ROW * (k as f64 + 0.5)));
-            text(area, &title(&r.member), at, At::Right, SMALL, INK);
-        }
-        let put = |x: f64, entries: Vec<(Sample, String)>| {
+        panel(0, "A step by its parts", &whole);
+        panel(1, "Evaluation of the effects", &evaluations);
+        let put = |number: usize, entries: Vec<(Sample, String)>| {
+            let (x, top) = place(number);
             for (k, entry) in entries.into_iter().enumerate() {
-                let at = (mm(x + 30.0 * (k % 2) as f64), mm(TOP + tall + 14.5 + 4.2 * (k / 2) as f64));
+                let at = (mm(x + 30.0 * (k % 2) as f64), mm(top + tall + 14.5 + LINE * (k / 2) as f64));
                 legend(area, at, &[entry]);
             }
         };
         let parts = ["evaluations", "factorisation", "solve"].iter().zip(PALETTE);
         let parts = parts.map(|(n, c)| (Sample::Block(c), n.to_string()));
-        put(left, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
-        put(left + each + gap, effects.iter().map(|n| (Sample::Block(color(n)), n.to_string())).collect());
+        put(0, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
+        put(1, effects.iter().map(|n| (Sample::Block(color(n)), n.replace('_', " "))).collect());
     });
     let (first, last) = (&l.additions[0], &l.additions[l.additions.len() - 1]);
     let caption = format!(

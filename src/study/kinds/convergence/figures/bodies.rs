@@ -83,7 +83,8 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let cable = skin.cables.iter().flatten();
     let rigid = skin.rigids.iter().flat_map(|r| &r.points);
     let from = extent(skin.points.iter().chain(&moved).chain(cable).chain(rigid).map(|x| view.project(*x)));
-    let (wide, bar) = (104.0, 20.0);
+    let bar = 20.0;
+    let wide = 104.0_f64.min(page_width() - bar - 6.0);
     let tall = (wide * (from[3] - from[1]) / (from[2] - from[0])).min(TALLEST);
     if !tall.is_finite() || skin.triangles.is_empty() {
         return None;

@@ -2,6 +2,7 @@
 
 use crate::report::canvas::{At, INK, RGB, SMALL, figure, mm, text};
 use crate::report::figure::Figure;
+use crate::report::panels::Panels;
 use crate::report::surface::{Fit, Look, View, extent, surface};
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
@@ -24,7 +25,8 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     if shown.is_empty() {
         return None;
     }
-    let place = |k: usize| ((k % 3) as f64 * (WIDE + 4.0), (k / 3) as f64 * (TALL + 8.0));
+    let panels = Panels::new(shown.len(), (0.0, 4.0, 0.0), (44.0, WIDE));
+    let place = |k: usize| (panels.x(k), panels.row(k) * (TALL + 8.0));
     let view = View::from(EYE);
     let mut under = String::new();
     for (k, (_, skin)) in shown.iter().enumerate() {
@@ -33,7 +35,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
         let (x, y) = place(k);
         let fit = Fit::new(
             extent(moved.iter().map(|p| view.project(*p))),
-            [mm(x), mm(y + 6.0), mm(x + WIDE), mm(y + 6.0 + TALL)],
+            [mm(x), mm(y + 6.0), mm(x + panels.each), mm(y + 6.0 + TALL)],
         );
         let look = Look {
             color: &|_| RGB(0xdd, 0xe6, 0xee),
@@ -43,8 +45,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
         };
         under += &surface(&moved, &skin.triangles, &view, &fit, &look);
     }
-    let rows = shown.len().div_ceil(3) as f64;
-    let svg = figure(3.0 * WIDE + 8.0, rows * (TALL + 8.0) + 2.0, &under, |area| {
+    let svg = figure(panels.width(), panels.rows() * (TALL + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {
             let (x, y) = place(k);
             text(area, &format!("{}: {}", case.case, case.status), (mm(x), mm(y + 3.0)), At::Left, SMALL, INK);

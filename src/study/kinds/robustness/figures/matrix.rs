@@ -1,21 +1,24 @@
 //! The matrix: hard cases downwards, variants across; a disc passes, a triangle stopped with a stated reason, a cross failed.
 
-use crate::report::canvas::{Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, figure, line, mark, mm, text};
+use crate::report::canvas::{
+    Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_width, text, width,
+};
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
-use crate::study::kinds::robustness::analysis::RobustnessFindings;
+use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::store::results::Results;
 
 const ROW: f64 = 3.9;
 const COLUMN: f64 = 6.2;
-/// Room for the names of the cases, and for the turned ones of the variants \[mm\]
-const NAMES: f64 = 74.0;
+/// Room for the turned names of the variants \[mm\]
 const HEAD: f64 = 43.6;
 /// Height of the headings of groups, and of those that would meet their neighbours \[mm\]
 const GROUP: f64 = 5.6;
 const RAISED: f64 = 2.0;
-/// Rows on a sheet; more go into a second block next to it
+/// Lines on a sheet; more go onto a further one
 const TALLEST: usize = 62;
+/// Under the heading of a suite
+const BAND: RGB = RGB(0xf0, 0xf0, 0xf0);
 
 pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
     match outcome {
@@ -25,60 +28,89 @@ pub fn color(outcome: CaseOutcome) -> (Mark, RGB) {
     }
 }
 
-/// `None` without a case. One figure for each sheet of rows.
+/// A line of a sheet: the heading of a suite, or one of its cases.
+#[derive(Clone, Copy, PartialEq)]
+struct Line<'a> {
+    suite: &'a str,
+    member: Option<&'a str>,
+}
+
+/// Nothing without a case. One figure for each sheet of lines and columns.
 pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
-    let mut rows: Vec<(&str, &str)> = vec![];
+    let mut cases: Vec<(&str, &str)> = vec![];
     for c in &a.cases {
-        if !rows.contains(&(c.suite.as_str(), c.member.as_str())) {
-            rows.push((&c.suite, &c.member));
+        if !cases.contains(&(c.suite.as_str(), c.member.as_str())) {
+            cases.push((&c.suite, &c.member));
         }
     }
-    let sheets: Vec<&[(&str, &str)]> = rows.chunks(TALLEST).collect();
-    let of = |(k, rows): (usize, &&[(&str, &str)])| drawn("matrix", || sheet(store, a, rows, k, sheets.len()));
+    let lines = cases.chunk_by(|a, b| a.0 == b.0).flat_map(|suite| {
+        let heading = Line { suite: suite[0].0, member: None };
+        std::iter::once(heading).chain(suite.iter().map(|(suite, member)| Line { suite, member: Some(member) }))
+    });
+    let lines: Vec<Line> = lines.collect();
+    let name = |l: &Line| l.member.map_or(0, |m| width(&written(store, m), SMALL));
+    let names = f64::from(lines.iter().map(name).max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
+    let across = ((page_width() - names - 3.0) / COLUMN).floor().max(1.0) as usize;
+    let shown = |lines: &[Line], v: &&String| {
+        let here = |c: &JudgedCase| lines.contains(&Line { suite: &c.suite, member: Some(&c.member) });
+        a.cases.iter().any(|c| c.variant == **v && here(c))
+    };
+    let mut sheets: Vec<(&[Line], Vec<&String>)> = vec![];
+    for lines in lines.chunks(TALLEST) {
+        let variants: Vec<&String> = store.study.variants.iter().filter(|v| shown(lines, v)).collect();
+        sheets.extend(variants.chunks(across).map(|variants| (lines, variants.to_vec())));
+    }
+    let of = |(k, (lines, variants)): (usize, &(&[Line], Vec<&String>))| {
+        drawn("matrix", || sheet(store, a, (lines, variants, names), k, sheets.len()))
+    };
     sheets.iter().enumerate().filter_map(of).collect()
 }
 
-fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number: usize, of: usize) -> Figure {
-    let shown = |v: &&String| {
-        let here = |c: &&crate::study::kinds::robustness::analysis::JudgedCase| {
-            c.variant == **v && rows.contains(&(c.suite.as_str(), c.member.as_str()))
-        };
-        a.cases.iter().any(|c| here(&c))
-    };
-    let variants: Vec<&String> = store.study.variants.iter().filter(shown).collect();
-    let width = NAMES + COLUMN * variants.len() as f64 + 30.0;
-    // The legend has three lines
-    let height = HEAD + (ROW * rows.len() as f64).max(14.0) + 4.0;
-    let svg = figure(width, height, "", |area| {
+/// The name of a case in words.
+fn written(store: &Results, member: &str) -> String {
+    store.study.member(&member.replace('-', "_"))
+}
+
+fn sheet(
+    store: &Results,
+    a: &RobustnessFindings,
+    (lines, variants, names): (&[Line], &[&String], f64),
+    number: usize,
+    of: usize,
+) -> Figure {
+    let edge = |k: f64| mm(names + COLUMN * k);
+    let bottom = HEAD + ROW * lines.len() as f64;
+    let right = edge(variants.len() as f64);
+    let entry = |(o, words): (CaseOutcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
+    let entries = [(CaseOutcome::Pass, "pass"), (CaseOutcome::Stopped, "stopped"), (CaseOutcome::Fail, "fail")];
+    // Three entries of the legend need some room
+    let wide = (names + COLUMN * variants.len() as f64 + 3.0).max(80.0);
+    let svg = figure(wide, bottom + 9.0, "", |area| {
         for (k, variant) in variants.iter().enumerate() {
-            let x = NAMES + COLUMN * (k as f64 + 0.5);
             let name = store.study.labels.get(*variant).unwrap_or(variant);
-            turned(area, name, x);
-            line(area, &[(mm(x), mm(HEAD)), (mm(x), mm(height - 4.0))], PALE, 4);
+            turned(area, name, names + COLUMN * (k as f64 + 0.5));
+            line(area, &[(edge(k as f64 + 0.5), mm(HEAD)), (edge(k as f64 + 0.5), mm(bottom))], PALE, 4);
         }
-        groups(store, area, &variants);
-        let mut before = "";
-        for (k, (suite, member)) in rows.iter().enumerate() {
-            let y = mm(HEAD + ROW * (k as f64 + 0.5));
-            if *suite != before {
-                let top = mm(HEAD + ROW * k as f64);
-                line(area, &[(0, top), (mm(NAMES + COLUMN * variants.len() as f64), top)], PALE, 4);
-                text(area, &suite.replace('-', " "), (mm(0.5), y), At::Left, SMALL, INK);
-                before = suite;
-            }
-            text(area, &store.study.member(&member.replace('-', "_")), (mm(NAMES - 2.0), y), At::Right, SMALL, INK);
+        groups(store, area, variants, names);
+        for (k, l) in lines.iter().enumerate() {
+            let (top, y) = (mm(HEAD + ROW * k as f64), mm(HEAD + ROW * (k as f64 + 0.5)));
+            let Some(member) = l.member else {
+                block(area, (0, top), (right, mm(HEAD + ROW * (k as f64 + 1.0))), BAND);
+                text(area, &l.suite.replace('-', " "), (mm(0.8), y), At::Left, SMALL, INK);
+                continue;
+            };
+            text(area, &written(store, member), (mm(names - 2.0), y), At::Right, SMALL, INK);
             for (j, variant) in variants.iter().enumerate() {
-                let found = a.cases.iter().find(|c| c.suite == *suite && c.member == *member && c.variant == **variant);
-                if let Some(c) = found {
+                let is_it = |c: &&JudgedCase| c.suite == l.suite && c.member == member && c.variant == **variant;
+                if let Some(c) = a.cases.iter().find(is_it) {
                     let (shape, color) = color(c.outcome);
-                    mark(area, shape, (mm(NAMES + COLUMN * (j as f64 + 0.5)), y), 34, color);
+                    mark(area, shape, (edge(j as f64 + 0.5), y), 34, color);
                 }
             }
         }
-        let entry = |(o, words): (CaseOutcome, &str)| (Sample::Mark(color(o).0, color(o).1), words.to_string());
-        let entries =
-            [(CaseOutcome::Pass, "pass"), (CaseOutcome::Stopped, "stopped"), (CaseOutcome::Fail, "fail")].map(entry);
-        legend(area, (mm(width - 24.0), mm(HEAD + 3.0)), &entries);
+        for (k, entry) in entries.map(entry).into_iter().enumerate() {
+            legend(area, (mm(2.0 + 26.0 * k as f64), mm(bottom + 5.0)), &[entry]);
+        }
     });
     let part = if of > 1 { format!(" (part {} of {of})", number + 1) } else { String::new() };
     let caption = format!(
@@ -89,14 +121,14 @@ fn sheet(store: &Results, a: &RobustnessFindings, rows: &[(&str, &str)], number:
 }
 
 /// Headings over the columns of a group, with a line across them.
-fn groups(store: &Results, area: &Area, variants: &[&String]) {
+fn groups(store: &Results, area: &Area, variants: &[&String], names: f64) {
     let group = |v: &String| store.study.groups.get(v).map(String::as_str);
     let (mut from, mut end, mut is_raised) = (0, i32::MIN, false);
     for run in variants.chunk_by(|a, b| group(a) == group(b)) {
         if let Some(heading) = group(run[0]) {
-            let edge = |k: usize| NAMES + COLUMN * k as f64;
+            let edge = |k: usize| names + COLUMN * k as f64;
             let (left, right) = (mm(edge(from) + 0.8), mm(edge(from + run.len()) - 0.8));
-            let (middle, half) = ((left + right) / 2, crate::report::canvas::width(heading, SMALL) / 2);
+            let (middle, half) = ((left + right) / 2, width(heading, SMALL) / 2);
             is_raised = !is_raised && middle - half < end + mm(1.0);
             line(area, &[(left, mm(GROUP + 2.4)), (right, mm(GROUP + 2.4))], INK, 5);
             text(area, heading, (middle, mm(if is_raised { RAISED } else { GROUP })), At::Middle, SMALL, INK);
@@ -108,6 +140,6 @@ fn groups(store: &Results, area: &Area, variants: &[&String]) {
 
 /// Names that are too long for a column stand upright.
 fn turned(area: &Area, name: &str, x: f64) {
-    let long = crate::report::canvas::width(name, LABEL) / 2;
+    let long = width(name, LABEL) / 2;
     text(area, name, (mm(x) + mm(1.2), mm(HEAD - 2.0) - long), At::Turned, LABEL, INK);
 }

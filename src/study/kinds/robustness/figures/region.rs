@@ -1,18 +1,19 @@
 //! Where a scene holds: a map of grades over two axes, one panel for each variant.
 
 use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
 use crate::report::numbers::digits;
+use crate::report::panels::Panels;
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
 use std::collections::BTreeSet;
 
-const EACH: f64 = 52.0;
 const LEFT: f64 = 22.0;
 const GAP: f64 = 8.0;
 const TOP: f64 = 7.0;
 const TALL: f64 = 44.0;
-const LEGEND: f64 = 38.0;
+/// From a row of panels to the next one \[mm\]
+const ROW: f64 = TALL + 20.0;
 
 fn look(grade: Grade) -> (RGB, &'static str) {
     match grade {
@@ -26,24 +27,24 @@ fn look(grade: Grade) -> (RGB, &'static str) {
 }
 
 pub fn draw(map: &Map) -> Figure {
-    let n = map.panels.len() as f64;
-    let width = LEFT + n * EACH + (n - 1.0) * GAP + LEGEND;
-    let svg = figure(width, TOP + TALL + 13.0, "", |area| {
+    let panels = Panels::new(map.panels.len(), (LEFT, GAP, 3.0), (44.0, 64.0));
+    let grades = [Grade::Right, Grade::Unjudged, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
+    let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
+    let entries: Vec<_> =
+        grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
+    let (words, across) = (key(map), panels.width() - LEFT);
+    let bottom = TOP + ROW * panels.rows() - 4.0;
+    let lines = legend_lines(entries.len(), across);
+    let svg = figure(panels.width(), bottom + LINE * (lines + words.len() as f64), "", |area| {
         for (k, panel) in map.panels.iter().enumerate() {
-            let left = LEFT + k as f64 * (EACH + GAP);
-            squares(area, map, panel, [left, TOP, left + EACH, TOP + TALL], k == 0);
+            let (left, top) = (panels.x(k), TOP + ROW * panels.row(k));
+            squares(area, map, panel, [left, top, left + panels.each, top + TALL], panels.begins_row(k));
             let title = format!("({})  {}", char::from(b'a' + k.min(25) as u8), panel.label);
-            text(area, &title, (mm(left), mm(TOP - 2.6)), At::Left, LABEL, INK);
+            text(area, &title, (mm(left), mm(top - 2.6)), At::Left, LABEL, INK);
         }
-        let grades = [Grade::Right, Grade::Unjudged, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
-        let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
-        let entries: Vec<_> =
-            grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
-        let right = width - LEGEND + 3.0;
-        legend(area, (mm(right), mm(TOP + 2.0)), &entries);
-        let line = |k: usize| (mm(right), mm(TOP + 4.5 + 4.2 * (entries.len() + k) as f64));
-        for (k, words) in key(map).iter().enumerate() {
-            text(area, words, line(k), At::Left, SMALL, INK);
+        legend_below(area, (LEFT, bottom), across, entries);
+        for (k, words) in words.iter().enumerate() {
+            text(area, words, (mm(LEFT), mm(bottom + LINE * (lines + k as f64))), At::Left, SMALL, INK);
         }
     });
     let caption = format!(

@@ -1,6 +1,6 @@
 //! Error budgets: one panel per prediction, one bar per group, largest first.
 
-use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, text, width};
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, page_width, text, width};
 use crate::report::figure::Figure;
 use crate::report::numbers::{digits, space};
 use crate::study::analysis::Analysis;
@@ -23,8 +23,9 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
     let rows = |p: &Prediction| 1 + p.budget.len().min(BARS);
     let names = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| width(&c.group, SMALL));
     let left = f64::from(names.max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
+    let wide = WIDE.min(page_width() - left - RIGHT).max(20.0);
     let height = shown.iter().map(|p| HEAD + ROW * rows(p) as f64 + GAP).sum::<f64>();
-    let svg = figure(left + WIDE + RIGHT, height, "", |area| {
+    let svg = figure(left + wide + RIGHT, height, "", |area| {
         let mut top = 0.0;
         for (k, p) in shown.iter().enumerate() {
             let total = half_width(&p.budget);
@@ -36,7 +37,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
                 .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
             for (j, (name, half, color)) in bars.enumerate() {
                 let y = top + HEAD + ROW * (j as f64 + 0.5);
-                let long = WIDE * half / total;
+                let long = wide * half / total;
                 text(area, name, (mm(left - 1.5), mm(y)), At::Right, SMALL, INK);
                 block(area, (mm(left), mm(y - 1.6)), (mm(left + long), mm(y + 1.6)), color);
                 let number = format!("± {half:.n$}{}", space(&p.unit));

@@ -1,9 +1,9 @@
 //! Measured against predicted values, in half-widths of the intervals.
 
 use crate::report::canvas::{
-    At, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, text, wide_page, width,
+    At, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, page_width, text, width,
 };
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, LINE, Sample, legend_below};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
@@ -12,7 +12,7 @@ use plotters::style::Color;
 const LEFT: f64 = 15.0;
 const TOP: f64 = 4.0;
 const TALL: f64 = 56.0;
-const RIGHT: f64 = 34.0;
+const RIGHT: f64 = 4.0;
 const OUTSIDE: RGB = PALETTE[1];
 
 /// `None` without a measured prediction.
@@ -24,12 +24,13 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             records.push(&p.record_label);
         }
     }
-    let slot = (wide_page() - RIGHT - LEFT) / records.len().max(1) as f64;
+    let slot = (page_width() - RIGHT - LEFT) / records.len().max(1) as f64;
     let longest = records.iter().map(|r| width(r, SMALL)).max().unwrap_or(0);
     let turned = longest > mm(slot);
     let names = if turned { f64::from(longest) / f64::from(mm(1.0)) + 5.0 } else { 8.0 };
-    let svg = figure(wide_page(), TOP + TALL + names, "", |area| {
-        let frame = [mm(LEFT), mm(TOP), mm(wide_page() - RIGHT), mm(TOP + TALL)];
+    let below = TOP + TALL + names;
+    let svg = figure(page_width(), below + LINE + 1.0, "", |area| {
+        let frame = [mm(LEFT), mm(TOP), mm(page_width() - RIGHT), mm(TOP + TALL)];
         let x = Axis { step: 1.0, ..Axis::exact(0.0, records.len() as f64, "") };
         let values = scored.iter().map(|(_, s)| *s).chain([-1.2, 1.2]);
         let y = Axis::linear(values, "(measured − predicted)/half-width");
@@ -49,7 +50,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             match turned {
                 true => {
                     let long = width(record, SMALL) / 2;
-                    text(area, record, (mm(place), mm(TOP + TALL + 2.0) + long), At::Turned, SMALL, INK);
+                    text(area, record, (mm(place) + mm(1.2), mm(TOP + TALL + 2.0) + long), At::Turned, SMALL, INK);
                 }
                 false => text(area, record, (mm(place), mm(TOP + TALL + 2.0)), At::Below, SMALL, INK),
             }
@@ -59,7 +60,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             (Sample::Mark(Mark::Circle, PALETTE[0]), "inside the interval".to_string()),
             (Sample::Mark(Mark::Circle, OUTSIDE), "outside".to_string()),
         ];
-        legend(area, (mm(wide_page() - RIGHT + 3.0), mm(TOP + 4.0)), &entries);
+        legend_below(area, (LEFT, below + 1.0), page_width() - LEFT, entries.into());
     });
     let caption = "Measured minus predicted value of every prediction that was measured, in half-widths of its 95 % interval on that side; \
                    within ±1 (grey) the interval contains it."

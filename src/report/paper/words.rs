@@ -3,7 +3,7 @@
 //! A number and its unit are joined by a no-break space: LaTeX then sets both by siunitx.
 
 use crate::report::latex::{escape, power_of_ten, quantity};
-use crate::study::paper::references::{Reference, program};
+use crate::report::paper::references::{Reference, program};
 
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
 
 use crate::motion::{EvaluatedCurve, Evaluation};
-use crate::report::canvas::{Area, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm, wide_page};
+use crate::report::canvas::{Area, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm, page_width};
 use crate::report::canvas::{Mark, Point};
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::plot::{Axis, Plot};
@@ -37,10 +37,10 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
     let (factor, unit) = if curve.name.ends_with("_m") { (1e3, "mm") } else { (1.0, "°") };
     let words = curve.name.trim_end_matches("_m").trim_end_matches("_deg").replace('_', " ");
     let rings = evaluation.ring_down.as_ref().map(|r| &r.1);
-    let height = TOP + TALL + 14.0 + 4.2 * 5.0 + if rings.is_some() { BETWEEN + LOW } else { 0.0 };
+    let height = TOP + TALL + 14.0 + 4.2 * 6.0 + if rings.is_some() { BETWEEN + LOW } else { 0.0 };
     let value: Vec<f64> = curve.value.iter().map(|v| factor * v).collect();
-    let svg = figure(wide_page(), height, "", |area| {
-        let wide = mm(wide_page() - 4.0);
+    let svg = figure(page_width(), height, "", |area| {
+        let wide = mm(page_width() - 4.0);
         let plot = Plot {
             area,
             frame: [mm(LEFT), mm(TOP), wide, mm(TOP + TALL)],
@@ -107,8 +107,8 @@ fn names(area: &Area, evaluation: &Evaluation, own: &EvaluatedCurve, height: f64
         entries.push((Sample::Dashed(PALETTE[1]), "release".into()));
     }
     if let Some((_, r)) = &evaluation.ring_down {
-        let words = format!("fitted vibration, {}, {}", r.frequency_hz.words("Hz"), r.decay_per_s.words("1/s"));
-        entries.push((Sample::Line(PALETTE[1]), words));
+        entries.push((Sample::Line(PALETTE[1]), format!("fitted vibration, {}", r.frequency_hz.words("Hz"))));
+        entries.push((Sample::Line(PALETTE[1]), format!("with the decay {}", r.decay_per_s.words("1/s"))));
     }
     legend(area, (mm(LEFT), mm(height - 4.2 * entries.len() as f64)), &entries);
 }

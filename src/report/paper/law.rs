@@ -1,29 +1,42 @@
 //! Laws of a scene with their constants and where these come from, in sentences.
 
 use crate::calibrate::within;
-use crate::material::{Parameter, find};
+use crate::material::{LawInfo, Parameter, find};
 use crate::math::units::{self, Dimension};
-use crate::study::paper::references::Reference;
-use crate::study::paper::words::Paragraph;
+use crate::report::numbers::capital;
+use crate::report::paper::references::Reference;
+use crate::report::paper::words::Paragraph;
 use toml::{Table, Value};
 
 /// Adds a sentence on a law of a scene.
 pub fn describe(to: Paragraph, table: &Table) -> Paragraph {
     let Some(Ok(entry)) = table.get("law").and_then(Value::as_str).map(find) else { return to };
-    let info = entry.info;
     let empty = Table::new();
     let provenance = table.get("provenance").and_then(Value::as_table).unwrap_or(&empty);
     let constants: Vec<String> =
         table.iter().filter_map(|(key, value)| constant(entry.parameter(key)?, value, provenance)).collect();
-    let cited = Reference::named_in(info.source);
-    let named = if cited.is_empty() { format!(" ({})", info.source) } else { String::new() };
-    let mut to = to.text(format!("{} law{named}", crate::report::numbers::capital(info.title))).cite(cited);
-    to = to.text(format!(", {}, with {}", info.formula, constants.join(", ")));
+    let mut to = formula(to, entry.info).text(format!(", with {}", constants.join(", ")));
     to = match source(provenance) {
         Some(source) => to.text(format!("; constants from {source}")),
         None => to.text("; the constants are those of the scene, without a stated source"),
     };
     to.text(". ")
+}
+
+/// Adds a sentence on the form of a law, without constants; a law that does not exist is left out.
+pub fn named(to: Paragraph, law: &str) -> Paragraph {
+    match find(law) {
+        Ok(entry) => formula(to, entry.info).text(". "),
+        Err(_) => to,
+    }
+}
+
+/// Name, source and formula.
+fn formula(to: Paragraph, info: &LawInfo) -> Paragraph {
+    let cited = Reference::named_in(info.source);
+    let source = if cited.is_empty() { format!(" ({})", info.source) } else { String::new() };
+    let to = to.text(format!("{} law{source}", capital(info.title))).cite(cited);
+    to.text(format!(", {}", info.formula))
 }
 
 /// `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene.

@@ -5,6 +5,8 @@ use crate::report::latex::{PACKAGES, escape};
 /// Tables and figures of a report by name, for the document that shows them.
 pub struct Parts<'a> {
     pub title: &'a str,
+    /// Folder of the tables next to `paper`, empty where they are next to it themselves; the figures are in `figures`
+    pub tables_in: &'a str,
     pub tables: Vec<&'a str>,
     pub figures: Vec<&'a str>,
 }
@@ -12,12 +14,13 @@ pub struct Parts<'a> {
 /// An article that reads the methods, the first table, the first figure, and the bibliography; to be compiled where it lies.
 pub fn document(parts: &Parts) -> String {
     let input = |folder: &str, names: &[&str]| {
-        names.first().map_or(String::new(), |name| format!("\\input{{../{folder}/{name}.tex}}\n"))
+        let folder = if folder.is_empty() { String::new() } else { format!("{folder}/") };
+        names.first().map_or(String::new(), |name| format!("\\input{{../{folder}{name}.tex}}\n"))
     };
     format!(
         "% pdflatex paper && bibtex paper && pdflatex paper && pdflatex paper (or xelatex)\n\\documentclass[a4paper]{{article}}\n\\usepackage[margin=22mm]{{geometry}}\n{PACKAGES}\\graphicspath{{{{../figures/}}}}\n\\begin{{document}}\n\\title{{{}}}\n\\author{{}}\n\\date{{}}\n\\maketitle\n\\section*{{Methods}}\n\\input{{methods.tex}}\n\\section*{{Results}}\n{}{}\\bibliographystyle{{unsrt}}\n\\bibliography{{references}}\n\\end{{document}}\n",
         escape(parts.title),
-        input("tables", &parts.tables),
+        input(parts.tables_in, &parts.tables),
         input("figures", &parts.figures),
     )
 }

@@ -1,0 +1,69 @@
+//! How a law was fitted, in sentences for a paper: data, law with its constants, fit, limits.
+
+use super::page::answer;
+use super::stored::StoredFit;
+use crate::calibrate::stretch_text;
+use crate::report::paper::law::describe;
+use crate::report::paper::{Paragraph, software};
+
+/// The paragraphs of a fit; `law` is its law file, where it could be read.
+pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
+    let table = law.and_then(|text| text.parse::<toml::Table>().ok());
+    let constants = match &table {
+        Some(table) => describe(Paragraph::new("Law"), table),
+        None => Paragraph::new("Law").text(format!("{}, {}. ", fit.label, fit.formula)),
+    };
+    vec![
+        data(fit),
+        constants,
+        search(fit),
+        Paragraph::new("Result").text(answer(fit)),
+        stability(fit),
+        software(&[fit.version.clone()]),
+    ]
+}
+
+fn data(fit: &StoredFit) -> Paragraph {
+    let [a, b] = fit.stretch.map(stretch_text);
+    let source = fit.data_source.as_deref().map_or_else(|| fit.data.clone(), |s| s.trim_end_matches('.').to_string());
+    let mut all = Paragraph::new("Data").text(format!(
+        "{} data points ({}) with stretches from {a} to {b}, from {source}.",
+        fit.rows,
+        fit.modes.join(" and ")
+    ));
+    let treated = fit.audit.iter().filter(|e| matches!(e.kind.as_str(), "changed" | "left_out"));
+    for entry in treated {
+        let rows = if entry.lines.is_empty() { String::new() } else { format!(" ({} rows)", entry.lines.len()) };
+        all = all.text(format!(" {}{rows}.", crate::report::numbers::capital(&entry.message)));
+    }
+    all
+}
+
+fn search(fit: &StoredFit) -> Paragraph {
+    let weighted = match fit.weighting.as_str() {
+        "relative" => "errors in proportion to the stress",
+        "noise" => "errors of one size in each mode",
+        _ => "errors of one size",
+    };
+    let loss = if fit.loss == "huber" { ", with Huber's loss" } else { "" };
+    Paragraph::new("Fit")
+        .marked(&format!(
+            "The constants have the least squares of the nominal stresses, {weighted}{loss}. Intervals [@bates1988]: "
+        ))
+        .text(format!("{}.", fit.interval_assumption))
+}
+
+fn stability(fit: &StoredFit) -> Paragraph {
+    let lost = fit.stability.iter().filter(|r| r.below.is_some() || r.above.is_some());
+    let words = lost.map(|r| {
+        let ends = [("below", r.below), ("above", r.above)];
+        let ends = ends.into_iter().filter_map(|(side, at)| Some(format!("{side} {:.3}", at?)));
+        format!("{} {}", r.mode.replace('_', " "), ends.collect::<Vec<_>>().join(" and "))
+    });
+    let words: Vec<String> = words.collect();
+    let text = match words.is_empty() {
+        true => "The law is stable (Drucker) at all stretches that were looked at.".to_string(),
+        false => format!("The law is not stable (Drucker) in {}.", words.join(", ")),
+    };
+    Paragraph::new("Stability").text(text)
+}

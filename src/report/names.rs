@@ -1,0 +1,30 @@
+//! Names as a paper writes them.
+
+use crate::{material, solve};
+
+/// A law, an integrator or another word of a file as a paper writes it: `Neo-Hookean`, `implicit Euler`; a name without one has blanks.
+pub fn title(name: &str) -> String {
+    solve::integrator_title(name).map_or_else(|| material::title(name), String::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::Integrator;
+
+    #[test]
+    fn every_integrator_has_a_title() {
+        let all = [
+            Integrator::Static,
+            Integrator::ArcLength { max_steps: 1 },
+            Integrator::ImplicitEuler { linearised: false },
+            Integrator::ImplicitEuler { linearised: true },
+            Integrator::Bdf2,
+        ];
+        let titles = all.map(|i| title(i.name()));
+        assert_eq!(titles, ["static", "arc length", "implicit Euler", "implicit Euler (linearised)", "BDF2"]);
+        assert_eq!(title("generalised_alpha"), "generalised-α");
+        assert_eq!(title("neo_hookean"), "Neo-Hookean");
+        assert_eq!(title("a_word"), "a word");
+    }
+}

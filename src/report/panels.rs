@@ -1,0 +1,74 @@
+//! Places of equal panels: in rows as long as the page allows, so that type is never shrunk.
+
+use crate::report::canvas::page_width;
+
+/// Panels of a figure with their rows. All lengths are on the sheet \[mm\].
+#[derive(Clone, Copy, Debug)]
+pub struct Panels {
+    count: usize,
+    /// Panels of a row
+    pub columns: usize,
+    /// Width of a panel
+    pub each: f64,
+    left: f64,
+    gap: f64,
+    right: f64,
+}
+
+impl Panels {
+    /// Places for `count` panels with room at the left of a row, between two panels and at the right of a row. A row has as many panels of at least `least` as
+    /// the page takes; they are as wide as it allows, up to `most`.
+    pub fn new(count: usize, (left, gap, right): (f64, f64, f64), (least, most): (f64, f64)) -> Self {
+        let room = page_width() - left - right;
+        let columns = (((room + gap + 1e-9) / (least + gap)).floor().max(1.0) as usize).min(count.max(1));
+        let n = columns as f64;
+        let each = ((room - gap * (n - 1.0)) / n).clamp(MINIMUM, most.max(MINIMUM));
+        Self { count, columns, each, left, gap, right }
+    }
+
+    /// Left edge of panel `k`.
+    pub fn x(&self, k: usize) -> f64 {
+        self.left + (k % self.columns) as f64 * (self.each + self.gap)
+    }
+
+    /// Row of panel `k`, from zero.
+    pub fn row(&self, k: usize) -> f64 {
+        (k / self.columns) as f64
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> f64 {
+        self.count.div_ceil(self.columns).max(1) as f64
+    }
+
+    /// Width of the figure.
+    pub fn width(&self) -> f64 {
+        self.left + self.columns as f64 * (self.each + self.gap) - self.gap + self.right
+    }
+
+    /// Whether panel `k` is the first one of its row.
+    pub fn begins_row(&self, k: usize) -> bool {
+        k.is_multiple_of(self.columns)
+    }
+}
+
+/// A panel below this width shows nothing \[mm\].
+const MINIMUM: f64 = 20.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::style::{Style, within};
+
+    #[test]
+    fn panels_are_as_wide_as_the_page_and_never_wider() {
+        for (style, columns) in [("default", 2), ("two-column", 2), ("one-column", 1), ("slides", 1)] {
+            let style = Style::named(style, None, None).expect("a style");
+            let p = within(style, || Panels::new(2, (15.0, 18.0, 3.0), (60.0, 200.0)));
+            assert_eq!(p.columns, columns);
+            assert!((p.width() - style.sheet()).abs() < 1e-9, "{p:?}");
+            let one = within(style, || Panels::new(2, (15.0, 18.0, 3.0), (60.0, 40.0)));
+            assert!(one.each == 40.0 && one.width() < style.sheet(), "{one:?}");
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! How a validation found its constants and judged its predictions, in sentences for a paper.
+
+use crate::report::numbers::digits;
+use crate::report::paper::Paragraph;
+use crate::study::kinds::validation::findings::{FoundConstant, ValidationFindings};
+
+/// One paragraph; none where nothing was found or predicted.
+pub fn search(a: &ValidationFindings) -> Vec<Paragraph> {
+    if a.constants.is_empty() {
+        return vec![];
+    }
+    let constants: Vec<String> = a.constants.iter().map(constant).collect();
+    let records: std::collections::BTreeSet<&str> = a.fitted.iter().map(|d| d.record.as_str()).collect();
+    let start = Paragraph::new("Calibration and prediction").marked(
+        "Constants are those of generalised least squares of the calibration records, over response surfaces from simulations with exact \
+         derivatives [@box1951]. ",
+    );
+    let found = format!(
+        "{} values of {} records give {}; χ² = {:.2} with {} degrees of freedom. ",
+        a.fitted.len(),
+        records.len(),
+        constants.join(", "),
+        a.chi2,
+        a.freedom
+    );
+    let scored: Vec<bool> = a.predictions.iter().filter_map(|p| p.inside).collect();
+    let score = match scored.is_empty() {
+        true => format!("{} values were predicted.", a.predictions.len()),
+        false => format!(
+            "Of {} predicted values {} were measured, {} of them within their 95 % interval.",
+            a.predictions.len(),
+            scored.len(),
+            scored.iter().filter(|inside| **inside).count()
+        ),
+    };
+    vec![start.text(found + &score)]
+}
+
+fn constant(c: &FoundConstant) -> String {
+    let n = digits(0.1 * (c.interval[1] - c.interval[0]));
+    let unit = if c.unit.is_empty() { String::new() } else { format!("\u{a0}{}", c.unit) };
+    let [low, high] = c.interval;
+    format!("{} = {:.n$}{unit} (95 % interval {low:.n$} to {high:.n$}{unit})", c.symbol, c.value)
+}
