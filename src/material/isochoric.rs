@@ -225,9 +225,9 @@ fn right<S: Real>(f: &[S; 9]) -> [S; 9] {
 #[inline(always)]
 fn left<S: Real>(f: &[S; 9]) -> [S; 9] {
     let mut out = *f;
-    for n in 0..9 {
+    for (n, out) in out.iter_mut().enumerate() {
         let (i, k) = (3 * (n / 3), 3 * (n % 3));
-        out[n] = f[i] * f[k] + f[i + 1] * f[k + 1] + f[i + 2] * f[k + 2];
+        *out = f[i] * f[k] + f[i + 1] * f[k + 1] + f[i + 2] * f[k + 2];
     }
     out
 }

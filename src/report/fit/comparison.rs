@@ -54,7 +54,7 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
                 "Each of these laws was fitted to the same data points: {laws}. They are ranked by what they predict, the last third of the \
                  logarithmic stretches from the rest and one mode from the others, of the laws that are stable over the fitted stretches."
             )),
-            software(&[stored.version.clone()]),
+            software(std::slice::from_ref(&stored.version)),
         ],
         versions: BTreeSet::from([stored.version.as_str()]),
         last_run_s: None,

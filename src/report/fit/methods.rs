@@ -19,7 +19,7 @@ pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
         search(fit),
         Paragraph::new("Result").text(answer(fit)),
         stability(fit),
-        software(&[fit.version.clone()]),
+        software(std::slice::from_ref(&fit.version)),
     ]
 }
 
