@@ -4,6 +4,8 @@ use crate::report::error::ReportError;
 use crate::report::figure::Figure;
 use crate::report::files::write;
 use crate::report::latex;
+use krilla::{Document, geom::Size, page::PageSettings};
+use krilla_svg::{SurfaceExt, SvgSettings};
 use resvg::{tiny_skia, usvg};
 use std::panic::catch_unwind;
 use std::path::Path;
@@ -17,6 +19,8 @@ const PER_METRE: u32 = 11_811;
 const MOST_PIXELS: u64 = 64 << 20;
 /// CSS pixels per inch, the unit of a parsed SVG.
 const CSS_DPI: f32 = 96.0;
+/// Points per inch, the unit of a PDF.
+const POINTS: f32 = 72.0;
 
 static REGULAR: &[u8] = include_bytes!("fonts/LiberationSans-Regular.ttf");
 static ITALIC: &[u8] = include_bytes!("fonts/LiberationSans-Italic.ttf");
@@ -96,13 +100,22 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     Ok(out)
 }
 
-/// PDF of the size that the SVG states, with the glyphs that it uses embedded.
+/// PDF of the size that the SVG states, with the glyphs that it uses embedded. The same figure has the same bytes: no time is written.
 pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
-    // svg2pdf brings the same usvg; its tree type is the one parsed here
+    let refuse = |what: String| ReportError::Figure { name: name.into(), what };
+    // krilla-svg takes the tree of the usvg that resvg brings
     let tree = parse(name, svg)?;
-    let page = svg2pdf::PageOptions { dpi: CSS_DPI };
-    svg2pdf::to_pdf(&tree, svg2pdf::ConversionOptions::default(), page)
-        .map_err(|e| ReportError::Figure { name: name.into(), what: e.to_string() })
+    let points = POINTS / CSS_DPI;
+    let size = Size::from_wh(tree.size().width() * points, tree.size().height() * points);
+    let size = size.ok_or_else(|| refuse("it has no size".into()))?;
+    let mut document = Document::new();
+    let mut page = document.start_page_with(PageSettings::new(size));
+    let mut surface = page.surface();
+    let drawn = surface.draw_svg(&tree, size, SvgSettings::default());
+    surface.finish();
+    page.finish();
+    let written = document.finish().map_err(|e| refuse(format!("{e:?}")))?;
+    drawn.map(|()| written).ok_or_else(|| refuse("it has no PDF".into()))
 }
 
 /// A figure in the formats that are stored.
