@@ -303,7 +303,7 @@ fn words(line: &str) -> Vec<String> {
     out.into_iter().filter(|w| !w.is_empty()).collect()
 }
 
-/// The arguments of every line that calls the program, without the comment at its end, and of every call in a table of the README.
+/// The arguments of every line that calls the program, without the comment at its end and the file that its output goes to, and of every call in a table of the README.
 fn calls(page: &str) -> Vec<Vec<String>> {
     let text = text(page);
     let mut blocks = blocks(&text.replace("\\\n", " "), "sh");
@@ -311,9 +311,10 @@ fn calls(page: &str) -> Vec<Vec<String>> {
         let rows = text.lines().filter(|line| line.starts_with('|'));
         blocks.extend(rows.flat_map(|row| row.split('`').skip(1).step_by(2)).map(String::from));
     }
-    let lines = blocks.iter().flat_map(|b| b.lines()).map(|line| line.split(" #").next().unwrap_or_default());
+    let before = |line: &str, mark: &str| line.split(mark).next().unwrap_or_default().to_string();
+    let lines = blocks.iter().flat_map(|b| b.lines()).map(|line| before(&before(line, " #"), " > "));
     let heads = ["durometer ", "cargo run --release -- "];
-    lines.filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h))).map(words).collect()
+    lines.filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h)).map(words)).collect()
 }
 
 #[test]

@@ -267,7 +267,7 @@ fn papers_of_fits_and_motion_compile() {
             assert!(figure.with_extension("tex").is_file(), "{}", figure.display());
         }
         if !without_latex() {
-            ENGINES.map(|engine| paper_log(&out.join("paper"), engine));
+            ENGINES.iter().for_each(|engine| drop(paper_log(&out.join("paper"), engine)));
         }
     }
 }

@@ -17,6 +17,7 @@ use durometer::study::content::Content;
 use durometer::study::kind::{Expansion, Extent, Kind, StudyKind};
 use durometer::study::spec::{FamilySpec, VariantSpec};
 use durometer::study::store::results::{self, Results};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -129,7 +130,7 @@ fn a_figure_is_a_function() {
 }
 
 /// A kind of study that counts its cases and draws a parabola.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Count {
     #[serde(rename = "variant")]
@@ -181,6 +182,7 @@ impl StudyKind for Count {
             claims: vec![],
             files: vec![],
             outcomes: BTreeMap::new(),
+            search: vec![],
         }
     }
 }

@@ -210,7 +210,7 @@ fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
             "stable" => wanted.stable = Some(range(value)?),
             "weight" => wanted.weighting = word()?.parse().map_err(refused::<String>)?,
             "loss" => wanted.loss = word()?.parse().map_err(refused::<String>)?,
-            "slack" => wanted.slack = word()?.parse().map_err(|e| refused(format!("{e}")))?,
+            "slack" => wanted.slack = word()?.parse().map_err(refused::<String>)?,
             "noise" => wanted.noise = Some(units::parse(&word()?, Dimension::PRESSURE).map_err(refused)?),
             "nu" => wanted.partner = Some(Partner::Nu(value.extract()?)),
             "kappa" => {

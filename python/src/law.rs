@@ -119,12 +119,14 @@ pub fn check_law(py: Python<'_>, name: &str) -> PyResult<()> {
     apart(py, None, |link| Arc::new(Raised::default()).during(link, || check(entry)))?.map_err(refused)
 }
 
-/// Parameters as the class declares them: name, symbol, unit, bounds, meaning.
+/// Name, symbol, unit, bounds and meaning of a parameter.
+type Declared = (String, String, String, (f64, f64), String);
+
+/// Parameters as the class declares them.
 fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
     let remedy = "write \"elastic\", or a list of durometer.Parameter(name, symbol, unit, (lower, upper), meaning)";
-    let all: Vec<(String, String, String, (f64, f64), String)> =
-        given.extract().map_err(|_| input("`parameters` of the law is not understood", remedy))?;
-    let one = |(name, symbol, unit, bounds, meaning): (String, String, String, (f64, f64), String)| {
+    let all: Vec<Declared> = given.extract().map_err(|_| input("`parameters` of the law is not understood", remedy))?;
+    let one = |(name, symbol, unit, bounds, meaning): Declared| {
         let (_, dimension) = units::quantity(&format!("1 {unit}"))
             .or_else(|e| if unit == "1" { units::quantity("1") } else { Err(e) })
             .map_err(refused)?;

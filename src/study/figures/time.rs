@@ -59,7 +59,9 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
             let (x, top) = place(number);
             for (k, name) in names.iter().enumerate() {
                 let color = if *name == "rest" { REST } else { PALETTE[k] };
-                let at = (mm(x + 28.0 * (k % 2) as f64), mm(top + tall + 13.5 + LINE * (k / 2) as f64));
+                // From the left edge of the page, so that the second name fits into a narrow one
+                let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
+                let at = (mm(left + 28.0 * (k % 2) as f64), mm(top + tall + 13.5 + LINE * (k / 2) as f64));
                 legend(area, at, &[(Sample::Block(color), name.replace('_', " "))]);
             }
         };

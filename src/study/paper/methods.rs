@@ -1,6 +1,5 @@
 //! The methods of stored cases in sentences: mesh, element, laws with their constants, loads, time, solver, errors and versions.
 
-use super::OwnMethods;
 use crate::report::names::title;
 use crate::report::numbers::thousands;
 use crate::report::paper::law::{describe, named, plain};
@@ -13,6 +12,15 @@ use std::path::Path;
 
 /// Laws that are described one by one; the table of cases has all of them.
 const MOST_LAWS: usize = 16;
+
+/// Parts of the methods that the kind of a study adds.
+#[derive(Clone, Copy)]
+pub struct OwnMethods<'a> {
+    /// Sentences on error bars, with citations as `[@key]`
+    pub errors: &'a str,
+    /// How constants were found and with which result, where the study searches for them
+    pub search: &'a [Paragraph],
+}
 
 /// The paragraphs that follow from the records, with those of the kind of study.
 pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {

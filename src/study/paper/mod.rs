@@ -1,20 +1,13 @@
-//! What a paper takes from stored cases: the methods in sentences, from the records.
+//! Parts of a paper that follow from stored cases: the methods in sentences, from the records.
 
 mod methods;
 
-use crate::report::paper::{Paper, Paragraph, Parts};
+pub use methods::OwnMethods;
+
+use crate::report::paper::{Paper, Parts};
 use crate::report::{ReportError, files};
 use crate::study::store::record::CaseRecord;
 use std::path::{Path, PathBuf};
-
-/// What the kind of a study adds to the methods.
-#[derive(Clone, Copy)]
-pub struct OwnMethods<'a> {
-    /// Sentences on error bars, with citations as `[@key]`
-    pub errors: &'a str,
-    /// How constants were found and with which result, where the study searches for them
-    pub search: &'a [Paragraph],
-}
 
 /// Writes the parts of a paper that follow from these records into `dir`.
 ///

@@ -15,7 +15,7 @@ use crate::study::figures::axis_label;
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
 
-const LEFT: f64 = 15.0;
+const LEFT: f64 = 16.5;
 const GAP: f64 = 18.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;

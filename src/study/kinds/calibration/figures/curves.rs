@@ -22,20 +22,33 @@ const NARROW: f64 = 160.0;
 /// Measured points that are drawn at most
 const ROWS: usize = 120;
 
+/// Places on the page \[mm\].
+struct Windows {
+    /// Width of the window of the curve
+    each: f64,
+    /// Left, top, right and bottom of the window of the constants
+    constants: [f64; 4],
+    height: f64,
+}
+
+/// On a narrow page the windows are stacked, so that type is never shrunk.
+fn windows() -> Windows {
+    let (width, first) = (page_width(), TOP + TALL + BETWEEN + LOW + 10.0);
+    if width < NARROW {
+        let each = width - LEFT - 4.0;
+        let top = first + TOP;
+        return Windows { each, constants: [GAP, top, LEFT + each, top + TALL], height: top + TALL + 10.0 };
+    }
+    let (each, side) = ((width - LEFT - GAP - 3.0) / 2.0, (width + LEFT + GAP - 3.0) / 2.0);
+    Windows { each, constants: [side, TOP, side + each, TOP + TALL + BETWEEN + LOW], height: first }
+}
+
 /// `None` where the case of the answer has no curve.
 pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     let found = store.found.get(&v.case)?.curves.first()?;
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
-    // On a narrow page the windows are stacked, so that type is never shrunk
-    let is_narrow = page_width() < NARROW;
-    let first = TOP + TALL + BETWEEN + LOW + 10.0;
-    let (each, side, below_top) = match is_narrow {
-        true => (page_width() - LEFT - 4.0, GAP, first + TOP),
-        false => ((page_width() - LEFT - GAP - 3.0) / 2.0, (page_width() + LEFT + GAP - 3.0) / 2.0, TOP),
-    };
-    let constants_tall = if is_narrow { TALL } else { TALL + BETWEEN + LOW };
-    let height = if is_narrow { first + TOP + TALL + 10.0 } else { first };
+    let Windows { each, constants, height } = windows();
     let every = m.x.len().div_ceil(ROWS);
     let rows = || m.x.iter().zip(&m.y).zip(&found.predicted).step_by(every);
     let svg = figure(page_width(), height, "", |area| {
@@ -66,8 +79,8 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         let entries =
             [(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".into()), (Sample::Line(INK), "simulated".into())];
         legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
-        let right = if is_narrow { LEFT + each } else { side + each };
-        let frame = [mm(side), mm(below_top), mm(right), mm(below_top + constants_tall)];
+        let side = constants[0];
+        let frame = constants.map(mm);
         let (factor, unit, _) = scaled(c);
         let own = c.cases.iter().flat_map(|o| o.interval.unwrap_or([o.value; 2]));
         let values = own.chain(c.interval.into_iter().flatten()).chain(c.gauge).map(|v| factor * v);

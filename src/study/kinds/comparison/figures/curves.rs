@@ -13,7 +13,7 @@ use crate::study::kinds::comparison::analysis::{ComparedMember, ComparisonFindin
 use crate::study::store::record::StoredCase;
 use crate::study::store::results::Results;
 
-const LEFT: f64 = 14.0;
+const LEFT: f64 = 15.0;
 const GAP: f64 = 18.0;
 const LEGEND: f64 = 38.0;
 const TOP: f64 = 6.0;

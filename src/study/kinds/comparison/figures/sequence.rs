@@ -70,7 +70,9 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         let put = |number: usize, entries: Vec<(Sample, String)>| {
             let (x, top) = place(number);
             for (k, entry) in entries.into_iter().enumerate() {
-                let at = (mm(x + 30.0 * (k % 2) as f64), mm(top + tall + 14.5 + LINE * (k / 2) as f64));
+                // From the left edge of the page, so that the second name fits into a narrow one
+                let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
+                let at = (mm(left + 30.0 * (k % 2) as f64), mm(top + tall + 14.5 + LINE * (k / 2) as f64));
                 legend(area, at, &[entry]);
             }
         };

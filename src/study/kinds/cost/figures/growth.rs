@@ -1,8 +1,9 @@
 //! How time and memory grow with the cells: fitted laws, and what twice the most cells would take.
 
-use crate::report::canvas::{At, PALETTE, SMALL, columns, dashed, figure, hollow, line, mark, mm, text};
+use crate::report::canvas::{At, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
 use crate::report::numbers::digits;
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
 
@@ -27,10 +28,9 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
         |l: &GrowthLaw| style(formulations.iter().position(|f| *f == l.formulation).unwrap_or(0) % PALETTE.len());
     let kinds: Vec<Grows> =
         [Grows::Time, Grows::Memory].into_iter().filter(|k| laws.iter().any(|l| l.of == *k)).collect();
-    let columns = columns(kinds.len(), (LEFT, GAP, LEAST));
-    let wide = LEFT + EACH + (columns - 1) as f64 * (EACH + GAP) + 5.0;
-    let rows = kinds.len().div_ceil(columns);
-    let bottom = TOP + TALL + (rows - 1) as f64 * ROW + 14.5;
+    let panels = Panels::new(kinds.len(), (LEFT, GAP, 5.0), (LEAST, EACH));
+    let wide = panels.width();
+    let bottom = TOP + TALL + (panels.rows() - 1.0) * ROW + 14.5;
     let svg = figure(wide, bottom + 4.2 * legend_lines(formulations.len(), wide - LEFT), "", |area| {
         for (k, kind) in kinds.iter().enumerate() {
             let own: Vec<&&GrowthLaw> = laws.iter().filter(|l| l.of == *kind).collect();
@@ -38,8 +38,8 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                 Grows::Time => ("CPU time [s]", "Time of a case"),
                 Grows::Memory => ("largest resident set [MB]", "Memory"),
             };
-            let (left, top) = (LEFT + (k % columns) as f64 * (EACH + GAP), TOP + (k / columns) as f64 * ROW);
-            let frame = [mm(left), mm(top), mm(left + EACH), mm(top + TALL)];
+            let (left, top) = (panels.x(k), TOP + panels.row(k) * ROW);
+            let frame = [mm(left), mm(top), mm(left + panels.each), mm(top + TALL)];
             let x = Axis::log(own.iter().flat_map(|l| l.points.iter().map(|p| p.0).chain([l.next_cells])), "cells");
             let value = |l: &GrowthLaw| {
                 l.points.iter().map(|p| p.1).chain([l.next.value]).map(|v| v * unit(l)).collect::<Vec<_>>()

@@ -1,10 +1,11 @@
 //! Work and precision: error against cost, and against what the cost is made of.
 
 use crate::report::canvas::{
-    Area, At, GREY, INK, Mark, RGB, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, text,
+    Area, At, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
+use crate::report::panels::Panels;
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
@@ -112,7 +113,7 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
 fn sheet(
     store: &Results,
     shown: &[&ByQuantity<CostOfAccuracy>],
-    panels: usize,
+    count: usize,
     paint: impl Fn(usize, &Area, [i32; 4]),
 ) -> String {
     let used = |f: &str| shown.iter().any(|q| q.settings.iter().any(|s| s.family == f));
@@ -127,14 +128,14 @@ fn sheet(
     entries.push((Sample::Line(GREY), "Pareto front".into()));
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
-    let columns = columns(panels.min(2), (LEFT, GAP, LEAST));
-    let wide = LEFT + EACH + (columns - 1) as f64 * (EACH + GAP) + 5.0;
+    let panels = Panels::new(count, (LEFT, GAP, 5.0), (LEAST, EACH));
+    let wide = panels.width();
     let lines = legend_lines(entries.len(), wide - LEFT);
-    let bottom = TOP + ROW * panels.div_ceil(columns) as f64 - 6.0;
+    let bottom = TOP + ROW * panels.rows() - 6.0;
     figure(wide, bottom + 4.2 * lines + 1.0, "", |area| {
-        for k in 0..panels {
-            let (x, y) = (LEFT + (k % columns) as f64 * (EACH + GAP), TOP + (k / columns) as f64 * ROW);
-            paint(k, area, [mm(x), mm(y), mm(x + EACH), mm(y + TALL)]);
+        for k in 0..count {
+            let (x, y) = (panels.x(k), TOP + panels.row(k) * ROW);
+            paint(k, area, [mm(x), mm(y), mm(x + panels.each), mm(y + TALL)]);
         }
         legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     })
