@@ -60,7 +60,8 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             (Sample::Mark(Mark::Circle, PALETTE[0]), "inside the interval".to_string()),
             (Sample::Mark(Mark::Circle, OUTSIDE), "outside".to_string()),
         ];
-        legend_below(area, (LEFT, below + 1.0), page_width() - LEFT, entries.into());
+        // From the left edge of the page, so that both fit into a narrow one
+        legend_below(area, (LEFT - 10.0, below + 1.0), page_width() - LEFT + 10.0, entries.into());
     });
     let caption = "Measured minus predicted value of every prediction that was measured, in half-widths of its 95 % interval on that side; \
                    within ±1 (grey) the interval contains it."
