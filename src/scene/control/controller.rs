@@ -63,7 +63,7 @@ pub struct Reply {
 ///     }
 /// }
 ///
-/// let file = Path::new("tests/cli/scene.toml");
+/// let file = Path::new("../tests/cli/scene.toml");
 /// let drive = r#"{ kind = "length", signal = { kind = "controlled", initial = "0 mm" } }"#;
 /// let change = durometer::scene::overrides::parse(&format!("constraint.cable.drive={drive}"))?;
 /// let longer = durometer::scene::overrides::parse("stage.0.duration=\"5 s\"")?;
