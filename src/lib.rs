@@ -104,7 +104,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! storage → schema → catalogue → math → mesh → material → system → effect → solve → scene → calibrate → motion → report → study → prelude
+//! storage → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -128,6 +128,7 @@ pub mod math;
 pub mod mesh;
 pub mod motion;
 pub mod prelude;
+pub mod reduction;
 pub mod report;
 pub mod scene;
 pub mod schema;

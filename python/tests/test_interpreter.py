@@ -55,8 +55,10 @@ def test_progress_is_told_and_an_exception_in_it_ends_the_run() -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_interrupts_a_run(tmp_path: Path) -> None:
+    # A parent that runs in the background of a shell ignores SIGINT, and Python takes that over
     code = f"""
-import durometer, sys
+import durometer, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = durometer.Scene.from_toml({LONG!r})
 scene.columns
 def told(t, end):

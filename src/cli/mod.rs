@@ -34,6 +34,7 @@ mod softening;
 mod store;
 mod studies;
 mod style;
+mod twin;
 mod view;
 mod volume;
 mod worker;
@@ -86,6 +87,7 @@ enum Command {
     Check(check::Args),
     Report(report::Args),
     View(view::Args),
+    Twin(twin::Args),
     Compare(compare::Args),
     Bundle(bundle::Args),
     Store(store::Args),
@@ -151,6 +153,7 @@ fn dispatch(command: Command) -> u8 {
         Command::Check(args) => check::main(args),
         Command::Report(args) => report::main(args),
         Command::View(args) => view::main(args),
+        Command::Twin(args) => twin::main(&args),
         Command::Compare(args) => compare::main(args),
         Command::Bundle(args) => bundle::main(args),
         Command::Store(args) => store::main(args),

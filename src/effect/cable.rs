@@ -57,6 +57,16 @@ impl Cable {
         self.pull_point.into_iter().chain((0..self.points.len()).map(|k| self.guide(&w, k))).collect()
     }
 
+    /// The pull point that is fixed in space, if there is one, and the places of the guides at rest \[m\].
+    pub fn path(&self) -> (Option<Vec3>, &[Vec3]) {
+        (self.pull_point, &self.points)
+    }
+
+    /// The means of the displacement by which the guides move.
+    pub fn means(&self) -> &Means {
+        &self.means
+    }
+
     /// Lengths of the segments \[m\], from the pull point on. L(x) is their sum.
     pub fn lengths(&self, x: &[f64]) -> Vec<f64> {
         self.segment_lengths(&self.means.of(x))
@@ -78,7 +88,7 @@ impl Cable {
     }
 
     /// Guides of segment `s`.
-    pub(super) fn ends(&self, s: usize) -> &[u32] {
+    pub fn ends(&self, s: usize) -> &[u32] {
         self.blocks.nodes(s)
     }
 
@@ -118,7 +128,11 @@ impl Cable {
     }
 
     /// Length of segment `s`, its gradient ∓τ and its Hessian ±(I − ττᵀ)/l by w, all times `factor` but the length.
-    pub(super) fn segment(
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError::Degenerate`] of a segment without a length, which has no direction.
+    pub fn segment(
         &self,
         w: &[f64],
         s: usize,

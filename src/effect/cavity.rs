@@ -24,7 +24,9 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh, element, quadrature};
-use crate::system::{At, BlockValues, Blocks, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Want};
+use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Want,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -265,6 +267,10 @@ impl Effect for CavityPressure {
 
     fn blocks(&self) -> &Blocks {
         &self.cavity.blocks
+    }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { degree: Some(2), ..Capabilities::default() }
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {

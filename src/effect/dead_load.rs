@@ -8,7 +8,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
+use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 
 /// `direction` is a unit vector, `intensity` its signal \[N\] or \[Pa\].
 pub struct DeadLoad {
@@ -58,6 +58,10 @@ impl Effect for DeadLoad {
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
+    }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { degree: Some(0), ..Capabilities::default() }
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {

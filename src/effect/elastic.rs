@@ -3,8 +3,9 @@
 //! Displacement formulation: tet4 with one point, tet10 with four. tet4 locks as ν → ½.
 
 use super::cell::CellPoints;
+use super::constitution::Constitution;
 use super::pressure_scatter::{PointStress, Stressed};
-use crate::material::{Law, LawError, Moduli};
+use crate::material::{Law, LawCard, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;
 use crate::system::{At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
@@ -69,6 +70,11 @@ impl Stressed for Elastic {
 
     fn moduli(&self) -> Moduli {
         self.law.small_strain()
+    }
+
+    fn constitution(&self) -> Option<Constitution<'_>> {
+        let law = LawCard::of(&*self.law);
+        Some(Constitution { law, points: &self.points, blocks: &self.points.blocks, pressure: None })
     }
 
     fn along(&self, _: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {

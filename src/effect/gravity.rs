@@ -3,7 +3,7 @@
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
-use crate::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, Want};
+use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 
 /// Weight of a region; `direction` is a unit vector, `acceleration` its signal \[m/s²\].
 pub struct Gravity {
@@ -50,6 +50,10 @@ impl Effect for Gravity {
 
     fn blocks(&self) -> &Blocks {
         &self.blocks
+    }
+
+    fn capabilities(&self) -> Capabilities<'_> {
+        Capabilities { degree: Some(0), ..Capabilities::default() }
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {

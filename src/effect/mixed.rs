@@ -12,9 +12,10 @@
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
 use super::cell::CellPoints;
+use super::constitution::{Constitution, PressureField};
 use super::mixed_along::MixedAlong;
 use super::pressure_scatter::{PointStress, Stressed};
-use crate::material::{LaneResponse, Law, LawError, Moduli, Volumetric};
+use crate::material::{LaneResponse, Law, LawCard, LawError, Moduli, Volumetric};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, Mat9, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh, element, quadrature};
@@ -27,6 +28,7 @@ pub const STABILISATION: f64 = 1.0;
 /// A law with a split on the cells of a region, with a pressure field of its own.
 pub struct MixedElastic {
     name: String,
+    whole: LawCard,
     /// The law without its volumetric part
     rest: Box<dyn Law>,
     volumetric: Volumetric,
@@ -68,7 +70,8 @@ impl MixedElastic {
         let blocks = Blocks::with_scalars(lists);
         let points = Arc::new(CellPoints::new(mesh, cells));
         let shape = points.reference().iter().map(|&xi| corner_shape(xi)).collect();
-        Some(Self { name, rest, volumetric, hooke, points, blocks, shape, compliance, s })
+        let whole = LawCard::of(law);
+        Some(Self { name, whole, rest, volumetric, hooke, points, blocks, shape, compliance, s })
     }
 
     /// Corner pressures p \[Pa\] of block `b`.
@@ -210,13 +213,13 @@ impl Batched for MixedElastic {
 }
 
 /// P += p G' cof F and A += p G' ∂cof F/∂F + p G'' cof F ⊗ cof F.
-struct AddPressure<'a> {
-    f: &'a [Lanes; 9],
-    p: Lanes,
-    dg: Lanes,
-    d2g: Lanes,
-    want: Want,
-    response: &'a mut LaneResponse,
+pub struct AddPressure<'a> {
+    pub f: &'a [Lanes; 9],
+    pub p: Lanes,
+    pub dg: Lanes,
+    pub d2g: Lanes,
+    pub want: Want,
+    pub response: &'a mut LaneResponse,
 }
 
 impl Kernel for AddPressure<'_> {
@@ -295,6 +298,12 @@ impl Stressed for MixedElastic {
         self.hooke
     }
 
+    fn constitution(&self) -> Option<Constitution<'_>> {
+        let pressure = PressureField { scale: self.s, shape: &self.shape, compliance: &self.compliance };
+        let law = self.whole.clone();
+        Some(Constitution { law, points: &self.points, blocks: &self.blocks, pressure: Some(pressure) })
+    }
+
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
         let (rest, volumetric) = law.split().expect("the derivative of a law splits where the law does");
         let (kappa, mu) = (self.volumetric.kappa, self.hooke.mu);
@@ -331,7 +340,7 @@ fn add_pressure_tangent_by_rows<S: Real>(out: &mut [[S; 9]; 9], f: &[S; 9], cof:
 
 /// cof F by rows.
 #[inline(always)]
-fn cofactor_by_rows<S: Real>(f: &[S; 9]) -> [S; 9] {
+pub fn cofactor_by_rows<S: Real>(f: &[S; 9]) -> [S; 9] {
     let minor = |a: usize, b: usize, c: usize, d: usize| f[a] * f[d] - f[b] * f[c];
     [
         minor(4, 5, 7, 8),

@@ -9,6 +9,7 @@
 //! change sign from cell to cell and outweigh the deviatoric stress that carries the load.
 
 use super::cell::CellPoints;
+use super::constitution::Constitution;
 use crate::material::{Law, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::{Order, TetMesh, element};
@@ -37,6 +38,10 @@ pub trait Stressed: PointStress {
     fn moduli(&self) -> Moduli;
     /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
+    /// From what its forces at a point follow; none where they depend on more than that point.
+    fn constitution(&self) -> Option<Constitution<'_>> {
+        None
+    }
 }
 
 /// Scatter of the pressure field at a state, and whether it raises the locking alarm.

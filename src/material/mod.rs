@@ -5,6 +5,7 @@
 
 pub mod arruda_boyce;
 mod assemble;
+pub mod card;
 pub mod check;
 pub mod corotational;
 pub mod entry;
@@ -41,6 +42,7 @@ pub mod veronda_westmann;
 pub mod volumetric;
 pub mod yeoh;
 
+pub use card::LawCard;
 pub use check::{LawProperty, LawViolation, check_law};
 pub use entry::LawEntry;
 pub use fit_form::{FitForm, FitTerms, ShapedTerm};

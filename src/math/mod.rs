@@ -8,6 +8,7 @@ pub mod lanes;
 pub mod linear;
 pub mod low_rank;
 pub mod multigrid;
+pub mod nonnegative;
 pub mod ordering;
 mod parts;
 pub mod pcg;

@@ -61,6 +61,7 @@ mod energy_balance;
 mod error;
 pub mod error_estimate;
 mod extreme;
+mod features;
 mod fields;
 mod fixture;
 mod grid;
@@ -119,6 +120,7 @@ pub use error_estimate::{
     path_dependence,
 };
 pub use extreme::{Extreme, ExtremeKind, extreme};
+pub use features::{Features, Reading};
 pub use fixture::Held;
 pub use import::{Import, Imported};
 pub use linear::{LinearSpec, LinearWork, MemorySpec};

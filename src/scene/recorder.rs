@@ -1,6 +1,7 @@
 //! Recorders: what a run writes into its table at every accepted step, one value per column.
 
 use super::body::Body;
+use super::features::Features;
 use crate::system::{At, Gradient, State};
 
 /// Energies since the start \[J\]: stored and kinetic at the state, dissipated and put in along the path.
@@ -79,5 +80,15 @@ pub trait Recorder: Send + Sync {
     /// Whether [`Recorder::gradients`] gives values.
     fn is_differentiable(&self) -> bool {
         false
+    }
+
+    /// The columns as functions of polynomials of the displacement, where they are.
+    fn features(&self) -> Option<Features> {
+        None
+    }
+
+    /// Values of these polynomials at displacement x.
+    fn feature_values(&self, _: &Body, _x: &[f64]) -> Vec<f64> {
+        Vec::new()
     }
 }

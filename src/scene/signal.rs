@@ -157,6 +157,13 @@ pub enum FunctionSpec {
         /// Unit of the values
         unit: String,
     },
+    /// Straight lines between points, constant before the first and after the last
+    Points {
+        /// Points: time \[s\], which increases, and value in `unit`
+        of: Vec<[f64; 2]>,
+        /// Unit of the values
+        unit: String,
+    },
     /// The first factor carries the unit, the others are plain numbers
     Product {
         /// Factors
@@ -220,6 +227,10 @@ pub enum SignalError {
     EmptyRamp,
     #[error("{file}: {why}")]
     Table { file: String, why: String },
+    #[error(
+        "the points of a signal are finite numbers at times that increase; write for example of = [[0, 0], [1, 15]]"
+    )]
+    Points,
     #[error("a {0} needs at least one entry in `of`")]
     Empty(&'static str),
     #[error("the formula \"{text}\" cannot be read: {why}; write for example \"2 * sin(PI * t)\"")]
@@ -266,6 +277,7 @@ impl SignalSpec {
                 Signal::Delay { signal: Box::new(signal.build(dimension, &mut site.within(true))?), by: time(by)? }
             }
             FunctionSpec::Table { file, unit } => Signal::Table(read_table(&site.base.join(file), unit, dimension)?),
+            FunctionSpec::Points { of, unit } => Signal::Table(points(of, unit, dimension)?),
             FunctionSpec::Product { of } => {
                 let dimensions = std::iter::once(dimension).chain(std::iter::repeat(Dimension::NONE));
                 Signal::Product(build_all(of, dimensions, site, "product")?)
@@ -295,6 +307,14 @@ impl SignalSpec {
             }
         })
     }
+}
+
+fn points(of: &[[f64; 2]], unit: &str, dimension: Dimension) -> Result<Vec<(f64, f64)>, SignalError> {
+    let factor = units::parse(&format!("1 {unit}"), dimension)?;
+    let rows: Vec<(f64, f64)> = of.iter().map(|[t, value]| (*t, value * factor)).collect();
+    let increases = rows.windows(2).all(|w| w[0].0 < w[1].0);
+    let is_finite = rows.iter().all(|(t, value)| t.is_finite() && value.is_finite());
+    if rows.is_empty() || !increases || !is_finite { Err(SignalError::Points) } else { Ok(rows) }
 }
 
 fn build_all(

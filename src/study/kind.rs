@@ -38,6 +38,15 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     /// The variants and families of cases that follow from the keys. `scene` is the scene file of the study, which need not exist.
     fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<Self::Details>, SceneError>;
 
+    /// Work on the results of all cases that is done once and kept in their folder; its record is [`Results::derived`] of the analysis.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, in words; the report says so.
+    fn derive(_results: &Results, _details: &Self::Details, _dir: &Path) -> Result<Option<serde_json::Value>, String> {
+        Ok(None)
+    }
+
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
     fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
 
@@ -114,6 +123,8 @@ pub struct RunRules {
     pub error_estimates: bool,
     /// Derivatives by the constants whose law file gives an interval are computed with every case
     pub input_uncertainty: bool,
+    /// The states of every case at the points of its time grid are kept
+    pub keep_states: bool,
 }
 
 impl Default for RunRules {
@@ -125,9 +136,13 @@ impl Default for RunRules {
             share_cases: true,
             error_estimates: false,
             input_uncertainty: false,
+            keep_states: false,
         }
     }
 }
+
+/// Work on the results of all cases in a folder.
+pub type Derive = fn(&Results, &Path) -> Result<Option<serde_json::Value>, String>;
 
 /// An entry of the registry of kinds.
 #[derive(Clone, Copy)]
@@ -140,14 +155,16 @@ pub struct Kind {
     pub around: Option<Around>,
     /// See [`StudyKind::ERRORS`]
     pub errors: &'static str,
+    /// See [`StudyKind::derive`]
+    pub derive: Derive,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
 
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
-        let (schema, expand, report) = (K::json_schema, expand::<K>, report::<K>);
-        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, report }
+        let (schema, expand, derive, report) = (K::json_schema, expand::<K>, derive::<K>, report::<K>);
+        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, report }
     }
 }
 
@@ -170,6 +187,11 @@ pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
     let details = serde_json::to_value(e.details).expect("numbers, strings and string keys only");
     let Expansion { variants, families, rules, columns, plans, usage, derivatives, .. } = e;
     Expansion { variants, families, rules, columns, plans, usage, derivatives, details }
+}
+
+fn derive<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<serde_json::Value>, String> {
+    let details = K::Details::deserialize(&results.study.details).map_err(|e| e.to_string())?;
+    K::derive(results, &details, dir)
 }
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {

@@ -22,12 +22,16 @@ use std::path::Path;
 ///
 /// A figure that cannot be drawn costs neither the numbers nor the page, which names it. `summary.json` comes first, for a disk that is full.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
-    let results = results::read(dir)?;
+    let mut results = results::read(dir)?;
     let kind = KINDS.iter().find(|kind| kind.name == results.study.kind).ok_or_else(|| ReportError::Kind {
         path: dir.join("study.json"),
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),
     })?;
+    match (kind.derive)(&results, dir) {
+        Ok(derived) => results.derived = derived,
+        Err(why) => results.damaged.push(format!("{why}.")),
+    }
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));

@@ -77,6 +77,8 @@ pub struct Capabilities<'a> {
     pub contact_points: Option<&'a dyn ContactPoints>,
     /// Whether assemblies [without contact points](super::Assembled::without_contact_points) leave the effect out
     pub on_contact_points: bool,
+    /// Degree of the polynomial of x that the residual of a load is, per unit of its intensity; absent if it is none
+    pub degree: Option<usize>,
     /// Evaluation of several blocks at once; all blocks then have one size
     pub batched: Option<&'a dyn Batched>,
 }

@@ -34,7 +34,7 @@ impl Ties {
     }
 
     /// Nodes that follow others, ascending.
-    pub(super) fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
+    pub fn nodes(&self) -> impl Iterator<Item = u32> + '_ {
         self.weights.keys().copied()
     }
 

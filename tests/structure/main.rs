@@ -15,7 +15,7 @@ use source::{Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
-const ORDER: [&str; 15] = [
+const ORDER: [&str; 16] = [
     "storage",
     "schema",
     "catalogue",
@@ -26,6 +26,7 @@ const ORDER: [&str; 15] = [
     "effect",
     "solve",
     "scene",
+    "reduction",
     "calibrate",
     "motion",
     "report",

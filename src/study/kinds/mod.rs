@@ -5,6 +5,7 @@ pub mod comparison;
 pub mod convergence;
 pub mod cost;
 pub mod coverage;
+pub mod reduction;
 pub mod robustness;
 pub mod sweep;
 pub mod validation;
@@ -12,7 +13,7 @@ pub mod validation;
 use crate::study::kind::Kind;
 
 /// Registry of the kinds.
-pub const KINDS: [Kind; 8] = [
+pub const KINDS: [Kind; 9] = [
     Kind::of::<convergence::ConvergenceStudy>(),
     Kind::of::<comparison::ComparisonStudy>(),
     Kind::of::<sweep::SweepStudy>(),
@@ -21,4 +22,5 @@ pub const KINDS: [Kind; 8] = [
     Kind::of::<coverage::CoverageStudy>(),
     Kind::of::<robustness::RobustnessStudy>(),
     Kind::of::<validation::ValidationStudy>(),
+    Kind::of::<reduction::spec::ReductionStudy>(),
 ];

@@ -26,6 +26,7 @@ use crate::study::store::folder::{CaseOutput, Store, StoreError};
 use crate::study::store::identity::Identity;
 use crate::study::store::outcome::{record, refused, skin};
 use crate::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME, PANICKED, REFUSED};
+use crate::study::store::states::KeptStates;
 use crate::study::view;
 use crate::system::State;
 use std::path::Path;
@@ -165,6 +166,8 @@ struct Solved {
     one_run: Option<OneRunRecord>,
     /// The states, where the scene records fields
     film: Option<Film>,
+    /// The states, where the study keeps them
+    states: Option<KeptStates>,
     /// Facts about the result that its numbers do not say
     notes: Vec<String>,
     build_s: f64,
@@ -201,6 +204,7 @@ fn solve(
     let board = live.as_ref().map(|live| live.board().clone());
     let recorded = scene.spec.output.fields.as_ref();
     let mut film = recorded.map(|fields| Film::new(&scene, &fields.what, &Limits::USUAL));
+    let mut kept = task.keep_states.then(KeptStates::default);
     let mut number = 0..;
     let mut states = |state: &State| {
         if let Some(Ok(estimator)) = &mut estimator {
@@ -210,6 +214,7 @@ fn solve(
             fields.add(&scene, state, number.next().expect("there is always a next number"));
         }
         film.iter_mut().for_each(|film| film.add(&scene, state));
+        kept.iter_mut().for_each(|kept| kept.add(state));
         live.iter_mut().for_each(|live| live.add(&scene, state));
     };
     let mut rows = |row: &[f64]| {
@@ -242,7 +247,21 @@ fn solve(
     let repeats = if repeats > 1 { all } else { vec![] };
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
-    Ok(Some(Solved { scene, run, found, refinement, sensitivities, one_run, film, notes, build_s, times, repeats }))
+    let states = kept;
+    Ok(Some(Solved {
+        scene,
+        run,
+        found,
+        refinement,
+        sensitivities,
+        one_run,
+        film,
+        states,
+        notes,
+        build_s,
+        times,
+        repeats,
+    }))
 }
 
 /// Records the derivatives that the task asks for, if any.
@@ -312,7 +331,9 @@ fn store_result(
         let about = view::about_case(run, &record);
         page::page(&record.id, &[film.finish(scene, about)])
     });
-    store.save(&mut record, &CaseOutput { run, skin: &skin, sensitivities, calibration, page: page.as_deref() })?;
+    let states = solved.states.as_ref();
+    let output = CaseOutput { run, skin: &skin, sensitivities, calibration, page: page.as_deref(), states };
+    store.save(&mut record, &output)?;
     Ok(record)
 }
 

@@ -20,6 +20,8 @@ pub struct Task {
     pub input_uncertainty: bool,
     /// A scene that is refused is a result
     pub keep_refusals: bool,
+    /// The states are kept
+    pub keep_states: bool,
     /// Fields for ParaView are written
     pub vtu: bool,
     /// Columns that are judged
@@ -49,6 +51,7 @@ impl Task {
             estimates_errors: study.estimates_errors(&case),
             input_uncertainty: study.rules.input_uncertainty,
             keep_refusals: study.rules.keep_refusals,
+            keep_states: study.rules.keep_states,
             vtu,
             columns: study.columns_of(&case),
             over_time: !study.columns.contains_key(&case.family),

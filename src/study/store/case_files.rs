@@ -12,9 +12,12 @@ use std::path::{Path, PathBuf};
 /// End of the file with the best values so far of a search that has no record yet.
 pub const SEARCH: &str = "search.json";
 /// Ends of the names of the files of a case, `<id>.<end>`. The record is the last: it is written last.
-pub const ENDS: [&str; 8] = ["csv", "fit.json", SEARCH, "sensitivities.csv", "skin.json", "skin.json.gz", PAGE, "json"];
+pub const ENDS: [&str; 9] =
+    ["csv", "fit.json", SEARCH, "sensitivities.csv", "skin.json", "skin.json.gz", PAGE, STATES, "json"];
 /// End of the file with the motion of a case: a page that shows it.
 pub const PAGE: &str = "view.html";
+/// End of the file with the states of a case.
+pub const STATES: &str = "states.cbor";
 
 /// A folder that holds no results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -3,12 +3,13 @@
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{Run, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::store::case_files::{ENDS, PAGE, SEARCH, check_in};
+use crate::study::store::case_files::{ENDS, PAGE, SEARCH, STATES, check_in};
 use crate::study::store::csv_text;
 use crate::study::store::identity::{FileDigest, Identity};
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
 use crate::study::store::seal;
 use crate::study::store::skin::Skin;
+use crate::study::store::states::KeptStates;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
@@ -45,6 +46,8 @@ pub struct CaseOutput<'a> {
     pub calibration: Option<&'a Calibration>,
     /// The page that shows the motion, where the scene records it
     pub page: Option<&'a str>,
+    /// The states, where the study keeps them
+    pub states: Option<&'a KeptStates>,
 }
 
 /// End of the name of a file, and its contents; none where there is no such file.
@@ -52,7 +55,7 @@ type NamedFile = (&'static str, Option<Vec<u8>>);
 
 impl CaseOutput<'_> {
     /// The files, or the end of the name of one that could not be read again, and why.
-    fn files(&self) -> Result<[NamedFile; 5], (&'static str, String)> {
+    fn files(&self) -> Result<[NamedFile; 6], (&'static str, String)> {
         let calibration = self.calibration.map(json).transpose().map_err(|reason| ("fit.json", reason))?;
         let sensitivities = self.sensitivities.map(|found| csv_text::sensitivities(self.run, found));
         Ok([
@@ -61,6 +64,7 @@ impl CaseOutput<'_> {
             ("sensitivities.csv", sensitivities.map(String::into_bytes)),
             ("fit.json", calibration.map(String::into_bytes)),
             (PAGE, self.page.map(|page| page.as_bytes().to_vec())),
+            (STATES, self.states.map(KeptStates::to_bytes)),
         ])
     }
 }
@@ -239,7 +243,7 @@ impl Store {
     pub fn save_refused(&self, record: &CaseRecord) -> Result<(), StoreError> {
         self.forget(&record.id)?;
         write(&self.path(&record.id, "csv"), "t_s\n")?;
-        for end in ["skin.json.gz", "fit.json", "sensitivities.csv", PAGE] {
+        for end in ["skin.json.gz", "fit.json", "sensitivities.csv", PAGE, STATES] {
             std::fs::remove_file(self.path(&record.id, end)).ok();
         }
         self.write_record(record)

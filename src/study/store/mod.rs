@@ -29,4 +29,5 @@ pub mod results;
 pub mod seal;
 pub mod skin;
 pub mod solver;
+pub mod states;
 pub mod upkeep;

@@ -454,6 +454,10 @@ pub enum Role {
     Design,
     /// Points that show how far a response surface is off
     Check,
+    /// States that a reduced model is made of
+    Training,
+    /// States that its error bars are made of
+    HeldBack,
 }
 
 impl Role {
@@ -479,6 +483,8 @@ impl Role {
             Self::Map => "map",
             Self::Design => "design",
             Self::Check => "check",
+            Self::Training => "training",
+            Self::HeldBack => "held back",
         }
     }
 }

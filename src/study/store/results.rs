@@ -27,6 +27,8 @@ pub struct Results {
     pub found: BTreeMap<String, Calibration>,
     /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
     pub sensitivities: BTreeMap<String, Series>,
+    /// What the kind of the study has made of all cases, [`StudyKind::derive`](crate::study::kind::StudyKind::derive)
+    pub derived: Option<serde_json::Value>,
     /// Files that could not be read and are left out, in sentences
     pub damaged: Vec<String>,
 }
@@ -84,7 +86,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
     if cases.is_empty() {
         return Err(ReportError::NoCases { path: dir.join("cases") });
     }
-    Ok(Results { study, cases, skins, motions, found, sensitivities, damaged })
+    Ok(Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged })
 }
 
 /// A record; none if the file does not exist. One that another build wrote in another form is refused by the name of that build.

@@ -9,6 +9,7 @@ use crate::mesh::{TetMesh, element, quadrature};
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::features::{Features, Reading};
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;
@@ -131,6 +132,17 @@ impl Recorder for Recorded {
 
     fn is_differentiable(&self) -> bool {
         true
+    }
+
+    fn features(&self) -> Option<Features> {
+        let [normal, chord] = self.windings.clone();
+        let all = [Reading::Turned(0, normal), Reading::Turned(3, chord)];
+        let first = usize::from(self.facets.is_empty());
+        Some(Features { degree: 2, readings: all[first..].to_vec() })
+    }
+
+    fn feature_values(&self, body: &Body, x: &[f64]) -> Vec<f64> {
+        self.directions(&body.mesh, x).iter().flat_map(|d| <[f64; 3]>::from(*d)).collect()
     }
 }
 

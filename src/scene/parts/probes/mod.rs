@@ -25,6 +25,7 @@ pub use pose::Pose;
 pub use position::Position;
 pub use reaction::Reaction;
 pub use stretch::Stretch;
+pub use winding::Winding;
 
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;

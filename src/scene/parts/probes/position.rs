@@ -5,6 +5,7 @@ use super::part::Probe;
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::features::{Features, Reading};
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;
@@ -49,5 +50,13 @@ impl Recorder for Recorded {
 
     fn is_differentiable(&self) -> bool {
         true
+    }
+
+    fn features(&self) -> Option<Features> {
+        Some(Features { degree: 1, readings: (0..3).map(Reading::Value).collect() })
+    }
+
+    fn feature_values(&self, _: &Body, x: &[f64]) -> Vec<f64> {
+        self.mean.at(x).as_slice().to_vec()
     }
 }

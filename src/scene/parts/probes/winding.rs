@@ -20,10 +20,11 @@ use crate::math::tensor::Vec3;
 const CAP: f64 = 0.5;
 
 /// A direction at rest, and the axis about which its rotations are counted.
-pub(super) struct Winding {
-    rest: Vec3,
+#[derive(Clone, Debug, PartialEq)]
+pub struct Winding {
+    pub rest: Vec3,
     /// A unit vector; without it about the axis that the motion takes
-    axis: Option<Vec3>,
+    pub axis: Option<Vec3>,
 }
 
 impl Winding {

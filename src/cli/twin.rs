@@ -1,0 +1,174 @@
+//! `durometer twin FILE`
+
+use super::outcome::{CommandResult, Outcome};
+use durometer::math::units;
+use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::{ReducedModel, StepReport, Twin};
+use serde_json::{Map, Value, json};
+use std::io::{BufRead, Write};
+use std::path::PathBuf;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// Step a reduced model: inputs as lines of JSON on standard input, quantities with their error bars on standard output
+///
+/// The file is made by a study of kind "reduction". The first line that is printed names the inputs with their ranges, and the quantities. Each line
+/// that is read gives inputs in SI, those that change, or target values of quantities, for which inputs are searched within the ranges; its answer is
+/// one line.
+#[derive(clap::Args)]
+#[command(after_help = "\
+Examples:
+  durometer twin reports/finger-real-time/models/finger-real-time-8.durom
+  echo '{\"inputs\": {\"cable_shortening_m\": 0.005}}' | durometer twin finger.durom
+  echo '{\"target\": {\"bending_angle_deg\": 20}}' | durometer twin finger.durom
+  durometer twin finger.durom --tolerance 1% --stop < protocol.jsonl
+
+Lines that are read: {\"inputs\": {NAME: VALUE, …}}, {\"target\": {NAME: VALUE, …}}, {\"reset\": true}.
+Exit codes: 0 done, 2 bad input, 3 stopped where an error bar was above the tolerance (--stop).")]
+pub struct Args {
+    /// A reduced model, .durom
+    file: PathBuf,
+    /// Largest error bar that is accepted, as a share of the largest value in the training runs, e.g. 1%; answers say whether it is kept
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    tolerance: Option<f64>,
+    /// End where an error bar is above the tolerance, or an input beyond its range
+    #[arg(long, requires = "tolerance")]
+    stop: bool,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let value = units::parse(text, units::Dimension::NONE).map_err(|e| e.to_string())?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("give a positive share, for example 1%".into()) }
+}
+
+/// Share of the size of a quantity within which a target is met.
+const MET: f64 = 1e-4;
+
+pub fn main(args: &Args) -> CommandResult {
+    let mut twin = Twin::new(ReducedModel::read(&args.file)?)?;
+    let mut out = std::io::stdout().lock();
+    if writeln!(out, "{}", opening(&twin)).and_then(|()| out.flush()).is_err() {
+        return Ok(Outcome::Complete);
+    }
+    for line in std::io::stdin().lock().lines() {
+        let line = line?;
+        if line.trim().is_empty() {
+            continue;
+        }
+        let (answer, trusted) = match answer(&mut twin, &line, args.tolerance) {
+            Ok(answer) => answer,
+            Err(why) => (json!({ "error": why }), true),
+        };
+        // A reader that has closed the pipe has what it wants
+        if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
+            break;
+        }
+        if args.stop && !trusted {
+            return Ok(Outcome::RunIncomplete);
+        }
+    }
+    Ok(Outcome::Complete)
+}
+
+fn opening(twin: &Twin) -> Value {
+    let model = twin.model();
+    let inputs: Vec<Value> = model.inputs.iter().map(|i| json!({ "name": i.name, "range": i.range })).collect();
+    let quantities: Vec<&str> = model.quantities.iter().map(|q| q.name.as_str()).collect();
+    json!({
+        "durometer": env!("CARGO_PKG_VERSION"),
+        "model": model.title,
+        "inputs": inputs,
+        "quantities": quantities,
+        "modes": model.sizes.displacements,
+        "cells": model.origin.cells,
+    })
+}
+
+/// The answer to a line, and whether it may be trusted; an error in words where the line asks for what cannot be done.
+fn answer(twin: &mut Twin, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), String> {
+    let asked: Map<String, Value> = serde_json::from_str(line)
+        .map_err(|e| format!("the line is no JSON object: {e}; write {{\"inputs\": {{…}}}}"))?;
+    let known = ["inputs", "target", "reset"];
+    if let Some(key) = asked.keys().find(|key| !known.contains(&key.as_str())) {
+        return Err(format!("there is no \"{key}\"; the keys are {}", known.join(", ")));
+    }
+    let start = Instant::now();
+    if asked.get("reset") == Some(&Value::Bool(true)) {
+        twin.reset();
+    }
+    let mut inputs = twin.inputs().to_vec();
+    let names: Vec<String> = twin.model().inputs.iter().map(|i| i.name.clone()).collect();
+    for (name, value) in numbers(&asked, "inputs")? {
+        inputs[index(&names, &name)?] = value;
+    }
+    let report = twin.step(&inputs).map_err(|e| e.to_string())?;
+    let targets = targets(twin, numbers(&asked, "target")?)?;
+    let met = match &targets[..] {
+        [] => None,
+        targets => Some(reach(twin, targets).map_err(|e| e.to_string())?.met),
+    };
+    Ok(described(twin, report, met, start, tolerance))
+}
+
+fn targets(twin: &Twin, asked: Vec<(String, f64)>) -> Result<Vec<Target>, String> {
+    let model = twin.model();
+    let names: Vec<String> = model.quantities.iter().map(|q| q.name.clone()).collect();
+    let target = |(name, value): (String, f64)| {
+        let quantity = index(&names, &name)?;
+        let size = model.largest[quantity].max(value.abs());
+        Ok(Target { quantity, value, tolerance: MET * size })
+    };
+    asked.into_iter().map(target).collect()
+}
+
+/// Numbers under a key of the line.
+fn numbers(asked: &Map<String, Value>, key: &str) -> Result<Vec<(String, f64)>, String> {
+    let Some(value) = asked.get(key) else { return Ok(vec![]) };
+    let object =
+        value.as_object().ok_or_else(|| format!("\"{key}\" is no object; write {{\"{key}\": {{NAME: NUMBER}}}}"))?;
+    let number = |(name, value): (&String, &Value)| {
+        let number = value.as_f64().ok_or_else(|| format!("{name} is {value}, not a number"))?;
+        Ok((name.clone(), number))
+    };
+    object.iter().map(number).collect()
+}
+
+fn index(names: &[String], name: &str) -> Result<usize, String> {
+    names.iter().position(|n| n == name).ok_or_else(|| format!("there is no \"{name}\"; there is {}", names.join(", ")))
+}
+
+fn described(
+    twin: &Twin,
+    report: StepReport,
+    met: Option<bool>,
+    start: Instant,
+    tolerance: Option<f64>,
+) -> (Value, bool) {
+    let model = twin.model();
+    let inputs: Map<String, Value> =
+        model.inputs.iter().zip(twin.inputs()).map(|(i, u)| (i.name.clone(), json!(u))).collect();
+    let mut quantities = Map::new();
+    let mut within = true;
+    for (k, quantity) in model.quantities.iter().enumerate() {
+        let bar = twin.bars()[k];
+        within &= tolerance.is_none_or(|t| bar <= t * model.largest[k]);
+        // JSON has no infinite number: a bar that is not known is null
+        quantities
+            .insert(quantity.name.clone(), json!({ "value": twin.values()[k], "bar": bar.is_finite().then_some(bar) }));
+    }
+    let in_range = twin.in_range();
+    let mut answer = json!({
+        "inputs": inputs,
+        "quantities": quantities,
+        "in_range": in_range,
+        "iterations": report.iterations,
+        "seconds": start.elapsed().as_secs_f64(),
+        "unix_s": SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |t| t.as_secs_f64()),
+    });
+    if tolerance.is_some() {
+        answer["within_tolerance"] = within.into();
+    }
+    if let Some(met) = met {
+        answer["target_met"] = met.into();
+    }
+    (answer, within && in_range)
+}

@@ -1,0 +1,236 @@
+//! The space of the adjoint solutions of a reduced model, and the points from which forces along them are summed.
+
+use super::basis::{decompose, orthonormalise, strains, weighted};
+use super::body_points::BodyPoints;
+use super::error::ReductionError;
+use super::model::{ReducedModel, Regime};
+use super::residual::terms;
+use super::sampling::{FieldsAtPoints, Selection, of_rows};
+use super::train::FullState;
+use super::twin::Twin;
+use crate::math::signal::Ramp;
+use crate::math::svd::svd;
+use crate::math::vector::{dot, norm};
+use crate::scene::parts::constraints::{Drive, NamedCable};
+use crate::scene::{Recorder, Scene};
+use crate::solve::{Integrator, Step, adjoints};
+use crate::system::{Gradient, State};
+use nalgebra::{DMatrix, DVector};
+
+/// Fields that represent the adjoint solutions of all quantities, and their coefficients as polynomials of the inputs.
+pub struct AdjointSpace {
+    /// \[tests × unknowns\]
+    pub fields: Vec<Vec<f64>>,
+    /// Centre and half width of each input
+    pub centres: Vec<[f64; 2]>,
+    pub regimes: Vec<Regime>,
+    /// \[states\] which of them
+    of_states: Vec<usize>,
+}
+
+/// Share of an adjoint solution below which a field is left out.
+const SMALL: f64 = 1e-3;
+/// Error of the forces along the adjoint solutions, as a share of the ranges of the quantities.
+const ACCURACY: f64 = 1e-5;
+/// States for each coefficient of a polynomial.
+const STATES: usize = 3;
+/// Largest total degree of a polynomial in the inputs.
+const DEGREE: u32 = 6;
+
+/// Of quantities of these names at the training states.
+pub fn adjoint_space(
+    scene: &Scene,
+    points: &BodyPoints,
+    training: &[FullState],
+    names: &[String],
+) -> Result<AdjointSpace, ReductionError> {
+    let weights = points.weights();
+    let mut solutions: Vec<Vec<Vec<f64>>> = vec![vec![]; names.len()];
+    for state in training {
+        let state = full(scene, state);
+        let gradients = gradients(scene, &state, names);
+        let step = Step { system: &scene.system, integrator: Integrator::Static, past: &state, dt: 1.0 };
+        let found = adjoints(scene.method(), &step, &state, &gradients).map_err(ReductionError::Adjoint)?;
+        solutions.iter_mut().zip(found).for_each(|(all, found)| all.push(found.z));
+    }
+    let split = scene.system.dofs.displacements as usize;
+    let (mut moved, mut pressed) = (vec![], vec![]);
+    for of_quantity in &solutions {
+        let largest = of_quantity.iter().map(|z| norm(&strains(points, &weights, z))).fold(0.0, f64::max);
+        for z in of_quantity.iter().filter(|_| largest > 0.0) {
+            let scaled: Vec<f64> = z.iter().map(|z| z / largest).collect();
+            let (mut a, mut b) = (scaled.clone(), scaled);
+            a[split..].fill(0.0);
+            b[..split].fill(0.0);
+            moved.push(a);
+            pressed.push(b);
+        }
+    }
+    let mut fields = largest_fields(&moved, |u| strains(points, &weights, u));
+    if points.has_pressure() {
+        fields.extend(largest_fields(&pressed, |p| weighted(points, &weights, p)));
+    }
+    let centres = centres(training);
+    let patterns: Vec<Vec<bool>> = training.iter().map(|state| taut(scene, state)).collect();
+    let mut regimes: Vec<Regime> = vec![];
+    for pattern in &patterns {
+        if regimes.iter().any(|r| r.taut == *pattern) {
+            continue;
+        }
+        let own: Vec<usize> = (0..training.len()).filter(|&k| patterns[k] == *pattern).collect();
+        let exponents = exponents(centres.len(), own.len());
+        let adjoints = fit((points, &weights, split), &fields, &solutions, (training, &own), (&centres, &exponents));
+        regimes.push(Regime { taut: pattern.clone(), exponents, adjoints });
+    }
+    let place = |pattern: &Vec<bool>| regimes.iter().position(|r| r.taut == *pattern).expect("it has its regime");
+    let of_states = patterns.iter().map(place).collect();
+    Ok(AdjointSpace { fields, centres, regimes, of_states })
+}
+
+/// Which cables hold the body by their lengths.
+fn taut(scene: &Scene, state: &FullState) -> Vec<bool> {
+    let holds = |cable: &NamedCable| matches!(cable.drive, Drive::Multiplier(c) if state.lambda[c] > 0.0);
+    scene.cables.iter().map(holds).collect()
+}
+
+/// The state as one of the scene.
+fn full(scene: &Scene, of: &FullState) -> State {
+    let inputs = of.inputs.iter().map(|&u| Ramp::constant(u)).collect();
+    State { x: of.x.clone(), lambda: of.lambda.clone(), inputs, ..scene.system.rest() }
+}
+
+/// Gradients of recorded columns at a state.
+fn gradients(scene: &Scene, state: &State, names: &[String]) -> Vec<Gradient> {
+    let of = |recorder: &dyn Recorder| {
+        let mut memory = recorder.memory();
+        recorder.remember(&scene.body, state, &mut memory);
+        recorder.columns().into_iter().zip(recorder.gradients(&scene.body, state, &memory)).collect::<Vec<_>>()
+    };
+    let all: Vec<(String, Option<Gradient>)> = scene.recorders().flat_map(of).collect();
+    let find = |name: &String| all.iter().find(|(column, _)| column == name).and_then(|(_, g)| g.clone());
+    names.iter().map(|name| find(name).unwrap_or_default()).collect()
+}
+
+/// Orthonormal fields that represent all of them but for a small share.
+fn largest_fields(fields: &[Vec<f64>], values: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Vec<f64>> {
+    let of: Vec<Vec<f64>> = fields.iter().map(|f| values(f)).collect();
+    let (modes, sizes) = decompose(fields, &of, fields.len());
+    let count = sizes.iter().take_while(|s| **s > SMALL).count();
+    let mut modes: Vec<Vec<f64>> = modes.into_iter().take(count).collect();
+    orthonormalise(&mut modes, values);
+    modes
+}
+
+/// Centres and half widths of the inputs.
+fn centres(training: &[FullState]) -> Vec<[f64; 2]> {
+    let range = |k: usize| {
+        let all = training.iter().map(|s| s.inputs[k]);
+        let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), u| (l.min(u), h.max(u)));
+        let half = 0.5 * (high - low);
+        [0.5 * (low + high), if half > 0.0 { half } else { 1.0 }]
+    };
+    (0..training.first().map_or(0, |s| s.inputs.len())).map(range).collect()
+}
+
+/// The exponents of all terms of the largest total degree that so many states determine.
+fn exponents(inputs: usize, states: usize) -> Vec<Vec<u32>> {
+    let all = (0..=DEGREE).map(|degree| terms_up_to(inputs, degree));
+    let determined = all.take_while(|terms| terms.len() == 1 || STATES * terms.len() <= states);
+    determined.last().expect("a constant is one term")
+}
+
+fn terms_up_to(inputs: usize, degree: u32) -> Vec<Vec<u32>> {
+    if inputs == 0 {
+        return vec![vec![]];
+    }
+    let with =
+        |first: u32| terms_up_to(inputs - 1, degree - first).into_iter().map(move |rest| [vec![first], rest].concat());
+    (0..=degree).flat_map(with).collect()
+}
+
+/// Coefficients of the adjoint solutions in the fields, as polynomials of the inputs by least squares.
+fn fit(
+    (points, weights, split): (&BodyPoints, &[f64], usize),
+    fields: &[Vec<f64>],
+    solutions: &[Vec<Vec<f64>>],
+    (training, own): (&[FullState], &[usize]),
+    (centres, exponents): (&[[f64; 2]], &[Vec<u32>]),
+) -> Vec<Vec<f64>> {
+    let is_motion = |field: &Vec<f64>| field[..split].iter().any(|v| *v != 0.0);
+    let values = |field: &Vec<f64>| {
+        if is_motion(field) { strains(points, weights, field) } else { weighted(points, weights, field) }
+    };
+    let of_fields: Vec<Vec<f64>> = fields.iter().map(values).collect();
+    let motions = fields.iter().filter(|f| is_motion(f)).count();
+    let mut row = vec![0.0; exponents.len()];
+    let rows = own.iter().flat_map(|&k| {
+        terms(centres, exponents, &training[k].inputs, &mut row);
+        row.clone()
+    });
+    let design = DMatrix::from_row_iterator(own.len(), exponents.len(), rows);
+    let decomposed = svd(design, true, true);
+    let one = |of_quantity: &Vec<Vec<f64>>| {
+        let shares: Vec<Vec<f64>> = own
+            .iter()
+            .map(|&k| {
+                let z = &of_quantity[k];
+                let (strain, pressure) = (strains(points, weights, z), weighted(points, weights, z));
+                let share = |(k, of): (usize, &Vec<f64>)| dot(of, if k < motions { &strain } else { &pressure });
+                of_fields.iter().enumerate().map(share).collect()
+            })
+            .collect();
+        let of_test = |test: usize| {
+            let right = DVector::from_iterator(shares.len(), shares.iter().map(|s| s[test]));
+            decomposed.solve(&right, 1e-10).map_or_else(|_| vec![0.0; exponents.len()], |c| c.as_slice().to_vec())
+        };
+        (0..fields.len()).flat_map(of_test).collect()
+    };
+    solutions.iter().map(one).collect()
+}
+
+impl AdjointSpace {
+    /// Coefficients of the adjoint solution of a quantity at the inputs of a training state.
+    fn coefficients(&self, quantity: usize, state: usize, inputs: &[f64]) -> Vec<f64> {
+        let Regime { exponents, adjoints, .. } = &self.regimes[self.of_states[state]];
+        let mut row = vec![0.0; exponents.len()];
+        terms(&self.centres, exponents, inputs, &mut row);
+        adjoints[quantity].chunks_exact(row.len()).map(|c| dot(c, &row)).collect()
+    }
+
+    /// Points from which the forces of the model at the training inputs are summed along the adjoint solutions.
+    pub fn select(
+        &self,
+        model: &ReducedModel,
+        points: &BodyPoints,
+        (fields, tests): (&FieldsAtPoints, &FieldsAtPoints),
+        training: &[FullState],
+    ) -> Result<Selection, ReductionError> {
+        let weights = points.weights();
+        let ranges: Vec<f64> = (0..model.quantities.len())
+            .map(|k| {
+                let all = training.iter().map(|s| s.values[k]);
+                let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+                if high > low { high - low } else { 1.0 }
+            })
+            .collect();
+        let mut twin = Twin::new(model.clone())?;
+        let mut rows = vec![];
+        for (number, state) in training.iter().enumerate() {
+            if twin.step(&state.inputs).is_err() {
+                continue;
+            }
+            let forces = fields.forces(points, &twin.position().y)?;
+            for (k, range) in ranges.iter().enumerate() {
+                let z = self.coefficients(k, number, &state.inputs);
+                let work = |p: usize| {
+                    let along = |(test, z): (usize, &f64)| z * tests.work(test, p, weights[p], &forces[p]);
+                    z.iter().enumerate().map(along).sum::<f64>() / range
+                };
+                rows.push((0..weights.len()).map(work).collect::<Vec<f64>>());
+            }
+        }
+        let volume: f64 = weights.iter().sum();
+        rows.push(weights.iter().map(|w| w / volume).collect());
+        of_rows(&rows, ACCURACY)
+    }
+}

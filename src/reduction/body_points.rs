@@ -1,0 +1,122 @@
+//! The points of the elastic effects of a scene, at which fields and forces are taken.
+
+use super::error::ReductionError;
+use crate::effect::{Constitution, cofactor_by_rows};
+use crate::material::{Law, Volumetric, Want};
+use crate::math::tensor::{Mat3, det_minus_one};
+use crate::scene::Scene;
+
+/// All points of the elastic effects, part by part, block by block.
+pub struct BodyPoints<'a> {
+    pub parts: Vec<Part<'a>>,
+}
+
+/// The points of one elastic effect.
+pub struct Part<'a> {
+    pub constitution: Constitution<'a>,
+    /// The law without the volumetric part that a pressure field takes over
+    law: Box<dyn Law>,
+    volumetric: Option<Volumetric>,
+}
+
+/// A point: its part, its block there, and its number in the block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    pub part: usize,
+    pub block: usize,
+    pub point: usize,
+}
+
+/// P by rows \[Pa\], and G(J) where there is a pressure field \[–\].
+pub type PointForce = ([f64; 9], f64);
+
+impl<'a> BodyPoints<'a> {
+    /// Those of a scene; an error where the forces of an elastic effect depend on more than single points.
+    pub fn of(scene: &'a Scene) -> Result<Self, ReductionError> {
+        let part = |stressed: &'a std::sync::Arc<dyn crate::effect::Stressed>| {
+            let constitution = stressed.constitution().ok_or_else(|| ReductionError::Unsupported {
+                what: "an elastic effect".into(),
+                why: "its forces depend on means over cells".into(),
+                remedy: "take formulation = \"mixed\" or \"displacement\"".into(),
+            })?;
+            let whole = constitution.law.build()?;
+            let split = constitution.pressure.and_then(|_| whole.split());
+            let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
+            Ok(Part { constitution, law, volumetric })
+        };
+        Ok(Self { parts: scene.stressed.iter().map(part).collect::<Result<_, ReductionError>>()? })
+    }
+
+    /// The places of all points.
+    pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        self.parts.iter().enumerate().flat_map(|(part, of)| {
+            let points = of.constitution.points.points();
+            let blocks = of.constitution.points.cells.len();
+            (0..blocks).flat_map(move |block| (0..points).map(move |point| Place { part, block, point }))
+        })
+    }
+
+    /// w det ∂X/∂ξ of each point \[m³\].
+    pub fn weights(&self) -> Vec<f64> {
+        self.places().map(|at| self.parts[at.part].constitution.points.weight(at.block, at.point)).collect()
+    }
+
+    /// ∂u/∂X by rows at each point, of a field \[unknowns\].
+    pub fn gradients(&self, field: &[f64]) -> Vec<[f64; 9]> {
+        let at = |at: Place| {
+            let f = self.parts[at.part].constitution.points.deformation_gradient(field, at.block, at.point);
+            let gradient = f - Mat3::identity();
+            std::array::from_fn(|n| gradient[(n / 3, n % 3)])
+        };
+        self.places().map(at).collect()
+    }
+
+    /// p \[Pa\] at each point, of a field \[unknowns\]; zero where there is no pressure field.
+    pub fn pressures(&self, field: &[f64]) -> Vec<f64> {
+        let at = |at: Place| {
+            let constitution = &self.parts[at.part].constitution;
+            constitution.pressure.map_or(0.0, |pressure| {
+                let scalars = constitution.blocks.scalars(at.block).iter();
+                let sum: f64 = scalars.zip(&pressure.shape[at.point]).map(|(&k, n)| n * field[k as usize]).sum();
+                pressure.scale * sum
+            })
+        };
+        self.places().map(at).collect()
+    }
+
+    /// Whether a part has a pressure field.
+    pub fn has_pressure(&self) -> bool {
+        self.parts.iter().any(|part| part.volumetric.is_some())
+    }
+
+    /// aᵀ C b of two pressure fields \[unknowns\], with the compliance C of all parts.
+    pub fn compliance(&self, a: &[f64], b: &[f64]) -> f64 {
+        let of_part = |part: &Part| {
+            let Constitution { blocks, pressure, .. } = &part.constitution;
+            let Some(pressure) = pressure else { return 0.0 };
+            let of_block = |(block, c): (usize, &[[f64; 4]; 4])| {
+                let scalars = blocks.scalars(block);
+                let at = |field: &[f64], k: usize| field[scalars[k] as usize];
+                let row = |k: usize| (0..4).map(|l| c[k][l] * at(b, l)).sum::<f64>();
+                (0..4).map(|k| at(a, k) * row(k)).sum::<f64>()
+            };
+            pressure.compliance.iter().enumerate().map(of_block).sum::<f64>()
+        };
+        self.parts.iter().map(of_part).sum()
+    }
+
+    /// P and G(J) at a point from ∂u/∂X and the pressure there.
+    pub fn force(&self, part: usize, gradient: &[f64; 9], pressure: f64) -> Result<PointForce, ReductionError> {
+        let Part { law, volumetric, .. } = &self.parts[part];
+        let undefined = |e: crate::material::LawError| ReductionError::Law(e.to_string());
+        let h = Mat3::from_row_slice(gradient);
+        let f = h + Mat3::identity();
+        let response = law.eval(&f, Want::Residual).map_err(undefined)?;
+        let mut p: [f64; 9] = std::array::from_fn(|n| response.p[(n / 3, n % 3)]);
+        let Some(volumetric) = volumetric else { return Ok((p, 0.0)) };
+        let (g, dg, _) = volumetric.gap(det_minus_one(&h)).map_err(undefined)?;
+        let by_rows = std::array::from_fn(|n| f[(n / 3, n % 3)]);
+        p.iter_mut().zip(cofactor_by_rows(&by_rows)).for_each(|(p, cof): (&mut f64, f64)| *p += pressure * dg * cof);
+        Ok((p, g))
+    }
+}

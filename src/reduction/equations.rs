@@ -1,0 +1,253 @@
+//! The equations of a reduced model and Newton's method for them, without allocation.
+//!
+//! The unknowns are the displacement coordinates q, the pressure coordinates π and the tensions of taut cables. Pressures and tensions make
+//! the symmetric matrix one of a saddle point, which is factorised with pivots.
+
+use super::dense::Dense;
+use super::forces::CableDrive;
+use super::model::ReducedModel;
+use super::points::{Points, Sums, total};
+use super::running_cable::RunningCable;
+use crate::material::{LawSpecError, Want};
+use crate::math::vector::norm;
+use std::sync::Arc;
+
+/// Unknowns of a reduced model.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Position {
+    /// Displacement coordinates, then pressures
+    pub y: Vec<f64>,
+    /// \[cables\] tension \[N\]
+    pub tensions: Vec<f64>,
+    /// \[cables\] whether the length of the cable holds the body
+    pub taut: Vec<bool>,
+}
+
+impl Position {
+    /// Takes the values of another one over.
+    pub fn take(&mut self, other: &Self) {
+        self.y.copy_from_slice(&other.y);
+        self.tensions.copy_from_slice(&other.tensions);
+        self.taut.copy_from_slice(&other.taut);
+    }
+
+    pub fn clear(&mut self) {
+        self.y.fill(0.0);
+        self.tensions.fill(0.0);
+        self.taut.fill(false);
+    }
+}
+
+/// The equations with the memory of their evaluations.
+pub struct Equations {
+    model: Arc<ReducedModel>,
+    points: Vec<Points>,
+    pub cables: Vec<RunningCable>,
+    sums: Sums,
+    /// \[coordinates\] what is left of the forces
+    r: Vec<f64>,
+    /// \[coordinates × coordinates\] column ≤ row
+    k: Vec<f64>,
+    dense: Dense,
+    /// \[coordinates + cables\]
+    solution: Vec<f64>,
+    /// Indices of the taut cables, the first `taut` of them
+    rows: Vec<usize>,
+    taut: usize,
+}
+
+/// Increments of the coordinates, as shares of their amplitudes, below which an equilibrium is reached: Newton's method squares them.
+const REACHED: f64 = 1e-6;
+/// Iterations for one position.
+const ITERATIONS: usize = 25;
+/// Largest increment of an iteration, as a share of the amplitude.
+const LONGEST: f64 = 1.0;
+/// Slack of a cable that is none, as a share of its length.
+const CLOSED: f64 = 1e-12;
+
+impl Equations {
+    pub fn new(model: Arc<ReducedModel>) -> Result<Self, LawSpecError> {
+        let own = model.own_sizes();
+        let (n, most) = (own.coordinates(), own.coordinates() + model.cables.len());
+        let points = model.points.iter().map(|p| Points::new(p, own)).collect::<Result<_, _>>()?;
+        let cables: Vec<_> = model.cables.iter().map(|c| RunningCable::new(c, own.displacements)).collect();
+        Ok(Self {
+            points,
+            sums: Sums::new(own),
+            r: vec![0.0; n],
+            k: vec![0.0; n * n],
+            dense: Dense::new(most),
+            solution: vec![0.0; most],
+            rows: vec![0; cables.len()],
+            taut: 0,
+            cables,
+            model,
+        })
+    }
+
+    /// The position at rest.
+    pub fn rest(&self) -> Position {
+        let cables = self.cables.len();
+        Position { y: vec![0.0; self.r.len()], tensions: vec![0.0; cables], taut: vec![false; cables] }
+    }
+
+    /// Whether Newton's method reached the equilibrium of these inputs from `at`, and its iterations. Where it did not, `at` is of no use.
+    pub fn solve(&mut self, inputs: &[f64], at: &mut Position) -> (bool, usize) {
+        for iteration in 1..=ITERATIONS {
+            if !self.linearise(inputs, at) {
+                return (false, iteration);
+            }
+            if iteration == 1 {
+                for (c, cable) in self.cables.iter().enumerate() {
+                    let is_long = cable.by_length() && cable.gap(inputs, at.tensions[c]) < -CLOSED * cable.length;
+                    at.taut[c] |= is_long;
+                }
+            }
+            let Some(size) = self.advance(inputs, at) else { return (false, iteration) };
+            if size <= REACHED && self.settle_cables(inputs, at) {
+                return (true, iteration);
+            }
+        }
+        (false, ITERATIONS)
+    }
+
+    /// Forces and tangent at a position; false where a law or a cable is not defined there.
+    pub fn linearise(&mut self, inputs: &[f64], at: &Position) -> bool {
+        let Self { model, points, cables, sums, r, k, .. } = self;
+        let (n, u) = (r.len(), model.sizes.displacements);
+        sums.clear(Want::Tangent);
+        if points.iter().any(|points| points.add(&at.y, Want::Tangent, sums).is_err()) {
+            return false;
+        }
+        r.iter_mut().zip(&sums.r).for_each(|(r, sum)| *r = total(sum));
+        k.iter_mut().zip(&sums.k).for_each(|(k, sum)| *k = total(sum));
+        let m = model.sizes.pressures;
+        for (i, row) in model.compliance.chunks_exact(m.max(1)).enumerate() {
+            r[u + i] -= row.iter().zip(&at.y[u..]).map(|(c, p)| c * p).sum::<f64>();
+            k[(u + i) * n + u..=(u + i) * n + u + i].iter_mut().zip(row).for_each(|(k, c)| *k -= c);
+        }
+        let q = &at.y[..u];
+        for load in &model.loads {
+            let intensity = load.intensity.at(inputs);
+            load.force.add(q, intensity, &mut r[..u]);
+            load.force.add_derivative(q, intensity, n, k);
+        }
+        for (c, cable) in cables.iter_mut().enumerate() {
+            if cable.evaluate(q).is_err() {
+                return false;
+            }
+            let tension = match &cable.drive {
+                CableDrive::Tension(tension) => tension.at(inputs).max(0.0),
+                CableDrive::Length { .. } => at.tensions[c],
+            };
+            if tension != 0.0 {
+                r.iter_mut().zip(&cable.gradient).for_each(|(r, g)| *r += tension * g);
+                if cable.add_hessian(tension, n, k).is_err() {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    /// Factorises the equations of the taut cables at the position that was linearised.
+    pub fn factorise(&mut self, at: &Position) {
+        let Self { cables, k, dense, rows, r, .. } = self;
+        let n = r.len();
+        self.taut = 0;
+        for c in (0..cables.len()).filter(|&c| at.taut[c]) {
+            rows[self.taut] = c;
+            self.taut += 1;
+        }
+        let rows = &rows[..self.taut];
+        let compliance = |c: usize| match cables[c].drive {
+            CableDrive::Length { compliance, .. } => compliance,
+            CableDrive::Tension(_) => 0.0,
+        };
+        // A cable does not depend on pressures
+        let of_cable = |c: usize, j: usize| cables[c].gradient.get(j).copied().unwrap_or(0.0);
+        dense.factorise(n + rows.len(), |i, j| match (i.checked_sub(n), j.checked_sub(n)) {
+            (None, None) => k[i.max(j) * n + i.min(j)],
+            (Some(c), None) => of_cable(rows[c], j),
+            (None, Some(c)) => of_cable(rows[c], i),
+            (Some(a), Some(b)) => {
+                if a == b {
+                    -compliance(rows[a])
+                } else {
+                    0.0
+                }
+            }
+        });
+    }
+
+    /// One step of Newton's method; the increment as a share of the amplitudes, or none where it is not finite.
+    fn advance(&mut self, inputs: &[f64], at: &mut Position) -> Option<f64> {
+        self.factorise(at);
+        let Self { model, cables, r, solution, rows, taut, dense, .. } = self;
+        let n = r.len();
+        solution[..n].iter_mut().zip(&*r).for_each(|(s, r)| *s = -r);
+        for (to, &c) in solution[n..].iter_mut().zip(&rows[..*taut]) {
+            *to = cables[c].gap(inputs, at.tensions[c]);
+        }
+        dense.solve(&mut solution[..n + *taut]);
+        if solution[..n + *taut].iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let u = model.sizes.displacements;
+        let moved = norm(&solution[..u]) / model.amplitudes[0];
+        let pressed = match model.amplitudes[1] {
+            0.0 => 0.0,
+            amplitude => norm(&solution[u..n]) / amplitude,
+        };
+        let share = (LONGEST / moved).min(1.0);
+        at.y.iter_mut().zip(&solution[..n]).for_each(|(y, d)| *y += share * d);
+        for (&c, d) in rows[..*taut].iter().zip(&solution[n..]) {
+            at.tensions[c] += share * d;
+        }
+        Some(moved.max(pressed))
+    }
+
+    /// Lets cables go that push, and takes up those that are too long; true where there was none.
+    fn settle_cables(&mut self, inputs: &[f64], at: &mut Position) -> bool {
+        let u = self.model.sizes.displacements;
+        let mut settled = true;
+        for (c, cable) in self.cables.iter_mut().enumerate().filter(|(_, c)| c.by_length()) {
+            if at.taut[c] && at.tensions[c] < 0.0 {
+                (at.taut[c], at.tensions[c], settled) = (false, 0.0, false);
+            } else if !at.taut[c] {
+                let evaluated = cable.evaluate(&at.y[..u]).is_ok();
+                let is_long = evaluated && cable.gap(inputs, 0.0) < -CLOSED * cable.length;
+                at.taut[c] = is_long;
+                settled &= !is_long;
+            }
+        }
+        settled
+    }
+
+    /// Change of the unknowns \[coordinates, then cables\] with input `k`, at a position that was linearised and factorised.
+    pub fn change(&mut self, k: usize, inputs: &[f64], at: &Position, out: &mut [f64]) {
+        let Self { model, cables, r, rows, taut, dense, .. } = self;
+        let (n, u) = (r.len(), model.sizes.displacements);
+        out.fill(0.0);
+        for load in &model.loads {
+            load.force.add(&at.y[..u], -load.intensity.rates[k], &mut out[..u]);
+        }
+        for cable in cables.iter() {
+            if let CableDrive::Tension(tension) = &cable.drive
+                && tension.at(inputs) > 0.0
+            {
+                out.iter_mut().zip(&cable.gradient).for_each(|(out, g)| *out -= tension.rates[k] * g);
+            }
+        }
+        for (to, &c) in out[n..].iter_mut().zip(&rows[..*taut]) {
+            if let CableDrive::Length { free, .. } = &cables[c].drive {
+                *to = free.rates[k];
+            }
+        }
+        dense.solve(&mut out[..n + *taut]);
+        // In the order of the cables
+        for place in (0..*taut).rev() {
+            out.swap(n + place, n + rows[place]);
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Loads and cables of a scene in the coordinates of a reduced model: exact, without a selection of points.
+
+use super::basis::Basis;
+use super::error::ReductionError;
+use super::inputs::{Affine, Input};
+use super::polynomial::Quadratic;
+use crate::effect::{Cable, Guide};
+use crate::math::signal::Ramp;
+use crate::math::tensor::Vec3;
+use crate::scene::Scene;
+use crate::system::{At, BlockValues, ConstraintKind, Effect, EnergyRole, Rates, Want};
+use serde::{Deserialize, Serialize};
+
+/// A load s(u) f(q) with the potential s(u) φ(q).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Load {
+    /// Name of the effect
+    pub name: String,
+    pub intensity: Affine,
+    /// ∂φ/∂q of the displacement coordinates, per unit of intensity
+    pub force: Quadratic,
+}
+
+/// A cable without friction: its guides move by w = W q.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReducedCable {
+    pub name: String,
+    /// Place of a pull point that is fixed in space \[m\]
+    pub pull_point: Option<[f64; 3]>,
+    /// Places of the guides at rest \[m\]
+    pub guides: Vec<[f64; 3]>,
+    /// \[3 × guides, coordinates\] W by rows
+    pub motion: Vec<f64>,
+    pub drive: CableDrive,
+}
+
+/// What a cable is driven by.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum CableDrive {
+    /// Tension \[N\]
+    Tension(Affine),
+    /// Free length \[m\] and its growth with the tension \[m/N\]
+    Length { free: Affine, compliance: f64 },
+}
+
+impl ReducedCable {
+    /// The geometry, whose means are the motions of the guides themselves.
+    pub fn cable(&self) -> Cable {
+        let guide = |(k, at): (usize, &[f64; 3])| Guide { point: Vec3::from(*at), weights: vec![(k as u32, 1.0)] };
+        let guides = self.guides.iter().enumerate().map(guide).collect();
+        Cable::through(self.name.clone(), self.pull_point.map(Vec3::from), guides)
+    }
+
+    /// Rows of W on a basis.
+    pub fn motion(cable: &Cable, modes: &[Vec<f64>]) -> Vec<f64> {
+        let columns: Vec<Vec<f64>> = modes.iter().map(|mode| cable.means().of(mode)).collect();
+        let rows = columns.first().map_or(0, Vec::len);
+        (0..rows).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
+    }
+}
+
+fn unsupported(what: String, why: &str, remedy: &str) -> ReductionError {
+    ReductionError::Unsupported { what, why: why.into(), remedy: remedy.into() }
+}
+
+/// Refuses a scene with parts that have no reduced form.
+pub fn check(scene: &Scene) -> Result<(), ReductionError> {
+    let leave_out = "leave it out, or run the scene in full";
+    if let Some(contact) = scene.contacts.first() {
+        let why = "points come into contact that the training states do not touch";
+        return Err(unsupported(format!("contact {}", contact.name), why, leave_out));
+    }
+    if !scene.rigids.is_empty() || scene.system.ties.nodes().next().is_some() {
+        return Err(unsupported("a rigid body".into(), "its motion is not one of the modes", leave_out));
+    }
+    if scene.spans.iter().any(|span| !span.integrator.is_static()) {
+        let why = "masses and rates are not reduced yet";
+        return Err(unsupported("a dynamic stage".into(), why, "make the stages static"));
+    }
+    let moves = |p: &&crate::system::Prescribed| {
+        p.signal.has_inputs() || [0.0, 0.5, 1.0].iter().any(|&t| p.signal.at(t) != 0.0)
+    };
+    if scene.system.prescribed.iter().any(|p| moves(&p)) {
+        return Err(unsupported(
+            "a prescribed motion".into(),
+            "the modes are at rest where the body is held",
+            leave_out,
+        ));
+    }
+    for effect in &scene.system.effects {
+        let own = effect.blocks();
+        let is_elastic = scene.stressed.iter().filter_map(|s| s.constitution()).any(|c| std::ptr::eq(c.blocks, own));
+        let capabilities = effect.capabilities();
+        let is_load =
+            effect.role() == EnergyRole::Load && (capabilities.degree.is_some() || capabilities.means.is_some());
+        // A static model has no kinetic energy
+        let rests = effect.role() == EnergyRole::Kinetic;
+        if !(is_elastic || is_load || rests) {
+            return Err(unsupported(format!("the effect {}", effect.name()), "it has no reduced form", leave_out));
+        }
+    }
+    let cables = scene.cables.iter().filter(|c| c.friction || c.most < f64::INFINITY);
+    if let Some(cable) = cables.into_iter().next() {
+        let why = "friction and drives that yield are not reduced";
+        return Err(unsupported(format!("cable {}", cable.name), why, "leave friction and max_tension out"));
+    }
+    let driven = scene.system.constraints.iter().find(|c| c.kind() != ConstraintKind::Unilateral);
+    match driven {
+        Some(c) => Err(unsupported(format!("the constraint {}", c.name()), "it is no cable", "drive it by pressure")),
+        None => Ok(()),
+    }
+}
+
+/// The loads of a scene; `steps` are the sizes of the displacement coordinates.
+pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> Result<Vec<Load>, ReductionError> {
+    let mut out = vec![];
+    for effect in &scene.system.effects {
+        let Some(degree) = effect.capabilities().degree else { continue };
+        let name = effect.name().to_string();
+        let intensity = Affine::identify(&name, inputs, |now| effect.intensity(now))?;
+        let modes = &basis.modes[..basis.displacements];
+        let force = reduced_force(&**effect, modes, (modes, inputs, steps), degree)?;
+        out.push(Load { name, intensity, force });
+    }
+    Ok(out)
+}
+
+/// Forces of a load per unit of intensity, along `tests`, as polynomials of the coordinates of `modes`.
+pub fn reduced_force(
+    effect: &dyn Effect,
+    tests: &[Vec<f64>],
+    (modes, inputs, steps): (&[Vec<f64>], &[Input], &[f64]),
+    degree: usize,
+) -> Result<Quadratic, ReductionError> {
+    // An intensity that is not zero: r is proportional to it
+    let clock_inputs: Vec<Ramp> =
+        inputs.iter().map(|i| Ramp::constant(if i.range[1] == 0.0 { i.range[0] } else { i.range[1] })).collect();
+    let intensity = effect.intensity(crate::math::signal::Clock { t: 0.0, inputs: &clock_inputs });
+    let mut failed = None;
+    let force = |q: &[f64]| {
+        let x = super::basis::combine(modes, q);
+        if intensity == 0.0 {
+            return vec![0.0; tests.len()];
+        }
+        let at = At {
+            t: 0.0,
+            dt: f64::INFINITY,
+            x: &x,
+            v: &x,
+            a: &x,
+            old: &x,
+            history: &[],
+            inputs: &clock_inputs,
+            rates: Rates::default(),
+        };
+        match block_forces(effect, &at) {
+            Ok(r) => tests.iter().map(|v| r.iter().zip(v).map(|(r, v)| r * v).sum::<f64>() / intensity).collect(),
+            Err(why) => {
+                failed = Some(why);
+                vec![0.0; tests.len()]
+            }
+        }
+    };
+    let found = Quadratic::identify(degree, steps, force);
+    failed.map_or(Ok(found), Err)
+}
+
+/// \[unknowns\] r of an effect alone.
+fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, ReductionError> {
+    let blocks = effect.blocks();
+    let mut r = vec![0.0; at.x.len()];
+    for b in 0..blocks.len() {
+        let mut values = BlockValues::new(blocks.size(b));
+        effect.eval(at, b, Want::Residual, &mut values).map_err(|e| ReductionError::Law(e.to_string()))?;
+        blocks.dofs(b).zip(&values.r).for_each(|(dof, force)| r[dof as usize] += force);
+    }
+    Ok(r)
+}
+
+/// The cables of a scene.
+pub fn cables(scene: &Scene, modes: &[Vec<f64>], inputs: &[Input]) -> Result<Vec<ReducedCable>, ReductionError> {
+    let reduced = |named: &crate::scene::parts::constraints::NamedCable| {
+        let (pull_point, guides) = named.cable.path();
+        let name = named.name.clone();
+        let drive = match &named.drive {
+            crate::scene::parts::constraints::Drive::Prescribed(signal) => {
+                CableDrive::Tension(Affine::identify(&name, inputs, |now| signal.at(now))?)
+            }
+            crate::scene::parts::constraints::Drive::Multiplier(c) => {
+                let constraint = &scene.system.constraints[*c];
+                let free = Affine::identify(&name, inputs, |now| constraint.target(now))?;
+                CableDrive::Length { free, compliance: constraint.compliance() }
+            }
+        };
+        Ok(ReducedCable {
+            name,
+            pull_point: pull_point.map(Into::into),
+            guides: guides.iter().map(|p| (*p).into()).collect(),
+            motion: ReducedCable::motion(&named.cable, modes),
+            drive,
+        })
+    };
+    scene.cables.iter().map(reduced).collect()
+}

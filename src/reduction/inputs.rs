@@ -1,0 +1,94 @@
+//! The inputs of a reduced model, and the forces and lengths that depend on them.
+
+use super::error::ReductionError;
+use crate::math::signal::{Clock, Ramp};
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+
+/// An input with the range that the training runs covered, in SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// Name of the signal, with its unit at the end
+    pub name: String,
+    /// Least and largest value
+    pub range: [f64; 2],
+}
+
+/// c + Σ r_k u_k of the inputs u.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Affine {
+    pub constant: f64,
+    pub rates: Vec<f64>,
+}
+
+/// Times between which nothing may change but by the inputs \[s\].
+const TIMES: [f64; 3] = [0.0, 0.37, 1e3];
+/// Share of the size of a signal below which its change is rounding.
+const ROUNDING: f64 = 1e-12;
+
+impl Affine {
+    /// The function `f` of the inputs; an error where it depends on time, or is not affine.
+    pub fn identify(what: &str, inputs: &[Input], f: impl Fn(Clock) -> f64) -> Result<Self, ReductionError> {
+        let at = |t: f64, u: &[f64]| {
+            let inputs: Vec<Ramp> = u.iter().map(|&u| Ramp::constant(u)).collect();
+            f(Clock { t, inputs: &inputs })
+        };
+        let low: Vec<f64> = inputs.iter().map(|i| i.range[0]).collect();
+        let at_low = at(0.0, &low);
+        let rate = |k: usize| {
+            let mut u = low.clone();
+            u[k] = inputs[k].range[1];
+            (at(0.0, &u) - at_low) / (inputs[k].range[1] - inputs[k].range[0])
+        };
+        let rates: Vec<f64> = (0..inputs.len()).map(rate).collect();
+        let constant = at_low - rates.iter().zip(&low).map(|(r, u)| r * u).sum::<f64>();
+        let affine = Self { constant, rates };
+        let size = inputs.iter().zip(&affine.rates).fold(affine.constant.abs(), |size, (input, rate)| {
+            size + rate.abs() * input.range[0].abs().max(input.range[1].abs())
+        });
+        for (n, t) in TIMES.into_iter().enumerate() {
+            let share = |k: usize| ((n + k + 1) as f64 * 0.618).fract();
+            let within = |(k, i): (usize, &Input)| i.range[0] + share(k) * (i.range[1] - i.range[0]);
+            let u: Vec<f64> = inputs.iter().enumerate().map(within).collect();
+            if (at(t, &u) - affine.at(&u)).abs() > ROUNDING * size {
+                return Err(ReductionError::Unsupported {
+                    what: what.into(),
+                    why: "its drive depends on time, or bends with an input".into(),
+                    remedy: "make its signal constant, or one of the inputs".into(),
+                });
+            }
+        }
+        Ok(affine)
+    }
+
+    pub fn at(&self, inputs: &[f64]) -> f64 {
+        self.constant + self.rates.iter().zip(inputs).map(|(r, u)| r * u).sum::<f64>()
+    }
+
+    /// Whether it belongs to this number of inputs and is finite.
+    pub fn is_sound(&self, inputs: usize) -> bool {
+        self.rates.len() == inputs && self.rates.iter().chain([&self.constant]).all(|x| x.is_finite())
+    }
+}
+
+/// The inputs of a scene: its controlled signals, each with a range.
+pub fn inputs(scene: &Scene) -> Result<Vec<Input>, ReductionError> {
+    let names = scene.controls.controlled();
+    let unsupported = |what: String, why: &str, remedy: &str| ReductionError::Unsupported {
+        what,
+        why: why.into(),
+        remedy: remedy.into(),
+    };
+    if scene.start().inputs.len().max(scene.controls.memory().programs.len()) != names.len() {
+        let why = "events and formulas of columns decide them from what was recorded";
+        return Err(unsupported("a signal of the scene".into(), why, "leave these decisions to a controller"));
+    }
+    if names.is_empty() {
+        return Err(unsupported("a scene without inputs".into(), "nothing changes", "give the study an [[input]]"));
+    }
+    let input = |(name, range): (String, Option<(f64, f64)>)| match range {
+        Some((low, high)) => Ok(Input { name, range: [low, high] }),
+        None => Err(unsupported(format!("input {name}"), "it has no range", "give it one")),
+    };
+    names.into_iter().zip(scene.controls.ranges()).map(input).collect()
+}

@@ -1,0 +1,102 @@
+//! Inputs at which a reduced model has given values of its quantities: damped least squares with its derivatives, within the ranges.
+//!
+//! Source: Levenberg, *Quart. Appl. Math.* 2, 1944; Marquardt, *J. SIAM* 11, 1963. Inputs are counted in their ranges, so that the shortest
+//! change among many is the one of the smallest shares. Limits: a local search from the present inputs.
+
+use super::twin::{StepError, Twin};
+use nalgebra::{DMatrix, DVector};
+
+/// A value that a quantity is to have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Index of the quantity
+    pub quantity: usize,
+    pub value: f64,
+    /// Difference that is accepted, in the unit of the quantity
+    pub tolerance: f64,
+}
+
+/// Where a search ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reached {
+    /// Inputs \[SI\], at which the model is
+    pub inputs: Vec<f64>,
+    /// Whether every target is met within its tolerance
+    pub met: bool,
+    /// Largest distance from a target, in its tolerances
+    pub distance: f64,
+    pub iterations: usize,
+}
+
+/// Iterations at most.
+const ITERATIONS: usize = 40;
+/// Damping at the start, its factors after a better and a worse step, and the largest one.
+const DAMPING: (f64, f64, f64, f64) = (1e-3, 0.2, 5.0, 1e8);
+
+/// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes.
+///
+/// # Errors
+///
+/// [`StepError`] where the model has no equilibrium at the present inputs.
+pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> {
+    let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
+    let (n, m) = (ranges.len(), targets.len());
+    let mut inputs: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
+    twin.step(&inputs)?;
+    let left = |twin: &Twin| {
+        DVector::from_fn(m, |k, _| (targets[k].value - twin.values()[targets[k].quantity]) / targets[k].tolerance)
+    };
+    let mut damping = DAMPING.0;
+    let mut rest = left(twin);
+    let mut sensitivities = vec![0.0; twin.values().len() * n];
+    for iteration in 0..ITERATIONS {
+        let distance = rest.amax();
+        if distance <= 1.0 {
+            return Ok(Reached { inputs, met: true, distance, iterations: iteration });
+        }
+        twin.sensitivities(&mut sensitivities);
+        let width = |k: usize| ranges[k][1] - ranges[k][0];
+        let by_share = |t: &Target, k: usize| sensitivities[t.quantity * n + k] * width(k) / t.tolerance;
+        let jacobian = DMatrix::from_fn(m, n, |row, k| by_share(&targets[row], k));
+        let gradient = jacobian.transpose() * &rest;
+        // An input at an end of its range that would leave it stays there
+        let held: Vec<bool> = (0..n)
+            .map(|k| {
+                (inputs[k] <= ranges[k][0] && gradient[k] < 0.0) || (inputs[k] >= ranges[k][1] && gradient[k] > 0.0)
+            })
+            .collect();
+        let normal = jacobian.transpose() * &jacobian;
+        let size = normal.diagonal().amax();
+        let mut better = false;
+        while !better && damping < DAMPING.3 {
+            let mut matrix = normal.clone();
+            for k in 0..n {
+                matrix[(k, k)] += damping * size.max(f64::MIN_POSITIVE);
+            }
+            for k in (0..n).filter(|&k| held[k]) {
+                matrix.row_mut(k).fill(0.0);
+                matrix.column_mut(k).fill(0.0);
+                matrix[(k, k)] = 1.0;
+            }
+            let right = DVector::from_fn(n, |k, _| if held[k] { 0.0 } else { gradient[k] });
+            let change = matrix.cholesky().map(|factor| factor.solve(&right));
+            let trial: Option<Vec<f64>> = change.map(|change| {
+                (0..n).map(|k| (inputs[k] + width(k) * change[k]).clamp(ranges[k][0], ranges[k][1])).collect()
+            });
+            if let Some(trial) = trial.filter(|t| twin.step(t).is_ok()) {
+                let next = left(twin);
+                better = next.norm() < rest.norm();
+                if better {
+                    (inputs, rest) = (trial, next);
+                }
+            }
+            damping *= if better { DAMPING.1 } else { DAMPING.2 };
+        }
+        if !better {
+            break;
+        }
+    }
+    twin.step(&inputs)?;
+    let distance = rest.amax();
+    Ok(Reached { inputs, met: distance <= 1.0, distance, iterations: ITERATIONS })
+}

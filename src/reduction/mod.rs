@@ -1,0 +1,40 @@
+//! Reduced models: static scenes with few unknowns, fast enough for controllers, that know how far they are from the full model.
+//!
+//! | Step | File |
+//! |---|---|
+//! | Fields and forces at the points of the body | [`body_points`] |
+//! | Modes of displacement and pressure | [`basis`] |
+//! | The points from which forces are summed | [`sampling`] |
+//! | Loads, cables and quantities in the coordinates | [`forces`], [`quantities`], [`polynomial`], [`inputs`] |
+//! | Adjoint solutions for the error estimate | [`adjoint_space`] |
+//! | All of it | [`train`] |
+//! | The model, and its file | [`model`], [`file`] |
+//! | Inputs for given values | [`inverse`] |
+//! | A model that runs | [`twin`], on [`equations`], [`points`], [`running_cable`] and [`residual`] |
+
+pub mod adjoint_space;
+pub mod basis;
+pub mod body_points;
+mod dense;
+pub mod equations;
+pub mod error;
+pub mod file;
+pub mod forces;
+pub mod inputs;
+pub mod inverse;
+pub mod model;
+pub mod points;
+pub mod polynomial;
+pub mod quantities;
+pub mod residual;
+pub mod running_cable;
+pub mod sampling;
+pub mod train;
+pub mod twin;
+
+pub use equations::Position;
+pub use error::{ModelFileError, ReductionError};
+pub use inputs::Input;
+pub use model::ReducedModel;
+pub use train::{FullState, Training, errors};
+pub use twin::{StepError, StepReport, Twin};

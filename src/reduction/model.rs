@@ -1,0 +1,153 @@
+//! A reduced model: everything that its steps need, and nothing of the mesh.
+
+use super::forces::{CableDrive, Load, ReducedCable};
+use super::inputs::Input;
+use super::points::{Sizes, StoredPoints};
+use super::quantities::ReducedQuantity;
+use serde::{Deserialize, Serialize};
+
+/// A reduced model of a static scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReducedModel {
+    pub title: String,
+    pub inputs: Vec<Input>,
+    pub sizes: Sizes,
+    /// The points from which forces are summed, law by law
+    pub points: Vec<StoredPoints>,
+    /// \[pressure modes × pressure modes\] compliance \[J\]
+    pub compliance: Vec<f64>,
+    pub loads: Vec<Load>,
+    pub cables: Vec<ReducedCable>,
+    pub quantities: Vec<ReducedQuantity>,
+    /// Largest absolute value of each quantity in the training states
+    pub largest: Vec<f64>,
+    /// Largest ‖q‖ of the training states, of displacements and of pressures
+    pub amplitudes: [f64; 2],
+    pub estimate: Option<ErrorModel>,
+    pub origin: Origin,
+}
+
+/// Where a model comes from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// Version of the program that made it
+    pub version: String,
+    /// The scene as text
+    pub scene: String,
+    /// Cells, unknowns, points of the full model
+    pub cells: usize,
+    pub dofs: usize,
+    pub points: usize,
+    /// States that it was trained on, and held back for its error bars
+    pub training: usize,
+    pub held_back: usize,
+}
+
+/// The error estimate of a model: forces that are left along the solutions of adjoint equations.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorModel {
+    /// Points from which the forces along the tests are summed, law by law
+    pub points: Vec<StoredPoints>,
+    /// Loads along the tests
+    pub loads: Vec<super::polynomial::Quadratic>,
+    /// Per cable: \[3 × guides, tests\] motions of the guides in the tests
+    pub cables: Vec<Vec<f64>>,
+    /// \[tests × pressure modes\] compliance
+    pub compliance: Vec<f64>,
+    /// Centre and half width of each input, by which powers are taken
+    pub centres: Vec<[f64; 2]>,
+    /// The adjoint solutions, for each set of taut cables that the training states have
+    pub regimes: Vec<Regime>,
+    /// Per quantity: the bar is `factor` (|estimate| + `floor`)
+    pub bars: Vec<Bar>,
+}
+
+/// The adjoint solutions while the same cables are taut: polynomials of the inputs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Regime {
+    /// \[cables\] whether the length of the cable holds the body
+    pub taut: Vec<bool>,
+    /// \[terms × inputs\]
+    pub exponents: Vec<Vec<u32>>,
+    /// Per quantity: \[tests × terms\] coefficients in the tests
+    pub adjoints: Vec<Vec<f64>>,
+}
+
+/// How an estimate becomes an error bar.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bar {
+    pub factor: f64,
+    /// \[unit of the quantity\]
+    pub floor: f64,
+}
+
+impl ReducedModel {
+    /// Reason why the parts of the model do not fit together, if they do not.
+    pub fn fault(&self) -> Option<&'static str> {
+        let Self { sizes, inputs, loads, cables, .. } = self;
+        let n = sizes.displacements;
+        let cable = |c: &ReducedCable| {
+            let affine = match &c.drive {
+                CableDrive::Tension(affine) => affine.is_sound(inputs.len()),
+                CableDrive::Length { free, compliance } => free.is_sound(inputs.len()) && *compliance >= 0.0,
+            };
+            let places = c.guides.iter().chain(&c.pull_point).flatten().chain(&c.motion).all(|x| x.is_finite());
+            affine && places && c.motion.len() == 3 * c.guides.len() * n && !c.guides.is_empty()
+        };
+        let range = |i: &Input| i.range.iter().all(|x| x.is_finite()) && i.range[0] < i.range[1];
+        let checks = [
+            (n > 0 && n < MOST && sizes.pressures < MOST && sizes.tests < MOST, "it has no modes, or too many"),
+            (!inputs.is_empty() && inputs.iter().all(range), "a range of an input is empty"),
+            (
+                !self.points.is_empty() && self.points.iter().all(|p| p.is_sound(self.own_sizes())),
+                "points and modes do not fit together",
+            ),
+            (self.compliance.len() == sizes.pressures * sizes.pressures, "the compliance has another size"),
+            (
+                loads.iter().all(|l| l.intensity.is_sound(inputs.len()) && l.force.is_sound(n, n)),
+                "a load has another size",
+            ),
+            (cables.iter().all(cable), "a cable has another size"),
+            (
+                self.quantities.iter().all(|q| q.reading.is_sound(n, cables.len(), loads.len())),
+                "a quantity has another size",
+            ),
+            (self.largest.len() == self.quantities.len(), "the sizes of quantities are not known"),
+            (
+                self.amplitudes.iter().all(|a| a.is_finite() && *a >= 0.0) && self.amplitudes[0] > 0.0,
+                "it has no amplitude",
+            ),
+            (self.estimate.as_ref().is_none_or(|e| self.fits(e)), "the error estimate has another size"),
+        ];
+        checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact)
+    }
+
+    /// Sizes of the points of the model itself, which have no tests.
+    pub fn own_sizes(&self) -> Sizes {
+        Sizes { tests: 0, ..self.sizes }
+    }
+
+    fn fits(&self, e: &ErrorModel) -> bool {
+        let Self { sizes, inputs, quantities, .. } = self;
+        let regime = |r: &Regime| {
+            r.taut.len() == self.cables.len()
+                && !r.exponents.is_empty()
+                && r.exponents.iter().all(|x| x.len() == inputs.len())
+                && r.adjoints.len() == quantities.len()
+                && r.adjoints.iter().all(|a| a.len() == sizes.tests * r.exponents.len())
+        };
+        e.points.iter().all(|p| p.is_sound(*sizes))
+            && e.loads.len() == self.loads.len()
+            && e.loads.iter().all(|l| l.is_sound(sizes.displacements, sizes.tests))
+            && e.cables.len() == self.cables.len()
+            && e.cables.iter().zip(&self.cables).all(|(m, c)| m.len() == 3 * c.guides.len() * sizes.tests)
+            && e.compliance.len() == sizes.tests * sizes.pressures
+            && e.centres.len() == inputs.len()
+            && e.regimes.iter().all(regime)
+            && e.bars.len() == quantities.len()
+            && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite())
+    }
+}
+
+/// More modes than any model has.
+const MOST: usize = 1000;

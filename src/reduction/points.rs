@@ -1,0 +1,327 @@
+//! Weighted points of a body, from which the forces of a reduced model are summed: four points side by side.
+//!
+//! With F = I + Σ_i q_i ∂v_i/∂X and p = Σ_c π_c p_c at a point, the energy Σ w (ψ̃(F) + p G(J)) of weights w ≥ 0 has the gradient and the
+//! symmetric Hessian that are summed here: energy-conserving sampling and weighting (Farhat, Avery, Chapman & Cortial, *Int. J. Numer. Meth.
+//! Eng.* 98, 2014; Farhat, Chapman & Avery, 102, 2015), taken at quadrature points instead of cells (An, Kim & James, *ACM Trans. Graph.* 27, 2008).
+
+use crate::effect::{AddPressure, cofactor_by_rows};
+use crate::material::{LaneResponse, Law, LawCard, LawError, LawSpecError, Volumetric, Want};
+use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
+use crate::math::tensor::{Mat3, det_minus_one};
+use serde::{Deserialize, Serialize};
+
+/// The points of one law, as a file holds them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StoredPoints {
+    pub law: LawCard,
+    /// Whether a pressure field takes over the volumetric part of the law
+    pub has_pressure: bool,
+    /// \[points\] w \[m³\]
+    pub weights: Vec<f64>,
+    /// \[points × displacement modes × 9\] ∂v/∂X by rows
+    pub gradients: Vec<f64>,
+    /// \[points × pressure modes\] p_c \[Pa\]
+    pub pressures: Vec<f64>,
+    /// \[points × tests × 9\] and \[points × tests\]: the same of the fields along which forces are taken in an error estimate
+    pub test_gradients: Vec<f64>,
+    pub test_pressures: Vec<f64>,
+}
+
+/// Numbers of modes and tests that the arrays belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sizes {
+    pub displacements: usize,
+    pub pressures: usize,
+    pub tests: usize,
+}
+
+impl Sizes {
+    /// Displacement and pressure coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.displacements + self.pressures
+    }
+}
+
+impl StoredPoints {
+    /// Whether the arrays fit together, with finite numbers and weights that are not negative.
+    pub fn is_sound(&self, sizes: Sizes) -> bool {
+        let n = self.weights.len();
+        let lengths = [
+            (self.gradients.len(), 9 * sizes.displacements),
+            (self.pressures.len(), sizes.pressures),
+            (self.test_gradients.len(), 9 * sizes.tests),
+            (self.test_pressures.len(), if self.has_pressure { sizes.tests } else { 0 }),
+        ];
+        let arrays = [&self.weights, &self.gradients, &self.pressures, &self.test_gradients, &self.test_pressures];
+        lengths.iter().all(|(length, each)| *length == n * each)
+            && arrays.iter().all(|v| v.iter().all(|x| x.is_finite()))
+            && self.weights.iter().all(|w| *w >= 0.0)
+    }
+}
+
+/// The points of one law, ready to be summed.
+pub struct Points {
+    sizes: Sizes,
+    law: Box<dyn Law>,
+    volumetric: Option<Volumetric>,
+    /// \[groups\]
+    weights: Vec<Lanes>,
+    /// \[groups × modes\] by rows
+    gradients: Vec<[Lanes; 9]>,
+    /// \[groups × pressure modes\]
+    pressures: Vec<Lanes>,
+    test_gradients: Vec<[Lanes; 9]>,
+    test_pressures: Vec<Lanes>,
+}
+
+/// Sums over points, in lanes, and the memory that an evaluation needs.
+pub struct Sums {
+    /// \[coordinates\] or \[tests\]
+    pub r: Vec<Lanes>,
+    /// \[coordinates × coordinates\] row by row, column ≤ row
+    pub k: Vec<Lanes>,
+    response: LaneResponse,
+    /// \[displacement modes\] A ∂v/∂X
+    products: Vec<[Lanes; 9]>,
+}
+
+impl Sums {
+    pub fn new(sizes: Sizes) -> Self {
+        let n = sizes.coordinates();
+        Self {
+            r: vec![Lanes::ZERO; n.max(sizes.tests)],
+            k: vec![Lanes::ZERO; n * n],
+            response: LaneResponse::default(),
+            products: vec![[Lanes::ZERO; 9]; sizes.displacements],
+        }
+    }
+
+    pub fn clear(&mut self, want: Want) {
+        self.r.fill(Lanes::ZERO);
+        if want == Want::Tangent {
+            self.k.fill(Lanes::ZERO);
+        }
+    }
+}
+
+/// The sum of the lanes, in their order.
+pub fn total(lanes: &Lanes) -> f64 {
+    lanes.0.iter().sum()
+}
+
+/// Four points after another as lanes; lanes without a point are zero.
+fn in_lanes(values: &[f64], points: usize, each: usize) -> Vec<Lanes> {
+    let mut out = vec![Lanes::ZERO; points.div_ceil(LANES) * each];
+    for (point, values) in values.chunks_exact(each.max(1)).enumerate() {
+        for (k, value) in values.iter().enumerate() {
+            out[point / LANES * each + k].0[point % LANES] = *value;
+        }
+    }
+    out
+}
+
+fn tensors(lanes: Vec<Lanes>) -> Vec<[Lanes; 9]> {
+    lanes.chunks_exact(9).map(|c| std::array::from_fn(|n| c[n])).collect()
+}
+
+impl Points {
+    /// From what a file holds, which must be [sound](StoredPoints::is_sound).
+    pub fn new(stored: &StoredPoints, sizes: Sizes) -> Result<Self, LawSpecError> {
+        let whole = stored.law.build()?;
+        let split = stored.has_pressure.then(|| whole.split()).flatten();
+        let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
+        let points = stored.weights.len();
+        Ok(Self {
+            sizes,
+            law,
+            volumetric,
+            weights: in_lanes(&stored.weights, points, 1),
+            gradients: tensors(in_lanes(&stored.gradients, points, 9 * sizes.displacements)),
+            pressures: in_lanes(&stored.pressures, points, sizes.pressures),
+            test_gradients: tensors(in_lanes(&stored.test_gradients, points, 9 * sizes.tests)),
+            test_pressures: in_lanes(&stored.test_pressures, points, if stored.has_pressure { sizes.tests } else { 0 }),
+        })
+    }
+
+    /// Adds r = ∂Π/∂y and K = ∂²Π/∂y² at the coordinates `y`, displacements first.
+    pub fn add(&self, y: &[f64], want: Want, out: &mut Sums) -> Result<(), LawError> {
+        let Sizes { displacements: n, pressures: m, .. } = self.sizes;
+        for group in 0..self.weights.len() {
+            let place = self.place(y, group, want, &mut out.response)?;
+            let (gradients, pressures) = (&self.gradients[group * n..][..n], &self.pressures[group * m..][..m]);
+            widest(Gradient { gradients, pressures, place: &place, response: &out.response, r: &mut out.r });
+            if want == Want::Tangent {
+                let Sums { response, k, products, .. } = out;
+                widest(Hessian { gradients, pressures, place: &place, response, k, products });
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the forces along the tests at the coordinates `y`.
+    pub fn add_tests(&self, y: &[f64], out: &mut Sums) -> Result<(), LawError> {
+        let tests = self.sizes.tests;
+        for group in 0..self.weights.len() {
+            let place = self.place(y, group, Want::Residual, &mut out.response)?;
+            let gradients = &self.test_gradients[group * tests..][..tests];
+            let none = self.test_pressures.is_empty();
+            let pressures = if none { &[][..] } else { &self.test_pressures[group * tests..][..tests] };
+            widest(Tests { gradients, pressures, place: &place, response: &out.response, r: &mut out.r });
+        }
+        Ok(())
+    }
+
+    /// The response of the law with the pressure at four points.
+    fn place(&self, y: &[f64], group: usize, want: Want, response: &mut LaneResponse) -> Result<Place, LawError> {
+        let Sizes { displacements: n, pressures: m, .. } = self.sizes;
+        let (q, pi) = y.split_at(n);
+        let mut h = [Lanes::ZERO; 9];
+        widest(Deformation { gradients: &self.gradients[group * n..][..n], q, h: &mut h });
+        let mut f = h;
+        [0, 4, 8].into_iter().for_each(|k| f[k] += Lanes::of(1.0));
+        self.law.eval_lanes(&f, want, response).map_err(|(_, why)| why)?;
+        let mut place = Place { weight: self.weights[group], ..Place::default() };
+        let Some(volumetric) = self.volumetric else { return Ok(place) };
+        let mut p = Lanes::ZERO;
+        for (value, share) in pi.iter().zip(&self.pressures[group * m..][..m]) {
+            p += Lanes::of(*value) * *share;
+        }
+        let (mut dg, mut d2g) = (Lanes::ZERO, Lanes::ZERO);
+        for lane in 0..LANES {
+            let h = Mat3::from_fn(|i, j| h[3 * i + j].0[lane]);
+            (place.gap.0[lane], dg.0[lane], d2g.0[lane]) = volumetric.gap(det_minus_one(&h))?;
+        }
+        place.cofactor = cofactor_by_rows(&f).map(|cof| dg * cof);
+        widest(AddPressure { f: &f, p, dg, d2g, want, response });
+        Ok(place)
+    }
+}
+
+/// What four points add beside P and A.
+struct Place {
+    weight: Lanes,
+    /// G(J)
+    gap: Lanes,
+    /// G′ cof F by rows
+    cofactor: [Lanes; 9],
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Self { weight: Lanes::ZERO, gap: Lanes::ZERO, cofactor: [Lanes::ZERO; 9] }
+    }
+}
+
+#[inline(always)]
+fn contract(a: &[Lanes; 9], b: &[Lanes; 9]) -> Lanes {
+    let mut sum = a[0] * b[0];
+    for n in 1..9 {
+        sum += a[n] * b[n];
+    }
+    sum
+}
+
+/// Σ_i q_i ∂v_i/∂X
+struct Deformation<'a> {
+    gradients: &'a [[Lanes; 9]],
+    q: &'a [f64],
+    h: &'a mut [Lanes; 9],
+}
+
+impl Kernel for Deformation<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let mut h = [Lanes::ZERO; 9];
+        for (gradient, q) in self.gradients.iter().zip(self.q) {
+            let q = Lanes::of(*q);
+            for n in 0..9 {
+                h[n] += q * gradient[n];
+            }
+        }
+        *self.h = h;
+    }
+}
+
+/// r_i += w P : ∂v_i/∂X, r_c += w p_c G
+struct Gradient<'a> {
+    gradients: &'a [[Lanes; 9]],
+    pressures: &'a [Lanes],
+    place: &'a Place,
+    response: &'a LaneResponse,
+    r: &'a mut [Lanes],
+}
+
+impl Kernel for Gradient<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { gradients, pressures, place, response, r } = self;
+        let weighted = response.p.map(|p| place.weight * p);
+        let (of_motion, of_pressure) = r.split_at_mut(gradients.len());
+        for (r, gradient) in of_motion.iter_mut().zip(gradients) {
+            *r += contract(&weighted, gradient);
+        }
+        let gap = place.weight * place.gap;
+        for (r, p) in of_pressure.iter_mut().zip(pressures) {
+            *r += gap * *p;
+        }
+    }
+}
+
+/// The same along tests with a displacement and a pressure each.
+struct Tests<'a> {
+    gradients: &'a [[Lanes; 9]],
+    pressures: &'a [Lanes],
+    place: &'a Place,
+    response: &'a LaneResponse,
+    r: &'a mut [Lanes],
+}
+
+impl Kernel for Tests<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { gradients, pressures, place, response, r } = self;
+        let weighted = response.p.map(|p| place.weight * p);
+        for (r, gradient) in r.iter_mut().zip(gradients) {
+            *r += contract(&weighted, gradient);
+        }
+        let gap = place.weight * place.gap;
+        for (r, p) in r.iter_mut().zip(pressures) {
+            *r += gap * *p;
+        }
+    }
+}
+
+/// K_ij += w ∂v_i/∂X : A : ∂v_j/∂X, K_ci += w p_c G′ cof F : ∂v_i/∂X
+struct Hessian<'a> {
+    gradients: &'a [[Lanes; 9]],
+    pressures: &'a [Lanes],
+    place: &'a Place,
+    response: &'a LaneResponse,
+    k: &'a mut [Lanes],
+    products: &'a mut [[Lanes; 9]],
+}
+
+impl Kernel for Hessian<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { gradients, pressures, place, response, k, products } = self;
+        let n = gradients.len() + pressures.len();
+        for (product, gradient) in products.iter_mut().zip(gradients) {
+            for (to, row) in product.iter_mut().zip(&response.a) {
+                *to = place.weight * contract(row, gradient);
+            }
+        }
+        for (i, gradient) in gradients.iter().enumerate() {
+            for (k, product) in k[i * n..=i * n + i].iter_mut().zip(&*products) {
+                *k += contract(gradient, product);
+            }
+        }
+        for (c, p) in pressures.iter().enumerate() {
+            let share = place.weight * *p;
+            let row = &mut k[(gradients.len() + c) * n..][..gradients.len()];
+            for (k, gradient) in row.iter_mut().zip(gradients) {
+                *k += share * contract(&place.cofactor, gradient);
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Recorded columns of a scene as functions of the coordinates of a reduced model.
+
+use super::basis::{Basis, combine};
+use super::error::ReductionError;
+use super::forces::{Load, ReducedCable};
+use super::polynomial::Quadratic;
+use crate::math::tensor::Vec3;
+use crate::scene::parts::probes::Winding;
+use crate::scene::{Features, Reading, Scene};
+use serde::{Deserialize, Serialize};
+
+/// A column with how it is read.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReducedQuantity {
+    /// Name of the column, with its unit at the end
+    pub name: String,
+    pub reading: ReducedReading,
+}
+
+/// How a column follows from the coordinates.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum ReducedReading {
+    /// Tension of the cable of this index \[N\]
+    Tension(usize),
+    /// Length of the cable of this index \[m\]
+    Length(usize),
+    /// Volume \[m³\] of the cavity whose pressure is the load of this index: V₀ less the potential
+    Volume { load: usize, rest: f64 },
+    /// Intensity of the load of this index
+    Intensity(usize),
+    /// A polynomial
+    Value(Quadratic),
+    /// Angle \[deg\] by which a direction of three polynomials has turned from `rest`
+    Turned { direction: Quadratic, rest: [f64; 3], axis: Option<[f64; 3]> },
+}
+
+impl ReducedReading {
+    /// Numbers that it keeps from one state to the next.
+    pub fn memory(&self) -> usize {
+        if matches!(self, Self::Turned { .. }) { Winding::MEMORY } else { 0 }
+    }
+
+    /// Whether the arrays have the sizes that go together.
+    pub fn is_sound(&self, coordinates: usize, cables: usize, loads: usize) -> bool {
+        match self {
+            Self::Tension(c) | Self::Length(c) => *c < cables,
+            Self::Volume { load, .. } | Self::Intensity(load) => *load < loads,
+            Self::Value(polynomial) => polynomial.is_sound(coordinates, 1),
+            Self::Turned { direction, .. } => direction.is_sound(coordinates, 3),
+        }
+    }
+}
+
+/// The winding of a reading.
+pub fn winding(rest: [f64; 3], axis: Option<[f64; 3]>) -> Winding {
+    Winding { rest: Vec3::from(rest), axis: axis.map(Vec3::from) }
+}
+
+/// All columns of a scene that can be read from the displacement coordinates; `steps` are their sizes.
+pub fn quantities(
+    scene: &Scene,
+    basis: &Basis,
+    (loads, cables): (&[Load], &[ReducedCable]),
+    steps: &[f64],
+) -> Vec<ReducedQuantity> {
+    let mut out = vec![];
+    let mut add = |name: String, reading| out.push(ReducedQuantity { name, reading });
+    for recorder in &scene.probes {
+        let Some(Features { degree, readings }) = recorder.features() else { continue };
+        let modes = &basis.modes[..basis.displacements];
+        let values = |q: &[f64]| recorder.feature_values(&scene.body, &combine(modes, q));
+        let all = Quadratic::identify(degree, steps, values);
+        for (name, reading) in recorder.columns().into_iter().zip(readings) {
+            let part = |first: usize, count: usize| outputs(&all, first, count);
+            match reading {
+                Reading::Value(k) => add(name, ReducedReading::Value(part(k, 1))),
+                Reading::Turned(k, Winding { rest, axis }) => {
+                    let (rest, axis) = (rest.into(), axis.map(Into::into));
+                    add(name, ReducedReading::Turned { direction: part(k, 3), rest, axis });
+                }
+            }
+        }
+    }
+    for (k, cable) in cables.iter().enumerate() {
+        add(format!("{}_tension_N", cable.name), ReducedReading::Tension(k));
+        add(format!("{}_length_m", cable.name), ReducedReading::Length(k));
+    }
+    for cavity in &scene.cavities {
+        let Some(load) = loads.iter().position(|load| load.name == cavity.name) else { continue };
+        let rest = cavity.cavity.volume(&scene.system.rest().x);
+        add(format!("{}_pressure_Pa", cavity.name), ReducedReading::Intensity(load));
+        add(format!("{}_volume_m3", cavity.name), ReducedReading::Volume { load, rest });
+    }
+    out
+}
+
+/// Some of the outputs of polynomials.
+fn outputs(of: &Quadratic, first: usize, count: usize) -> Quadratic {
+    let n = of.coordinates;
+    let part = |values: &[f64], each: usize| match values {
+        [] => vec![],
+        values => values[first * each..(first + count) * each].to_vec(),
+    };
+    Quadratic {
+        coordinates: n,
+        constant: part(&of.constant, 1),
+        linear: part(&of.linear, n),
+        quadratic: part(&of.quadratic, n * n),
+    }
+}
+
+/// The quantities of these names; an error that names what there is.
+pub fn choose(all: Vec<ReducedQuantity>, names: &[String]) -> Result<Vec<ReducedQuantity>, ReductionError> {
+    let find = |name: &String| {
+        all.iter().find(|q| q.name == *name).cloned().ok_or_else(|| ReductionError::Quantity {
+            name: name.clone(),
+            known: all.iter().map(|q| q.name.as_str()).collect::<Vec<_>>().join(", "),
+        })
+    };
+    names.iter().map(find).collect()
+}

@@ -1,0 +1,161 @@
+//! Selection of the points from which forces are summed, with their weights.
+//!
+//! The forces of the training states along the modes are reproduced by few points with weights that are not negative, so that the energy of
+//! the sum is one, and its tangent symmetric and as stable as that of each point (Farhat et al. 2014, section 4; [`nonnegative`](crate::math::nonnegative)).
+
+use super::basis::Basis;
+use super::body_points::{BodyPoints, Place, PointForce};
+use super::error::ReductionError;
+use super::points::StoredPoints;
+use crate::math::nonnegative::sparse_weights;
+use crate::math::vector::norm;
+use faer::Mat;
+
+/// Fields at all points of a body.
+pub struct FieldsAtPoints {
+    /// \[fields\]\[points\] ∂v/∂X by rows
+    pub gradients: Vec<Vec<[f64; 9]>>,
+    /// \[fields\]\[points\] p \[Pa\]
+    pub pressures: Vec<Vec<f64>>,
+}
+
+impl FieldsAtPoints {
+    /// Of fields \[unknowns\], each with a displacement and a pressure.
+    pub fn of(points: &BodyPoints, fields: &[Vec<f64>]) -> Self {
+        Self {
+            gradients: fields.iter().map(|f| points.gradients(f)).collect(),
+            pressures: fields.iter().map(|f| points.pressures(f)).collect(),
+        }
+    }
+
+    /// ∂u/∂X and p at all points of Σ y_k v_k.
+    fn combine(&self, y: &[f64]) -> Vec<([f64; 9], f64)> {
+        let points = self.gradients.first().map_or(0, Vec::len);
+        let at = |p: usize| {
+            let (mut h, mut pressure) = ([0.0; 9], 0.0);
+            for (k, y) in y.iter().enumerate() {
+                h.iter_mut().zip(self.gradients[k][p]).for_each(|(h, g)| *h += y * g);
+                pressure += y * self.pressures[k][p];
+            }
+            (h, pressure)
+        };
+        (0..points).map(at).collect()
+    }
+
+    /// P and G at all points of Σ y_k v_k.
+    pub fn forces(&self, points: &BodyPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
+        let places = points.places().zip(self.combine(y));
+        places.map(|(at, (h, pressure))| points.force(at.part, &h, pressure)).collect()
+    }
+
+    /// w (P : ∂v/∂X + p G) of a field at a point.
+    pub fn work(&self, field: usize, point: usize, weight: f64, (p, gap): &PointForce) -> f64 {
+        let product: f64 = p.iter().zip(&self.gradients[field][point]).map(|(p, g)| p * g).sum();
+        weight * (product + self.pressures[field][point] * gap)
+    }
+}
+
+/// Points with their weights, and the error of the sums over them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// (point, factor of its own weight), ascending
+    pub points: Vec<(usize, f64)>,
+    /// Error of the forces of the training states, relative to these
+    pub error: f64,
+}
+
+impl Selection {
+    /// Every point as it is.
+    pub fn all(points: usize) -> Self {
+        Self { points: (0..points).map(|p| (p, 1.0)).collect(), error: 0.0 }
+    }
+}
+
+/// Error of the sums beyond which points and weights are of no use.
+const WORST: f64 = 0.05;
+/// Share of the largest force of all states that the small ones are measured by.
+const SMALL: f64 = 0.05;
+
+/// Few points that reproduce the forces along the modes at the states with coordinates `states`, within `tolerance` of them.
+pub fn select(
+    points: &BodyPoints,
+    fields: &FieldsAtPoints,
+    basis: &Basis,
+    (states, amplitudes): (&[Vec<f64>], [f64; 2]),
+    tolerance: f64,
+) -> Result<Selection, ReductionError> {
+    let (weights, modes) = (points.weights(), basis.modes.len());
+    let scale = |mode: usize| amplitudes[usize::from(mode >= basis.displacements)];
+    let mut rows: Vec<Vec<f64>> = vec![];
+    let mut sizes = vec![];
+    for y in states {
+        let forces = fields.forces(points, y)?;
+        let row = |mode: usize| -> Vec<f64> {
+            let work = |p: usize| scale(mode) * fields.work(mode, p, weights[p], &forces[p]);
+            (0..weights.len()).map(work).collect()
+        };
+        let of_state: Vec<Vec<f64>> = (0..modes).map(row).collect();
+        let sums: Vec<f64> = of_state.iter().map(|row| row.iter().sum()).collect();
+        sizes.push(norm(&sums));
+        rows.extend(of_state);
+    }
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    for (row, size) in rows.chunks_mut(modes).zip(sizes) {
+        let factor = 1.0 / (size + SMALL * largest);
+        row.iter_mut().flatten().for_each(|value| *value *= factor);
+    }
+    // The volume, by which a state at rest counts too
+    let volume: f64 = weights.iter().sum();
+    rows.push(weights.iter().map(|w| w / volume).collect());
+    of_rows(&rows, tolerance)
+}
+
+/// Few points whose sums reproduce those of each row over all points.
+pub fn of_rows(rows: &[Vec<f64>], tolerance: f64) -> Result<Selection, ReductionError> {
+    let count = rows.first().map_or(0, Vec::len);
+    let a = Mat::from_fn(rows.len(), count, |i, p| rows[i][p]);
+    let b: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
+    let found = sparse_weights(&a, &b, tolerance, count.min(rows.len()));
+    if found.residual > WORST {
+        return Err(ReductionError::Sampling { asked: tolerance, reached: found.residual });
+    }
+    Ok(Selection { points: found.weights, error: found.residual })
+}
+
+/// The chosen points law by law, with modes and tests there.
+pub fn stored(
+    points: &BodyPoints,
+    selection: &Selection,
+    (fields, basis): (&FieldsAtPoints, &Basis),
+    tests: Option<&FieldsAtPoints>,
+) -> Vec<StoredPoints> {
+    let places: Vec<Place> = points.places().collect();
+    let weights = points.weights();
+    let of_part = |(k, part): (usize, &super::body_points::Part)| {
+        let has_pressure = part.constitution.pressure.is_some();
+        let mut out = StoredPoints {
+            law: part.constitution.law.clone(),
+            has_pressure,
+            weights: vec![],
+            gradients: vec![],
+            pressures: vec![],
+            test_gradients: vec![],
+            test_pressures: vec![],
+        };
+        for &(p, factor) in selection.points.iter().filter(|(p, _)| places[*p].part == k) {
+            out.weights.push(factor * weights[p]);
+            let (displacements, pressures) = fields.gradients.split_at(basis.displacements);
+            out.gradients.extend(displacements.iter().flat_map(|of| of[p]));
+            out.pressures
+                .extend((basis.displacements..basis.displacements + pressures.len()).map(|c| fields.pressures[c][p]));
+            if let Some(tests) = tests {
+                out.test_gradients.extend(tests.gradients.iter().flat_map(|of| of[p]));
+                if has_pressure {
+                    out.test_pressures.extend(tests.pressures.iter().map(|of| of[p]));
+                }
+            }
+        }
+        out
+    };
+    points.parts.iter().enumerate().map(of_part).collect()
+}

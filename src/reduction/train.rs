@@ -1,0 +1,240 @@
+//! From states of training runs to a reduced model.
+
+use super::adjoint_space::{AdjointSpace, adjoint_space};
+use super::basis::{Basis, strains, weighted};
+use super::body_points::BodyPoints;
+use super::error::ReductionError;
+use super::forces::{ReducedCable, cables, check, loads, reduced_force};
+use super::inputs::{Input, inputs};
+use super::model::{Bar, ErrorModel, Origin, ReducedModel};
+use super::points::Sizes;
+use super::quantities::{choose, quantities};
+use super::sampling::{FieldsAtPoints, Selection, select, stored};
+use super::twin::Twin;
+use crate::math::vector::{dot, norm};
+use crate::scene::Scene;
+
+/// An equilibrium of the full model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FullState {
+    /// Inputs \[SI\]
+    pub inputs: Vec<f64>,
+    /// \[unknowns\]
+    pub x: Vec<f64>,
+    /// \[constraints\]
+    pub lambda: Vec<f64>,
+    /// Values of the quantities of the model
+    pub values: Vec<f64>,
+}
+
+/// States of a scene whose inputs are controlled signals, from which reduced models of several sizes are made.
+pub struct Training<'a> {
+    scene: &'a Scene,
+    points: BodyPoints<'a>,
+    inputs: Vec<Input>,
+    states: &'a [FullState],
+    names: Vec<String>,
+    /// Adjoint solutions of the quantities
+    space: AdjointSpace,
+}
+
+impl<'a> Training<'a> {
+    /// From states at training inputs, for models that give the recorded columns `names`.
+    ///
+    /// # Errors
+    ///
+    /// [`ReductionError`]: parts of the scene without a reduced form, and states that do not belong to it.
+    pub fn new(scene: &'a Scene, states: &'a [FullState], names: &[String]) -> Result<Self, ReductionError> {
+        check(scene)?;
+        if states.len() < FEWEST {
+            return Err(ReductionError::TooFewStates(states.len(), FEWEST));
+        }
+        let unknowns = scene.system.dofs.equation.len();
+        if let Some(other) = states.iter().find(|s| s.x.len() != unknowns) {
+            return Err(ReductionError::OtherScene(format!("{} unknowns, not {unknowns}", other.x.len())));
+        }
+        let points = BodyPoints::of(scene)?;
+        let space = adjoint_space(scene, &points, states, names)?;
+        Ok(Self { scene, points, inputs: inputs(scene)?, states, names: names.to_vec(), space })
+    }
+
+    /// The model with this number of modes of the displacement, and of the pressure where there is one, whose forces differ from those of all
+    /// points by the share `sampling` at most; none takes all points. The bars hold for `held_back`, which took no part in the training;
+    /// without them the model has none.
+    ///
+    /// # Errors
+    ///
+    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined.
+    pub fn model(
+        &self,
+        modes: usize,
+        sampling: Option<f64>,
+        held_back: &[FullState],
+    ) -> Result<ReducedModel, ReductionError> {
+        let Self { scene, points, states, .. } = self;
+        let fields: Vec<&[f64]> = states.iter().map(|s| &s.x[..]).collect();
+        let basis = Basis::of(scene, points, &fields, modes)?;
+        let at_points = FieldsAtPoints::of(points, &basis.modes);
+        let coordinates = project(points, &basis, &fields);
+        let n = basis.displacements;
+        let largest = |keep: &dyn Fn(&Vec<f64>) -> f64| coordinates.iter().map(keep).fold(0.0, f64::max);
+        let amplitudes = [largest(&|y| norm(&y[..n])), largest(&|y| norm(&y[n..]))];
+        let steps: Vec<f64> = (0..n).map(|i| largest(&|y| y[i].abs()).max(STEP * amplitudes[0])).collect();
+        let selection = match sampling {
+            Some(tolerance) => select(points, &at_points, &basis, (&coordinates, amplitudes), tolerance)?,
+            None => Selection::all(points.weights().len()),
+        };
+        let m = basis.modes.len() - n;
+        let compliance = |k: usize| points.compliance(&basis.modes[n + k / m], &basis.modes[n + k % m]);
+        let loads = loads(scene, &basis, &self.inputs, &steps)?;
+        let cables = cables(scene, &basis.modes[..n], &self.inputs)?;
+        let all = quantities(scene, &basis, (&loads, &cables), &steps);
+        let mut model = ReducedModel {
+            title: scene.title.clone(),
+            inputs: self.inputs.clone(),
+            sizes: Sizes { displacements: n, pressures: m, tests: 0 },
+            points: stored(points, &selection, (&at_points, &basis), None),
+            compliance: (0..m * m).map(compliance).collect(),
+            loads,
+            cables,
+            quantities: choose(all, &self.names)?,
+            largest: (0..self.names.len())
+                .map(|k| states.iter().map(|s| s.values[k].abs()).fold(0.0, f64::max))
+                .collect(),
+            amplitudes,
+            estimate: None,
+            origin: self.origin(held_back.len()),
+        };
+        if !held_back.is_empty() {
+            self.add_estimate(&mut model, (&basis, &at_points, &steps))?;
+            let bars = calibrated(&model, held_back)?;
+            model.estimate.iter_mut().for_each(|e| e.bars.clone_from(&bars));
+        }
+        Ok(model)
+    }
+
+    /// Singular values of the displacements and of the pressures of the states, as shares of the first.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Training::model`].
+    pub fn singular_values(&self) -> Result<(Vec<f64>, Vec<f64>), ReductionError> {
+        let fields: Vec<&[f64]> = self.states.iter().map(|s| &s.x[..]).collect();
+        let basis = Basis::of(self.scene, &self.points, &fields, 1)?;
+        Ok((basis.singular_values, basis.pressure_values))
+    }
+
+    fn origin(&self, held_back: usize) -> Origin {
+        Origin {
+            version: env!("CARGO_PKG_VERSION").into(),
+            scene: self.scene.text.clone(),
+            cells: self.scene.body.mesh.cell_count(),
+            dofs: self.scene.system.dofs.free.len(),
+            points: self.points.weights().len(),
+            training: self.states.len(),
+            held_back,
+        }
+    }
+
+    /// Adds the error estimate, with bars that are the estimates themselves.
+    fn add_estimate(
+        &self,
+        model: &mut ReducedModel,
+        (basis, fields, steps): (&Basis, &FieldsAtPoints, &[f64]),
+    ) -> Result<(), ReductionError> {
+        let Self { scene, points, space, .. } = self;
+        let n = basis.displacements;
+        let tests = FieldsAtPoints::of(points, &space.fields);
+        let selection = space.select(model, points, (fields, &tests), self.states)?;
+        let loads = scene.system.effects.iter().filter_map(|effect| {
+            let degree = effect.capabilities().degree?;
+            Some(reduced_force(&**effect, &space.fields, (&basis.modes[..n], &model.inputs, steps), degree))
+        });
+        let loads = loads.collect::<Result<_, _>>()?;
+        let pairs = space.fields.iter().flat_map(|z| basis.modes[n..].iter().map(move |p| (z, p)));
+        let compliance = pairs.map(|(z, p)| points.compliance(z, p)).collect();
+        model.sizes.tests = space.fields.len();
+        model.estimate = Some(ErrorModel {
+            points: stored(points, &selection, (fields, basis), Some(&tests)),
+            loads,
+            cables: scene.cables.iter().map(|c| ReducedCable::motion(&c.cable, &space.fields)).collect(),
+            compliance,
+            centres: space.centres.clone(),
+            regimes: space.regimes.clone(),
+            bars: vec![Bar { factor: 1.0, floor: 0.0 }; model.quantities.len()],
+        });
+        Ok(())
+    }
+}
+
+/// Fewest training states.
+const FEWEST: usize = 3;
+/// Least size of a coordinate by which polynomials are identified, as a share of all coordinates.
+const STEP: f64 = 1e-3;
+
+/// Coordinates of states in the basis, which is orthonormal.
+pub fn project(points: &BodyPoints, basis: &Basis, states: &[&[f64]]) -> Vec<Vec<f64>> {
+    let weights = points.weights();
+    let (displacements, pressures) = basis.modes.split_at(basis.displacements);
+    let of_displacements: Vec<Vec<f64>> = displacements.iter().map(|v| strains(points, &weights, v)).collect();
+    let of_pressures: Vec<Vec<f64>> = pressures.iter().map(|p| weighted(points, &weights, p)).collect();
+    let one = |state: &&[f64]| {
+        let strain = strains(points, &weights, state);
+        let pressure = weighted(points, &weights, state);
+        let moved = of_displacements.iter().map(|v| dot(v, &strain));
+        moved.chain(of_pressures.iter().map(|p| dot(p, &pressure))).collect()
+    };
+    states.iter().map(one).collect()
+}
+
+/// Errors of the model at states that it was not trained on, and their estimates: \[states × quantities\].
+pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64, f64)>>, ReductionError> {
+    let mut twin = Twin::new(model.clone())?;
+    let mut out = vec![];
+    for state in states {
+        let row = match twin.step(&state.inputs) {
+            Ok(_) => {
+                let pairs = state.values.iter().zip(twin.values()).zip(twin.estimates());
+                pairs.map(|((full, value), estimate)| (full - value, *estimate)).collect()
+            }
+            Err(_) => vec![(f64::INFINITY, 0.0); state.values.len()],
+        };
+        out.push(row);
+    }
+    Ok(out)
+}
+
+/// Share of the median error that stands for an estimate that vanishes.
+const FLOOR: f64 = 0.2;
+
+/// Share of further errors that a bar is to contain, and the confidence that it does.
+pub const COVERED: f64 = 0.95;
+
+/// How many of the largest of n ratios may be left out, so that at least [`COVERED`] of all further ones lie within the rest with that confidence,
+/// whatever their distribution (Wilks, *Ann. Math. Stat.* 12, 1941): none below n = 59, where even the largest gives less confidence.
+pub fn left_out(n: usize) -> usize {
+    let (mut tail, mut term) = (0.0, COVERED.powi(n as i32));
+    for outside in 0..n {
+        tail += term;
+        if tail > 1.0 - COVERED {
+            return outside.saturating_sub(1);
+        }
+        term *= (n - outside) as f64 / (outside + 1) as f64 * (1.0 - COVERED) / COVERED;
+    }
+    0
+}
+
+/// Bars that hold for states that were held back.
+fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>, ReductionError> {
+    let all = errors(model, held_back)?;
+    let bar = |k: usize| {
+        let mut sizes: Vec<f64> = all.iter().map(|row| row[k].0.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let floor = (FLOOR * sizes[sizes.len() / 2]).max(f64::MIN_POSITIVE);
+        let ratio = |row: &Vec<(f64, f64)>| row[k].0.abs() / (row[k].1.abs() + floor);
+        let mut ratios: Vec<f64> = all.iter().map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
+    };
+    Ok((0..model.quantities.len()).map(bar).collect())
+}

@@ -1,0 +1,281 @@
+//! A reduced model that runs: from inputs to the equilibrium, its quantities and their error bars, without allocation.
+
+use super::equations::{Equations, Position};
+use super::forces::CableDrive;
+use super::model::ReducedModel;
+use super::quantities::{ReducedReading, winding};
+use super::residual::Residual;
+use crate::material::LawSpecError;
+use crate::math::tensor::Vec3;
+use std::sync::Arc;
+
+/// A model with its present equilibrium.
+pub struct Twin {
+    model: Arc<ReducedModel>,
+    equations: Equations,
+    residual: Option<Residual>,
+    /// Inputs of the present equilibrium
+    inputs: Vec<f64>,
+    /// Whether they are within their ranges
+    in_range: bool,
+    at: Position,
+    /// Where the step began, and where its last part ended
+    start: Position,
+    last: Position,
+    trial: Vec<f64>,
+    /// Numbers that quantities keep
+    memory: Vec<f64>,
+    values: Vec<f64>,
+    estimates: Vec<f64>,
+    bars: Vec<f64>,
+    /// \[coordinates + cables\]
+    change: Vec<f64>,
+    /// \[3 × coordinates\]
+    slopes: Vec<f64>,
+}
+
+/// What a step took.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepReport {
+    /// Iterations of Newton's method
+    pub iterations: usize,
+    /// Parts that the change of the inputs was cut into
+    pub parts: usize,
+}
+
+/// Why a step has no result. The model stays at its last equilibrium.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum StepError {
+    #[error("{given} inputs were given, and the model has {wanted}")]
+    Count { given: usize, wanted: usize },
+    #[error("input {0} is not a finite number")]
+    NotFinite(usize),
+    #[error("no equilibrium was found between the last inputs and these; give smaller changes, or stay in the ranges")]
+    NoEquilibrium,
+}
+
+/// Iterations of one step at most.
+const ITERATIONS: usize = 400;
+/// Smallest part of a change of the inputs.
+const SMALLEST: f64 = 1.0 / 256.0;
+
+impl Twin {
+    /// The model at rest, with all inputs at zero, or at the nearest ends of their ranges.
+    ///
+    /// # Errors
+    ///
+    /// A law that this program does not know, such as one of another program.
+    pub fn new(model: impl Into<Arc<ReducedModel>>) -> Result<Self, LawSpecError> {
+        let model: Arc<ReducedModel> = model.into();
+        let equations = Equations::new(model.clone())?;
+        let residual = model.estimate.as_ref().map(|e| Residual::new(e, model.sizes)).transpose()?;
+        let rest = equations.rest();
+        let (quantities, inputs) = (model.quantities.len(), model.inputs.len());
+        let mut twin = Self {
+            residual,
+            inputs: vec![0.0; inputs],
+            in_range: true,
+            start: rest.clone(),
+            last: rest.clone(),
+            trial: vec![0.0; inputs],
+            memory: vec![0.0; model.quantities.iter().map(|q| q.reading.memory()).sum()],
+            values: vec![0.0; quantities],
+            estimates: vec![0.0; quantities],
+            bars: vec![f64::INFINITY; quantities],
+            change: vec![0.0; rest.y.len() + rest.tensions.len()],
+            slopes: vec![0.0; 3 * rest.y.len()],
+            at: rest,
+            equations,
+            model,
+        };
+        twin.reset();
+        Ok(twin)
+    }
+
+    pub fn model(&self) -> &ReducedModel {
+        &self.model
+    }
+
+    /// Back to rest.
+    pub fn reset(&mut self) {
+        self.at.clear();
+        self.in_range = true;
+        self.memory.fill(0.0);
+        self.inputs.iter_mut().zip(&self.model.inputs).for_each(|(u, i)| *u = 0.0_f64.clamp(i.range[0], i.range[1]));
+        self.estimates.fill(0.0);
+        self.bars.fill(f64::INFINITY);
+        self.read_quantities();
+    }
+
+    /// Inputs of the present equilibrium \[SI\].
+    pub fn inputs(&self) -> &[f64] {
+        &self.inputs
+    }
+
+    /// Whether the inputs are within the ranges that the model was made for.
+    pub fn in_range(&self) -> bool {
+        self.in_range
+    }
+
+    /// The present equilibrium.
+    pub fn position(&self) -> &Position {
+        &self.at
+    }
+
+    /// The quantities, in the order of the model.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Estimated errors of the quantities: those of the full model less these values.
+    pub fn estimates(&self) -> &[f64] {
+        &self.estimates
+    }
+
+    /// Error bars of the quantities; infinite beyond the ranges, and of a model without an estimate.
+    pub fn bars(&self) -> &[f64] {
+        &self.bars
+    }
+
+    /// Goes to the equilibrium of these inputs \[SI\].
+    ///
+    /// # Errors
+    ///
+    /// [`StepError`]; the model stays where it was.
+    pub fn step(&mut self, inputs: &[f64]) -> Result<StepReport, StepError> {
+        let wanted = self.inputs.len();
+        if inputs.len() != wanted {
+            return Err(StepError::Count { given: inputs.len(), wanted });
+        }
+        if let Some(k) = inputs.iter().position(|u| !u.is_finite()) {
+            return Err(StepError::NotFinite(k));
+        }
+        self.start.take(&self.at);
+        self.last.take(&self.at);
+        let (mut done, mut part) = (0.0, 1.0);
+        let (mut iterations, mut parts) = (0, 0);
+        while done < 1.0 {
+            if done + part >= 1.0 {
+                self.trial.copy_from_slice(inputs);
+            } else {
+                let between = self.inputs.iter().zip(inputs).map(|(from, to)| from + (done + part) * (to - from));
+                self.trial.iter_mut().zip(between).for_each(|(trial, u)| *trial = u);
+            }
+            let (reached, taken) = self.equations.solve(&self.trial, &mut self.at);
+            iterations += taken;
+            if reached {
+                self.last.take(&self.at);
+                (done, parts) = (done + part, parts + 1);
+                part = (2.0 * part).min(1.0 - done);
+            } else {
+                self.at.take(&self.last);
+                part *= 0.5;
+                if part < SMALLEST || iterations > ITERATIONS {
+                    self.at.take(&self.start);
+                    return Err(StepError::NoEquilibrium);
+                }
+            }
+        }
+        self.inputs.copy_from_slice(inputs);
+        self.read_quantities();
+        self.in_range = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+        self.estimate();
+        Ok(StepReport { iterations, parts })
+    }
+
+    /// Errors and bars at the present equilibrium.
+    fn estimate(&mut self) {
+        let Self { model, residual, equations, inputs, in_range, at, estimates, bars, .. } = self;
+        let (Some(residual), Some(of)) = (residual, &model.estimate) else { return };
+        let known = residual.estimate((model, of), &equations.cables, (inputs, at), estimates);
+        for ((bar, estimate), of) in bars.iter_mut().zip(estimates.iter()).zip(&of.bars) {
+            *bar = if *in_range && known { of.factor * (estimate.abs() + of.floor) } else { f64::INFINITY };
+        }
+    }
+
+    fn read_quantities(&mut self) {
+        let Self { model, equations, at, inputs, memory, values, .. } = self;
+        let q = &at.y[..model.sizes.displacements];
+        // Lengths are those of this position
+        equations.cables.iter_mut().for_each(|cable| drop(cable.evaluate(q)));
+        let mut first = 0;
+        for (value, quantity) in values.iter_mut().zip(&model.quantities) {
+            let own = &mut memory[first..first + quantity.reading.memory()];
+            first += own.len();
+            *value = match &quantity.reading {
+                ReducedReading::Tension(c) => match &equations.cables[*c].drive {
+                    CableDrive::Tension(tension) => tension.at(inputs).max(0.0),
+                    CableDrive::Length { .. } => at.tensions[*c],
+                },
+                ReducedReading::Length(c) => equations.cables[*c].length,
+                ReducedReading::Volume { load, rest } => rest - model.loads[*load].force.potential(q),
+                ReducedReading::Intensity(load) => model.loads[*load].intensity.at(inputs),
+                ReducedReading::Value(polynomial) => {
+                    let mut value = [0.0];
+                    polynomial.add(q, 1.0, &mut value);
+                    value[0]
+                }
+                ReducedReading::Turned { direction, rest, axis } => {
+                    let mut now = [0.0; 3];
+                    direction.add(q, 1.0, &mut now);
+                    winding(*rest, *axis).remember(Vec3::from(now), own);
+                    own[0]
+                }
+            };
+        }
+    }
+
+    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium.
+    pub fn sensitivities(&mut self, out: &mut [f64]) {
+        let inputs = self.inputs.len();
+        if !self.equations.linearise(&self.inputs, &self.at) {
+            out.fill(f64::NAN);
+            return;
+        }
+        self.equations.factorise(&self.at);
+        for k in 0..inputs {
+            let Self { equations, change, at, .. } = self;
+            equations.change(k, &self.inputs, at, change);
+            let mut first = 0;
+            for quantity in 0..self.values.len() {
+                out[quantity * inputs + k] = self.along(quantity, k, first);
+                first += self.model.quantities[quantity].reading.memory();
+            }
+        }
+    }
+
+    /// Change of a quantity with the change of the unknowns and of input `k`; its memory begins at `first`.
+    fn along(&mut self, quantity: usize, k: usize, first: usize) -> f64 {
+        let Self { model, equations, at, change, memory, slopes, inputs, .. } = self;
+        let (n, u) = (at.y.len(), model.sizes.displacements);
+        let q = &at.y[..u];
+        let dot = |a: &[f64]| a.iter().zip(&change[..u]).map(|(a, d)| a * d).sum::<f64>();
+        match &model.quantities[quantity].reading {
+            ReducedReading::Tension(c) => match &equations.cables[*c].drive {
+                CableDrive::Tension(tension) if tension.at(inputs) > 0.0 => tension.rates[k],
+                CableDrive::Tension(_) => 0.0,
+                CableDrive::Length { .. } => change[n + c],
+            },
+            ReducedReading::Length(c) => dot(&equations.cables[*c].gradient),
+            ReducedReading::Intensity(load) => model.loads[*load].intensity.rates[k],
+            ReducedReading::Volume { load, .. } => {
+                slopes[..u].fill(0.0);
+                model.loads[*load].force.add(q, -1.0, &mut slopes[..u]);
+                dot(&slopes[..u])
+            }
+            ReducedReading::Value(polynomial) => {
+                slopes[..u].fill(0.0);
+                polynomial.add_derivative(q, 1.0, u, &mut slopes[..u]);
+                dot(&slopes[..u])
+            }
+            ReducedReading::Turned { direction, rest, axis } => {
+                let mut now = [0.0; 3];
+                direction.add(q, 1.0, &mut now);
+                let along = winding(*rest, *axis).gradient(Vec3::from(now), &memory[first..]);
+                slopes[..3 * u].fill(0.0);
+                direction.add_derivative(q, 1.0, u, &mut slopes[..3 * u]);
+                slopes[..3 * u].chunks_exact(u).zip(along.iter()).map(|(row, a)| a * dot(row)).sum()
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! Findings of a reduction study, from the record of its models.
+//!
+//! Pure: stored cases and the record in, [`ReductionFindings`] out.
+
+use crate::report::numbers::{capital, percent};
+use crate::study::analysis::{self, Analysis};
+use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
+use crate::study::store::record::Quantity;
+use crate::study::store::results::Results;
+
+/// Findings of a reduction study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReductionFindings {
+    pub inputs: usize,
+    pub quantities: Vec<Quantity>,
+    /// None as long as there are no models
+    pub derived: Option<DerivedRecord>,
+    /// The smallest model whose errors are within the tolerance
+    pub chosen: Option<usize>,
+}
+
+impl ReductionFindings {
+    /// The models; none where there are none yet.
+    pub fn models(&self) -> &[ModelRecord] {
+        self.derived.as_ref().map_or(&[], |d| &d.models)
+    }
+}
+
+/// Largest error of a quantity as a share of its size.
+pub fn relative(q: &QuantityRecord) -> f64 {
+    q.largest / q.size
+}
+
+/// A time in µs or ms.
+pub fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.0} µs", 1e6 * s),
+        s if s < 1.0 => format!("{:.1} ms", 1e3 * s),
+        s => format!("{s:.1} s"),
+    }
+}
+
+/// Analyses what is there.
+pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<ReductionFindings> {
+    let study = &results.study;
+    let derived: Option<DerivedRecord> =
+        results.derived.as_ref().and_then(|value| serde_json::from_value(value.clone()).ok());
+    let quantities = study.quantities.values().next().cloned().unwrap_or_default();
+    let within = |model: &ModelRecord| {
+        model.quantities.iter().zip(&quantities).all(|(q, asked)| {
+            let accepted = study.tolerance * q.size;
+            let failed = q.errors.iter().any(Option::is_none);
+            !failed && q.largest <= accepted.max(asked.absolute_tolerance.unwrap_or(0.0))
+        })
+    };
+    let models = derived.as_ref().map_or(&[][..], |d| &d.models);
+    let chosen = models.iter().position(within);
+    let incomplete = study.incomplete(&results.cases);
+    let mut warnings = analysis::warnings(&incomplete);
+    warnings.extend(doubts(models, &quantities));
+    analysis::add_notes(&mut warnings, &results.cases);
+    let found = ReductionFindings { inputs: record.inputs.len(), quantities, derived, chosen };
+    let verdict = verdict(&found, study.tolerance) + &analysis::without_result(incomplete.len());
+    Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
+}
+
+/// Bar over error from which on a bar is called wide.
+const WIDE: f64 = 5.0;
+
+fn doubts(models: &[ModelRecord], quantities: &[Quantity]) -> Vec<String> {
+    let mut out = vec![];
+    for model in models {
+        for (q, asked) in model.quantities.iter().zip(quantities) {
+            let failed = q.errors.iter().filter(|e| e.is_none()).count();
+            if failed > 0 {
+                out.push(format!("{} modes: {failed} of {} steps found no equilibrium.", model.modes, q.errors.len()));
+            }
+            if q.bar_over_error > WIDE {
+                out.push(format!(
+                    "{} modes: the error bar of the {} is {:.0} times as large as its error in the median: the estimate does not follow errors that \
+                     are this small.",
+                    model.modes, asked.label, q.bar_over_error
+                ));
+            }
+        }
+    }
+    out.dedup();
+    out
+}
+
+fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
+    let Some(derived) = &found.derived else {
+        return "No verdict: not every run has a result, so that no model is made.".into();
+    };
+    let of = |model: &ModelRecord| {
+        let part =
+            |(q, asked): (&QuantityRecord, &Quantity)| format!("the {} within {}", asked.label, percent(relative(q)));
+        let all: Vec<String> = model.quantities.iter().zip(&found.quantities).map(part).collect();
+        all.join(", ")
+    };
+    match found.chosen.map(|k| &derived.models[k]) {
+        Some(model) => format!(
+            "The model of {} modes and {} points gives {} of the largest value at {} states that it was not made of. A step takes {} (median; {} in 99 of \
+             100), {:.0} times less than a step of the full model.",
+            model.modes,
+            model.points,
+            of(model),
+            derived.held_back,
+            time(model.step_s[0]),
+            time(model.step_s[1]),
+            derived.full_step_s / model.step_s[0]
+        ),
+        None => {
+            let best = derived.models.last().map(of).unwrap_or_default();
+            format!(
+                "No model is within {} at every state that it was not made of: {}. Take more modes, more training states, or a smaller `sampling`.",
+                percent(tolerance),
+                capital(&best)
+            )
+        }
+    }
+}

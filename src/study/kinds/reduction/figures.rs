@@ -1,0 +1,156 @@
+//! Figures of a reduction study: error over cost, errors with their estimates, decay of the singular values.
+
+use crate::report::canvas::{Area, INK, Mark as Shape, PALETTE, dashed, figure, line, mark, mm};
+use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
+use crate::report::panels::Panels;
+use crate::report::plot::{Axis, Plot};
+use crate::study::kinds::reduction::analysis::{ReductionFindings, relative};
+use crate::study::kinds::reduction::record::QuantityRecord;
+
+const LEFT: f64 = 17.0;
+const RIGHT: f64 = 4.0;
+const GAP: f64 = 19.0;
+const TOP: f64 = 6.0;
+const TALL: f64 = 48.0;
+/// From one row of panels to the next \[mm\]
+const ROW: f64 = TALL + 20.0;
+/// Least and largest width of a panel \[mm\]
+const WIDTHS: (f64, f64) = (60.0, 90.0);
+const SHAPES: [Shape; 3] = [Shape::Circle, Shape::Square, Shape::Triangle];
+
+/// One panel, or several, with the legend below.
+fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize, &Area, [i32; 4])) -> String {
+    let panels = Panels::new(count, (LEFT, GAP, RIGHT), WIDTHS);
+    let below = TOP + panels.rows() * ROW - 6.0;
+    let wide = panels.width() - LEFT - RIGHT;
+    let height = below + 5.0 * legend_lines(entries.len(), wide).max(1.0);
+    figure(panels.width(), height, "", |area| {
+        for k in 0..count {
+            let (x, y) = (panels.x(k), TOP + panels.row(k) * ROW);
+            paint(k, area, [mm(x), mm(y), mm(x + panels.each), mm(y + TALL)]);
+        }
+        if !entries.is_empty() {
+            legend_below(area, (LEFT, below), wide, entries);
+        }
+    })
+}
+
+/// Largest error of every quantity over the time of a step, with the full model as the line that costs most.
+pub fn precision(a: &ReductionFindings) -> Option<Figure> {
+    let derived = a.derived.as_ref()?;
+    let errors = || a.models().iter().flat_map(|m| m.quantities.iter().map(relative)).filter(|e| *e > 0.0);
+    errors().next()?;
+    let times = || a.models().iter().map(|m| m.step_s[0]).chain([derived.full_step_s]);
+    let mut entries: Vec<(Sample, String)> = a
+        .quantities
+        .iter()
+        .enumerate()
+        .map(|(k, q)| (Sample::Mark(SHAPES[k % 3], PALETTE[k % PALETTE.len()]), q.label.clone()))
+        .collect();
+    entries.push((Sample::Dashed(INK), "a step of the full model".into()));
+    let svg = sheet(1, entries, |_, area, frame| {
+        let x = Axis::log(times(), "time of a step [s]");
+        let y = Axis::log(errors(), "largest error / largest value");
+        let (low, high) = (y.lo, y.hi);
+        let plot = Plot { area, frame, x, y };
+        plot.grid();
+        for k in 0..a.quantities.len() {
+            let color = PALETTE[k % PALETTE.len()];
+            let points: Vec<_> = a
+                .models()
+                .iter()
+                .filter(|m| relative(&m.quantities[k]) > 0.0)
+                .map(|m| plot.at(m.step_s[0], relative(&m.quantities[k])))
+                .collect();
+            line(area, &points, color, 4);
+            points.iter().for_each(|at| mark(area, SHAPES[k % 3], *at, 16, color));
+        }
+        dashed(area, &[plot.at(derived.full_step_s, low), plot.at(derived.full_step_s, high)], INK, 4, 22.0);
+        plot.axes(false);
+    });
+    let caption = "Largest error at the states that were held back over the median time of a step, for models of more and more modes. The full \
+                   model, from which errors are counted, costs most."
+        .into();
+    Some(Figure { name: "work-precision".into(), svg, caption })
+}
+
+/// Estimated over true errors of the chosen model, or of the largest one.
+pub fn bars(a: &ReductionFindings) -> Option<Figure> {
+    let model = a.models().get(a.chosen.unwrap_or(a.models().len().checked_sub(1)?))?;
+    let known = |q: &QuantityRecord| -> Vec<[f64; 2]> {
+        let sizes = q.errors.iter().flatten().map(|e| e.map(f64::abs));
+        sizes.filter(|e| e[0] > 0.0 && e[1] > 0.0).collect()
+    };
+    if model.quantities.iter().all(|q| known(q).is_empty()) {
+        return None;
+    }
+    let entries = vec![
+        (Sample::Mark(Shape::Circle, PALETTE[0]), "a state that was held back".into()),
+        (Sample::Dashed(INK), "estimate = error".into()),
+        (Sample::Line(PALETTE[1]), "end of the bar".into()),
+    ];
+    let svg = sheet(model.quantities.len(), entries, |k, area, frame| {
+        let (q, asked) = (&model.quantities[k], &a.quantities[k]);
+        let points = known(q);
+        let unit = |of: &str| format!("{of} [{}]", asked.unit);
+        let x = Axis::log(points.iter().map(|e| e[0]), &unit("error"));
+        let y = Axis::log(points.iter().map(|e| e[1]), &unit("estimate"));
+        let ends = [x.lo.max(y.lo), x.hi.min(y.hi)];
+        let (low, high) = (x.lo, x.hi);
+        let (bottom, top) = (y.lo, y.hi);
+        let plot = Plot { area, frame, x, y };
+        plot.grid();
+        if ends[0] < ends[1] {
+            dashed(area, &ends.map(|e| plot.at(e, e)), INK, 4, 22.0);
+        }
+        // Right of it the error is beyond the bar: error = factor (estimate + floor)
+        let steps = (0..=60).map(|n| low * (high / low).powf(f64::from(n) / 60.0));
+        let edge = steps.map(|error| (error, error / q.factor - q.floor)).filter(|(_, e)| *e >= bottom && *e <= top);
+        line(area, &edge.map(|(error, estimate)| plot.at(error, estimate)).collect::<Vec<_>>(), PALETTE[1], 4);
+        points.iter().for_each(|e| mark(area, Shape::Circle, plot.at(e[0], e[1]), 9, PALETTE[0]));
+        plot.axes(false);
+        plot.title(char::from(b'a' + k as u8), &asked.label);
+    });
+    let caption = format!(
+        "Estimated error over the error from the full model, {} modes, at the states that were held back. Below the solid line an error is beyond its bar.",
+        model.modes
+    );
+    Some(Figure { name: "bars".into(), svg, caption })
+}
+
+/// Singular values of the training states.
+pub fn decay(a: &ReductionFindings) -> Option<Figure> {
+    let derived = a.derived.as_ref()?;
+    let series: Vec<(&Vec<f64>, &str)> =
+        [(&derived.singular_values, "displacement"), (&derived.pressure_values, "pressure")]
+            .into_iter()
+            .filter(|(values, _)| values.iter().filter(|v| **v > LEAST).count() > 1)
+            .collect();
+    if series.is_empty() {
+        return None;
+    }
+    let sample = |k: usize| Sample::Mark(SHAPES[k % 3], PALETTE[k % PALETTE.len()]);
+    let entries = series.iter().enumerate().map(|(k, (_, name))| (sample(k), name.to_string())).collect();
+    let shown = |values: &[f64]| values.iter().copied().filter(|v| *v > LEAST).collect::<Vec<_>>();
+    let svg = sheet(1, entries, |_, area, frame| {
+        let count = series.iter().map(|(v, _)| shown(v).len()).max().unwrap_or(1);
+        let x = Axis::linear([0.0, count as f64].into_iter(), "mode");
+        let y = Axis::log(series.iter().flat_map(|(v, _)| shown(v)), "singular value / first");
+        let plot = Plot { area, frame, x, y };
+        plot.grid();
+        for (k, (values, _)) in series.iter().enumerate() {
+            for (mode, value) in shown(values).into_iter().enumerate() {
+                mark(area, SHAPES[k % 3], plot.at((mode + 1) as f64, value), 11, PALETTE[k % PALETTE.len()]);
+            }
+        }
+        plot.axes(false);
+    });
+    let caption = format!(
+        "Singular values of the {} training states, as shares of the first. Where they fall fast, few modes represent the motion.",
+        derived.training
+    );
+    Some(Figure { name: "singular-values".into(), svg, caption })
+}
+
+/// Singular values below are rounding.
+const LEAST: f64 = 1e-8;

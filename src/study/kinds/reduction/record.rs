@@ -1,0 +1,91 @@
+//! What a reduction study keeps in `study.json` and `derived.json`.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// An input of the scene with its range.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputRecord {
+    pub name: String,
+    /// Path into the scene of the signal that it takes the place of
+    pub key: String,
+    pub unit: String,
+    /// Least and largest value, in the unit
+    pub range: [f64; 2],
+}
+
+/// Details of a reduction study.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReductionRecord {
+    /// Scene file, relative to where the study was read
+    pub scene: PathBuf,
+    pub inputs: Vec<InputRecord>,
+    /// Member → \[points × inputs\] in the units of the inputs
+    pub training: BTreeMap<String, Vec<Vec<f64>>>,
+    pub held_back: BTreeMap<String, Vec<Vec<f64>>>,
+    /// Numbers of modes of the models that are made
+    pub modes: Vec<usize>,
+    /// Error of the forces that the choice of points may make \[–\]
+    pub sampling: f64,
+}
+
+/// The models of a study, `derived.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DerivedRecord {
+    /// Digest of the states, the choices and the program that the models are made of
+    pub sources_sha256: String,
+    /// Training states, and of each the singular values, as shares of the first
+    pub training: usize,
+    pub held_back: usize,
+    pub singular_values: Vec<f64>,
+    pub pressure_values: Vec<f64>,
+    /// Time of a step of the full model over the points of its runs \[s\], median
+    pub full_step_s: f64,
+    /// Time of the work that all models share, adjoint solutions among it \[s\]
+    pub offline_s: f64,
+    pub models: Vec<ModelRecord>,
+}
+
+/// One model.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelRecord {
+    /// Modes asked for
+    pub modes: usize,
+    /// File, relative to the folder of the results
+    pub file: String,
+    pub bytes: usize,
+    /// Coordinates of displacements, supremisers included, and of pressures
+    pub displacements: usize,
+    pub pressures: usize,
+    /// Points from which forces are summed, and those of the error estimate
+    pub points: usize,
+    pub estimate_points: usize,
+    /// Time of its making \[s\]
+    pub offline_s: f64,
+    /// Times of steps of a fiftieth of the way between two points \[s\]: median and 99th percentile
+    pub step_s: [f64; 2],
+    /// The same of steps from point to point
+    pub leap_s: [f64; 2],
+    /// Iterations of such steps, on average
+    pub iterations: [f64; 2],
+    pub quantities: Vec<QuantityRecord>,
+}
+
+/// A quantity of a model over the states that were held back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct QuantityRecord {
+    pub name: String,
+    /// Largest absolute value over the training states
+    pub size: f64,
+    /// Largest and median absolute error
+    pub largest: f64,
+    pub median: f64,
+    /// Factor and floor of the bar
+    pub factor: f64,
+    pub floor: f64,
+    /// Median of bar over error
+    pub bar_over_error: f64,
+    /// \[states\] error and its estimate; none where a step did not succeed
+    pub errors: Vec<Option<[f64; 2]>>,
+}

@@ -1,0 +1,199 @@
+//! Keys of a reduction study, and the runs that follow from them.
+
+use crate::math::units;
+use crate::study::kind::{Expansion, RunRules};
+use crate::study::kinds::reduction::path::{ordered, random, training};
+use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names, check_quantities};
+use crate::study::store::record::{Quantity, Role};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Keys of a reduction study.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReductionStudy {
+    /// Inputs of the models, with the ranges that they are made for
+    #[serde(rename = "input", default)]
+    pub inputs: Vec<InputSpec>,
+    /// Recorded columns that the models give
+    #[serde(rename = "quantity", default)]
+    pub quantities: Vec<Quantity>,
+    /// States that the models are made of
+    pub training: usize,
+    /// States that their error bars are made of; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
+    #[serde(default = "held_back")]
+    pub held_back: usize,
+    /// Runs that the states of each kind are divided into
+    #[serde(default = "runs")]
+    pub runs: usize,
+    /// Modes of the displacement, one model for each number
+    pub modes: Vec<usize>,
+    /// Error of the forces that the choice of points may make, as a fraction or in %
+    #[serde(default = "sampling")]
+    pub sampling: String,
+}
+
+/// An input of reduced models.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InputSpec {
+    /// In words: `pull`
+    pub name: String,
+    /// Path into the scene of a signal or a constant that the input takes the place of
+    pub key: String,
+    /// Least and largest value, with their unit
+    pub range: [String; 2],
+}
+
+fn held_back() -> usize {
+    124
+}
+
+fn runs() -> usize {
+    2
+}
+
+fn sampling() -> String {
+    "0.1 %".into()
+}
+
+/// Seeds of the points for training, and of those that are held back.
+const SEEDS: [u64; 2] = [1, 2];
+/// Name of the one manner of driving the scene.
+const VARIANT: &str = "static";
+
+/// The runs; the first mistake as place, fact and remedy.
+pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
+    let inputs = check(&study)?;
+    let sampling = share(&study.sampling)?;
+    let start: Vec<f64> = inputs.iter().map(at_rest).collect();
+    let families = [
+        ("training", Role::Training, training(inputs.len(), study.training, SEEDS[0])),
+        ("held-back", Role::HeldBack, random(inputs.len(), study.held_back, SEEDS[1])),
+    ];
+    let mut record = ReductionRecord {
+        scene: scene.into(),
+        inputs,
+        training: BTreeMap::new(),
+        held_back: BTreeMap::new(),
+        modes: study.modes,
+        sampling,
+    };
+    let mut specs = vec![];
+    for (name, role, points) in families {
+        let way = ordered(points, &start);
+        let each = way.len().div_ceil(study.runs).max(1);
+        let mut members = toml::Table::new();
+        for (k, shares) in way.chunks(each).enumerate() {
+            let values: Vec<Vec<f64>> = shares.iter().map(|s| in_units(&record.inputs, s)).collect();
+            let member = format!("{}", k + 1);
+            members.insert(member.clone(), run(&record.inputs, &values).into());
+            let all = if role == Role::Training { &mut record.training } else { &mut record.held_back };
+            all.insert(member, values);
+        }
+        specs.push(FamilySpec {
+            name: name.into(),
+            role,
+            variants: None,
+            set: toml::Table::new(),
+            members,
+            labels: BTreeMap::new(),
+            own: BTreeMap::new(),
+            scene: None,
+        });
+    }
+    let variant = VariantSpec {
+        name: VARIANT.into(),
+        label: Some("static".into()),
+        group: None,
+        set: toml::Table::new(),
+        quantities: study.quantities,
+        scene: None,
+    };
+    let rules = RunRules { keep_states: true, share_cases: false, ..RunRules::default() };
+    Ok(Expansion { rules, ..Expansion::new(vec![variant], specs, record) })
+}
+
+fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
+    let mistake = |place: &str, fact: String, remedy: &str| Err((place.into(), fact, remedy.into()));
+    let names: Vec<String> = study.inputs.iter().map(|i| i.name.clone()).collect();
+    if names.is_empty() {
+        let remedy = "add an [[input]] with name, key and range = [\"0 mm\", \"15 mm\"]";
+        return mistake("study", "the models have no input".into(), remedy);
+    }
+    check_names(&names).map_err(|(k, fact, remedy)| (format!("input {}", k + 1), fact, remedy.to_string()))?;
+    let quantities = VariantSpec {
+        name: VARIANT.into(),
+        label: None,
+        group: None,
+        set: toml::Table::new(),
+        quantities: study.quantities.clone(),
+        scene: None,
+    };
+    check_quantities(&[quantities])?;
+    if study.modes.is_empty() || study.modes.contains(&0) {
+        return mistake("modes", format!("{:?}", study.modes), "give numbers of modes, for example [4, 8, 12]");
+    }
+    let least = 2 * study.modes.iter().max().copied().unwrap_or(0);
+    if study.training < least {
+        let fact = format!("{} states for {} modes", study.training, least / 2);
+        return mistake("training", fact, "give twice as many states as modes, or more");
+    }
+    if study.runs == 0 {
+        return mistake("runs", "no run at all".into(), "give 1 or more");
+    }
+    study.inputs.iter().map(input).collect()
+}
+
+fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
+    let place = format!("input {}", spec.name);
+    let wrong = |fact: String| (place.clone(), fact, "write range = [\"0 mm\", \"15 mm\"]".to_string());
+    let (_, unit, _, _) = units::parts(&spec.range[1]).map_err(|e| wrong(e.to_string()))?;
+    let [low, high] = [&spec.range[0], &spec.range[1]].map(|text| units::in_unit(text, unit));
+    let (low, high) = (low.map_err(|e| wrong(e.to_string()))?, high.map_err(|e| wrong(e.to_string()))?);
+    if low >= high {
+        return Err(wrong(format!("the range from {low} to {high} {unit} is empty")));
+    }
+    Ok(InputRecord { name: spec.name.clone(), key: spec.key.clone(), unit: unit.into(), range: [low, high] })
+}
+
+fn share(text: &str) -> Result<f64, Mistake> {
+    let wrong = |fact: String| ("sampling".to_string(), fact, "write sampling = \"0.1 %\"".to_string());
+    let value = units::parse(text, units::Dimension::NONE).map_err(|e| wrong(e.to_string()))?;
+    if value > 0.0 && value < 1.0 { Ok(value) } else { Err(wrong(format!("sampling = {value}"))) }
+}
+
+/// Share of the range at which the input is zero, or nearest to it.
+fn at_rest(input: &InputRecord) -> f64 {
+    let [low, high] = input.range;
+    (0.0_f64.clamp(low, high) - low) / (high - low)
+}
+
+fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
+    inputs.iter().zip(shares).map(|(i, s)| i.range[0] + s * (i.range[1] - i.range[0])).collect()
+}
+
+/// The changes of a run: each input is a polygon over time, one point a second, from rest on.
+fn run(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
+    let mut changes = toml::Table::new();
+    for (k, input) in inputs.iter().enumerate() {
+        let rest = 0.0_f64.clamp(input.range[0], input.range[1]);
+        let values = std::iter::once(rest).chain(points.iter().map(|p| p[k]));
+        let of: Vec<toml::Value> =
+            values.enumerate().map(|(t, value)| toml::Value::Array(vec![(t as f64).into(), value.into()])).collect();
+        let mut signal = toml::Table::new();
+        signal.insert("kind".into(), "points".into());
+        signal.insert("of".into(), of.into());
+        signal.insert("unit".into(), input.unit.clone().into());
+        changes.insert(input.key.clone(), signal.into());
+    }
+    let mut stage = toml::Table::new();
+    stage.insert("integrator".into(), "static".into());
+    stage.insert("duration".into(), format!("{} s", points.len()).into());
+    stage.insert("dt".into(), "1 s".into());
+    changes.insert("stage".into(), vec![toml::Value::Table(stage)].into());
+    changes
+}
