@@ -2,7 +2,7 @@
 //!
 //! Pure: stored cases and the record in, [`ReductionFindings`] out.
 
-use crate::report::numbers::{capital, percent};
+use crate::report::numbers::{capital, percent, significant};
 use crate::study::analysis::{self, Analysis};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
 use crate::study::store::record::Quantity;
@@ -100,15 +100,16 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
     };
     match found.chosen.map(|k| &derived.models[k]) {
         Some(model) => format!(
-            "The model of {} modes and {} points gives {} of the largest value at {} states that it was not made of. A step takes {} (median; {} in 99 of \
-             100), {:.0} times less than a step of the full model.",
+            "The model of {} modes and {} points gives {} of the largest value at {} states that it was not made of. A small step takes {} (median; {} in 99 of \
+             100). From state to state it takes {}, {} times less than the full model.",
             model.modes,
             model.points,
             of(model),
             derived.held_back,
             time(model.step_s[0]),
             time(model.step_s[1]),
-            derived.full_step_s / model.step_s[0]
+            time(model.leap_s[0]),
+            significant(model.gain(derived.full_step_s), 2)
         ),
         None => {
             let best = derived.models.last().map(of).unwrap_or_default();

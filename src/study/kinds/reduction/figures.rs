@@ -40,7 +40,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
     let derived = a.derived.as_ref()?;
     let errors = || a.models().iter().flat_map(|m| m.quantities.iter().map(relative)).filter(|e| *e > 0.0);
     errors().next()?;
-    let times = || a.models().iter().map(|m| m.step_s[0]).chain([derived.full_step_s]);
+    let times = || a.models().iter().map(|m| m.leap_s[0]).chain([derived.full_step_s]);
     let mut entries: Vec<(Sample, String)> = a
         .quantities
         .iter()
@@ -49,7 +49,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
         .collect();
     entries.push((Sample::Dashed(INK), "a step of the full model".into()));
     let svg = sheet(1, entries, |_, area, frame| {
-        let x = Axis::log(times(), "time of a step [s]");
+        let x = Axis::log(times(), "time of a step from state to state [s]");
         let y = Axis::log(errors(), "largest error / largest value");
         let (low, high) = (y.lo, y.hi);
         let plot = Plot { area, frame, x, y };
@@ -60,15 +60,15 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
                 .models()
                 .iter()
                 .filter(|m| relative(&m.quantities[k]) > 0.0)
-                .map(|m| plot.at(m.step_s[0], relative(&m.quantities[k])))
+                .map(|m| plot.at(m.leap_s[0], relative(&m.quantities[k])))
                 .collect();
             line(area, &points, color, 4);
             points.iter().for_each(|at| mark(area, SHAPES[k % 3], *at, 16, color));
         }
         dashed(area, &[plot.at(derived.full_step_s, low), plot.at(derived.full_step_s, high)], INK, 4, 22.0);
-        plot.axes(false);
+        plot.axes(true);
     });
-    let caption = "Largest error at the states that were held back over the median time of a step, for models of more and more modes. The full \
+    let caption = "Largest error at the states that were held back over the median time of a step from one of them to the next, for models of more and more modes. The full \
                    model, from which errors are counted, costs most."
         .into();
     Some(Figure { name: "work-precision".into(), svg, caption })
@@ -108,7 +108,7 @@ pub fn bars(a: &ReductionFindings) -> Option<Figure> {
         let edge = steps.map(|error| (error, error / q.factor - q.floor)).filter(|(_, e)| *e >= bottom && *e <= top);
         line(area, &edge.map(|(error, estimate)| plot.at(error, estimate)).collect::<Vec<_>>(), PALETTE[1], 4);
         points.iter().for_each(|e| mark(area, Shape::Circle, plot.at(e[0], e[1]), 9, PALETTE[0]));
-        plot.axes(false);
+        plot.axes(true);
         plot.title(char::from(b'a' + k as u8), &asked.label);
     });
     let caption = format!(
@@ -143,7 +143,7 @@ pub fn decay(a: &ReductionFindings) -> Option<Figure> {
                 mark(area, SHAPES[k % 3], plot.at((mode + 1) as f64, value), 11, PALETTE[k % PALETTE.len()]);
             }
         }
-        plot.axes(false);
+        plot.axes(true);
     });
     let caption = format!(
         "Singular values of the {} training states, as shares of the first. Where they fall fast, few modes represent the motion.",

@@ -72,6 +72,13 @@ pub struct ModelRecord {
     pub quantities: Vec<QuantityRecord>,
 }
 
+impl ModelRecord {
+    /// How many times less a step from state to state takes than one of the full model, of `full` \[s\].
+    pub fn gain(&self, full: f64) -> f64 {
+        full / self.leap_s[0]
+    }
+}
+
 /// A quantity of a model over the states that were held back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QuantityRecord {

@@ -1,7 +1,7 @@
 //! Report of a reduction study: what each model costs and how far it is off, and whether its bars hold.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::per_cent;
+use crate::report::numbers::significant;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
@@ -37,10 +37,13 @@ fn facts(a: &ReductionFindings) -> Vec<(String, String)> {
     let model = &derived.models[k];
     let mut out = vec![
         (time(model.step_s[0]), "a step of the reduced model".into()),
-        (format!("{:.0}×", derived.full_step_s / model.step_s[0]), "faster than the full model".into()),
+        (format!("{}×", significant(model.gain(derived.full_step_s), 2)), "faster than the full model".into()),
     ];
     for (q, asked) in model.quantities.iter().zip(&a.quantities) {
-        out.push((format!("{} %", per_cent(relative(q))), format!("largest error of the {}", asked.label)));
+        out.push((
+            format!("{} %", significant(100.0 * relative(q), 2)),
+            format!("largest error of the {}", asked.label),
+        ));
     }
     out
 }
@@ -84,7 +87,7 @@ fn models(a: &ReductionFindings) -> Table {
             time(m.step_s[1]),
             format!("{:.1}", m.iterations[0]),
             time(m.leap_s[0]),
-            format!("{:.0}", full / m.step_s[0]),
+            significant(m.gain(full), 2),
             format!("{:.1}", m.offline_s),
         ]
     };
@@ -92,8 +95,8 @@ fn models(a: &ReductionFindings) -> Table {
         name: "models",
         caption: format!(
             "Reduced models. Displacements include supremisers; points are those from which forces are summed, and those of the error estimate. Steps of a \
-             fiftieth of the way between two states, median and 99th percentile, and their iterations; leaps from state to state. A step of the full \
-             model takes {}.",
+             fiftieth of the way between two states, median and 99th percentile, and their iterations; leaps from state to state. The full \
+             model takes {} from one training state to the next, in the median.",
             time(full)
         ),
         columns: headings(&[
@@ -121,8 +124,8 @@ fn errors(a: &ReductionFindings) -> Table {
             vec![
                 m.modes.to_string(),
                 asked.label.clone(),
-                per_cent(relative(q)),
-                per_cent(q.median / q.size),
+                significant(100.0 * relative(q), 2),
+                significant(100.0 * q.median / q.size, 2),
                 format!("{:.2}", q.factor),
                 format!("{:.1}", q.bar_over_error),
             ]

@@ -1,0 +1,179 @@
+//! A study of kind `reduction` from end to end: runs, models, report, and the program that steps a model.
+
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// A bar that is bent by a cable under tension and by its weight.
+const SCENE: &str = r#"
+[mesh.grid]
+kind = "box"
+size = ["40 mm", "10 mm", "10 mm"]
+divisions = [8, 2, 2]
+[laws.rubber]
+law = "neo_hookean"
+mu = "60 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
+pull_point = ["-10 mm", "5 mm", "2 mm"]
+guide_radius = "5 mm"
+drive = { kind = "tension", signal = "0 N" }
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1100 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+const STUDY: &str = r#"
+kind = "reduction"
+question = "How few?"
+expectation = "Few."
+scene = "scene.toml"
+tolerance = "1 %"
+training = 24
+held_back = 20
+modes = [2, 5]
+[[input]]
+name = "tension"
+key = "constraint.cable.drive.signal"
+range = ["0 N", "0.4 N"]
+[[input]]
+name = "weight"
+key = "effect.gravity.acceleration"
+range = ["-10 m/s^2", "10 m/s^2"]
+[[quantity]]
+name = "xmax_z_m"
+label = "height of the tip"
+symbol = "z"
+unit = "m"
+"#;
+
+struct Ended {
+    code: Option<i32>,
+    out: String,
+    err: String,
+}
+
+fn durometer(folder: &Path, arguments: &[&str], input: &str) -> Ended {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(arguments).current_dir(folder);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    child.stdin.take().expect("it is piped").write_all(input.as_bytes()).ok();
+    let output = child.wait_with_output().expect("the program ends");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("it prints text");
+    Ended { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+}
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).expect("room");
+}
+
+#[test]
+fn a_study_makes_models_that_the_program_steps() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    write(at, "scene.toml", SCENE);
+    write(at, "study.toml", STUDY);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    let summary: Value =
+        serde_json::from_str(&std::fs::read_to_string(at.join("out/summary.json")).expect("it is there"))
+            .expect("JSON");
+    let verdict = summary["verdict"].as_str().expect("words");
+    assert!(verdict.starts_with("The model of"), "{verdict}");
+    let derived = std::fs::read(at.join("out/derived.json")).expect("it is there");
+    let record: Value = serde_json::from_slice(&derived).expect("JSON");
+    assert_eq!(record["training"], 24);
+    assert_eq!(record["models"].as_array().map(Vec::len), Some(2));
+
+    // Nothing is made again where nothing has changed; a lost model is
+    let again = durometer(at, &["report", "out"], "");
+    assert_eq!(again.code, Some(0), "{}", again.err);
+    assert_eq!(std::fs::read(at.join("out/derived.json")).expect("it is there"), derived);
+    let name = record["models"][1]["file"].as_str().expect("a file").to_string();
+    let before = std::fs::read(at.join("out").join(&name)).expect("a model");
+    std::fs::remove_file(at.join("out").join(&name)).expect("it was there");
+    assert_eq!(durometer(at, &["report", "out"], "").code, Some(0));
+    assert!(
+        std::fs::read(at.join("out").join(&name)).expect("a model") == before,
+        "the same states give the same bits"
+    );
+
+    let model = format!("out/{name}");
+    let protocol = "{\"inputs\": {\"cable_tension_N\": 0.2}}\n{\"inputs\": {\"body_acceleration_m_s2\": 100}}\n{\"inputs\": {\"none\": 1}}\nno JSON\n\
+        {\"reset\": true, \"target\": {\"xmax_z_m\": 0.006}}\n";
+    let stepped = durometer(at, &["twin", &model], protocol);
+    assert_eq!(stepped.code, Some(0), "{}", stepped.err);
+    let answers = lines(&stepped.out);
+    assert_eq!(answers.len(), 6, "{}", stepped.out);
+    let inputs: Vec<&str> =
+        answers[0]["inputs"].as_array().expect("inputs").iter().filter_map(|i| i["name"].as_str()).collect();
+    assert_eq!(inputs.len(), 2, "{inputs:?}");
+    assert!(
+        answers[1]["in_range"] == true && answers[1]["quantities"]["xmax_z_m"]["bar"].is_number(),
+        "{}",
+        answers[1]
+    );
+    assert!(answers[2]["in_range"] == false && answers[2]["quantities"]["xmax_z_m"]["bar"].is_null(), "{}", answers[2]);
+    for refused in &answers[3..5] {
+        assert!(refused["error"].is_string(), "{refused}");
+    }
+    assert_eq!(answers[5]["target_met"], true, "{}", answers[5]);
+
+    let strict = durometer(at, &["twin", &model, "--tolerance", "1e-9", "--stop"], protocol);
+    assert_eq!(strict.code, Some(3), "{}", strict.out);
+    assert_eq!(durometer(at, &["twin", "scene.toml"], "").code, Some(2));
+}
+
+/// Every mistake of a study file is named with a remedy before anything runs.
+#[test]
+fn mistakes_of_a_study_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    write(at, "scene.toml", SCENE);
+    for (from, to, word) in [
+        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0.4 N\", \"0 N\"]", "empty"),
+        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0\", \"0.4\"]", "unit"),
+        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0 mm\", \"0.4 mm\"]", "force"),
+        ("key = \"effect.gravity.acceleration\"", "key = \"effect.none.acceleration\"", "none"),
+        ("training = 24", "training = 6", "twice"),
+        ("modes = [2, 5]", "modes = []", "modes"),
+        ("name = \"xmax_z_m\"", "name = \"xmax_q_m\"", "xmax_q_m"),
+        ("held_back = 20", "held_back = 20\nruns = 0", "run"),
+        ("held_back = 20", "held_back = 20\nsampling = \"200 %\"", "sampling"),
+    ] {
+        assert!(STUDY.contains(from), "{from}");
+        write(at, "study.toml", &STUDY.replacen(from, to, 1));
+        let ran = durometer(at, &["run", "study.toml", "--out", "refused"], "");
+        assert_eq!(ran.code, Some(2), "{to}: {}\n{}", ran.out, ran.err);
+        assert!(ran.err.contains(word), "{to}: {}", ran.err);
+    }
+}
