@@ -26,6 +26,7 @@ from ._native import (
     Scene,
     Sensitivities,
     Study,
+    Twin,
     check_law,
     register_law,
 )
@@ -51,6 +52,7 @@ __all__ = [
     "Scene",
     "Sensitivities",
     "Study",
+    "Twin",
     "check_law",
     "main",
     "register_law",

@@ -18,6 +18,7 @@ mod scene;
 mod sensitivities;
 mod solve;
 mod study;
+mod twin;
 mod value;
 
 use pyo3::prelude::*;
@@ -57,7 +58,7 @@ mod native {
     use super::{
         calibration::Calibration, controller::Observation, fit::Fit, invariants::Invariants, law::check_law,
         law::register_law, main, report::write_report, run::Run, scene::Scene, sensitivities::Sensitivities,
-        set_python, study::Study,
+        set_python, study::Study, twin::Twin,
     };
     use pyo3::prelude::*;
 

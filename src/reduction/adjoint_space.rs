@@ -3,15 +3,15 @@
 use super::basis::{decompose, orthonormalise, strains, weighted};
 use super::body_points::BodyPoints;
 use super::error::ReductionError;
+use super::full_state::FullState;
 use super::model::{ReducedModel, Regime};
 use super::residual::terms;
 use super::sampling::{FieldsAtPoints, Selection, of_rows};
-use super::train::FullState;
 use super::twin::Twin;
 use crate::math::signal::Ramp;
 use crate::math::svd::svd;
 use crate::math::vector::{dot, norm};
-use crate::scene::parts::constraints::{Drive, NamedCable};
+use crate::scene::parts::constraints::Drive;
 use crate::scene::{Recorder, Scene};
 use crate::solve::{Integrator, Step, adjoints};
 use crate::system::{Gradient, State};
@@ -89,8 +89,8 @@ pub fn adjoint_space(
 
 /// Which cables hold the body by their lengths.
 fn taut(scene: &Scene, state: &FullState) -> Vec<bool> {
-    let holds = |cable: &NamedCable| matches!(cable.drive, Drive::Multiplier(c) if state.lambda[c] > 0.0);
-    scene.cables.iter().map(holds).collect()
+    let drives = scene.cables.iter().map(|cable| &cable.drive);
+    drives.map(|drive| matches!(drive, Drive::Multiplier(c) if state.lambda[*c] > 0.0)).collect()
 }
 
 /// The state as one of the scene.

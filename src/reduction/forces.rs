@@ -4,12 +4,14 @@ use super::basis::Basis;
 use super::error::ReductionError;
 use super::inputs::{Affine, Input};
 use super::polynomial::Quadratic;
-use crate::effect::{Cable, Guide};
+use crate::effect::{Cable, Guide, Stressed};
 use crate::math::signal::Ramp;
 use crate::math::tensor::Vec3;
 use crate::scene::Scene;
+use crate::scene::parts::constraints::Drive;
 use crate::system::{At, BlockValues, ConstraintKind, Effect, EnergyRole, Rates, Want};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
 
 /// A load s(u) f(q) with the potential s(u) φ(q).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,7 +36,7 @@ pub struct ReducedCable {
     pub drive: CableDrive,
 }
 
-/// What a cable is driven by.
+/// Drive of a cable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum CableDrive {
     /// Tension \[N\]
@@ -89,7 +91,10 @@ pub fn check(scene: &Scene) -> Result<(), ReductionError> {
     }
     for effect in &scene.system.effects {
         let own = effect.blocks();
-        let is_elastic = scene.stressed.iter().filter_map(|s| s.constitution()).any(|c| std::ptr::eq(c.blocks, own));
+        // An elastic effect without a form at points is refused with its reason later
+        let blocks =
+            |s: &Arc<dyn Stressed>| s.constitution().map_or(&s.points().blocks as *const _, |c| c.blocks as *const _);
+        let is_elastic = scene.stressed.iter().any(|s| std::ptr::eq(blocks(s), own));
         let capabilities = effect.capabilities();
         let is_load =
             effect.role() == EnergyRole::Load && (capabilities.degree.is_some() || capabilities.means.is_some());
@@ -179,26 +184,25 @@ fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, ReductionError
 
 /// The cables of a scene.
 pub fn cables(scene: &Scene, modes: &[Vec<f64>], inputs: &[Input]) -> Result<Vec<ReducedCable>, ReductionError> {
-    let reduced = |named: &crate::scene::parts::constraints::NamedCable| {
+    let mut out = vec![];
+    for named in &scene.cables {
         let (pull_point, guides) = named.cable.path();
         let name = named.name.clone();
         let drive = match &named.drive {
-            crate::scene::parts::constraints::Drive::Prescribed(signal) => {
-                CableDrive::Tension(Affine::identify(&name, inputs, |now| signal.at(now))?)
-            }
-            crate::scene::parts::constraints::Drive::Multiplier(c) => {
+            Drive::Prescribed(signal) => CableDrive::Tension(Affine::identify(&name, inputs, |now| signal.at(now))?),
+            Drive::Multiplier(c) => {
                 let constraint = &scene.system.constraints[*c];
                 let free = Affine::identify(&name, inputs, |now| constraint.target(now))?;
                 CableDrive::Length { free, compliance: constraint.compliance() }
             }
         };
-        Ok(ReducedCable {
+        out.push(ReducedCable {
             name,
             pull_point: pull_point.map(Into::into),
             guides: guides.iter().map(|p| (*p).into()).collect(),
             motion: ReducedCable::motion(&named.cable, modes),
             drive,
-        })
-    };
-    scene.cables.iter().map(reduced).collect()
+        });
+    }
+    Ok(out)
 }

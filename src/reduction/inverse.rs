@@ -1,7 +1,8 @@
 //! Inputs at which a reduced model has given values of its quantities: damped least squares with its derivatives, within the ranges.
 //!
 //! Source: Levenberg, *Quart. Appl. Math.* 2, 1944; Marquardt, *J. SIAM* 11, 1963. Inputs are counted in their ranges, so that the shortest
-//! change among many is the one of the smallest shares. Limits: a local search from the present inputs.
+//! change among many is the one of the smallest shares. Where the search from the present inputs ends short of the targets, as at rest, where an angle without
+//! a sign has no derivative, it begins again from other places of the ranges. Limits: a local search from each of them.
 
 use super::twin::{StepError, Twin};
 use nalgebra::{DMatrix, DVector};
@@ -33,6 +34,9 @@ const ITERATIONS: usize = 40;
 /// Damping at the start, its factors after a better and a worse step, and the largest one.
 const DAMPING: (f64, f64, f64, f64) = (1e-3, 0.2, 5.0, 1e8);
 
+/// Shares of the ranges from which the search begins again.
+const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
+
 /// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes.
 ///
 /// # Errors
@@ -40,8 +44,26 @@ const DAMPING: (f64, f64, f64, f64) = (1e-3, 0.2, 5.0, 1e8);
 /// [`StepError`] where the model has no equilibrium at the present inputs.
 pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> {
     let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
+    let present: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
+    let mut best = search(twin, targets, present)?;
+    for share in STARTS {
+        if best.met {
+            break;
+        }
+        let start = ranges.iter().map(|r| r[0] + share * (r[1] - r[0])).collect();
+        if let Ok(other) = search(twin, targets, start) {
+            let iterations = best.iterations + other.iterations;
+            best = Reached { iterations, ..if other.distance < best.distance { other } else { best } };
+        }
+    }
+    twin.step(&best.inputs)?;
+    Ok(best)
+}
+
+/// The search from one place.
+fn search(twin: &mut Twin, targets: &[Target], mut inputs: Vec<f64>) -> Result<Reached, StepError> {
+    let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
     let (n, m) = (ranges.len(), targets.len());
-    let mut inputs: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
     twin.step(&inputs)?;
     let left = |twin: &Twin| {
         DVector::from_fn(m, |k, _| (targets[k].value - twin.values()[targets[k].quantity]) / targets[k].tolerance)

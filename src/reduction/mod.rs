@@ -20,6 +20,7 @@ pub mod equations;
 pub mod error;
 pub mod file;
 pub mod forces;
+mod full_state;
 pub mod inputs;
 pub mod inverse;
 pub mod model;
@@ -34,7 +35,8 @@ pub mod twin;
 
 pub use equations::Position;
 pub use error::{ModelFileError, ReductionError};
+pub use full_state::FullState;
 pub use inputs::Input;
 pub use model::ReducedModel;
-pub use train::{FullState, Training, errors};
+pub use train::{Training, errors};
 pub use twin::{StepError, StepReport, Twin};

@@ -197,7 +197,7 @@ impl Points {
     }
 }
 
-/// What four points add beside P and A.
+/// The parts of the forces of four points that P and A do not contain.
 struct Place {
     weight: Lanes,
     /// G(J)

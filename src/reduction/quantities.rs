@@ -5,8 +5,7 @@ use super::error::ReductionError;
 use super::forces::{Load, ReducedCable};
 use super::polynomial::Quadratic;
 use crate::math::tensor::Vec3;
-use crate::scene::parts::probes::Winding;
-use crate::scene::{Features, Reading, Scene};
+use crate::scene::{Features, Reading, Scene, Winding};
 use serde::{Deserialize, Serialize};
 
 /// A column with how it is read.

@@ -5,6 +5,7 @@ use super::basis::{Basis, strains, weighted};
 use super::body_points::BodyPoints;
 use super::error::ReductionError;
 use super::forces::{ReducedCable, cables, check, loads, reduced_force};
+use super::full_state::FullState;
 use super::inputs::{Input, inputs};
 use super::model::{Bar, ErrorModel, Origin, ReducedModel};
 use super::points::Sizes;
@@ -13,19 +14,6 @@ use super::sampling::{FieldsAtPoints, Selection, select, stored};
 use super::twin::Twin;
 use crate::math::vector::{dot, norm};
 use crate::scene::Scene;
-
-/// An equilibrium of the full model.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FullState {
-    /// Inputs \[SI\]
-    pub inputs: Vec<f64>,
-    /// \[unknowns\]
-    pub x: Vec<f64>,
-    /// \[constraints\]
-    pub lambda: Vec<f64>,
-    /// Values of the quantities of the model
-    pub values: Vec<f64>,
-}
 
 /// States of a scene whose inputs are controlled signals, from which reduced models of several sizes are made.
 pub struct Training<'a> {
@@ -204,7 +192,7 @@ pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64
     Ok(out)
 }
 
-/// Share of the median error that stands for an estimate that vanishes.
+/// Share of the median error that is added to an estimate, which may vanish.
 const FLOOR: f64 = 0.2;
 
 /// Share of further errors that a bar is to contain, and the confidence that it does.

@@ -34,7 +34,7 @@ pub struct Twin {
     slopes: Vec<f64>,
 }
 
-/// What a step took.
+/// Counts of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepReport {
     /// Iterations of Newton's method

@@ -1,6 +1,6 @@
 //! Columns as functions of a few polynomials of the displacement, from which a model of few unknowns reads them too.
 
-use super::parts::probes::Winding;
+use super::winding::Winding;
 
 /// The polynomials of a recorder, and how its columns follow from them.
 pub struct Features {

@@ -106,6 +106,7 @@ mod stress_recovery;
 pub mod stretch;
 mod trial;
 mod turning;
+mod winding;
 
 pub use body::{Body, request};
 pub use build::{Scene, SceneBuilder};
@@ -142,3 +143,4 @@ pub use spec::SceneSpec;
 pub use start::StartSpec;
 pub use starter::starter;
 pub use stored::{is_stored, keep};
+pub use winding::Winding;

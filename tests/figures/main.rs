@@ -9,13 +9,14 @@ use std::sync::Arc;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 /// Studies of a bar, small enough to be run in seconds, one for each kind of study and of figure.
-const STUDIES: [&str; 10] = [
+const STUDIES: [&str; 11] = [
     "calibration",
     "comparison",
     "convergence",
     "cost",
     "coverage",
     "formulations",
+    "reduction",
     "robustness",
     "sequence",
     "sweep",
@@ -23,7 +24,7 @@ const STUDIES: [&str; 10] = [
 ];
 /// Sources of figures with the beginning of a name that they give; a source that is not here fails the test. Not in a style of one's own: `body.rs` (`check`,
 /// `mesh`), and the overlays that `simulate` draws.
-const DRAWN: [(&str, &str); 27] = [
+const DRAWN: [(&str, &str); 30] = [
     ("report/body.rs", ""),
     ("study/overlay/figure.rs", ""),
     ("study/overlay/markers_figure.rs", ""),
@@ -45,6 +46,9 @@ const DRAWN: [(&str, &str); 27] = [
     ("study/kinds/cost/figures/growth.rs", "growth"),
     ("study/kinds/cost/figures/work.rs", "work-amounts-"),
     ("study/kinds/coverage/figure.rs", "coverage"),
+    ("study/kinds/reduction/figures.rs", "work-precision"),
+    ("study/kinds/reduction/figures.rs", "bars"),
+    ("study/kinds/reduction/figures.rs", "singular-values"),
     ("study/kinds/robustness/figures/failed.rs", "failures"),
     ("study/kinds/robustness/figures/matrix.rs", "matrix"),
     ("study/kinds/robustness/figures/region.rs", "map-dt-nu"),

@@ -194,11 +194,7 @@ fn solve(
     };
     // The case of a calibration is its scene at the constants that were found
     let (found, spec) = found.map_or_else(|| (None, case.spec.clone()), |(found, spec)| (Some(found), spec));
-    let building = Instant::now();
-    let scene = Scene::build(&case.scene_file, spec, case.text.clone(), body);
-    let build_s = building.elapsed().as_secs_f64();
-    let scene = scene?;
-    task.check(&scene)?;
+    let (scene, build_s) = built(task, spec, body)?;
     let mut estimator = task.estimates_errors.then(|| ErrorEstimator::new(&scene));
     let mut live = open(&scene);
     let board = live.as_ref().map(|live| live.board().clone());
@@ -247,7 +243,6 @@ fn solve(
     let repeats = if repeats > 1 { all } else { vec![] };
     let spent = |of: fn(&RefinementRecord) -> f64| refinement.iter().map(of).sum::<f64>();
     let times = (times.0 + spent(|r| r.wall_s), times.1 + spent(|r| r.cpu_s));
-    let states = kept;
     Ok(Some(Solved {
         scene,
         run,
@@ -256,12 +251,21 @@ fn solve(
         sensitivities,
         one_run,
         film,
-        states,
+        states: kept,
         notes,
         build_s,
         times,
         repeats,
     }))
+}
+
+/// The scene of a case, checked against what its study asks of it, and the time of its construction \[s\].
+fn built(task: &Task, spec: SceneSpec, body: Arc<Body>) -> Result<(Scene, f64), CaseError> {
+    let building = Instant::now();
+    let scene = Scene::build(&task.case.scene_file, spec, task.case.text.clone(), body)?;
+    let build_s = building.elapsed().as_secs_f64();
+    task.check(&scene)?;
+    Ok((scene, build_s))
 }
 
 /// Records the derivatives that the task asks for, if any.

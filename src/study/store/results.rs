@@ -27,7 +27,7 @@ pub struct Results {
     pub found: BTreeMap<String, Calibration>,
     /// Case id → derivatives of its columns by such constants, `d bending_angle_deg/d laws.rubber.mu`
     pub sensitivities: BTreeMap<String, Series>,
-    /// What the kind of the study has made of all cases, [`StudyKind::derive`](crate::study::kind::StudyKind::derive)
+    /// Record of the work on all cases, [`StudyKind::derive`](crate::study::kind::StudyKind::derive)
     pub derived: Option<serde_json::Value>,
     /// Files that could not be read and are left out, in sentences
     pub damaged: Vec<String>,

@@ -3,7 +3,6 @@
 
 use super::mean::Mean;
 use super::part::Probe;
-use super::winding::Winding;
 use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::scene::body::Body;
@@ -11,6 +10,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::features::{Features, Reading};
 use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::scene::winding::Winding;
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -14,7 +14,6 @@ mod pose;
 mod position;
 mod reaction;
 mod stretch;
-mod winding;
 
 pub use bending_angle::BendingAngle;
 pub use centre_line::CentreLine;
@@ -25,7 +24,6 @@ pub use pose::Pose;
 pub use position::Position;
 pub use reaction::Reaction;
 pub use stretch::Stretch;
-pub use winding::Winding;
 
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;

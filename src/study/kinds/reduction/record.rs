@@ -1,4 +1,4 @@
-//! What a reduction study keeps in `study.json` and `derived.json`.
+//! Records of a reduction study in `study.json` and `derived.json`.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
