@@ -128,7 +128,7 @@ fn a_study_makes_models_that_the_program_steps() {
     );
 
     let model = format!("out/{name}");
-    let protocol = "{\"inputs\": {\"cable_tension_N\": 0.2}}\n{\"inputs\": {\"body_acceleration_m_s2\": 100}}\n{\"inputs\": {\"none\": 1}}\nno JSON\n\
+    let protocol = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"inputs\": {\"body_acceleration_m_s2\": 100}}\n{\"inputs\": {\"none\": 1}}\nno JSON\n\
         {\"reset\": true, \"target\": {\"xmax_z_m\": 0.006}}\n";
     let stepped = durometer(at, &["twin", &model], protocol);
     assert_eq!(stepped.code, Some(0), "{}", stepped.err);
@@ -162,7 +162,7 @@ fn mistakes_of_a_study_are_refused() {
     for (from, to, word) in [
         ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0.4 N\", \"0 N\"]", "empty"),
         ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0\", \"0.4\"]", "unit"),
-        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0 mm\", \"0.4 mm\"]", "force"),
+        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0 mm\", \"0.4 mm\"]", "dimension"),
         ("key = \"effect.gravity.acceleration\"", "key = \"effect.none.acceleration\"", "none"),
         ("training = 24", "training = 6", "twice"),
         ("modes = [2, 5]", "modes = []", "modes"),

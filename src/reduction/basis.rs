@@ -90,6 +90,9 @@ pub fn weighted(points: &BodyPoints, weights: &[f64], p: &[f64]) -> Vec<f64> {
 /// The fields that represent `fields` best, at most `most`, with all singular values; `values` are those by which products are taken.
 pub fn decompose(fields: &[Vec<f64>], values: &[Vec<f64>], most: usize) -> (Vec<Vec<f64>>, Vec<f64>) {
     let n = fields.len();
+    if n == 0 {
+        return (vec![], vec![]);
+    }
     let gram = DMatrix::from_fn(n, n, |i, j| dot(&values[i.max(j)], &values[i.min(j)]));
     let eigen = gram.symmetric_eigen();
     let mut order: Vec<usize> = (0..n).collect();

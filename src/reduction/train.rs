@@ -37,6 +37,10 @@ impl<'a> Training<'a> {
         if states.len() < FEWEST {
             return Err(ReductionError::TooFewStates(states.len(), FEWEST));
         }
+        let columns = scene.columns();
+        if let Some(name) = names.iter().find(|name| !columns.contains(name)) {
+            return Err(ReductionError::Quantity { name: name.clone(), known: columns[1..].join(", ") });
+        }
         let unknowns = scene.system.dofs.equation.len();
         if let Some(other) = states.iter().find(|s| s.x.len() != unknowns) {
             return Err(ReductionError::OtherScene(format!("{} unknowns, not {unknowns}", other.x.len())));
