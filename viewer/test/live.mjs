@@ -38,6 +38,8 @@ try {
   await until("live.news.signals[0].value > 0");
   await press("Take one step and pause");
   await until("live.body.states === 2 && live.news.waiting");
+  // The newest state is shown with the next picture
+  await until("viewer.clock.textContent === 't = 0.25 s'");
   found.stepped = await words();
   found.step = await browser.run("return live.panel.step.textContent");
   found.clock = await browser.run("return viewer.clock.textContent");
