@@ -129,7 +129,7 @@ fn a_study_makes_models_that_the_program_steps() {
 
     let model = format!("out/{name}");
     let protocol = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"inputs\": {\"body_acceleration_m_s2\": 100}}\n{\"inputs\": {\"none\": 1}}\nno JSON\n\
-        {\"reset\": true, \"target\": {\"xmax_z_m\": 0.006}}\n";
+        {\"reset\": true, \"target\": {\"xmax_z_m\": 0.0055}}\n";
     let stepped = durometer(at, &["twin", &model], protocol);
     assert_eq!(stepped.code, Some(0), "{}", stepped.err);
     let answers = lines(&stepped.out);
