@@ -8,7 +8,7 @@
 //! | Loads, cables and quantities in the coordinates | [`forces`], [`quantities`], [`polynomial`], [`inputs`] |
 //! | Adjoint solutions for the error estimate | [`adjoint_space`] |
 //! | All of it | [`train`] |
-//! | The model, and its file | [`model`], [`file`] |
+//! | The model, and its file | [`model`], [`mod@file`] |
 //! | Inputs for given values | [`inverse`] |
 //! | A model that runs | [`twin`], on [`equations`], [`points`], [`running_cable`] and [`residual`] |
 
