@@ -317,6 +317,13 @@ fn what_is_not_reduced_is_refused() {
     };
     let words = why(&mean, &names());
     assert!(words.contains("mixed") || words.contains("unknowns"), "{words}");
+    // A hundred times beyond the ranges there is no equilibrium, and a bar without a bound is none
+    let (scene, _, others, _) = trained();
+    let beyond = |s: &FullState| FullState { inputs: s.inputs.iter().map(|u| 100.0 * u).collect(), ..s.clone() };
+    let others: Vec<FullState> = others.iter().map(beyond).collect();
+    let made = Training::new(scene, known, &names()).and_then(|t| t.model(2, Some(1e-3), &others));
+    let words = made.expect_err("no equilibrium").to_string();
+    assert!(words.contains("no equilibrium") && words.contains("held back"), "{words}");
     let words = why(&dynamic, &["none_m".into()]);
     assert!(words.contains("none_m") && words.contains("bending_angle_deg"), "{words}");
 }

@@ -21,6 +21,7 @@ mod study;
 mod twin;
 mod value;
 
+use pyo3::PyClass;
 use pyo3::prelude::*;
 use std::ffi::OsString;
 
@@ -50,6 +51,28 @@ fn signals_kept<T>(work: impl FnOnce() -> T) -> T {
 fn set_python(file: std::path::PathBuf) {
     durometer::catalogue::host::set_python(file);
 }
+
+/// Alignment of the memory of objects in Python, which pyo3 does not compare with that of a class.
+const ALIGNMENT: usize = 16;
+
+/// A class whose values need more, such as lanes of numbers, keeps them in a box.
+const fn is_aligned<T: PyClass>() {
+    assert!(align_of::<T>() <= ALIGNMENT, "Python has no memory of this alignment: keep the values in a box");
+}
+
+// All classes
+const _: () = {
+    is_aligned::<array::Numbers>();
+    is_aligned::<calibration::Calibration>();
+    is_aligned::<controller::Observation>();
+    is_aligned::<fit::Fit>();
+    is_aligned::<invariants::Invariants>();
+    is_aligned::<run::Run>();
+    is_aligned::<scene::Scene>();
+    is_aligned::<sensitivities::Sensitivities>();
+    is_aligned::<study::Study>();
+    is_aligned::<twin::Twin>();
+};
 
 #[pymodule]
 #[pyo3(name = "_native")]

@@ -12,7 +12,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 /// A reduced model from a study of kind "reduction", at an equilibrium.
 #[pyclass(module = "durometer", frozen)]
 pub struct Twin {
-    model: Mutex<Model>,
+    /// In a box: its lanes of numbers are aligned to 32 bytes
+    model: Box<Mutex<Model>>,
 }
 
 impl Twin {
@@ -35,14 +36,14 @@ impl Twin {
     #[new]
     fn new(path: PathBuf) -> PyResult<Self> {
         let model = ReducedModel::read(&path).map_err(refused)?;
-        Ok(Self { model: Model::new(model).map_err(refused)?.into() })
+        Ok(Self { model: Box::new(Model::new(model).map_err(refused)?.into()) })
     }
 
     /// A model from the bytes of such a file.
     #[staticmethod]
     fn from_bytes(data: &[u8]) -> PyResult<Self> {
         let model = ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?;
-        Ok(Self { model: Model::new(model).map_err(refused)?.into() })
+        Ok(Self { model: Box::new(Model::new(model).map_err(refused)?.into()) })
     }
 
     /// Name of each input → its range (least, largest) \[SI\].

@@ -56,6 +56,9 @@ def test_a_twin_gives_the_numbers_of_the_program(tmp_path: Path) -> None:
     twin.step({name: 50.0})
     assert not twin.in_range and numpy.isinf(twin.bars["xmax_z_m"])
     assert durometer.Twin.from_bytes(file.read_bytes()).ranges == twin.ranges
+    # At many addresses, which Python aligns to 16 bytes
+    others = [durometer.Twin(file) for _ in range(20)]
+    assert all(other.step({name: 12.5}) == values for other in others)
     for wrong in ({"none": 1.0}, {name: float("nan")}):
         with pytest.raises(durometer.InputError):
             twin.step(wrong)

@@ -19,12 +19,19 @@ pub enum ReductionError {
     Law(String),
     #[error("the equations of a training state cannot be solved for the error estimate: {0}")]
     Adjoint(Failure),
+    #[error(
+        "the model finds no equilibrium at {failed} of {states} states that were held back; take more modes, or more training states"
+    )]
+    NoEquilibrium { failed: usize, states: usize },
     #[error(transparent)]
     LawSpec(#[from] LawSpecError),
     #[error(
-        "no weights of points reproduce the forces of the training states within {asked:e}; the best have an error of {reached:e}"
+        "no weights of points reproduce the forces of the training states: the best have an error of {:.1} %, and {:.0} % is the most that is of use; \
+         take a smaller `sampling`, or fewer modes",
+        100.0 * reached,
+        100.0 * most
     )]
-    Sampling { asked: f64, reached: f64 },
+    Sampling { reached: f64, most: f64 },
 }
 
 /// Why the file of a reduced model cannot be used.

@@ -72,7 +72,7 @@ impl Selection {
 }
 
 /// Error of the sums beyond which points and weights are of no use.
-const WORST: f64 = 0.05;
+pub const WORST: f64 = 0.05;
 /// Share of the largest force of all states that the small ones are measured by.
 const SMALL: f64 = 0.05;
 
@@ -117,7 +117,7 @@ pub fn of_rows(rows: &[Vec<f64>], tolerance: f64) -> Result<Selection, Reduction
     let b: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
     let found = sparse_weights(&a, &b, tolerance, count.min(rows.len()));
     if found.residual > WORST {
-        return Err(ReductionError::Sampling { asked: tolerance, reached: found.residual });
+        return Err(ReductionError::Sampling { reached: found.residual, most: WORST });
     }
     Ok(Selection { points: found.weights, error: found.residual })
 }

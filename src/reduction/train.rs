@@ -56,7 +56,7 @@ impl<'a> Training<'a> {
     ///
     /// # Errors
     ///
-    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined.
+    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined, states without an equilibrium that are too many for a bar.
     pub fn model(
         &self,
         modes: usize,
@@ -219,6 +219,10 @@ pub fn left_out(n: usize) -> usize {
 /// Bars that hold for states that were held back.
 fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>, ReductionError> {
     let all = errors(model, held_back)?;
+    let failed = all.iter().filter(|row| row.iter().any(|(error, _)| !error.is_finite())).count();
+    if failed > left_out(all.len()) {
+        return Err(ReductionError::NoEquilibrium { failed, states: all.len() });
+    }
     let bar = |k: usize| {
         let mut sizes: Vec<f64> = all.iter().map(|row| row[k].0.abs()).collect();
         sizes.sort_by(f64::total_cmp);

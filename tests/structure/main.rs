@@ -267,6 +267,25 @@ fn files_begin_with_their_subject() {
     assert_none(&wrong, "the first line of a file is a `//!` comment with its subject");
 }
 
+/// Python gives objects less alignment than some values need; the compiler compares them for the classes in the list of `python/src/lib.rs`.
+#[test]
+fn the_alignment_of_every_class_of_python_is_checked() {
+    let sources = rust_files("python/src");
+    let list = &sources.iter().find(|s| s.name == "python/src/lib.rs").expect("the module").text;
+    let class = regex::Regex::new(r"#\[pyclass[^\]]*\]\s*pub struct (\w+)").expect("a pattern");
+    let classes: Vec<(&str, String)> = sources
+        .iter()
+        .flat_map(|s| class.captures_iter(&s.text).map(|c| (s.name.as_str(), c[1].to_string())))
+        .collect();
+    assert!(classes.len() >= 10, "the classes have moved: {classes:?}");
+    let wrong: Vec<String> = classes
+        .iter()
+        .filter(|(_, name)| !list.contains(&format!("::{name}>();")))
+        .map(|(file, name)| format!("{file}: {name}"))
+        .collect();
+    assert_none(&wrong, "add is_aligned::<…>() to the list of python/src/lib.rs");
+}
+
 mod on_made_up_files {
     use super::*;
 

@@ -57,6 +57,7 @@ pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<Reductio
     let chosen = models.iter().position(within);
     let incomplete = study.incomplete(&results.cases);
     let mut warnings = analysis::warnings(&incomplete);
+    warnings.extend(derived.iter().flat_map(|d| d.left_out.iter().cloned()));
     warnings.extend(doubts(models, &quantities));
     analysis::add_notes(&mut warnings, &results.cases);
     let found = ReductionFindings { inputs: record.inputs.len(), quantities, derived, chosen };
@@ -111,6 +112,7 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
             time(model.leap_s[0]),
             significant(model.gain(derived.full_step_s), 2)
         ),
+        None if derived.models.is_empty() => "No verdict: no model could be made; the warnings say why.".into(),
         None => {
             let best = derived.models.last().map(of).unwrap_or_default();
             format!(

@@ -74,10 +74,17 @@ fn make(
     let (singular_values, pressure_values) = trained.singular_values().map_err(|e| e.to_string())?;
     let offline_s = start.elapsed().as_secs_f64();
     files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
-    let mut models = vec![];
+    let (mut models, mut left_out) = (vec![], vec![]);
     for &modes in &record.modes {
         let start = Instant::now();
-        let model = trained.model(modes, Some(record.sampling), &others).map_err(|e| e.to_string())?;
+        let model = match trained.model(modes, Some(record.sampling), &others) {
+            Ok(model) => model,
+            // The other models are not lost by it
+            Err(why) => {
+                left_out.push(format!("No model with {modes} modes could be made: {why}."));
+                continue;
+            }
+        };
         let offline_s = start.elapsed().as_secs_f64();
         let file = format!("models/{}-{modes}.durom", results.study.study);
         let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
@@ -94,6 +101,7 @@ fn make(
         full_step_s: steps[steps.len() / 2],
         offline_s,
         models,
+        left_out,
     })
 }
 

@@ -45,6 +45,8 @@ pub struct DerivedRecord {
     /// Time of the work that all models share, adjoint solutions among it \[s\]
     pub offline_s: f64,
     pub models: Vec<ModelRecord>,
+    /// Models that could not be made, in sentences
+    pub left_out: Vec<String>,
 }
 
 /// One model.

@@ -1,6 +1,7 @@
 //! Keys of a reduction study, and the runs that follow from them.
 
 use crate::math::units;
+use crate::reduction::sampling::WORST;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::reduction::path::{ordered, random, training};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
@@ -161,9 +162,10 @@ fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
 }
 
 fn share(text: &str) -> Result<f64, Mistake> {
-    let wrong = |fact: String| ("sampling".to_string(), fact, "write sampling = \"0.1 %\"".to_string());
+    let remedy = format!("write sampling = \"0.1 %\"; at most {:.0} % is of use", 100.0 * WORST);
+    let wrong = |fact: String| ("sampling".to_string(), fact, remedy.clone());
     let value = units::parse(text, units::Dimension::NONE).map_err(|e| wrong(e.to_string()))?;
-    if value > 0.0 && value < 1.0 { Ok(value) } else { Err(wrong(format!("sampling = {value}"))) }
+    if value > 0.0 && value <= WORST { Ok(value) } else { Err(wrong(format!("sampling = \"{text}\""))) }
 }
 
 /// Share of the range at which the input is zero, or nearest to it.
