@@ -252,7 +252,7 @@ fn any_input_ends_and_is_replayed() {
         let (centre, half) = (0.5 * (RANGES[k][0] + RANGES[k][1]), 0.5 * (RANGES[k][1] - RANGES[k][0]));
         centre + random.around(2.0 * half)
     };
-    let inputs: Vec<[f64; 2]> = (0..2000).map(|_| [draw(0), draw(1)]).collect();
+    let inputs: Vec<[f64; 2]> = (0..10_000).map(|_| [draw(0), draw(1)]).collect();
     let run = || {
         let mut twin = Twin::new(model.clone()).expect("a law of the library");
         let step = |u: &[f64; 2]| {

@@ -1,7 +1,8 @@
 //! A study of kind `reduction` from end to end: runs, models, report, and the program that steps a model.
 
 use serde_json::Value;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -151,6 +152,43 @@ fn a_study_makes_models_that_the_program_steps() {
     let strict = durometer(at, &["twin", &model, "--tolerance", "1e-9", "--stop"], protocol);
     assert_eq!(strict.code, Some(3), "{}", strict.out);
     assert_eq!(durometer(at, &["twin", "scene.toml"], "").code, Some(2));
+    clients_have_the_answers_of_a_pipe(at, &model);
+}
+
+/// Two clients after one another have the same answers as a pipe; one that sends no text, and one that sends an endless line, harm nobody.
+fn clients_have_the_answers_of_a_pipe(folder: &Path, model: &str) {
+    let line = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n";
+    let values = |answer: &Value| answer["quantities"].clone();
+    let piped = values(&lines(&durometer(folder, &["twin", model], line).out)[1]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    let mut child = command
+        .args(["twin", model, "--listen", "0"])
+        .current_dir(folder)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut first = String::new();
+    BufReader::new(child.stdout.take().expect("it is piped")).read_line(&mut first).expect("a line");
+    let listening: Value = serde_json::from_str(&first).expect("JSON");
+    let address = listening["listening"].as_str().expect("an address").to_string();
+    assert!(address.starts_with("127.0.0.1:"), "{address}");
+    let connect = |text: &[u8], answers: usize| -> Vec<Value> {
+        let mut stream = TcpStream::connect(&address).expect("it listens");
+        stream.write_all(text).ok();
+        let read = BufReader::new(&stream).lines().take(answers).map_while(Result::ok);
+        read.map(|line| serde_json::from_str(&line).expect("JSON")).collect()
+    };
+    connect(&[0xff, b'\n'], 1);
+    connect(&vec![b'x'; 2 << 20], 1);
+    connect(b"", 0);
+    for _ in 0..2 {
+        let answers = connect(line.as_bytes(), 2);
+        assert_eq!(values(&answers[1]), piped);
+    }
+    let port = address.rsplit(':').next().expect("a port");
+    assert_eq!(durometer(folder, &["twin", model, "--listen", port], "").code, Some(2), "the port is taken");
+    child.kill().expect("it runs");
+    child.wait().expect("it ends");
 }
 
 /// Few points of little accuracy far from rest: the model with 8 modes has no equilibrium at states that were held back. The others are not lost by it,

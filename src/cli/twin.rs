@@ -5,7 +5,8 @@ use durometer::math::units;
 use durometer::reduction::inverse::{Target, reach};
 use durometer::reduction::{ReducedModel, StepReport, Twin};
 use serde_json::{Map, Value, json};
-use std::io::{BufRead, Write};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -21,6 +22,7 @@ Examples:
   echo '{\"inputs\": {\"cable_shortening_m\": 0.005}}' | durometer twin finger.durom
   echo '{\"target\": {\"bending_angle_deg\": 20}}' | durometer twin finger.durom
   durometer twin finger.durom --tolerance 1% --stop < protocol.jsonl
+  durometer twin finger.durom --listen 7000
 
 Lines that are read: {\"inputs\": {NAME: VALUE, …}}, {\"target\": {NAME: VALUE, …}}, {\"reset\": true}.
 Exit codes: 0 done, 2 bad input, 3 stopped where an error bar was above the tolerance (--stop).")]
@@ -33,6 +35,9 @@ pub struct Args {
     /// End where an error bar is above the tolerance, or an input beyond its range
     #[arg(long, requires = "tolerance")]
     stop: bool,
+    /// Read lines from connections to this port of the loopback interface, one connection after another, instead of standard input; 0 takes a free port
+    #[arg(long, value_name = "PORT")]
+    listen: Option<u16>,
 }
 
 fn share(text: &str) -> Result<f64, String> {
@@ -43,30 +48,68 @@ fn share(text: &str) -> Result<f64, String> {
 /// Share of the size of a quantity within which a target is met.
 const MET: f64 = 1e-4;
 
+/// Bytes of the longest line that is read.
+const LONGEST_LINE: u64 = 1 << 20;
+
 pub fn main(args: &Args) -> CommandResult {
     let mut twin = Twin::new(ReducedModel::read(&args.file)?)?;
-    let mut out = std::io::stdout().lock();
-    if writeln!(out, "{}", opening(&twin)).and_then(|()| out.flush()).is_err() {
+    match args.listen {
+        Some(port) => listen(&mut twin, port, args),
+        None => converse(&mut twin, std::io::stdin().lock(), std::io::stdout().lock(), args),
+    }
+}
+
+/// Serves one connection after another, each with the model at rest; ends where an answer is not trusted and `--stop` is given.
+fn listen(twin: &mut Twin, port: u16, args: &Args) -> CommandResult {
+    let refused =
+        |e: std::io::Error| format!("port {port} cannot be opened: {e}; give another one, or 0 for a free one");
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(refused)?;
+    println!("{}", json!({ "listening": listener.local_addr()?.to_string() }));
+    for connection in listener.incoming() {
+        twin.reset();
+        // A client that vanishes, or sends what is no text, has no more answers; the next one does
+        let served = connection.map_err(Into::into).and_then(|stream| {
+            stream.set_nodelay(true)?;
+            converse(twin, BufReader::new(&stream), &stream, args)
+        });
+        if let Ok(Outcome::RunIncomplete) = served {
+            return served;
+        }
+    }
+    Ok(Outcome::Complete)
+}
+
+/// Answers lines until they end, or the other side takes no more answers.
+fn converse(twin: &mut Twin, mut lines: impl BufRead, mut out: impl Write, args: &Args) -> CommandResult {
+    let mut tell = |answer: &Value| writeln!(out, "{answer}").and_then(|()| out.flush()).is_ok();
+    if !tell(&opening(twin)) {
         return Ok(Outcome::Complete);
     }
-    for line in std::io::stdin().lock().lines() {
-        let line = line?;
+    let mut line = String::new();
+    loop {
+        line.clear();
+        let length = lines.by_ref().take(LONGEST_LINE).read_line(&mut line)?;
+        if length == 0 {
+            return Ok(Outcome::Complete);
+        }
+        if length as u64 == LONGEST_LINE {
+            tell(&json!({ "error": format!("a line is longer than {LONGEST_LINE} bytes; give shorter ones") }));
+            return Ok(Outcome::Complete);
+        }
         if line.trim().is_empty() {
             continue;
         }
-        let (answer, trusted) = match answer(&mut twin, &line, args.tolerance) {
+        let (answer, trusted) = match answer(twin, &line, args.tolerance) {
             Ok(answer) => answer,
             Err(why) => (json!({ "error": why }), true),
         };
-        // A reader that has closed the pipe has what it wants
-        if writeln!(out, "{answer}").and_then(|()| out.flush()).is_err() {
-            break;
+        if !tell(&answer) {
+            return Ok(Outcome::Complete);
         }
         if args.stop && !trusted {
             return Ok(Outcome::RunIncomplete);
         }
     }
-    Ok(Outcome::Complete)
 }
 
 fn opening(twin: &Twin) -> Value {

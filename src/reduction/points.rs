@@ -149,7 +149,8 @@ impl Points {
         for group in 0..self.weights.len() {
             let place = self.place(y, group, want, &mut out.response)?;
             let (gradients, pressures) = (&self.gradients[group * n..][..n], &self.pressures[group * m..][..m]);
-            widest(Gradient { gradients, pressures, place: &place, response: &out.response, r: &mut out.r });
+            let (response, r) = (&out.response, &mut out.r[..]);
+            widest(Forces { gradients, pressures, place: &place, response, r, first_pressure: n });
             if want == Want::Tangent {
                 let Sums { response, k, products, .. } = out;
                 widest(Hessian { gradients, pressures, place: &place, response, k, products });
@@ -166,7 +167,8 @@ impl Points {
             let gradients = &self.test_gradients[group * tests..][..tests];
             let none = self.test_pressures.is_empty();
             let pressures = if none { &[][..] } else { &self.test_pressures[group * tests..][..tests] };
-            widest(Tests { gradients, pressures, place: &place, response: &out.response, r: &mut out.r });
+            let (response, r) = (&out.response, &mut out.r[..]);
+            widest(Forces { gradients, pressures, place: &place, response, r, first_pressure: 0 });
         }
         Ok(())
     }
@@ -242,50 +244,27 @@ impl Kernel for Deformation<'_> {
     }
 }
 
-/// r_i += w P : ∂v_i/∂X, r_c += w p_c G
-struct Gradient<'a> {
+/// r_i += w P : ∂v_i/∂X of the motions, r_c += w p_c G of the pressures
+struct Forces<'a> {
     gradients: &'a [[Lanes; 9]],
     pressures: &'a [Lanes],
     place: &'a Place,
     response: &'a LaneResponse,
     r: &'a mut [Lanes],
+    /// Place of the first pressure in `r`: after the motions, or 0 where each field has both
+    first_pressure: usize,
 }
 
-impl Kernel for Gradient<'_> {
+impl Kernel for Forces<'_> {
     #[inline(always)]
     fn run(self) {
-        let Self { gradients, pressures, place, response, r } = self;
-        let weighted = response.p.map(|p| place.weight * p);
-        let (of_motion, of_pressure) = r.split_at_mut(gradients.len());
-        for (r, gradient) in of_motion.iter_mut().zip(gradients) {
-            *r += contract(&weighted, gradient);
-        }
-        let gap = place.weight * place.gap;
-        for (r, p) in of_pressure.iter_mut().zip(pressures) {
-            *r += gap * *p;
-        }
-    }
-}
-
-/// The same along tests with a displacement and a pressure each.
-struct Tests<'a> {
-    gradients: &'a [[Lanes; 9]],
-    pressures: &'a [Lanes],
-    place: &'a Place,
-    response: &'a LaneResponse,
-    r: &'a mut [Lanes],
-}
-
-impl Kernel for Tests<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let Self { gradients, pressures, place, response, r } = self;
+        let Self { gradients, pressures, place, response, r, first_pressure } = self;
         let weighted = response.p.map(|p| place.weight * p);
         for (r, gradient) in r.iter_mut().zip(gradients) {
             *r += contract(&weighted, gradient);
         }
         let gap = place.weight * place.gap;
-        for (r, p) in r.iter_mut().zip(pressures) {
+        for (r, p) in r[first_pressure..].iter_mut().zip(pressures) {
             *r += gap * *p;
         }
     }

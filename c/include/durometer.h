@@ -1,0 +1,64 @@
+/* Reduced models of Durometer in C: `.durom` files of studies of kind "reduction", stepped without allocation.
+ *
+ * Numbers are in SI units, in the order of the names. A model is used by one thread at a time; several models are independent.
+ * Strings and arrays that a function returns belong to the model and are valid until it is closed; values change with each step. */
+#ifndef DUROMETER_H
+#define DUROMETER_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct durometer_twin durometer_twin;
+
+enum {
+    DUROMETER_DONE = 0,
+    /* An error of the program: the model must be closed, and the error reported. */
+    DUROMETER_INTERNAL = 1,
+    /* Null pointers, other counts than those of the model, numbers that are not finite. Nothing has changed. */
+    DUROMETER_BAD_INPUT = 2,
+    /* No equilibrium was found, or no inputs at which the targets are met. After a step the model is where it was before. */
+    DUROMETER_NOT_SOLVED = 3
+};
+
+/* Opens a file `.durom`; the model is at rest. Null where it cannot be used, with the reason in `message`, cut off at `size` bytes with the null. */
+durometer_twin *durometer_twin_open(const char *path, char *message, size_t size);
+/* Releases a model; null is allowed. */
+void durometer_twin_close(durometer_twin *twin);
+
+/* Numbers of inputs and of quantities. */
+size_t durometer_twin_inputs(const durometer_twin *twin);
+size_t durometer_twin_quantities(const durometer_twin *twin);
+/* Name of an input or of a quantity; null beyond the last one. */
+const char *durometer_twin_input_name(const durometer_twin *twin, size_t input);
+const char *durometer_twin_quantity_name(const durometer_twin *twin, size_t quantity);
+/* Range of an input that the model was made for: least, largest. */
+int durometer_twin_range(const durometer_twin *twin, size_t input, double range[2]);
+
+/* Goes to the equilibrium of `count` inputs, all of them. Allocates nothing. */
+int durometer_twin_step(durometer_twin *twin, const double *inputs, size_t count);
+/* Goes to inputs within their ranges at which quantities have target values within tolerances, each in the unit of its quantity, as near as a local
+ * search comes. Allocates. */
+int durometer_twin_reach(durometer_twin *twin, const size_t *quantities, const double *values, const double *tolerances, size_t count);
+/* Back to rest. */
+int durometer_twin_reset(durometer_twin *twin);
+
+/* Inputs of the present equilibrium. */
+const double *durometer_twin_present_inputs(const durometer_twin *twin);
+/* Whether they are within their ranges: 1 or 0. */
+int durometer_twin_in_range(const durometer_twin *twin);
+/* Quantities at the present equilibrium, their error bars (infinite beyond the ranges), and estimates of the value of the full model less that of this
+ * one. */
+const double *durometer_twin_values(const durometer_twin *twin);
+const double *durometer_twin_bars(const durometer_twin *twin);
+const double *durometer_twin_estimates(const durometer_twin *twin);
+/* Derivatives of the quantities by the inputs, [quantities x inputs] row by row, in an array of `count` numbers. */
+int durometer_twin_sensitivities(durometer_twin *twin, double *out, size_t count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
