@@ -211,7 +211,7 @@ fn a_model_without_an_equilibrium_is_left_out_with_a_warning() {
     let record: Value = serde_json::from_str(&read("derived.json")).expect("JSON");
     let kept: Vec<&str> =
         record["models"].as_array().expect("models").iter().filter_map(|m| m["file"].as_str()).collect();
-    assert_eq!(kept, ["models/study-5.durom"]);
+    assert!(kept.len() == 1 && kept[0].ends_with("-5.durom"), "{kept:?}");
     assert_eq!(durometer(at, &["twin", &format!("out/{}", kept[0])], "{}\n").code, Some(0));
     let summary: Value = serde_json::from_str(&read("summary.json")).expect("JSON");
     let warnings = summary["warnings"].to_string();
