@@ -1,7 +1,8 @@
 /* Reduced models of Durometer in C: `.durom` files of studies of kind "reduction", stepped without allocation.
  *
  * Numbers are in SI units, in the order of the names. A model is used by one thread at a time; several models are independent.
- * Strings and arrays that a function returns belong to the model and are valid until it is closed; values change with each step. */
+ * Strings and arrays that a function returns belong to the model and are valid until it is closed; values change with each step. Arrays that are
+ * given to a function are the caller's own: to step from the present inputs, copy them. */
 #ifndef DUROMETER_H
 #define DUROMETER_H
 
@@ -23,7 +24,7 @@ enum {
     DUROMETER_NOT_SOLVED = 3
 };
 
-/* Opens a file `.durom`; the model is at rest. Null where it cannot be used, with the reason in `message`, cut off at `size` bytes with the null. */
+/* Opens a file `.durom`, whose path is in UTF-8; the model is at rest. Null where it cannot be used, with the reason in `message`, cut off at `size` bytes with the null. */
 durometer_twin *durometer_twin_open(const char *path, char *message, size_t size);
 /* Releases a model; null is allowed. */
 void durometer_twin_close(durometer_twin *twin);
