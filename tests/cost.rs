@@ -10,7 +10,7 @@ use durometer::study::kinds::cost::findings::{Grows, Measure};
 use durometer::study::kinds::cost::line::How;
 use durometer::study::report;
 use durometer::study::run::work::RepeatRecord;
-use durometer::study::store::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use durometer::study::store::record::{FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -195,6 +195,24 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     for figure in ["work-precision-length.svg", "work-amounts-length.svg"] {
         assert!(!dir.path().join("figures").join(figure).exists(), "{figure}");
     }
+}
+
+/// Locking is an error of the mesh: it refuses a reference over meshes, and none over the time steps of one mesh.
+#[test]
+fn locking_refuses_a_reference_over_meshes_only() {
+    let (study, mut stored) = study();
+    let alarm = LockingRecord { pressure_scatter: 2.0, volumetric_share: 0.5, alarm: true };
+    stored.iter_mut().for_each(|c| c.record.locking = Some(alarm));
+    let over_meshes = analyse(&study, &stored);
+    assert!(over_meshes.verdict.contains("raises the locking alarm"), "{}", over_meshes.verdict);
+    for c in &mut stored {
+        let h = c.record.mesh.h_m;
+        c.record.mesh.h_m = 1e-3;
+        c.record.steps = (1.0 / h) as usize;
+    }
+    let over_steps = analyse(&study, &stored);
+    let reference = over_steps.quantities[0].reference.as_ref().expect("a reference");
+    assert!(!reference.refused && !over_steps.verdict.contains("locking"), "{}", over_steps.verdict);
 }
 
 /// Errors of a quantity with an absolute tolerance are shares of absolute/relative where that is above the value.

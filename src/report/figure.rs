@@ -4,6 +4,7 @@ use crate::report::canvas::{
     Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, page_width, text, width_mm,
 };
 use crate::report::error::ReportError;
+use crate::report::names::title;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A drawn figure: file name, SVG, and what it shows.
@@ -100,9 +101,10 @@ impl WithLegend {
     }
 }
 
-/// `sizes (tet4)`, but `tet10` for a family named after its element.
+/// `sizes (tet4)`, but `tet10 mixed` for a family named after its element.
 pub fn family_label(family: &str, formulation: &str) -> String {
-    if family == formulation { family.into() } else { format!("{} ({formulation})", family.replace('_', " ")) }
+    let element = title(formulation);
+    if family == formulation { element } else { format!("{} ({element})", family.replace('_', " ")) }
 }
 
 /// Colour of a region below what a reference can resolve.

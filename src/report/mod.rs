@@ -22,6 +22,7 @@ pub mod summary;
 pub mod surface;
 pub mod table;
 mod table_files;
+pub mod unit;
 pub mod viewer;
 
 pub use error::ReportError;

@@ -52,6 +52,16 @@ impl Panels {
     }
 }
 
+/// Letter of panel `k` of a figure; a single panel has none.
+pub fn letter(k: usize, count: usize) -> Option<char> {
+    (count > 1).then(|| char::from(b'a' + k.min(25) as u8))
+}
+
+/// `(b)  Cable tension`, the heading of a panel with a letter.
+pub fn heading(letter: Option<char>, words: &str) -> String {
+    letter.map_or_else(|| words.into(), |letter| format!("({letter})  {words}"))
+}
+
 /// A panel below this width shows nothing \[mm\].
 const MINIMUM: f64 = 20.0;
 
@@ -59,6 +69,13 @@ const MINIMUM: f64 = 20.0;
 mod tests {
     use super::*;
     use crate::report::style::{Style, within};
+
+    #[test]
+    fn a_single_panel_has_no_letter() {
+        assert_eq!(heading(letter(0, 1), "Lift"), "Lift");
+        assert_eq!(heading(letter(1, 2), "Lift"), "(b)  Lift");
+        assert_eq!(letter(90, 91), Some('z'));
+    }
 
     #[test]
     fn panels_are_as_wide_as_the_page_and_never_wider() {

@@ -1,6 +1,8 @@
 //! Axes: a frame on the sheet, linear or logarithmic, with ticks and labels.
 
 use crate::report::canvas::{Area, At, INK, LABEL, PALE, Point, RGB, SMALL, line, mm, text};
+use crate::report::panels::heading;
+use crate::report::unit;
 
 /// Numbers of a larger size are not drawn: no axis has room for them \[any unit\].
 const LARGEST: f64 = 1e250;
@@ -15,11 +17,13 @@ pub struct Axis {
     pub log: bool,
     /// Distance of ticks on a linear axis
     pub step: f64,
+    /// Numbers of the ticks are those of the axis times this power of ten: metres are read in millimetres with 3
+    pub power: i32,
     pub label: String,
 }
 
 impl Axis {
-    /// Widened to whole ticks.
+    /// Widened to whole ticks; a unit in the brackets of the label is replaced by one that leaves short numbers.
     pub fn linear(values: impl Iterator<Item = f64>, label: &str) -> Self {
         let drawn = |v: f64| if v.abs() < SMALLEST { 0.0 } else { v };
         let (mut lo, mut hi) = bounds(values.map(drawn)).unwrap_or((0.0, 1.0));
@@ -29,12 +33,13 @@ impl Axis {
         }
         let step = step(hi - lo, 5.0);
         let (lo, hi) = ((lo / step + 1e-6).floor() * step, (hi / step - 1e-6).ceil() * step);
-        Self { lo, hi, log: false, step, label: label.into() }
+        let (power, label) = unit::readable(label, lo.abs().max(hi.abs()));
+        Self { lo, hi, log: false, step, power, label }
     }
 
-    /// Exactly from `lo` to `hi`.
+    /// Exactly from `lo` to `hi`, in the unit of the label.
     pub fn exact(lo: f64, hi: f64, label: &str) -> Self {
-        Self { lo, hi, log: false, step: step((hi - lo).abs(), 5.0), label: label.into() }
+        Self { lo, hi, log: false, step: step((hi - lo).abs(), 5.0), power: 0, label: label.into() }
     }
 
     /// Positive values only, with a margin of a twelfth of the length on both sides and at least one decade.
@@ -47,7 +52,7 @@ impl Axis {
         if !labelled().any(|(m, e)| (a..=b).contains(&(m.log10() + e))) {
             (a, b) = (a.floor(), b.ceil());
         }
-        Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, step: 0.0, label: label.into() }
+        Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, step: 0.0, power: 0, label: label.into() }
     }
 
     /// Position in \[0, 1\].
@@ -62,11 +67,12 @@ impl Axis {
             if !(SMALLEST..=LARGEST).contains(&step) {
                 return vec![];
             }
-            let digit = (step.log10() + 1e-9).floor() as i32;
+            let digit = (step.log10() + 1e-9).floor() as i32 + self.power;
+            let shown = 10f64.powi(self.power);
             let (a, b) = (self.lo.min(self.hi), self.lo.max(self.hi));
             let first = (a / step - 1e-6).ceil() as i64;
             let last = (b / step + 1e-6).floor() as i64;
-            return (first..=last).map(|k| (k as f64 * step, number(k as f64 * step, digit))).collect();
+            return (first..=last).map(|k| (k as f64 * step, number(k as f64 * step * shown, digit))).collect();
         }
         let decades = (self.hi / self.lo).log10();
         let named: &[f64] = if decades > 2.5 {
@@ -231,10 +237,10 @@ impl Plot<'_, '_> {
         }
     }
 
-    /// `(a)` and a title, above the frame.
-    pub fn title(&self, letter: char, words: &str) {
+    /// A title with the letter of the panel, above the frame.
+    pub fn title(&self, letter: Option<char>, words: &str) {
         let [l, t, ..] = self.frame;
-        text(self.area, &format!("({letter})  {words}"), (l, t - mm(2.4)), At::Left, LABEL, INK);
+        text(self.area, &heading(letter, words), (l, t - mm(2.4)), At::Left, LABEL, INK);
     }
 }
 

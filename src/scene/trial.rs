@@ -60,7 +60,8 @@ fn deformed(scene: &Scene) -> State {
         state.x[3 * k..3 * k + 3].copy_from_slice(u.as_slice());
     }
     let pressures = 3 * scene.points.len();
-    state.x[pressures..].iter_mut().for_each(|x| *x = STRAIN * scene.body.mesh.h() * draw());
+    let size = STRAIN * scene.body.mesh.h();
+    state.x[pressures..].iter_mut().for_each(|x| *x = size * draw());
     scene.system.ties.complete(&mut state.x);
     state.lambda.fill(1.0);
     state

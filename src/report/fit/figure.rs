@@ -7,7 +7,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
 use crate::report::fit::stored::{Parameter, StoredFit};
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use plotters::style::Color;
 use std::collections::HashSet;
@@ -63,7 +63,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             let upper = [mm(x), mm(top), mm(x + each), mm(top + TALL)];
             let base = top + TALL + BETWEEN;
             let lower = [mm(x), mm(base), mm(x + each), mm(base + LOW)];
-            column(area, fit, &modes, w, (upper, lower), ['a', 'b'][k]);
+            column(area, fit, &modes, w, (upper, lower), letter(k, windows.len()));
         }
         // More constants than three would lie on the curves; they are listed in the table
         let shown = if fit.parameters.len() > 3 { &[] } else { &fit.parameters[..] };
@@ -123,7 +123,7 @@ fn column(
     modes: &[&ModeCurves],
     w: &Window,
     (upper, lower): ([i32; 4], [i32; 4]),
-    letter: char,
+    letter: Option<char>,
 ) {
     let [a, b] = w.span;
     let inside = |p: &&[f64; 2]| p[0] >= a - 1e-9 && p[0] <= b + 1e-9;

@@ -47,6 +47,11 @@ impl Level {
         let mesh = &case.mesh;
         Self { id: case.id.clone(), h: mesh.h_m, edge: mesh.edge_m, f, wall: mesh.wall_cells, locked }
     }
+
+    /// A case with time steps of `dt` \[s\], in a family whose mesh stays, and with it the cells across its walls and its locking.
+    pub fn of_steps(case: &CaseRecord, f: f64, dt: f64) -> Self {
+        Self { id: case.id.clone(), h: dt, edge: None, f, wall: None, locked: false }
+    }
 }
 
 /// The outcome for one family × variant × quantity.

@@ -4,7 +4,7 @@ use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, m
 use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::numbers::thousands;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
@@ -50,8 +50,8 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         };
         let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
         let frame = |(x, top): (f64, f64)| [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
-        bars(area, frame(place(0)), 'a', "Phases", &rows, &phase);
-        bars(area, frame(place(1)), 'b', "Evaluation of the effects", &rows, &effect);
+        bars(area, frame(place(0)), letter(0, 2), "Phases", &rows, &phase);
+        bars(area, frame(place(1)), letter(1, 2), "Evaluation of the effects", &rows, &effect);
         for (x, top) in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
             names(area, (x, top, x + panels.each), &rows);
         }
@@ -91,7 +91,7 @@ fn names(area: &Area, (left, top, right): (f64, f64, f64), rows: &[&CaseRecord])
 fn bars(
     area: &Area,
     frame: [i32; 4],
-    letter: char,
+    letter: Option<char>,
     title: &str,
     rows: &[&CaseRecord],
     parts: &dyn Fn(&CaseRecord) -> Vec<(f64, RGB)>,

@@ -11,7 +11,6 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::report::names::title;
 use crate::report::numbers::{capital, digits, percent, space};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
@@ -99,11 +98,11 @@ pub fn analyse(
     let sequences = sequences(study, stored);
     let incomplete = study.incomplete(stored);
     for q in &mut quantities {
-        q.sentence = sentence(q, &reference, study.tolerance);
+        q.sentence = sentence(study, q, &reference);
     }
     let found = ComparisonFindings { reference, quantities, costs, sequences };
     let verdict = match found.sequences.is_empty() {
-        true => verdict(&found, study.tolerance, incomplete.len()),
+        true => verdict(study, &found, incomplete.len()),
         false => sequence::verdict(&found.sequences, incomplete.len()),
     };
     Analysis { tolerance: study.tolerance, found, warnings: warnings(stored, &incomplete), incomplete, verdict }
@@ -197,16 +196,17 @@ pub fn signed(x: f64) -> String {
     if x < 0.0 { format!("−{}", percent(-x)) } else { format!("+{}", percent(x)) }
 }
 
-fn sentence(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) -> String {
+fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, reference: &str) -> String {
+    let tolerance = study.tolerance;
     let unit = space(&q.quantity.unit);
     let mut words =
-        format!("{}: {:.*}{unit} with {}", capital(&q.peak_title()), digits(q.peak), q.peak, title(reference));
+        format!("{}: {:.*}{unit} with {}", capital(&q.peak_title()), digits(q.peak), q.peak, study.member(reference));
     let others: Vec<&ComparedMember> = q.members.iter().filter(|c| c.member != reference).collect();
     let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
     let list = |members: &[&&ComparedMember]| {
         members
             .iter()
-            .map(|c| format!("{} {}", title(&c.member), signed(c.peak_difference)))
+            .map(|c| format!("{} {}", study.member(&c.member), signed(c.peak_difference)))
             .collect::<Vec<_>>()
             .join(", ")
     };
@@ -221,7 +221,9 @@ fn sentence(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) 
         words += &format!(". A finer mesh changes these differences by at most {}", percent(drift));
     }
     let lossy: Vec<String> = (q.members.iter())
-        .filter_map(|c| c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", title(&c.member), percent(s))))
+        .filter_map(|c| {
+            c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", study.member(&c.member), percent(s)))
+        })
         .collect();
     if let (Some(x), false) = (&q.quantity.against, lossy.is_empty()) {
         words += &format!(". Hysteresis against {}, of the box around a cycle: {}", x.label, lossy.join(", "));
@@ -239,12 +241,12 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
 }
 
 /// Which members are interchangeable, how far the others are off, what they cost.
-fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
+fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> String {
     let members: Vec<&str> = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
     if a.quantities.is_empty() || members.is_empty() {
         return format!(
             "No verdict: there is no pair of converged cases to compare with {} in a quantity that is not imposed.",
-            title(&a.reference)
+            study.member(&a.reference)
         );
     }
     let worst = |member: &str| {
@@ -256,25 +258,34 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
     let mut apart: Vec<(f64, String)> = vec![];
     for member in members {
         let Some((q, c)) = worst(member) else { continue };
-        if c.largest <= tolerance {
-            same.push(format!("{} ({})", title(member), percent(c.largest)));
+        if c.largest <= study.tolerance {
+            same.push(format!("{} ({})", study.member(member), percent(c.largest)));
         } else {
             apart.push((
                 c.largest,
-                format!("{} by {} in the {}, {}", title(member), percent(c.largest), q.quantity.label, q.variant_label),
+                format!(
+                    "{} by {} in the {}, {}",
+                    study.member(member),
+                    percent(c.largest),
+                    q.quantity.label,
+                    q.variant_label
+                ),
             ));
         }
     }
     apart.sort_by(|x, y| y.0.total_cmp(&x.0));
     let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
-    let tolerance = percent(tolerance);
+    let tolerance = percent(study.tolerance);
     let mut words = match same.is_empty() {
-        true => format!("No member can replace {} within {tolerance} of the peak in every curve.", title(&a.reference)),
+        true => format!(
+            "No member can replace {} within {tolerance} of the peak in every curve.",
+            study.member(&a.reference)
+        ),
         false => {
             format!(
                 "Within {tolerance} of the peak, in every curve, {} can replace {}.",
                 same.join(", "),
-                title(&a.reference)
+                study.member(&a.reference)
             )
         }
     };
@@ -286,7 +297,7 @@ fn verdict(a: &ComparisonFindings, tolerance: f64, missing: usize) -> String {
         " A member costs {:.2} to {:.2} times as much as {}.",
         ratio(f64::min, f64::INFINITY),
         ratio(f64::max, 0.0),
-        title(&a.reference)
+        study.member(&a.reference)
     );
     words + &analysis::without_result(missing)
 }

@@ -1,7 +1,6 @@
 //! Report of a comparison.
 
 use crate::report::figure::drawn;
-use crate::report::names::title;
 use crate::report::numbers::{digits, per_cent, percent, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -9,6 +8,7 @@ use crate::study::content::Content;
 use crate::study::kinds::comparison::analysis::{ComparisonFindings, MemberDifferences, signed};
 use crate::study::kinds::comparison::figures::{curves, sequence};
 use crate::study::kinds::comparison::sequence::{Sequence, milliseconds};
+use crate::study::store::record::StudyRecord;
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
@@ -31,11 +31,11 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
         [over_time, drawn("loops", || curves::loops(store, a, v))]
     };
     let figures = variants.flat_map(of_variant).flatten();
-    let sequences = a.sequences.iter().filter_map(|s| drawn("sequence", || sequence::draw(s)));
+    let sequences = a.sequences.iter().filter_map(|s| drawn("sequence", || sequence::draw(&store.study, s)));
     let supported =
         a.quantities.iter().any(|q| q.members.len() > 1) || a.sequences.iter().any(|s| s.additions.len() > 1);
     Content {
-        facts: facts(a).into_iter().chain(a.sequences.iter().filter_map(span)).collect(),
+        facts: facts(&store.study, a).into_iter().chain(a.sequences.iter().filter_map(span)).collect(),
         sentences: sentences.cloned().collect(),
         analysis: analysis(a),
         tables: shown,
@@ -46,11 +46,14 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
 }
 
 /// The widest spread of a peak.
-fn facts(a: &ComparisonFindings) -> Vec<(String, String)> {
+fn facts(study: &StudyRecord, a: &ComparisonFindings) -> Vec<(String, String)> {
     let fact = |q: &ByQuantity<MemberDifferences>| {
         let d = || q.members.iter().map(|c| c.peak_difference);
         let (lo, hi) = (d().fold(f64::INFINITY, f64::min), d().fold(f64::NEG_INFINITY, f64::max));
-        (format!("{} to {}", signed(lo), signed(hi)), format!("{}, against {}", q.peak_title(), title(&a.reference)))
+        (
+            format!("{} to {}", signed(lo), signed(hi)),
+            format!("{}, against {}", q.peak_title(), study.member(&a.reference)),
+        )
     };
     a.quantities.iter().map(fact).collect()
 }

@@ -10,7 +10,6 @@
 //!
 //! The factor T/W takes out, on average, what other programs on the machine took.
 
-use crate::report::names::title;
 use crate::report::numbers::{digits, percent};
 use crate::study::analysis::without_result;
 use crate::study::curve::peak;
@@ -68,7 +67,7 @@ pub fn sequences(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Sequence> {
         let additions: Vec<Addition> =
             (0..own.len()).map(|k| addition(study, own[k], k.checked_sub(1).map(|before| own[before]))).collect();
         let variant_label = study.label(variant);
-        let sentence = sentence_of(&variant_label, &additions);
+        let sentence = sentence_of(study, &variant_label, &additions);
         Sequence { variant: variant.clone(), variant_label, additions, sentence }
     };
     if families.is_empty() { vec![] } else { study.variants.iter().map(of).collect() }
@@ -116,17 +115,17 @@ pub fn milliseconds(s: f64) -> String {
     format!("{ms:.*} ms", digits(ms)).replace('-', "−")
 }
 
-fn sentence_of(label: &str, additions: &[Addition]) -> String {
+fn sentence_of(study: &StudyRecord, label: &str, additions: &[Addition]) -> String {
     let [first, above @ ..] = additions else { return format!("{label}: no member has a converged case.") };
     let one = |r: &Addition| {
         let added = r.added_s.map_or(String::new(), |s| {
             let sign = if s < 0.0 { "−" } else { "+" };
             format!("{sign}{}", milliseconds(s.abs()))
         });
-        format!("{} {added} (its evaluation {})", title(&r.member), milliseconds(r.new_evaluation_s()))
+        format!("{} {added} (its evaluation {})", study.member(&r.member), milliseconds(r.new_evaluation_s()))
     };
     let list: Vec<String> = above.iter().map(one).collect();
-    let start = format!("{label}: a step of {} takes {}", title(&first.member), milliseconds(first.step_s));
+    let start = format!("{label}: a step of {} takes {}", study.member(&first.member), milliseconds(first.step_s));
     if list.is_empty() { start + "." } else { format!("{start}; added one after the other, {}.", list.join(", ")) }
 }
 

@@ -134,11 +134,10 @@ fn extrapolated(
     tolerance: Tolerance,
 ) -> Option<Estimate> {
     let (size, formal) = size(cases);
-    // Over time steps the mesh stays, and with it the cells across its walls.
     let by_mesh = cases.iter().any(|c| c.record.mesh.h_m != cases[0].record.mesh.h_m);
     let level = |c: &&StoredCase| {
-        let own = Level::of(&c.record, peak(c, quantity)?);
-        Some(if by_mesh { own } else { Level { h: size(c), edge: None, wall: None, ..own } })
+        let f = peak(c, quantity)?;
+        Some(if by_mesh { Level::of(&c.record, f) } else { Level::of_steps(&c.record, f, size(c)) })
     };
     let levels = cases.iter().filter_map(level).collect();
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)

@@ -4,6 +4,8 @@ use crate::report::canvas::{
     At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text, width,
 };
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
+use crate::report::names::title;
+use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;
 use crate::study::kinds::coverage::analysis::CoverageFindings;
@@ -34,7 +36,7 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
         return None;
     }
     let mut entries: Vec<(Sample, String)> = (formulations.iter().enumerate())
-        .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), f.to_string()))
+        .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), title(f)))
         .collect();
     entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
     entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
@@ -69,7 +71,7 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
             }
             dashed(area, &[plot.at(0.0, 1.0), plot.at(problems.len() as f64, 1.0)], INK, 6, 22.0);
             plot.axes(false);
-            plot.title(char::from(b'a' + k as u8), estimator.words());
+            plot.title(letter(k, Estimator::ALL.len()), estimator.words());
         }
         let strip = wide / problems.len() as f64;
         for (k, name) in problems.iter().enumerate() {

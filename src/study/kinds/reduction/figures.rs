@@ -2,7 +2,7 @@
 
 use crate::report::canvas::{Area, INK, Mark as Shape, PALETTE, dashed, figure, line, mark, mm};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative};
 use crate::study::kinds::reduction::record::QuantityRecord;
@@ -109,7 +109,7 @@ pub fn bars(a: &ReductionFindings) -> Option<Figure> {
         line(area, &edge.map(|(error, estimate)| plot.at(error, estimate)).collect::<Vec<_>>(), PALETTE[1], 4);
         points.iter().for_each(|e| mark(area, Shape::Circle, plot.at(e[0], e[1]), 9, PALETTE[0]));
         plot.axes(true);
-        plot.title(char::from(b'a' + k as u8), &asked.label);
+        plot.title(letter(k, model.quantities.len()), &asked.label);
     });
     let caption = format!(
         "Estimated error over the error from the full model, {} modes, at the states that were held back. Below the solid line an error is beyond its bar.",

@@ -5,9 +5,10 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines};
 use crate::report::numbers::{capital, digits};
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, heading, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
+use crate::report::unit;
 use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
@@ -44,21 +45,37 @@ fn words(axis: &AxisRecord) -> String {
     format!("{} {}{unit}", axis.label, italic(&axis.symbol))
 }
 
-/// `g/cm^3` → `g/cm³`, `40 um` → `40 µm`
+/// `g/cm^3` → `g/cm³`, `40 um` → `40 µm`, `-20 deg` → `−20°`
 fn raised(value: &str) -> String {
+    let sign = |text: &str| text.strip_prefix('-').map_or_else(|| text.into(), |size| format!("−{size}"));
+    if let Some(number) = value.strip_suffix(" deg") {
+        return format!("{}°", sign(number));
+    }
     let micro = value.strip_suffix("um").map(|number| format!("{number}µm"));
-    micro.as_deref().unwrap_or(value).replace("^2", "²").replace("^3", "³")
+    sign(micro.as_deref().unwrap_or(value)).replace("^2", "²").replace("^3", "³")
 }
 
-/// Logarithmic where the values span a factor of eight.
+/// Logarithmic where the values span a factor of eight and their logarithms are spaced more evenly than they.
 fn scale(axis: &AxisRecord) -> Axis {
     let values = || (0..axis.values.len()).map(|k| place(axis, k));
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    if low > 0.0 && high >= 8.0 * low && !axis.numbers.is_empty() {
+    if low > 0.0
+        && high >= 8.0 * low
+        && !axis.numbers.is_empty()
+        && unevenness(&axis.numbers, f64::ln) < unevenness(&axis.numbers, |x| x)
+    {
         Axis::log(values(), &words(axis))
     } else {
         Axis::linear(values(), &words(axis))
     }
+}
+
+/// Largest over smallest distance of neighbours on a scale.
+fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
+    let mut places: Vec<f64> = numbers.iter().map(|n| scale(*n)).collect();
+    places.sort_by(f64::total_cmp);
+    let gaps = || places.windows(2).map(|w| w[1] - w[0]).filter(|gap| *gap > 0.0);
+    gaps().fold(0.0, f64::max) / gaps().fold(f64::INFINITY, f64::min)
 }
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
@@ -73,7 +90,13 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     let panels = Panels::new(count, (LEFT, side + GAP, side), (LEAST, EACH));
     let svg = figure(panels.width(), TOP + ROW * panels.rows() - 6.0, "", |area| {
         for k in 0..count {
-            panel(area, a, q, k, [panels.x(k), TOP + ROW * panels.row(k), panels.x(k) + panels.each]);
+            panel(
+                area,
+                a,
+                q,
+                (k, letter(k, count)),
+                [panels.x(k), TOP + ROW * panels.row(k), panels.x(k) + panels.each],
+            );
         }
     });
     let held = if a.axes.len() > 2 && !a.list { " Further axes are kept at their middle value." } else { "" };
@@ -85,7 +108,13 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     Some(Figure { name: format!("against-{}-{}", q.quantity.name, q.variant), svg, caption })
 }
 
-fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [left, top, right]: [f64; 3]) {
+fn panel(
+    area: &Area,
+    a: &SweepFindings,
+    q: &ByQuantity<Dependence>,
+    (k, letter): (usize, Option<char>),
+    [left, top, right]: [f64; 3],
+) {
     let axis = &a.axes[k];
     let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
     let middle =
@@ -109,7 +138,7 @@ fn panel(area: &Area, a: &SweepFindings, q: &ByQuantity<Dependence>, k: usize, [
         }
     }
     plot.axes(true);
-    plot.title(['a', 'b'][k], &capital(&q.quantity.label));
+    plot.title(letter, &capital(&q.quantity.label));
     legend(area, (mm(right + 2.5), mm(top + 2.0)), &entries);
 }
 
@@ -126,9 +155,11 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, q) in maps.iter().enumerate() {
             let (x, top) = (panels.x(k), TOP + row * panels.row(k));
-            squares(area, q, (first, second), [x, top, x + panels.each, top + TALL]);
-            let unit = if q.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", q.quantity.unit) };
-            let title = format!("({})  {}{unit}", ['a', 'b', 'c'][k], capital(&q.quantity.label));
+            let [low, high] = q.range();
+            let (power, unit) = unit::shown(&q.quantity.unit, low.abs().max(high.abs()));
+            squares(area, q, power, (first, second), [x, top, x + panels.each, top + TALL]);
+            let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
+            let title = heading(letter(k, maps.len()), &format!("{}{unit}", capital(&q.quantity.label)));
             text(area, &title, (mm(x), mm(top - 2.4)), At::Left, LABEL, INK);
         }
     });
@@ -137,7 +168,14 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
 
-fn squares(area: &Area, q: &ByQuantity<Dependence>, (first, second): (&AxisRecord, &AxisRecord), frame: [f64; 4]) {
+/// Squares of a map with their numbers times a power of ten.
+fn squares(
+    area: &Area,
+    q: &ByQuantity<Dependence>,
+    power: i32,
+    (first, second): (&AxisRecord, &AxisRecord),
+    frame: [f64; 4],
+) {
     let [left, top, right, bottom] = frame;
     let (columns, rows) = (first.values.len() as f64, second.values.len() as f64);
     let (w, h) = ((right - left) / columns, (bottom - top) / rows);
@@ -147,7 +185,8 @@ fn squares(area: &Area, q: &ByQuantity<Dependence>, (first, second): (&AxisRecor
         let share = if high > low { (p.value - low) / (high - low) } else { 0.5 };
         block(area, (mm(x), mm(y)), (mm(x + w), mm(y + h)), viridis(share));
         let ink = if share > 0.6 { INK } else { RGB(0xff, 0xff, 0xff) };
-        let number = format!("{:.*}", digits(1e-1 * p.value), p.value).replace('-', "−");
+        let value = p.value * 10f64.powi(power);
+        let number = format!("{:.*}", digits(1e-1 * value), value).replace('-', "−");
         text(area, &number, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
     }
     for (k, value) in first.values.iter().enumerate() {
@@ -189,7 +228,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
             plot.grid();
             curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));
             plot.axes(true);
-            plot.title(['a', 'b', 'c'][k], &capital(&q.quantity.label));
+            plot.title(letter(k, panels.len()), &capital(&q.quantity.label));
         }
         let entry =
             |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
@@ -203,4 +242,37 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let caption =
         format!("The quantities over time, {}, coloured by {}{held}.", store.study.label(variant), first.label);
     Some(Figure { name: format!("sweep-{variant}"), svg, caption })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_an_axis_as_a_paper_writes_them() {
+        let written = ["-20 deg", "40 um", "1.1 g/cm^3", "0 deg", "-3 mm"].map(raised);
+        assert_eq!(written, ["−20°", "40 µm", "1.1 g/cm³", "0°", "−3 mm"]);
+    }
+
+    fn length() -> AxisRecord {
+        AxisRecord {
+            name: "length".into(),
+            keys: vec![],
+            label: "length".into(),
+            symbol: "d".into(),
+            unit: "mm".into(),
+            values: vec![],
+            numbers: vec![],
+        }
+    }
+
+    #[test]
+    fn the_scale_is_the_more_even_one() {
+        let is_log = |numbers: &[f64]| {
+            let values = numbers.iter().map(|n| format!("{n}")).collect();
+            scale(&AxisRecord { values, numbers: numbers.into(), ..length() }).log
+        };
+        assert!(is_log(&[5.0, 10.0, 20.0, 40.0]) && is_log(&[0.05, 0.1, 0.2, 0.3, 0.4, 0.6]));
+        assert!(!is_log(&[1.0, 4.0, 8.0, 12.0]) && !is_log(&[1.0, 2.0, 3.0]));
+    }
 }

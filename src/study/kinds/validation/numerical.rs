@@ -76,8 +76,7 @@ impl<'a> Meshes<'a> {
             ),
         }
         let steps = self.family(record, &[Role::TimeStep]).and_then(|(f, plan)| {
-            let level =
-                |c: &StoredCase, p| Level { h: c.record.dt_s, edge: None, wall: None, ..Level::of(&c.record, p) };
+            let level = |c: &StoredCase, p| Level::of_steps(&c.record, p, c.record.dt_s);
             let levels = self.levels((f, plan), record, again, level);
             estimate_of_order((&f.name, f.role, &f.formulation), ORDER_IN_TIME, levels, None, tolerance)
         });

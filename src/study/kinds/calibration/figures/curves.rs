@@ -66,7 +66,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         let (cx, cy): (Vec<f64>, Vec<f64>) = found.curve.iter().map(|p| (p[0], p[1])).unzip();
         line(area, &plot.path(&cx, &cy), INK, 9);
         plot.axes(false);
-        plot.title('a', &capital(&quantity.label));
+        plot.title(Some('a'), &capital(&quantity.label));
         let residual = || m.y.iter().zip(&found.predicted).map(|(y, f)| y - f);
         let label = format!("residual [{}]", quantity.unit);
         let plot = Plot { area, frame: lower, x, y: Axis::linear(residual().chain([0.0]), &label) };
@@ -110,7 +110,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
             hollow(area, Mark::Circle, (x, plot.at(0.0, 0.0).1), 22, GREY);
         }
         plot.axis_x();
-        plot.title('b', &c.key);
+        plot.title(Some('b'), &c.key);
     });
     let gauge = if c.gauge.is_some() { " Dashed: what the gauge length alone would have given." } else { "" };
     let caption = format!(

@@ -4,7 +4,7 @@
 use crate::report::canvas::{self, Area, PALETTE, RGB, SMALL, columns, dashed, figure, italic, line, mm, page_width};
 use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::capital;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
@@ -102,7 +102,7 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
             let (x, top) = (LEFT + (k % across) as f64 * (each + GAP), TOP + row * (k / across) as f64);
             let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
             let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
-            panel(area, store, a, q, &looks, (upper, lower), ['a', 'b', 'c'][k]);
+            panel(area, store, a, q, &looks, (upper, lower), letter(k, panels.len()));
         }
         let at = if is_narrow { (LEFT, below + 2.0) } else { (width - side + 4.0, TOP + 2.0) };
         legend(area, (mm(at.0), mm(at.1)), &entries);
@@ -124,7 +124,7 @@ fn panel(
     q: &ByQuantity<MemberDifferences>,
     looks: &[Look],
     (upper, lower): ([i32; 4], [i32; 4]),
-    letter: char,
+    letter: Option<char>,
 ) {
     let of = |member: &str| curve(store, q, member, &q.quantity.name).map(|c| c.1);
     let curves: Vec<(&Look, Curve)> = looks.iter().filter_map(|l| Some((l, of(l.member)?))).collect();
@@ -202,7 +202,7 @@ pub fn loops(store: &Results, a: &ComparisonFindings, variant: &str) -> Option<F
                 look.draw(area, &plot.path(&x.f, &f.f));
             }
             plot.axes(true);
-            plot.title(['a', 'b'][k], &capital(&q.quantity.label));
+            plot.title(letter(k, panels.len()), &capital(&q.quantity.label));
         }
         legend(area, (mm(LEFT), mm(bottom)), &entries);
     });

@@ -2,18 +2,18 @@
 
 use crate::report::canvas::{At, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend};
-use crate::report::names::title;
 use crate::report::numbers::digits;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::comparison::sequence::{Addition, Sequence, milliseconds};
+use crate::study::store::record::StudyRecord;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
 const ROW: f64 = 7.0;
 const TOP: f64 = 6.0;
 
 /// (a) a step by its parts, (b) the evaluations of the effects alone. `None` without two members.
-pub fn draw(l: &Sequence) -> Option<Figure> {
+pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
     if l.additions.len() < 2 {
         return None;
     }
@@ -57,11 +57,11 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
                 text(area, &format!("{from:.*}", digits(from)), end, At::Left, SMALL, INK);
             }
             plot.axis_x();
-            plot.title(['a', 'b'][number], title);
+            plot.title(letter(number, 2), title);
             if panels.begins_row(number) {
                 for (k, r) in l.additions.iter().enumerate() {
                     let at = (mm(x - 2.0), mm(top + ROW * (k as f64 + 0.5)));
-                    text(area, &crate::report::names::title(&r.member), at, At::Right, SMALL, INK);
+                    text(area, &study.member(&r.member), at, At::Right, SMALL, INK);
                 }
             }
         };
@@ -86,7 +86,7 @@ pub fn draw(l: &Sequence) -> Option<Figure> {
         "What a step costs with effects added one by one, {}, in CPU time: {} with {} alone, {} with all. A row has no part of an effect that is not declared in it.",
         l.variant_label,
         milliseconds(first.step_s),
-        title(&first.member),
+        study.member(&first.member),
         milliseconds(last.step_s)
     );
     Some(Figure { name: format!("sequence-{}", l.variant), svg, caption })

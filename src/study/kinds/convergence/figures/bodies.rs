@@ -3,6 +3,7 @@
 use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
 use crate::report::figure::Figure;
 use crate::report::numbers::thousands;
+use crate::report::panels::{heading, letter};
 use crate::report::plot::Axis;
 use crate::report::surface::{Fit, Look, View, extent, ghost, surface, viridis};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
@@ -56,9 +57,9 @@ pub fn meshes(store: &Results) -> Option<Figure> {
     let svg = figure(page_width(), height, &under, |area| {
         for (k, (r, _)) in shown.iter().enumerate() {
             let (x, y) = corner(k);
-            let letter = char::from(b'a' + k.min(25) as u8);
             let cells = thousands(r.mesh.cells);
-            let words = format!("({letter})  {cells} cells, {} = {:.2} mm", italic("h"), 1e3 * r.mesh.h_m);
+            let words = format!("{cells} cells, {} = {:.2} mm", italic("h"), 1e3 * r.mesh.h_m);
+            let words = heading(letter(k, shown.len()), &words);
             text(area, &words, (mm(x), mm(y + 3.0)), At::Left, LABEL, INK);
         }
     });

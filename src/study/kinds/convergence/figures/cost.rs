@@ -4,7 +4,9 @@ use crate::report::canvas::{
     Area, At, Mark, PALETTE, RGB, SMALL, columns, figure, italic, line, mark, mm, page_width, text,
 };
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
+use crate::report::names::title;
 use crate::report::numbers::capital;
+use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
@@ -81,11 +83,11 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
             let lines: Vec<Option<Growth>> = (0..formulations.len()).map(|k| fits(k, x)).collect();
             panel(&plot, &dots, x, &lines, &formulations, &symbol);
             plot.axes(true);
-            plot.title(['a', 'b'][k], if k == 0 { "Unknowns" } else { "Cholesky factor" });
+            plot.title(letter(k, 2), if k == 0 { "Unknowns" } else { "Cholesky factor" });
         }
         let entry = |(k, name): (usize, &&str)| {
             let (m, c) = style(k);
-            (Sample::Mark(m, c), name.to_string())
+            (Sample::Mark(m, c), title(name))
         };
         legend_below(area, (LEFT, bottom), across, formulations.iter().enumerate().map(entry).collect());
     });
@@ -113,7 +115,7 @@ fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<Growth>], name
         let at = |n: f64| plot.at(n, g.at(n));
         line(area, &[at(a), at(b)], style(k).1, 7);
         let error = g.error.map_or(String::new(), |e| format!(" ± {e:.2}"));
-        let words = format!("{}: exponent of {symbol} {:.2}{error}", names[k], g.q);
+        let words = format!("{}: exponent of {symbol} {:.2}{error}", title(names[k]), g.q);
         let [l, t, ..] = plot.frame;
         text(area, &words, (l + 40, t + 60 + 85 * written), At::Left, SMALL, style(k).1);
         written += 1;

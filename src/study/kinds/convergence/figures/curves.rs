@@ -3,7 +3,9 @@
 
 use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, line, mm, page_width};
 use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines};
+use crate::report::names::title;
 use crate::report::numbers::{capital, thousands};
+use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
@@ -71,11 +73,11 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
             let (x, top) = (left + (k % columns) as f64 * (each + gap), first + row * (k / columns) as f64);
             let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
             let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
-            panel(area, &cases, quantity, *study, (upper, lower), ['a', 'b', 'c'][k.min(2)]);
+            panel(area, &cases, quantity, *study, (upper, lower), letter(k, panels.len()));
         }
         let mut entries: Vec<(Sample, String)> = (cases.iter().zip(PALETTE))
             .map(|(c, color)| {
-                (Sample::Line(color), format!("{} {}", c.record.formulation, thousands(c.record.mesh.cells)))
+                (Sample::Line(color), format!("{} {}", title(&c.record.formulation), thousands(c.record.mesh.cells)))
             })
             .collect();
         if let Some(e) = entries.get_mut(sizes) {
@@ -126,7 +128,7 @@ fn panel(
     q: &Quantity,
     study: Option<&CurveStudy>,
     (upper, lower): ([i32; 4], [i32; 4]),
-    letter: char,
+    letter: Option<char>,
 ) {
     let curves: Vec<Option<Curve>> = cases.iter().map(|c| Curve::of(&c.series, &q.name)).collect();
     let all = || curves.iter().flatten();

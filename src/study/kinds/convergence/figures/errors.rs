@@ -5,6 +5,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
+use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
@@ -48,7 +49,7 @@ fn sheet(
     store: &Results,
     analysis: &ConvergenceFindings,
     extra: Vec<(Sample, String)>,
-    panel: impl Fn(&Area, [i32; 4], char, &ByQuantity<MeshErrors>, &[ErrorDot]),
+    panel: impl Fn(&Area, [i32; 4], Option<char>, &ByQuantity<MeshErrors>, &[ErrorDot]),
 ) -> Option<String> {
     let shown: Vec<(&ByQuantity<MeshErrors>, Vec<ErrorDot>)> =
         (analysis.quantities.iter().filter(|q| q.deciding).take(3))
@@ -78,7 +79,7 @@ fn sheet(
         for (k, (q, dots)) in shown.iter().enumerate() {
             let (x, y) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
             let frame = [mm(x), mm(y), mm(x + each), mm(y + TALL)];
-            panel(area, frame, ['a', 'b', 'c'][k], q, dots);
+            panel(area, frame, letter(k, shown.len()), q, dots);
         }
         legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     }))

@@ -1,8 +1,9 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
 use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
+use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::figures::errors::levels;
@@ -57,17 +58,6 @@ fn look(family: usize) -> (Mark, RGB) {
     (marks[family % marks.len()], style(family).1)
 }
 
-/// Names that need no table next to the figure.
-fn words(family: &str, formulation: &str) -> String {
-    let name = match formulation {
-        "tet4_up" => "tet4 mixed",
-        "tet10_up" => "tet10 mixed",
-        "tet10_p0" => "tet10 mean dilatation",
-        other => other,
-    };
-    if family == formulation { name.into() } else { format!("{} ({name})", family.replace('_', " ")) }
-}
-
 /// `None` unless two formulations ran on two meshes each.
 pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let shown: Vec<(&ByQuantity<MeshErrors>, Vec<FormulationCurve>)> =
@@ -85,7 +75,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
         .map(|k| {
             let f = &store.study.families[*k];
             let (m, c) = look(*k);
-            (Sample::Mark(m, c), words(&f.name, &f.formulation))
+            (Sample::Mark(m, c), family_label(&f.name, &f.formulation))
         })
         .collect();
     if dots().any(|d| d.flagged) {
@@ -117,10 +107,8 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
                 levels(&plot, q, tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));
                 plot.axes(true);
-                plot.title(
-                    ['a', 'b', 'c', 'd'][if columns == 1 { j } else { shown.len() * row + column }],
-                    &capital(&q.title()),
-                );
+                let k = if columns == 1 { j } else { shown.len() * row + column };
+                plot.title(letter(k, sizes.len() * shown.len()), &capital(&q.title()));
             }
         }
         legend_below(area, (LEFT, below + 13.5), across, entries);

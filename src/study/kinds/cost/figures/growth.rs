@@ -2,8 +2,9 @@
 
 use crate::report::canvas::{At, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
+use crate::report::names::title;
 use crate::report::numbers::digits;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
 
@@ -34,7 +35,7 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
     let svg = figure(wide, bottom + 4.2 * legend_lines(formulations.len(), wide - LEFT), "", |area| {
         for (k, kind) in kinds.iter().enumerate() {
             let own: Vec<&&GrowthLaw> = laws.iter().filter(|l| l.of == *kind).collect();
-            let (label, title) = match kind {
+            let (label, heading) = match kind {
                 Grows::Time => ("CPU time [s]", "Time of a case"),
                 Grows::Memory => ("largest resident set [MB]", "Memory"),
             };
@@ -62,15 +63,16 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                 }
                 hollow(area, shape, at(l.next_cells), 24, color);
                 let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.*}", digits(h)));
-                let words = format!("{}: exponent {:.*}{half}", l.formulation, l.law.half.map_or(2, digits), l.law.q);
+                let words =
+                    format!("{}: exponent {:.*}{half}", title(&l.formulation), l.law.half.map_or(2, digits), l.law.q);
                 text(area, &words, (frame[0] + 40, frame[1] + 60 + 85 * row as i32), At::Left, SMALL, color);
             }
             plot.axes(true);
-            plot.title(char::from(b'a' + k as u8), title);
+            plot.title(letter(k, kinds.len()), heading);
         }
         let entry = |(k, name): (usize, &&str)| {
             let (m, c) = style(k % PALETTE.len());
-            (Sample::Mark(m, c), name.to_string())
+            (Sample::Mark(m, c), title(name))
         };
         legend_below(area, (LEFT, bottom), wide - LEFT, formulations.iter().enumerate().map(entry).collect());
     });

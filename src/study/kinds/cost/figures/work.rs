@@ -4,8 +4,9 @@ use crate::report::canvas::{
     Area, At, GREY, INK, Mark, RGB, SMALL, dashed, figure, fill, italic, line, mark, mm, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
+use crate::report::names;
 use crate::report::numbers::capital;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot, superscript};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
@@ -52,7 +53,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
         let title = format!("{} of the {}", measure.words(), q.quantity.label);
-        panel(store, a, q, measure, &cost, &title, area, frame, k);
+        panel(store, a, q, measure, &cost, &title, area, frame, letter(k, panels.len()));
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
@@ -99,7 +100,7 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
         return None;
     }
     let svg = sheet(store, &[q], amounts.len(), |k, area, frame| {
-        panel(store, a, q, Measure::Peak, amounts[k], amounts[k].title, area, frame, k);
+        panel(store, a, q, Measure::Peak, amounts[k], amounts[k].title, area, frame, letter(k, amounts.len()));
     });
     let caption = format!(
         "Error of the peak {}, {}, over what a case consists of: unknowns, entries of the factor, additions and multiplications \
@@ -121,8 +122,7 @@ fn sheet(
         .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
-            let name = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
-            (Sample::Mark(m, c), name)
+            (Sample::Mark(m, c), names::title(&f.name))
         })
         .collect();
     entries.push((Sample::Line(GREY), "Pareto front".into()));
@@ -161,7 +161,7 @@ fn panel(
     title: &str,
     area: &Area,
     frame: [i32; 4],
-    k: usize,
+    letter: Option<char>,
 ) {
     let error = |s: &CostedCase| 100.0 * s.errors[measure as usize];
     let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
@@ -202,7 +202,7 @@ fn panel(
         mark(area, shape, plot.floored(*x, error(s), color), 26, color);
     }
     plot.axes(true);
-    plot.title(char::from(b'a' + k as u8), &capital(title));
+    plot.title(letter, &capital(title));
     if placed.len() < q.settings.len() {
         let missing = format!("{} of {} not measured", q.settings.len() - placed.len(), q.settings.len());
         text(area, &missing, (frame[2] - mm(1.0), frame[1] + mm(2.5)), At::Right, SMALL, GREY);

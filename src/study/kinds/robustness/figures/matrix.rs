@@ -43,20 +43,16 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
             cases.push((&c.suite, &c.member));
         }
     }
-    let lines = cases.chunk_by(|a, b| a.0 == b.0).flat_map(|suite| {
-        let heading = Line { suite: suite[0].0, member: None };
-        std::iter::once(heading).chain(suite.iter().map(|(suite, member)| Line { suite, member: Some(member) }))
-    });
-    let lines: Vec<Line> = lines.collect();
+    let pages = pages(&cases);
     let name = |l: &Line| l.member.map_or(0, |m| width(&written(store, m), SMALL));
-    let names = f64::from(lines.iter().map(name).max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
+    let names = f64::from(pages.iter().flatten().map(name).max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
     let across = ((page_width() - names - 3.0) / COLUMN).floor().max(1.0) as usize;
     let shown = |lines: &[Line], v: &&String| {
         let here = |c: &JudgedCase| lines.contains(&Line { suite: &c.suite, member: Some(&c.member) });
         a.cases.iter().any(|c| c.variant == **v && here(c))
     };
     let mut sheets: Vec<(&[Line], Vec<&String>)> = vec![];
-    for lines in lines.chunks(TALLEST) {
+    for lines in pages.iter().map(Vec::as_slice) {
         let variants: Vec<&String> = store.study.variants.iter().filter(|v| shown(lines, v)).collect();
         sheets.extend(variants.chunks(across).map(|variants| (lines, variants.to_vec())));
     }
@@ -66,9 +62,36 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
     sheets.iter().enumerate().filter_map(of).collect()
 }
 
-/// The name of a case in words.
+/// The cases under the headings of their suites, as (suite, case) in order, on sheets. A suite stays on one sheet, or goes on under its heading
+/// where it is longer.
+fn pages<'a>(cases: &[(&'a str, &'a str)]) -> Vec<Vec<Line<'a>>> {
+    let mut pages: Vec<Vec<Line>> = vec![];
+    for part in cases.chunk_by(|a, b| a.0 == b.0).flat_map(|suite| suite.chunks(TALLEST - 1)) {
+        let heading = Line { suite: part[0].0, member: None };
+        let own = std::iter::once(heading).chain(part.iter().map(|(suite, case)| Line { suite, member: Some(case) }));
+        match pages.last_mut() {
+            Some(page) if page.len() + part.len() < TALLEST => page.extend(own),
+            _ => pages.push(own.collect()),
+        }
+    }
+    pages
+}
+
+/// The name of a case in words; the sign of an exponent stays: `dt 1e−3`.
 fn written(store: &Results, member: &str) -> String {
-    store.study.member(&member.replace('-', "_"))
+    let letters: Vec<char> = member.chars().collect();
+    let is_sign = |k: usize| {
+        k > 1
+            && letters[k - 1] == 'e'
+            && letters[k - 2].is_ascii_digit()
+            && letters.get(k + 1).is_some_and(char::is_ascii_digit)
+    };
+    let word = |(k, c): (usize, &char)| match c {
+        '-' if is_sign(k) => '−',
+        '-' => '_',
+        c => *c,
+    };
+    store.study.member(&letters.iter().enumerate().map(word).collect::<String>())
 }
 
 fn sheet(
@@ -142,4 +165,33 @@ fn groups(store: &Results, area: &Area, variants: &[&String], names: f64) {
 fn turned(area: &Area, name: &str, x: f64) {
     let long = width(name, LABEL) / 2;
     text(area, name, (mm(x) + mm(1.2), mm(HEAD - 2.0) - long), At::Turned, LABEL, INK);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_case_is_without_the_heading_of_its_suite() {
+        let names: Vec<String> = (0..200).map(|k| format!("case {k}")).collect();
+        let suite = |k: usize| {
+            if k < 50 {
+                "a"
+            } else if k < 65 {
+                "b"
+            } else {
+                "c"
+            }
+        };
+        let cases: Vec<(&str, &str)> = names.iter().enumerate().map(|(k, n)| (suite(k), n.as_str())).collect();
+        let pages = pages(&cases);
+        let shown = pages.iter().flatten().filter_map(|l| Some((l.suite, l.member?)));
+        assert_eq!(shown.collect::<Vec<_>>(), cases);
+        for page in &pages {
+            assert!(page.len() <= TALLEST && page[0].member.is_none());
+            assert!(page.windows(2).all(|w| w[1].suite == w[0].suite || w[1].member.is_none()));
+        }
+        let of_b = |page: &&Vec<Line>| page.iter().any(|l| l.suite == "b");
+        assert_eq!(pages.iter().filter(of_b).count(), 1);
+    }
 }

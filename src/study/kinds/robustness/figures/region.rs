@@ -3,7 +3,7 @@
 use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
 use crate::report::numbers::digits;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, heading, letter};
 use crate::study::axis::AxisRecord;
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
 use std::collections::BTreeSet;
@@ -39,7 +39,7 @@ pub fn draw(map: &Map) -> Figure {
         for (k, panel) in map.panels.iter().enumerate() {
             let (left, top) = (panels.x(k), TOP + ROW * panels.row(k));
             squares(area, map, panel, [left, top, left + panels.each, top + TALL], panels.begins_row(k));
-            let title = format!("({})  {}", char::from(b'a' + k.min(25) as u8), panel.label);
+            let title = heading(letter(k, map.panels.len()), &panel.label);
             text(area, &title, (mm(left), mm(top - 2.6)), At::Left, LABEL, INK);
         }
         legend_below(area, (LEFT, bottom), across, entries);

@@ -3,6 +3,8 @@
 use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, page_width, text, width};
 use crate::report::figure::Figure;
 use crate::report::numbers::{digits, space};
+use crate::report::panels::{heading, letter};
+use crate::report::unit;
 use crate::study::analysis::Analysis;
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
@@ -30,8 +32,8 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
         for (k, p) in shown.iter().enumerate() {
             let total = half_width(&p.budget);
             let title = format!("{} {}, {}", p.label, p.symbol, p.record_label);
-            text(area, &char::from(b'a' + k as u8).to_string(), (mm(1.0), mm(top + 4.0)), At::Left, LABEL, INK);
-            text(area, &title, (mm(6.0), mm(top + 4.0)), At::Left, LABEL, INK);
+            let title = heading(letter(k, shown.len()), &title);
+            text(area, &title, (mm(1.0), mm(top + 4.0)), At::Left, LABEL, INK);
             let n = digits(0.1 * total);
             let bars = std::iter::once(("all together", total, TOTAL))
                 .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
@@ -40,7 +42,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
                 let long = wide * half / total;
                 text(area, name, (mm(left - 1.5), mm(y)), At::Right, SMALL, INK);
                 block(area, (mm(left), mm(y - 1.6)), (mm(left + long), mm(y + 1.6)), color);
-                let number = format!("± {half:.n$}{}", space(&p.unit));
+                let number = format!("± {half:.n$}{}", space(unit::shown(&p.unit, total).1));
                 text(area, &number, (mm(left + long + 1.2), mm(y)), At::Left, SMALL, INK);
             }
             let bottom = top + HEAD + ROW * rows(p) as f64;
