@@ -11,10 +11,12 @@ use std::io::{self, Read};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Connections at the same time; more are closed at once.
+/// Connections at the same time. As many more wait for a place, further ones are closed at once.
 pub(super) const CONNECTIONS: usize = 32;
+/// Time that a connection waits for a place: those of clients that have gone become free with the next message to them.
+const PATIENCE: Duration = Duration::from_secs(3);
 /// Of them those that follow the run.
 const FOLLOWERS: usize = 16;
 /// Least time between two messages to a client: what happens in between is one message.
@@ -120,6 +122,7 @@ pub(super) struct Site {
     token: String,
     board: Arc<Board>,
     connections: AtomicUsize,
+    waiting: AtomicUsize,
     followers: AtomicUsize,
 }
 
@@ -155,6 +158,7 @@ impl Site {
             token: sha256(&access.token),
             board,
             connections: AtomicUsize::new(0),
+            waiting: AtomicUsize::new(0),
             followers: AtomicUsize::new(0),
         }
     }
@@ -163,7 +167,7 @@ impl Site {
     pub fn take(site: &Arc<Self>, mut stream: TcpStream) {
         let own = site.clone();
         let serve = move || {
-            let Some(_one) = Counted::below(&own.connections, CONNECTIONS) else {
+            let Some(_one) = own.admit() else {
                 Answer::refusal(503, "too many connections").send(&mut stream).ok();
                 return;
             };
@@ -172,6 +176,19 @@ impl Site {
         };
         // Without a thread the connection is closed
         std::thread::Builder::new().name("live client".into()).spawn(serve).ok();
+    }
+
+    /// A place among the connections, which is waited for.
+    fn admit(&self) -> Option<Counted<'_>> {
+        let _one = Counted::below(&self.waiting, CONNECTIONS)?;
+        let start = Instant::now();
+        loop {
+            let place = Counted::below(&self.connections, CONNECTIONS);
+            if place.is_some() || start.elapsed() > PATIENCE {
+                return place;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
     }
 
     fn serve(&self, stream: &mut TcpStream) -> io::Result<()> {
