@@ -15,10 +15,10 @@ use std::time::{Duration, Instant};
 
 /// Connections at the same time. As many more wait for a place, further ones are closed at once.
 pub(super) const CONNECTIONS: usize = 32;
-/// Time that a connection waits for a place: those of clients that have gone become free with the next message to them.
-const PATIENCE: Duration = Duration::from_secs(3);
 /// Of them those that follow the run.
 const FOLLOWERS: usize = 16;
+/// Time that a connection waits for a place: those of clients that have gone become free with the next message to them.
+const PATIENCE: Duration = Duration::from_secs(3);
 /// Least time between two messages to a client: what happens in between is one message.
 pub(super) const PACE: Duration = Duration::from_millis(40);
 /// Time after which a client without news gets a sign of life.
