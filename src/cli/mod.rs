@@ -17,6 +17,7 @@ mod import;
 mod interrupt;
 mod laws;
 mod live;
+mod memory;
 mod mesh;
 mod motion;
 mod motion_tables;
@@ -108,6 +109,7 @@ pub fn bring_files() {
 
 /// Does what the arguments say, of which the first is the name of the program, and returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
+    memory::keep_freed();
     let code = match Cli::try_parse_from(arguments) {
         Ok(cli) => dispatch(cli.command),
         Err(told) => {

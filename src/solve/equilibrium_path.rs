@@ -187,8 +187,7 @@ impl<'a> PathTracer<'a> {
             let error = solver.equations.error_at_tangent(self.system, &next, solver.settings.tolerance);
             if convergence.accepts(error, true, iterations) {
                 solver.equations.advance_history(&self.at(start), &mut next)?;
-                let solution =
-                    Solution { iterations, correction: None, unstable_modes, regularised: false, projected: false };
+                let solution = Solution { iterations, unstable_modes, ..Solution::default() };
                 return Ok(PathPoint { state: next, solution });
             }
             if convergence.is_last(iterations) || !error.above_rounding.is_finite() {

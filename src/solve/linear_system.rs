@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
 const SOFTEST: f64 = 1e-9;
-/// First shift, as a share of the diagonal, its growth, and the share beyond which nothing is gained \[–\].
+/// Smallest shift, as a share of the diagonal, its growth, and the share beyond which nothing is gained \[–\].
 const SHIFT: (f64, f64, f64) = (1e-3, 10.0, 1e3);
 
 /// Solves the linear systems of a run. Its factor is reused from step to step.
@@ -123,7 +123,8 @@ impl LinearSystem {
     }
 
     /// Factorises K, shifts it where the constrained tangent has negative eigenvalues, and forms S = H K⁻¹ Hᵀ. The factor of a
-    /// K that is not shifted is stored `for_reuse`.
+    /// K that is not shifted is stored `for_reuse`. The search for the shift begins one step of its growth below the last one of
+    /// the solve (Wächter & Biegler, Math. Program. 106, 2006, algorithm IC).
     pub(super) fn factorise(
         &mut self,
         step: &Step,
@@ -167,7 +168,7 @@ impl LinearSystem {
                 Err(_) => {}
             }
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
-            let larger = if shift == 0.0 { SHIFT.0 } else { SHIFT.1 * shift };
+            let larger = if shift == 0.0 { SHIFT.0.max(solution.shift / SHIFT.1) } else { SHIFT.1 * shift };
             for (j, own) in own.iter().enumerate() {
                 let k = sums.pattern.on_diagonal(j);
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };
@@ -175,7 +176,7 @@ impl LinearSystem {
             }
             shift = larger;
             self.shifted += 1;
-            solution.regularised = true;
+            (solution.regularised, solution.shift) = (true, shift);
         }
     }
 

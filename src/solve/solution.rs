@@ -1,7 +1,7 @@
 //! A converged nonlinear solve.
 
 /// A converged solve.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct Solution {
     pub iterations: usize,
     /// Correction that the equations still ask for at the accepted state, by the last factor, as a share of the largest displacement
@@ -12,6 +12,8 @@ pub struct Solution {
     pub unstable_modes: Option<usize>,
     /// Whether a tangent was shifted towards positive definiteness
     pub regularised: bool,
+    /// The last such shift, as a share of the diagonal \[–\]; 0 without one
+    pub shift: f64,
     /// Whether negative eigenvalues of blocks of the tangent were removed
     pub projected: bool,
 }

@@ -13,6 +13,7 @@ use faer::mat::{MatMut, MatRef};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::traits::RealField;
 use faer::{Accum, Par};
+use std::ops::Range;
 
 /// The form of a factorisation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -90,7 +91,8 @@ fn subtract(a: MatMut<f64>, b: MatRef<f64>, c: MatRef<f64>) {
 
 /// Adds the message of a child to the block of its parent, `c` columns, and to its message of `m` rows.
 fn add(child: &Update, places: &[u32], (block, c): (&mut [f64], usize), (schur, m): (&mut [f64], usize)) {
-    let height = c + m;
+    let (height, runs) = (c + m, runs(places));
+    let mut passed = 0;
     for (j, (&column, values)) in places.iter().zip(child.schur.chunks_exact(places.len())).enumerate() {
         let column = column as usize;
         // A column of the block has all rows, one of the message those below the columns.
@@ -99,10 +101,24 @@ fn add(child: &Update, places: &[u32], (block, c): (&mut [f64], usize), (schur, 
         } else {
             (&mut schur[(column - c) * m..][..m], c)
         };
-        for (&place, value) in places[j..].iter().zip(&values[j..]) {
-            to[place as usize - first] += value;
+        passed += usize::from(runs[passed].end <= j);
+        for run in &runs[passed..] {
+            let from = run.start.max(j);
+            let to = &mut to[places[from] as usize - first..];
+            to.iter_mut().zip(&values[from..run.end]).for_each(|(to, value)| *to += value);
         }
     }
+}
+
+/// The places that follow each other without a gap, so that their values are added at once.
+fn runs(places: &[u32]) -> Vec<Range<usize>> {
+    let mut start = 0;
+    let run = |run: &[u32]| {
+        let range = start..start + run.len();
+        start = range.end;
+        range
+    };
+    places.chunk_by(|a, b| a + 1 == *b).map(run).collect()
 }
 
 /// Substitutes forward in the columns of a supernode: `own`, a vector for each of `k` right sides, becomes L⁻¹b of them. Returns what is

@@ -1,0 +1,20 @@
+//! Settings of the allocator of the process.
+
+/// Lets the C library keep memory that is freed. By default it returns the blocks of a factorisation to the system, which clears their pages
+/// when the next factorisation takes them: up to a third of the time of a case.
+pub fn keep_freed() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        const MIB: libc::c_int = 1 << 20;
+        // Blocks below the second one come from memory that is kept. Versions before 2.35 refuse more than 32 MiB.
+        let settings = [
+            (libc::M_TRIM_THRESHOLD, libc::c_int::MAX),
+            (libc::M_MMAP_THRESHOLD, 32 * MIB),
+            (libc::M_MMAP_THRESHOLD, 1024 * MIB),
+        ];
+        for (setting, value) in settings {
+            // SAFETY: the call has no preconditions; a value that it refuses changes nothing.
+            unsafe { libc::mallopt(setting, value) };
+        }
+    }
+}
