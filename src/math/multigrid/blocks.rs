@@ -93,48 +93,126 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         BlockMatrix { columns: self.rows(), row_ptr, col, values }
     }
 
-    /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978).
+    /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978): first the columns, so that the blocks get their memory once.
     pub fn times<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
-        let parts = threads::map(self.parts(), |rows| self.rows_times(rows, other));
-        let mut product = BlockMatrix { columns: other.columns, row_ptr: vec![0], col: Vec::new(), values: Vec::new() };
-        product.col.reserve_exact(parts.iter().map(|part| part.col.len()).sum());
-        product.values.reserve_exact(parts.iter().map(|part| part.col.len()).sum());
-        for part in parts {
-            let before = product.col.len() as u32;
-            product.row_ptr.extend(part.row_ptr[1..].iter().map(|end| before + end));
-            product.col.extend(part.col);
-            product.values.extend(part.values);
+        let (mut row_ptr, mut col) = (vec![0], Vec::new());
+        for (ends, of_part) in threads::map(self.parts(), |rows| self.columns_times(rows, other)) {
+            let before = col.len() as u32;
+            row_ptr.extend(ends.iter().map(|end| before + end));
+            col.extend(of_part);
         }
-        product
+        let mut values = vec![[[0.0; R]; D]; col.len()];
+        let mut rest = &mut values[..];
+        let split = |rows: Range<usize>| {
+            let blocks = row_ptr[rows.end] - row_ptr[rows.start];
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(blocks as usize);
+            rest = after;
+            (rows, own)
+        };
+        let parts: Vec<_> = self.parts().into_iter().map(split).collect();
+        threads::map(parts, |(rows, values)| self.rows_times(rows, other, (&row_ptr, &col), values));
+        BlockMatrix { columns: other.columns, row_ptr, col, values }
     }
 
-    /// These rows of A B.
-    fn rows_times<const D: usize>(&self, rows: Range<usize>, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
-        let mut product = BlockMatrix { columns: other.columns, row_ptr: vec![0], col: Vec::new(), values: Vec::new() };
-        // Where the blocks of the current row are, by column; of other rows where `seen` is set.
-        let (mut place, mut seen) = (vec![0u32; other.columns], vec![u32::MAX; other.columns]);
+    /// A (B C), and the blocks of B C that were computed. B C, the largest of the matrices, exists only by the parts of the rows of A: each
+    /// computes the rows of it that it needs.
+    pub fn times_product<const D: usize, const E: usize>(
+        &self,
+        b: &BlockMatrix<C, D>,
+        c: &BlockMatrix<D, E>,
+    ) -> (BlockMatrix<R, E>, usize) {
+        let of_part = |rows: Range<usize>| {
+            let range = self.row_ptr[rows.start] as usize..self.row_ptr[rows.end] as usize;
+            let mut needed = self.col[range.clone()].to_vec();
+            needed.sort_unstable();
+            needed.dedup();
+            let bc = b.selected(&needed).times_alone(c);
+            let at = |j: &u32| needed.binary_search(j).expect("it is needed") as u32;
+            let own = BlockMatrix {
+                columns: needed.len(),
+                row_ptr: self.row_ptr[rows.start..=rows.end].iter().map(|&end| end - range.start as u32).collect(),
+                col: self.col[range.clone()].iter().map(at).collect(),
+                values: self.values[range].to_vec(),
+            };
+            (own.times_alone(&bc), bc.col.len())
+        };
+        let parts = threads::map(self.parts(), of_part);
+        let blocks = parts.iter().map(|(part, _)| part.col.len()).sum();
+        let (mut row_ptr, mut col, mut values) = (vec![0], Vec::with_capacity(blocks), Vec::with_capacity(blocks));
+        let mut computed = 0;
+        for (part, of_part) in parts {
+            let before = col.len() as u32;
+            row_ptr.extend(part.row_ptr[1..].iter().map(|end| before + end));
+            col.extend(part.col);
+            values.extend(part.values);
+            computed += of_part;
+        }
+        (BlockMatrix { columns: c.columns, row_ptr, col, values }, computed)
+    }
+
+    /// These rows of A.
+    fn selected(&self, rows: &[u32]) -> Self {
+        let (mut row_ptr, mut col, mut values) = (vec![0], Vec::new(), Vec::new());
+        for &i in rows {
+            let range = self.range(i as usize);
+            col.extend_from_slice(&self.col[range.clone()]);
+            values.extend_from_slice(&self.values[range]);
+            row_ptr.push(col.len() as u32);
+        }
+        Self { columns: self.columns, row_ptr, col, values }
+    }
+
+    /// A B on one thread.
+    fn times_alone<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
+        let (ends, col) = self.columns_times(0..self.rows(), other);
+        let row_ptr: Vec<u32> = std::iter::once(0).chain(ends).collect();
+        let mut values = vec![[[0.0; R]; D]; col.len()];
+        self.rows_times(0..self.rows(), other, (&row_ptr, &col), &mut values);
+        BlockMatrix { columns: other.columns, row_ptr, col, values }
+    }
+
+    /// Columns of these rows of A B, with where each row ends.
+    fn columns_times<const D: usize>(&self, rows: Range<usize>, other: &BlockMatrix<C, D>) -> (Vec<u32>, Vec<u32>) {
+        let (mut ends, mut col) = (Vec::with_capacity(rows.len()), Vec::new());
+        // The last row that had a block in a column
+        let mut seen = vec![u32::MAX; other.columns];
         for i in rows {
-            let start = product.col.len();
+            let start = col.len();
             for &j in &self.col[self.range(i)] {
                 for &k in &other.col[other.range(j as usize)] {
                     if seen[k as usize] != i as u32 {
                         seen[k as usize] = i as u32;
-                        product.col.push(k);
+                        col.push(k);
                     }
                 }
             }
-            product.col[start..].sort_unstable();
-            (start..).zip(&product.col[start..]).for_each(|(slot, &k)| place[k as usize] = slot as u32);
-            product.values.resize(product.col.len(), [[0.0; R]; D]);
+            col[start..].sort_unstable();
+            ends.push(col.len() as u32);
+        }
+        (ends, col)
+    }
+
+    /// Adds the blocks of these rows of A B to `values`, which begin with the first of the rows.
+    fn rows_times<const D: usize>(
+        &self,
+        rows: Range<usize>,
+        other: &BlockMatrix<C, D>,
+        (row_ptr, col): (&[u32], &[u32]),
+        values: &mut [Block<R, D>],
+    ) {
+        let first = row_ptr[rows.start] as usize;
+        // Where the blocks of the current row are, by column
+        let mut place = vec![0u32; other.columns];
+        for i in rows {
+            let range = row_ptr[i] as usize..row_ptr[i + 1] as usize;
+            range.clone().zip(&col[range]).for_each(|(slot, &k)| place[k as usize] = (slot - first) as u32);
             for (j, a) in self.row(i) {
                 for (k, b) in other.row(j) {
-                    let block = &mut product.values[place[k] as usize];
+                    let block = &mut values[place[k] as usize];
                     block.iter_mut().zip(b).for_each(|(sum, b)| add_product(sum, a, b));
                 }
             }
-            product.row_ptr.push(product.col.len() as u32);
         }
-        product
     }
 }
 
@@ -204,6 +282,10 @@ mod tests {
         let mut r = SplitMix(7);
         let (a, b) = (random::<3, 6>(9, 7, &mut r), random::<6, 2>(7, 8, &mut r));
         assert!((dense(&a.times(&b)) - dense(&a) * dense(&b)).amax() < 1e-14);
+        let c = random::<2, 3>(8, 5, &mut r);
+        let (all, computed) = a.times_product(&b, &c);
+        assert!((dense(&all) - dense(&a) * dense(&b) * dense(&c)).amax() < 1e-14);
+        assert_eq!((all.values, computed), (a.times(&b.times(&c)).values, b.times(&c).col.len()));
         assert_eq!(dense(&a.transposed()), dense(&a).transpose());
         let x: Vec<[f64; 3]> = (0..9).map(|_| std::array::from_fn(|_| r.unit())).collect();
         let flat = DMatrix::from_iterator(27, 1, x.iter().flatten().copied());

@@ -128,19 +128,16 @@ impl Multigrid {
         let inverse = inverses(&a, &vec![[0.0; B]; a.rows()])?;
         let rho = largest_eigenvalue(&a, &inverse).ok_or(NotDefinite)?;
         let p = smoothed(&a, &inverse, &p, 4.0 / (3.0 * rho));
-        let ap = a.times(&p);
         let restriction = p.transposed();
-        let mut coarse = restriction.times(&ap);
+        let (mut coarse, of_ap) = restriction.times_product(&a, &p);
         for (g, modes) in next.iter().enumerate() {
             let k = coarse.diagonal(g);
             (0..6).filter(|&m| modes[m][m] == 0.0).for_each(|m| coarse.values[k][m][m] = 1.0);
         }
-        let per_row = |m: &[u32], rows: usize| m.len() as f64 / rows as f64;
-        let products = B as f64
-            * (ap.entries() as f64 * per_row(&p.col, a.rows()) + p.entries() as f64 * per_row(&a.col, a.rows()));
-        self.size.set_up += products + (p.entries() * 6) as f64 * per_row(&ap.col, a.rows());
-        // The largest of all, and no longer needed
-        drop(ap);
+        let per_row = |blocks: usize| blocks as f64 / a.rows() as f64;
+        let products =
+            B as f64 * ((6 * B * of_ap) as f64 * per_row(p.col.len()) + p.entries() as f64 * per_row(a.col.len()));
+        self.size.set_up += products + (p.entries() * 6) as f64 * per_row(of_ap);
         Ok((Level::new(a, p, restriction)?, coarse, next))
     }
 
