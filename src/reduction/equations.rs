@@ -176,6 +176,17 @@ impl Equations {
         (false, ITERATIONS)
     }
 
+    /// Forces and tangent at the present position, of a model that moves those at the end of its last step; false where they are not defined, or no step has
+    /// ended.
+    pub fn linearise_present(&mut self, inputs: &[f64], at: &Position) -> bool {
+        if !self.motion.iter_mut().all(Motion::go_back) {
+            return false;
+        }
+        let defined = self.linearise(inputs, at);
+        self.motion.iter_mut().for_each(Motion::go_on);
+        defined
+    }
+
     /// Forces and tangent at a position; false where a law or a cable is not defined there.
     pub fn linearise(&mut self, inputs: &[f64], at: &Position) -> bool {
         let Self { model, points, cables, motion, sums, r, k, .. } = self;

@@ -13,8 +13,11 @@ pub struct Motion {
     damping: Vec<f64>,
     /// With the displacement coordinates as x, and the memory of the points as history
     past: State,
+    /// After a step, the state at its start
     next: State,
     rates: Rates,
+    /// Whether a step has ended since the last rest, and none has begun
+    stepped: bool,
 }
 
 impl Motion {
@@ -33,7 +36,16 @@ impl Motion {
         };
         let next = State { memory: room(), ..rest.clone() };
         let (mass, damping) = (of.mass.clone(), of.damping.clone());
-        Self { integrator: of.integrator, dt: of.dt, mass, damping, past: rest, next, rates: Rates::default() }
+        Self {
+            integrator: of.integrator,
+            dt: of.dt,
+            mass,
+            damping,
+            past: rest,
+            next,
+            rates: Rates::default(),
+            stepped: false,
+        }
     }
 
     /// Back to rest with these accelerations.
@@ -46,6 +58,7 @@ impl Motion {
             memory.extend_from_slice(accelerations);
         }
         (*dt, *t) = (0.0, 0.0);
+        self.stepped = false;
     }
 
     /// The state at the end of the last step: displacement coordinates, their rates, and what the points remember.
@@ -70,11 +83,13 @@ impl Motion {
         past.memory.clear();
         past.memory.extend_from_slice(&state.memory);
         (past.dt, past.t) = (state.dt, state.t);
+        self.stepped = false;
     }
 
     /// Begins a step.
     pub fn begin(&mut self) {
         self.rates = self.integrator.rates(&self.past, self.dt);
+        self.stepped = false;
     }
 
     /// Moves coordinates on as they moved before the step.
@@ -113,6 +128,20 @@ impl Motion {
         next.t = past.t + *dt;
         integrator.finish(past, *dt, next);
         std::mem::swap(past, next);
+        self.stepped = true;
         true
+    }
+
+    /// Back to the start of the step that ended last, for its derivatives; false where there is none.
+    pub fn go_back(&mut self) -> bool {
+        if self.stepped {
+            std::mem::swap(&mut self.past, &mut self.next);
+        }
+        self.stepped
+    }
+
+    /// Undoes [`Motion::go_back`].
+    pub fn go_on(&mut self) {
+        std::mem::swap(&mut self.past, &mut self.next);
     }
 }

@@ -332,10 +332,11 @@ impl Twin {
         }
     }
 
-    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium.
+    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium; of a model that moves, by the inputs at the end of its
+    /// last step, and not a number where none has ended.
     pub fn sensitivities(&mut self, out: &mut [f64]) {
         let inputs = self.inputs.len();
-        if !self.equations.linearise(&self.inputs, &self.at) {
+        if !self.equations.linearise_present(&self.inputs, &self.at) {
             out.fill(f64::NAN);
             return;
         }
