@@ -165,8 +165,8 @@ fn all_modes_and_all_points_give_the_full_trajectory() {
         for row in &all[0] {
             row.iter().zip(&model.largest).zip(&mut worst).for_each(|(((e, _), size), w)| *w = w.max(e.abs() / size));
         }
-        println!("{formulation} {integrator} {parts:.40?}: {worst:.1e?}");
-        assert!(worst.iter().all(|w| *w < 1e-6), "{formulation} {integrator} {parts}: {worst:e?}");
+        println!("{formulation} {integrator} {parts:.40?}: {worst:?}");
+        assert!(worst.iter().all(|w| *w < 1e-6), "{formulation} {integrator} {parts}: {worst:?}");
     }
 }
 
@@ -371,7 +371,7 @@ fn any_sequence_ends_and_is_replayed() {
             centre + random.around(wide * half)
         };
         let inputs: Vec<[f64; 2]> = (0..12).map(|_| [draw(0), draw(1)]).collect();
-        let mut step = |twin: &mut Twin, u: &[f64; 2]| {
+        let step = |twin: &mut Twin, u: &[f64; 2]| {
             let report = twin.step(u);
             assert!(twin.values().iter().all(|v| v.is_finite()));
             assert!(twin.bars().iter().all(|bar| !bar.is_nan()));

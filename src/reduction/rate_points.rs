@@ -286,3 +286,59 @@ impl Kernel for Unscaled<'_> {
         stress.iter_mut().for_each(|s| *s = scale * *s);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::{Arm, Constants, law_from_table};
+    use crate::math::random::SplitMix;
+
+    /// The tangent is symmetric, and that of central differences of P with h = 1e-5: truncation h² and rounding 1e-16/h leave 1e-10 of it.
+    #[test]
+    fn the_tangent_is_symmetric_and_the_derivative_of_the_stress() {
+        let table = "law = 'neo_hookean'\nmu = '1 Pa'\nnu = 0.3".parse().expect("a table");
+        let law = law_from_table(&table).expect("a law");
+        let arms = [Arm { g: 0.3, tau: 0.02 }, Arm { g: 0.2, tau: 0.3 }];
+        let relaxation = Prony::new(&arms, Constants::Instantaneous).ok();
+        let stored = StoredRates { viscosity: 0.05, relaxation };
+        assert!(stored.is_sound() && !stored.is_none());
+        let mut points = RatePoints::new(&stored, Some(&*law), 1, 0.01);
+        let mut random = SplitMix(3);
+        let mut tensor = |size: f64| -> [Lanes; 9] {
+            std::array::from_fn(|n| {
+                Lanes(std::array::from_fn(|_| f64::from(n % 4 == 0) + size * (random.unit() - 0.5)))
+            })
+        };
+        let (old, f) = (tensor(0.6), tensor(0.6));
+        let memory: Vec<f64> = tensor(1.0).iter().chain(&tensor(1.0)).flat_map(|l| l.0).take(points.size()).collect();
+        assert_eq!(memory.len(), points.size());
+        points.begin(0, &old, &memory);
+        let eval = |f: &[Lanes; 9], want: Want| {
+            let (mut response, mut second) = (LaneResponse::default(), LaneResponse::default());
+            points.add(0, f, want, (&mut response, &mut second)).expect("J > 0");
+            response
+        };
+        let exact = eval(&f, Want::Tangent);
+        let h = 1e-5;
+        for column in 0..9 {
+            let moved = |sign: f64| {
+                let mut f = f;
+                f[column] += Lanes::of(sign * h);
+                eval(&f, Want::Residual).p
+            };
+            let (plus, minus) = (moved(1.0), moved(-1.0));
+            for row in 0..9 {
+                for lane in 0..LANES {
+                    let a = exact.a[row][column].0[lane];
+                    let difference = (plus[row].0[lane] - minus[row].0[lane]) / (2.0 * h);
+                    let mirrored = exact.a[column][row].0[lane];
+                    assert!(
+                        (a - difference).abs() < 1e-7 * (1.0 + a.abs()),
+                        "A[{row}][{column}]: {a} and {difference}"
+                    );
+                    assert!((a - mirrored).abs() < 1e-12 * (1.0 + a.abs()), "A[{row}][{column}]: {a} and {mirrored}");
+                }
+            }
+        }
+    }
+}

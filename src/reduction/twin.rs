@@ -48,6 +48,7 @@ pub struct TwinState {
     /// Displacement coordinates, their rates, and what the points remember, of a model that moves
     motion: Option<State>,
     memory: Vec<f64>,
+    values: Vec<f64>,
     estimates: Vec<f64>,
     bars: Vec<f64>,
     shadow: Option<Box<ShadowState>>,
@@ -139,6 +140,7 @@ impl Twin {
             at: self.at.clone(),
             motion: self.equations.motion.as_ref().map(|m| m.state().clone()),
             memory: self.memory.clone(),
+            values: self.values.clone(),
             estimates: self.estimates.clone(),
             bars: self.bars.clone(),
             shadow: self.shadow.as_ref().map(|s| Box::new(s.save())),
@@ -163,7 +165,7 @@ impl Twin {
             shadow.restore(state);
         }
         self.memory.copy_from_slice(&state.memory);
-        self.read_quantities();
+        self.values.copy_from_slice(&state.values);
     }
 
     /// Length of a step \[s\] of a model that moves; none of one that rests.
