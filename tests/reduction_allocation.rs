@@ -1,9 +1,9 @@
 //! A step of a reduced model allocates nothing: a controller has no pauses of the allocator. The only test of this program, as it counts for
 //! the whole process.
 
-use durometer::reduction::{FullState, Training, Twin};
+use durometer::reduction::{FullState, ReducedModel, Training, TransientTraining, Twin};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
-use durometer::scene::{RunOptions, parse_scene};
+use durometer::scene::{RunOptions, Scene, parse_scene};
 use durometer::system::State;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,12 +39,12 @@ impl Controller for Way {
     }
 }
 
-#[test]
-fn a_step_allocates_nothing() {
-    let scene = parse_scene(
+/// A bar that a cable bends; `parts` are effects by rates, and `stage` is its stage.
+fn bar(parts: &str, stage: &str) -> Scene {
+    let text = format!(
         r#"
 [mesh]
-grid = { kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }
+grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }}
 element = "tet10"
 [laws.rubber]
 law = "neo_hookean"
@@ -63,19 +63,21 @@ kind = "cable"
 guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
 pull_point = ["-10 mm", "5 mm", "2 mm"]
 guide_radius = "5 mm"
-drive = { kind = "length", signal = { kind = "controlled", initial = "0 mm", range = ["0 mm", "4 mm"] } }
+drive = {{ kind = "length", signal = {{ kind = "controlled", initial = "0 mm", range = ["0 mm", "4 mm"] }} }}
+{parts}
 [[stage]]
-integrator = "static"
-duration = "20 s"
-dt = "1 s"
+{stage}
 [[probe]]
 kind = "bending_angle"
 root = "xmin"
 tip = "xmax"
-"#,
-    )
-    .unwrap_or_else(|e| panic!("{e}"));
-    let names = ["bending_angle_deg", "cable_tension_N"].map(String::from);
+"#
+    );
+    parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The states of a run.
+fn states(scene: &Scene, names: &[String]) -> Vec<FullState> {
     let mut all: Vec<State> = vec![];
     let mut on_state = |state: &State| all.push(state.clone());
     let mut way = Way(0);
@@ -91,22 +93,63 @@ tip = "xmax"
         lambda: s.lambda.clone(),
         values: columns.iter().map(|c| c[k]).collect(),
     };
-    let states: Vec<FullState> = all.iter().enumerate().skip(1).map(state).collect();
-    let model = Training::new(&scene, &states, &names)
-        .and_then(|t| t.model(4, Some(1e-3), &states))
-        .unwrap_or_else(|e| panic!("{e}"));
+    all.iter().enumerate().skip(1).map(state).collect()
+}
+
+/// Allocations in 100 steps with inputs that change, sensitivities included.
+fn allocations(model: ReducedModel, input: impl Fn(i32) -> f64) -> usize {
     let mut twin = Twin::new(model).expect("a law of the library");
     let mut sensitivities = [0.0; 2];
     let mut step = |u: f64| {
         twin.step(&[u]).expect("an equilibrium");
         twin.sensitivities(&mut sensitivities);
     };
-    step(1e-3);
+    step(input(0));
     let before = ALLOCATIONS.load(Ordering::Relaxed);
-    for k in 0..100 {
-        step(1e-3 + 3e-3 * (f64::from(k) * 0.37).sin().abs());
-    }
+    (1..=100).for_each(|k| step(input(k)));
     let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
     assert!(twin.bars().iter().all(|bar| bar.is_finite()));
-    assert_eq!(allocated, 0, "allocations in 100 steps");
+    allocated
+}
+
+const RATES: &str = r#"
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1100 kg/m^3"
+mass = "consistent"
+[[effect]]
+kind = "viscous_damping"
+region = "body"
+eta = "100 Pa s"
+[[effect]]
+kind = "viscoelastic"
+region = "body"
+law = "rubber"
+moduli = "instantaneous"
+prony = [{ g = 0.2, tau = "20 ms" }]
+"#;
+
+#[test]
+fn a_step_allocates_nothing() {
+    let names = ["bending_angle_deg", "cable_tension_N"].map(String::from);
+    let scene = bar("", "integrator = \"static\"\nduration = \"20 s\"\ndt = \"1 s\"");
+    let known = states(&scene, &names);
+    let model = Training::new(&scene, &known, &names)
+        .and_then(|t| t.model(4, Some(1e-3), &known))
+        .unwrap_or_else(|e| panic!("{e}"));
+    let input = |k: i32| 1e-3 + 3e-3 * (f64::from(k) * 0.37).sin().abs();
+    assert_eq!(allocations(model, input), 0, "allocations in 100 steps");
+
+    for integrator in ["\"implicit_euler\"", "\"bdf2\"", "{ kind = \"generalised_alpha\", rho = 0.8 }"] {
+        let stage = format!("integrator = {integrator}\nduration = \"0.2 s\"\ndt = \"10 ms\"");
+        let scene = bar(RATES, &stage);
+        let known = vec![states(&scene, &names)];
+        let model = TransientTraining::new(&scene, &known, &names)
+            .and_then(|t| t.model(4, Some(1e-3), &known))
+            .unwrap_or_else(|e| panic!("{e}"));
+        // The runs change by 0.2 mm a step
+        let input = |k: i32| 2e-3 - 2e-3 * (f64::from(k) * 0.09).cos();
+        assert_eq!(allocations(model, input), 0, "allocations in 100 steps, {integrator}");
+    }
 }

@@ -191,6 +191,60 @@ fn clients_have_the_answers_of_a_pipe(folder: &Path, model: &str) {
     child.wait().expect("it ends");
 }
 
+/// The bar with its mass and a relaxing rubber, whose inputs change in time: the models move, and the program takes a step in time for each line, with the bits
+/// that it had before.
+#[test]
+fn a_study_makes_models_that_move() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let parts = "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1100 kg/m^3\"\nmass = \"consistent\"\n\
+        [[effect]]\nkind = \"viscous_damping\"\nregion = \"body\"\neta = \"100 Pa s\"\n\
+        [[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"instantaneous\"\n\
+        prony = [{ g = 0.2, tau = \"20 ms\" }]\n[[stage]]\nintegrator = \"bdf2\"\nduration = \"1 s\"\ndt = \"10 ms\"\n";
+    write(
+        at,
+        "scene.toml",
+        &SCENE.replace("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n", parts),
+    );
+    let in_time = "modes = [3, 6]\nmotion = { duration = \"0.2 s\", corner = \"0.1 s\" }";
+    let study = STUDY.replace("modes = [2, 5]", in_time).replace("training = 24", "training = 8");
+    let study = study.replace("held_back = 20", "held_back = 12").replace("\"-10 m/s^2\"", "\"0 m/s^2\"");
+    write(at, "study.toml", &study);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    let read = |name: &str| std::fs::read_to_string(at.join("out").join(name)).expect("it is there");
+    let record: Value = serde_json::from_str(&read("derived.json")).expect("JSON");
+    assert!(record["dt"] == 0.01 && record["training"] == 8 && record["held_back"] == 12, "{record}");
+    assert_eq!(record["models"].as_array().map(Vec::len), Some(2), "{}", record["left_out"]);
+    let summary: Value = serde_json::from_str(&read("summary.json")).expect("JSON");
+    let verdict = summary["verdict"].as_str().expect("words");
+    assert!(verdict.contains("every step of"), "{verdict}");
+    assert!(read("index.html").contains("in at least 95 % of further runs"));
+
+    let model = format!("out/{}", record["models"][1]["file"].as_str().expect("a file"));
+    let lines_in = "{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n{}\n{\"reset\": true}\n{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n\
+        {\"target\": {\"xmax_z_m\": 0.005001}}\n{\"inputs\": {}, \"target\": {\"xmax_z_m\": 0.005}}\n{\"inputs\": {\"cable_imposed_tension_N\": 0.4}}\n";
+    let stepped = durometer(at, &["twin", &model], lines_in);
+    assert_eq!(stepped.code, Some(0), "{}", stepped.err);
+    let answers = lines(&stepped.out);
+    assert!(answers[0]["dt_s"] == 0.01 && answers[0]["inputs"][0]["largest_change"].is_number(), "{}", answers[0]);
+    let times: Vec<f64> = answers[1..6].iter().filter_map(|a| a["t_s"].as_f64()).collect();
+    assert_eq!(times, [0.01, 0.02, 0.0, 0.01, 0.02], "{}", stepped.out);
+    assert_eq!(answers[1]["quantities"], answers[4]["quantities"]);
+    assert!(answers[1]["quantities"]["xmax_z_m"]["bar"].is_number(), "{}", answers[1]);
+    assert!(answers[5]["target_met"].is_boolean() && answers[6]["error"].is_string(), "{}", stepped.out);
+    assert!(answers[7]["in_range"] == false && answers[7]["quantities"]["xmax_z_m"]["bar"].is_null(), "{}", answers[7]);
+
+    for (from, to, word) in [
+        ("corner = \"0.1 s\"", "corner = \"0.3 s\"", "longer"),
+        ("duration = \"0.2 s\"", "duration = \"0.2 m\"", "duration"),
+    ] {
+        write(at, "study.toml", &study.replacen(from, to, 1));
+        let ran = durometer(at, &["run", "study.toml", "--out", "refused"], "");
+        assert!(ran.code == Some(2) && ran.err.contains(word), "{to}: {}\n{}", ran.out, ran.err);
+    }
+}
+
 /// Few points of little accuracy far from rest: the model with 8 modes has no equilibrium at states that were held back. The others are not lost by it,
 /// and every model that is kept can be read.
 #[test]

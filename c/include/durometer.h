@@ -38,24 +38,29 @@ const char *durometer_twin_quantity_name(const durometer_twin *twin, size_t quan
 /* Range of an input that the model was made for: least, largest. */
 int durometer_twin_range(const durometer_twin *twin, size_t input, double range[2]);
 
-/* Goes to the equilibrium of `count` inputs, all of them. Allocates nothing. */
+/* Goes to the equilibrium of `count` inputs, all of them; a model that moves takes one step in time, at whose end the inputs have these values. Allocates
+ * nothing. */
 int durometer_twin_step(durometer_twin *twin, const double *inputs, size_t count);
 /* Goes to inputs within their ranges at which quantities have target values within tolerances, each in the unit of its quantity, as near as a local
- * search comes. Allocates. */
+ * search comes; a model that moves takes one step in time. Allocates. */
 int durometer_twin_reach(durometer_twin *twin, const size_t *quantities, const double *values, const double *tolerances, size_t count);
 /* Back to rest. */
 int durometer_twin_reset(durometer_twin *twin);
+/* Length of a step of a model that moves, and the time since its last rest, in seconds; 0 for a model that rests. */
+double durometer_twin_dt(const durometer_twin *twin);
+double durometer_twin_time(const durometer_twin *twin);
 
 /* Inputs of the present equilibrium. */
 const double *durometer_twin_present_inputs(const durometer_twin *twin);
-/* Whether they are within their ranges: 1 or 0. */
+/* Whether they are within their ranges: 1 or 0. Of a model that moves, whether they were so since the last rest, and changed no faster than in the runs
+ * that it is made of. */
 int durometer_twin_in_range(const durometer_twin *twin);
 /* Quantities at the present equilibrium, their error bars (infinite beyond the ranges), and estimates of the value of the full model less that of this
  * one. */
 const double *durometer_twin_values(const durometer_twin *twin);
 const double *durometer_twin_bars(const durometer_twin *twin);
 const double *durometer_twin_estimates(const durometer_twin *twin);
-/* Derivatives of the quantities by the inputs, [quantities x inputs] row by row, in an array of `count` numbers. */
+/* Derivatives of the quantities by the inputs (at the end of the last step, of a model that moves), [quantities x inputs] row by row, in an array of `count` numbers. */
 int durometer_twin_sensitivities(durometer_twin *twin, double *out, size_t count);
 
 #ifdef __cplusplus

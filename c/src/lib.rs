@@ -224,6 +224,24 @@ pub unsafe extern "C" fn durometer_twin_reset(twin: *mut Handle) -> c_int {
 ///
 /// As [`with`].
 #[unsafe(no_mangle)]
+pub unsafe extern "C" fn durometer_twin_dt(twin: *const Handle) -> f64 {
+    // SAFETY: as above
+    unsafe { with(twin, 0.0, 0.0, |h| h.twin.dt().unwrap_or(0.0)) }
+}
+
+/// # Safety
+///
+/// As [`with`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn durometer_twin_time(twin: *const Handle) -> f64 {
+    // SAFETY: as above
+    unsafe { with(twin, 0.0, 0.0, |h| h.twin.time().unwrap_or(0.0)) }
+}
+
+/// # Safety
+///
+/// As [`with`].
+#[unsafe(no_mangle)]
 pub unsafe extern "C" fn durometer_twin_present_inputs(twin: *const Handle) -> *const f64 {
     // SAFETY: as above
     unsafe { with(twin, null(), null(), |h| h.twin.inputs().as_ptr()) }

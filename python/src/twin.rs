@@ -87,7 +87,19 @@ impl Twin {
         self.get().in_range()
     }
 
-    /// Goes to the equilibrium of these inputs \[SI\]; those that are not given keep their values. Returns the values of the quantities.
+    /// Length of a step in time \[s\] of a model that moves, else None.
+    #[getter]
+    fn dt(&self) -> Option<f64> {
+        self.get().dt()
+    }
+
+    /// Time since the last rest \[s\] of a model that moves, else None.
+    #[getter]
+    fn time(&self) -> Option<f64> {
+        self.get().time()
+    }
+
+    /// Goes to the equilibrium of these inputs \[SI\], or one step in time with them at its end; those that are not given keep their values. Returns the values of the quantities.
     fn step<'py>(&self, py: Python<'py>, inputs: &Bound<'_, PyDict>) -> PyResult<Bound<'py, PyDict>> {
         {
             let mut model = self.get();

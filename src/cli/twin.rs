@@ -3,7 +3,7 @@
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units;
 use durometer::reduction::inverse::{Target, reach};
-use durometer::reduction::{ReducedModel, StepReport, Twin};
+use durometer::reduction::{Input, ReducedModel, StepReport, Twin};
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
@@ -14,7 +14,7 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 ///
 /// The file is made by a study of kind "reduction". The first line that is printed names the inputs with their ranges, and the quantities. Each line
 /// that is read gives inputs in SI, those that change, or target values of quantities, for which inputs are searched within the ranges; its answer is
-/// one line.
+/// one line. A model that moves takes one step in time for each line.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -114,16 +114,27 @@ fn converse(twin: &mut Twin, mut lines: impl BufRead, mut out: impl Write, args:
 
 fn opening(twin: &Twin) -> Value {
     let model = twin.model();
-    let inputs: Vec<Value> = model.inputs.iter().map(|i| json!({ "name": i.name, "range": i.range })).collect();
+    let input = |(k, i): (usize, &Input)| {
+        let mut input = json!({ "name": i.name, "range": i.range });
+        if let Some(dynamics) = &model.dynamics {
+            input["largest_change"] = dynamics.changes[k].into();
+        }
+        input
+    };
+    let inputs: Vec<Value> = model.inputs.iter().enumerate().map(input).collect();
     let quantities: Vec<&str> = model.quantities.iter().map(|q| q.name.as_str()).collect();
-    json!({
+    let mut opening = json!({
         "durometer": env!("CARGO_PKG_VERSION"),
         "model": model.title,
         "inputs": inputs,
         "quantities": quantities,
         "modes": model.sizes.displacements,
         "cells": model.origin.cells,
-    })
+    });
+    if let Some(dt) = twin.dt() {
+        opening["dt_s"] = dt.into();
+    }
+    opening
 }
 
 /// The answer to a line, and whether it may be trusted; an error in words where the line asks for what cannot be done.
@@ -138,16 +149,42 @@ fn answer(twin: &mut Twin, line: &str, tolerance: Option<f64>) -> Result<(Value,
     if asked.get("reset") == Some(&Value::Bool(true)) {
         twin.reset();
     }
+    if twin.dt().is_some() && !asked.contains_key("inputs") {
+        return answer_in_time(twin, &asked, start, tolerance);
+    }
     let mut inputs = twin.inputs().to_vec();
     let names: Vec<String> = twin.model().inputs.iter().map(|i| i.name.clone()).collect();
     for (name, value) in numbers(&asked, "inputs")? {
         inputs[index(&names, &name)?] = value;
+    }
+    if twin.dt().is_some() && asked.contains_key("target") {
+        return Err("a line is one step in time: give \"inputs\", or a \"target\"".into());
     }
     let report = twin.step(&inputs).map_err(|e| e.to_string())?;
     let targets = targets(twin, numbers(&asked, "target")?)?;
     let met = match &targets[..] {
         [] => None,
         targets => Some(reach(twin, targets).map_err(|e| e.to_string())?.met),
+    };
+    Ok(described(twin, report, met, start, tolerance))
+}
+
+/// The answer of a model that moves to a line without inputs: a step to a target, rest without a step, or a step with the present inputs.
+fn answer_in_time(
+    twin: &mut Twin,
+    asked: &Map<String, Value>,
+    start: Instant,
+    tolerance: Option<f64>,
+) -> Result<(Value, bool), String> {
+    let targets = targets(twin, numbers(asked, "target")?)?;
+    let (report, met) = if !targets.is_empty() {
+        let reached = reach(twin, &targets).map_err(|e| e.to_string())?;
+        (StepReport { iterations: reached.iterations, parts: 1 }, Some(reached.met))
+    } else if asked.get("reset") == Some(&Value::Bool(true)) {
+        (StepReport { iterations: 0, parts: 0 }, None)
+    } else {
+        let inputs = twin.inputs().to_vec();
+        (twin.step(&inputs).map_err(|e| e.to_string())?, None)
     };
     Ok(described(twin, report, met, start, tolerance))
 }
@@ -207,6 +244,9 @@ fn described(
         "seconds": start.elapsed().as_secs_f64(),
         "unix_s": SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |t| t.as_secs_f64()),
     });
+    if let Some(t) = twin.time() {
+        answer["t_s"] = t.into();
+    }
     if tolerance.is_some() {
         answer["within_tolerance"] = within.into();
     }

@@ -40,6 +40,7 @@ impl Effect for MassDamping {
         Capabilities {
             needs: Needs { velocity: true, acceleration: false },
             past: Some(self),
+            linear_in_rates: true,
             ..Capabilities::default()
         }
     }
@@ -65,6 +66,16 @@ impl ViscousDamping {
     /// On the cells of a region, η in Pa s.
     pub fn new(mesh: &TetMesh, cells: &[u32], eta: f64) -> Self {
         Self { eta, points: CellPoints::new(mesh, cells) }
+    }
+
+    /// η \[Pa s\].
+    pub fn eta(&self) -> f64 {
+        self.eta
+    }
+
+    /// Cells on which it acts.
+    pub fn cells(&self) -> &[u32] {
+        &self.points.cells
     }
 }
 
@@ -93,7 +104,7 @@ impl Effect for ViscousDamping {
                 std::array::from_fn(|n| f[(n / 3, n % 3)])
             };
             let (mut p, mut a) = ([0.0; 9], ZERO9);
-            stress(&by_rows(at.x), &by_rows(at.old), 0.5 * c, want, &mut p, &mut a);
+            viscous_stress(&by_rows(at.x), &by_rows(at.old), 0.5 * c, want, &mut p, &mut a);
             self.points.scatter(b, q, self.points.blocks.size(b), &Mat3::from_row_slice(&p), &a, want, out);
         }
         out.energy = work(&self.points.blocks, at, b, out);
@@ -142,13 +153,13 @@ impl Kernel for Stress<'_> {
     #[inline(always)]
     fn run(self) {
         let LaneResponse { p, a, .. } = self.response;
-        stress(self.f, self.old, self.c, self.want, p, a);
+        viscous_stress(self.f, self.old, self.c, self.want, p, a);
     }
 }
 
 /// P = F S with S = c (FᵀF − FₙᵀFₙ), and A_iJkL = δ_ik S_LJ + c (F_iL F_kJ + δ_LJ F_iM F_kM), by rows.
 #[inline(always)]
-fn stress<S: Real>(f: &[S; 9], old: &[S; 9], c: f64, want: Want, p: &mut [S; 9], a: &mut [[S; 9]; 9]) {
+pub fn viscous_stress<S: Real>(f: &[S; 9], old: &[S; 9], c: f64, want: Want, p: &mut [S; 9], a: &mut [[S; 9]; 9]) {
     let (c, zero) = (S::of(c), S::of(0.0));
     let columns = |f: &[S; 9], i: usize, j: usize| f[i] * f[j] + f[3 + i] * f[3 + j] + f[6 + i] * f[6 + j];
     let rows = |i: usize, k: usize| f[3 * i] * f[3 * k] + f[3 * i + 1] * f[3 * k + 1] + f[3 * i + 2] * f[3 * k + 2];

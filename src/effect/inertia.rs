@@ -34,6 +34,7 @@ impl Effect for Inertia {
             needs: Needs { velocity: true, acceleration: true },
             past: Some(self),
             batched: Some(self),
+            linear_in_rates: true,
             ..Capabilities::default()
         }
     }

@@ -36,7 +36,7 @@ pub use cavity::{Cavity, CavityPressure, CavityVolume, VolumeField};
 pub use cell::CellPoints;
 pub use constitution::{Constitution, PressureField};
 pub use contact::Contact;
-pub use damping::{MassDamping, ViscousDamping};
+pub use damping::{MassDamping, ViscousDamping, viscous_stress};
 pub use dead_load::DeadLoad;
 pub use edge_dampers::EdgeDampers;
 pub use edge_springs::EdgeSprings;

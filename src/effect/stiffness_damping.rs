@@ -92,6 +92,7 @@ impl Effect for StiffnessDamping {
         Capabilities {
             needs: Needs { velocity: true, acceleration: false },
             past: Some(self),
+            linear_in_rates: self.stiffness == Stiffness::Initial,
             ..Capabilities::default()
         }
     }

@@ -91,6 +91,11 @@ impl Viscoelastic {
         &self.points.cells
     }
 
+    /// The series, relative to the constants of the law.
+    pub fn prony(&self) -> &Prony {
+        &self.prony
+    }
+
     /// ρ: share of the isochoric stress of the law that is not there in the long run \[–\].
     pub fn relaxed_share(&self) -> f64 {
         self.prony.relaxed

@@ -13,6 +13,8 @@
 //!
 //! Source: Simo, *On a fully three-dimensional finite-strain viscoelastic damage model*, CMAME 60, 1987.
 
+use serde::{Deserialize, Serialize};
+
 /// One term of the series: share g \[–\] of the instantaneous modulus and relaxation time τ \[s\].
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Arm {
@@ -48,7 +50,7 @@ pub enum PronyError {
 }
 
 /// A valid series, relative to the constants of the law.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Prony {
     /// ρ \[–\]: share of the law's isochoric stress that is not there in the long run
     pub relaxed: f64,

@@ -1,10 +1,12 @@
 //! The points of the elastic effects of a scene, at which fields and forces are taken.
 
 use super::error::ReductionError;
+use super::rate_points::StoredRates;
 use crate::effect::{Constitution, cofactor_by_rows};
 use crate::material::{Law, Volumetric, Want};
 use crate::math::tensor::{Mat3, det_minus_one};
 use crate::scene::Scene;
+use std::collections::BTreeMap;
 
 /// All points of the elastic effects, part by part, block by block.
 pub struct BodyPoints<'a> {
@@ -17,6 +19,10 @@ pub struct Part<'a> {
     /// The law without the volumetric part that a pressure field takes over
     law: Box<dyn Law>,
     volumetric: Option<Volumetric>,
+    /// The different forces by rates of its cells
+    pub rates: Vec<StoredRates>,
+    /// \[blocks\] which of them
+    of_blocks: Vec<usize>,
 }
 
 /// A point: its part, its block there, and its number in the block.
@@ -42,7 +48,8 @@ impl<'a> BodyPoints<'a> {
             let whole = constitution.law.build()?;
             let split = constitution.pressure.and_then(|_| whole.split());
             let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
-            Ok(Part { constitution, law, volumetric })
+            let (rates, of_blocks) = rates(scene, &constitution.points.cells);
+            Ok(Part { constitution, law, volumetric, rates, of_blocks })
         };
         Ok(Self { parts: scene.stressed.iter().map(part).collect::<Result<_, ReductionError>>()? })
     }
@@ -54,6 +61,16 @@ impl<'a> BodyPoints<'a> {
             let blocks = of.constitution.points.cells.len();
             (0..blocks).flat_map(move |block| (0..points).map(move |point| Place { part, block, point }))
         })
+    }
+
+    /// The part of a point, and which of the forces by rates there it has.
+    pub fn kind(&self, at: &Place) -> (usize, usize) {
+        (at.part, self.parts[at.part].of_blocks[at.block])
+    }
+
+    /// All pairs of a part and forces by rates there.
+    pub fn kinds(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.parts.iter().enumerate().flat_map(|(k, part)| (0..part.rates.len()).map(move |kind| (k, kind)))
     }
 
     /// w det ∂X/∂ξ of each point \[m³\].
@@ -119,4 +136,26 @@ impl<'a> BodyPoints<'a> {
         p.iter_mut().zip(cofactor_by_rows(&by_rows)).for_each(|(p, cof): (&mut f64, f64)| *p += pressure * dg * cof);
         Ok((p, g))
     }
+}
+
+/// The different forces by rates of these cells, the first of the first cell, and which of them each cell has.
+fn rates(scene: &Scene, cells: &[u32]) -> (Vec<StoredRates>, Vec<usize>) {
+    let mut of_cells: BTreeMap<u32, StoredRates> = BTreeMap::new();
+    for effect in &scene.viscous {
+        effect.cells().iter().for_each(|&c| of_cells.entry(c).or_default().viscosity += effect.eta());
+    }
+    for effect in &scene.relaxing {
+        let series = || Some(effect.prony().clone());
+        effect.cells().iter().for_each(|&c| of_cells.entry(c).or_default().relaxation = series());
+    }
+    let mut all = vec![];
+    let of_blocks = cells.iter().map(|c| {
+        let own = of_cells.get(c).cloned().unwrap_or_default();
+        all.iter().position(|other| *other == own).unwrap_or_else(|| {
+            all.push(own);
+            all.len() - 1
+        })
+    });
+    let of_blocks = of_blocks.collect();
+    (all, of_blocks)
 }

@@ -6,7 +6,8 @@
 use super::dense::Dense;
 use super::forces::CableDrive;
 use super::model::ReducedModel;
-use super::points::{Points, Sums, total};
+use super::motion::Motion;
+use super::points::{Points, StoredPoints, Sums, total};
 use super::running_cable::RunningCable;
 use crate::material::{LawSpecError, Want};
 use crate::math::vector::norm;
@@ -43,6 +44,8 @@ pub struct Equations {
     model: Arc<ReducedModel>,
     points: Vec<Points>,
     pub cables: Vec<RunningCable>,
+    /// In models that move
+    pub motion: Option<Motion>,
     sums: Sums,
     /// \[coordinates\] what is left of the forces
     r: Vec<f64>,
@@ -69,10 +72,17 @@ impl Equations {
     pub fn new(model: Arc<ReducedModel>) -> Result<Self, LawSpecError> {
         let own = model.own_sizes();
         let (n, most) = (own.coordinates(), own.coordinates() + model.cables.len());
-        let points = model.points.iter().map(|p| Points::new(p, own)).collect::<Result<_, _>>()?;
+        let points = |p| Points::new(p, own);
+        let mut points = model.points.iter().map(points).collect::<Result<Vec<_>, _>>()?;
+        let motion = model.dynamics.as_ref().map(|dynamics| {
+            let moving = |(p, stored): (Points, &StoredPoints)| p.moving(&stored.rates, dynamics.dt);
+            points = std::mem::take(&mut points).into_iter().zip(&model.points).map(moving).collect();
+            Motion::new(dynamics, own.displacements, points.iter().map(Points::memory).sum())
+        });
         let cables: Vec<_> = model.cables.iter().map(|c| RunningCable::new(c, own.displacements)).collect();
         Ok(Self {
             points,
+            motion,
             sums: Sums::new(own),
             r: vec![0.0; n],
             k: vec![0.0; n * n],
@@ -89,6 +99,61 @@ impl Equations {
     pub fn rest(&self) -> Position {
         let cables = self.cables.len();
         Position { y: vec![0.0; self.r.len()], tensions: vec![0.0; cables], taut: vec![false; cables] }
+    }
+
+    /// Begins a step in time; without effect on models that rest.
+    pub fn begin(&mut self) {
+        let Some(motion) = &mut self.motion else { return };
+        motion.begin();
+        let mut history = &motion.state().history[..];
+        for points in &mut self.points {
+            let (own, rest) = history.split_at(points.memory());
+            points.begin(&motion.state().x, own);
+            history = rest;
+        }
+    }
+
+    /// Ends a step in time at a position; false where what the points remember is not defined there.
+    pub fn accept(&mut self, at: &Position) -> bool {
+        let Self { motion, points, sums, model, .. } = self;
+        let Some(motion) = motion else { return true };
+        let q = &at.y[..model.sizes.displacements];
+        motion.accept(q, |mut past, mut next| {
+            points.iter().all(|points| {
+                let (from, past_rest) = past.split_at(points.memory());
+                let (to, next_rest) = std::mem::take(&mut next).split_at_mut(points.memory());
+                (past, next) = (past_rest, next_rest);
+                points.advance(q, from, to, sums).is_ok()
+            })
+        })
+    }
+
+    /// Back to rest under these inputs; without effect on models that rest.
+    pub fn reset(&mut self, inputs: &[f64]) {
+        let zero = vec![0.0; self.model.sizes.displacements];
+        self.motion.iter_mut().for_each(|motion| motion.reset(&zero));
+        self.begin();
+        let accelerations = self.start(inputs);
+        self.motion.iter_mut().for_each(|motion| motion.reset(&accelerations));
+    }
+
+    /// Accelerations of the displacement coordinates at rest under these inputs, by the forces that the mass has to balance.
+    fn start(&mut self, inputs: &[f64]) -> Vec<f64> {
+        let (rest, n) = (self.rest(), self.model.sizes.displacements);
+        let mass = self.model.dynamics.as_ref().filter(|d| d.integrator.needs_initial_acceleration());
+        let factor = mass.and_then(|dynamics| super::dynamics::factor(&dynamics.mass, n));
+        let Some(factor) = factor else { return vec![0.0; n] };
+        // Nothing moves yet: neither accelerations nor velocities add to the forces
+        let motion = self.motion.take();
+        let defined = self.linearise(inputs, &rest);
+        self.motion = motion;
+        let forces = nalgebra::DVector::from_fn(n, |i, _| if defined { -self.r[i] } else { 0.0 });
+        factor.solve(&forces).as_slice().to_vec()
+    }
+
+    /// One iteration of Newton's method from a position, with the cables that are taut there; false where it has no finite result.
+    pub fn iterate(&mut self, inputs: &[f64], at: &mut Position) -> bool {
+        self.linearise(inputs, at) && self.advance(inputs, at).is_some()
     }
 
     /// Whether Newton's method reached the equilibrium of these inputs from `at`, and its iterations. Where it did not, `at` is of no use.
@@ -111,9 +176,20 @@ impl Equations {
         (false, ITERATIONS)
     }
 
+    /// Forces and tangent at the present position, of a model that moves those at the end of its last step; false where they are not defined, or no step has
+    /// ended.
+    pub fn linearise_present(&mut self, inputs: &[f64], at: &Position) -> bool {
+        if !self.motion.iter_mut().all(Motion::go_back) {
+            return false;
+        }
+        let defined = self.linearise(inputs, at);
+        self.motion.iter_mut().for_each(Motion::go_on);
+        defined
+    }
+
     /// Forces and tangent at a position; false where a law or a cable is not defined there.
     pub fn linearise(&mut self, inputs: &[f64], at: &Position) -> bool {
-        let Self { model, points, cables, sums, r, k, .. } = self;
+        let Self { model, points, cables, motion, sums, r, k, .. } = self;
         let (n, u) = (r.len(), model.sizes.displacements);
         sums.clear(Want::Tangent);
         if points.iter().any(|points| points.add(&at.y, Want::Tangent, sums).is_err()) {
@@ -127,6 +203,9 @@ impl Equations {
             k[(u + i) * n + u..=(u + i) * n + u + i].iter_mut().zip(row).for_each(|(k, c)| *k -= c);
         }
         let q = &at.y[..u];
+        if let Some(motion) = motion {
+            motion.add(q, n, r, k);
+        }
         for load in &model.loads {
             let intensity = load.intensity.at(inputs);
             load.force.add(q, intensity, &mut r[..u]);

@@ -61,12 +61,21 @@ impl ReducedCable {
     }
 }
 
-fn unsupported(what: String, why: &str, remedy: &str) -> ReductionError {
+pub(super) fn unsupported(what: String, why: &str, remedy: &str) -> ReductionError {
     ReductionError::Unsupported { what, why: why.into(), remedy: remedy.into() }
 }
 
-/// Refuses a scene with parts that have no reduced form.
+/// Refuses a scene with parts that have no reduced form at rest.
 pub fn check(scene: &Scene) -> Result<(), ReductionError> {
+    if scene.spans.iter().any(|span| !span.integrator.is_static()) {
+        let why = "the states of a model that rests have no rates";
+        return Err(unsupported("a dynamic stage".into(), why, "make the stages static, or train on runs in time"));
+    }
+    check_parts(scene, |effect| effect.role() == EnergyRole::Kinetic)
+}
+
+/// Refuses a scene with parts that have no reduced form; `takes` tells the effects by rates that have one, or that do not act.
+pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result<(), ReductionError> {
     let leave_out = "leave it out, or run the scene in full";
     if let Some(contact) = scene.contacts.first() {
         let why = "points come into contact that the training states do not touch";
@@ -74,10 +83,6 @@ pub fn check(scene: &Scene) -> Result<(), ReductionError> {
     }
     if !scene.rigids.is_empty() || scene.system.ties.nodes().next().is_some() {
         return Err(unsupported("a rigid body".into(), "its motion is not one of the modes", leave_out));
-    }
-    if scene.spans.iter().any(|span| !span.integrator.is_static()) {
-        let why = "masses and rates are not reduced yet";
-        return Err(unsupported("a dynamic stage".into(), why, "make the stages static"));
     }
     let moves = |p: &&crate::system::Prescribed| {
         p.signal.has_inputs() || [0.0, 0.5, 1.0].iter().any(|&t| p.signal.at(t) != 0.0)
@@ -98,9 +103,7 @@ pub fn check(scene: &Scene) -> Result<(), ReductionError> {
         let capabilities = effect.capabilities();
         let is_load =
             effect.role() == EnergyRole::Load && (capabilities.degree.is_some() || capabilities.means.is_some());
-        // A static model has no kinetic energy
-        let rests = effect.role() == EnergyRole::Kinetic;
-        if !(is_elastic || is_load || rests) {
+        if !(is_elastic || is_load || takes(&**effect)) {
             return Err(unsupported(format!("the effect {}", effect.name()), "it has no reduced form", leave_out));
         }
     }
@@ -171,7 +174,7 @@ pub fn reduced_force(
 }
 
 /// \[unknowns\] r of an effect alone.
-fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, ReductionError> {
+pub(super) fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, ReductionError> {
     let blocks = effect.blocks();
     let mut r = vec![0.0; at.x.len()];
     for b in 0..blocks.len() {

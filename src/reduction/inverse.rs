@@ -4,7 +4,7 @@
 //! change among many is the one of the smallest shares. Where the search from the present inputs ends short of the targets, as at rest, where an angle without
 //! a sign has no derivative, it begins again from other places of the ranges. Limits: a local search from each of them.
 
-use super::twin::{StepError, Twin};
+use super::twin::{StepError, Twin, TwinState};
 use nalgebra::{DMatrix, DVector};
 
 /// A value that a quantity is to have.
@@ -37,7 +37,8 @@ const DAMPING: (f64, f64, f64, f64) = (1e-3, 0.2, 5.0, 1e8);
 /// Shares of the ranges from which the search begins again.
 const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
 
-/// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes.
+/// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes. A model that moves takes one step in time,
+/// at whose end the targets are met.
 ///
 /// # Errors
 ///
@@ -45,26 +46,41 @@ const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
 pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> {
     let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
     let present: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
-    let mut best = search(twin, targets, present)?;
+    let from = twin.dt().map(|_| twin.save());
+    let from = from.as_ref();
+    let mut best = search(twin, targets, from, present)?;
     for share in STARTS {
         if best.met {
             break;
         }
         let start = ranges.iter().map(|r| r[0] + share * (r[1] - r[0])).collect();
-        if let Ok(other) = search(twin, targets, start) {
+        if let Ok(other) = search(twin, targets, from, start) {
             let iterations = best.iterations + other.iterations;
             best = Reached { iterations, ..if other.distance < best.distance { other } else { best } };
         }
     }
-    twin.step(&best.inputs)?;
+    go(twin, from, &best.inputs)?;
     Ok(best)
 }
 
+/// A step to these inputs, always from the same state in time where there is one.
+fn go(twin: &mut Twin, from: Option<&TwinState>, inputs: &[f64]) -> Result<(), StepError> {
+    if let Some(state) = from {
+        twin.restore(state);
+    }
+    twin.step(inputs).map(drop)
+}
+
 /// The search from one place.
-fn search(twin: &mut Twin, targets: &[Target], mut inputs: Vec<f64>) -> Result<Reached, StepError> {
+fn search(
+    twin: &mut Twin,
+    targets: &[Target],
+    from: Option<&TwinState>,
+    mut inputs: Vec<f64>,
+) -> Result<Reached, StepError> {
     let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
     let (n, m) = (ranges.len(), targets.len());
-    twin.step(&inputs)?;
+    go(twin, from, &inputs)?;
     let left = |twin: &Twin| {
         DVector::from_fn(m, |k, _| (targets[k].value - twin.values()[targets[k].quantity]) / targets[k].tolerance)
     };
@@ -105,7 +121,7 @@ fn search(twin: &mut Twin, targets: &[Target], mut inputs: Vec<f64>) -> Result<R
             let trial: Option<Vec<f64>> = change.map(|change| {
                 (0..n).map(|k| (inputs[k] + width(k) * change[k]).clamp(ranges[k][0], ranges[k][1])).collect()
             });
-            if let Some(trial) = trial.filter(|t| twin.step(t).is_ok()) {
+            if let Some(trial) = trial.filter(|t| go(twin, from, t).is_ok()) {
                 let next = left(twin);
                 better = next.norm() < rest.norm();
                 if better {
@@ -118,7 +134,7 @@ fn search(twin: &mut Twin, targets: &[Target], mut inputs: Vec<f64>) -> Result<R
             break;
         }
     }
-    twin.step(&inputs)?;
+    go(twin, from, &inputs)?;
     let distance = rest.amax();
     Ok(Reached { inputs, met: distance <= 1.0, distance, iterations: ITERATIONS })
 }

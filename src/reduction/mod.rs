@@ -1,4 +1,4 @@
-//! Reduced models: static scenes with few unknowns, fast enough for controllers, that know how far they are from the full model.
+//! Reduced models: scenes with few unknowns, fast enough for controllers, that know how far they are from the full model.
 //!
 //! | Step | File |
 //! |---|---|
@@ -16,6 +16,7 @@ pub mod adjoint_space;
 pub mod basis;
 pub mod body_points;
 mod dense;
+pub mod dynamics;
 pub mod equations;
 pub mod error;
 pub mod file;
@@ -24,13 +25,17 @@ mod full_state;
 pub mod inputs;
 pub mod inverse;
 pub mod model;
+pub mod motion;
 pub mod points;
 pub mod polynomial;
 pub mod quantities;
+pub mod rate_points;
 pub mod residual;
 pub mod running_cable;
 pub mod sampling;
+pub mod shadow;
 pub mod train;
+pub mod transient;
 pub mod twin;
 
 pub use equations::Position;
@@ -39,4 +44,5 @@ pub use full_state::FullState;
 pub use inputs::Input;
 pub use model::ReducedModel;
 pub use train::{Training, errors};
-pub use twin::{StepError, StepReport, Twin};
+pub use transient::{TransientTraining, errors_in_time};
+pub use twin::{StepError, StepReport, Twin, TwinState};

@@ -1,12 +1,13 @@
 //! A reduced model: everything that its steps need, and nothing of the mesh.
 
+use super::dynamics::Dynamics;
 use super::forces::{CableDrive, Load, ReducedCable};
 use super::inputs::Input;
 use super::points::{Sizes, StoredPoints};
 use super::quantities::ReducedQuantity;
 use serde::{Deserialize, Serialize};
 
-/// A reduced model of a static scene.
+/// A reduced model of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReducedModel {
     pub title: String,
@@ -23,7 +24,10 @@ pub struct ReducedModel {
     pub largest: Vec<f64>,
     /// Largest ‖q‖ of the training states, of displacements and of pressures
     pub amplitudes: [f64; 2],
+    /// Of a model that rests
     pub estimate: Option<ErrorModel>,
+    /// Inertia, damping and steps in time, of a model that moves
+    pub dynamics: Option<Dynamics>,
     pub origin: Origin,
 }
 
@@ -119,7 +123,14 @@ impl ReducedModel {
             ),
             (self.estimate.as_ref().is_none_or(|e| self.fits(e)), "the error estimate has another size"),
         ];
-        checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact)
+        let fault = checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact);
+        fault.or_else(|| self.dynamics.as_ref().and_then(|d| d.fault(self)))
+    }
+
+    /// How estimates become error bars, quantity by quantity; none without an estimate.
+    pub fn bars(&self) -> Option<&[Bar]> {
+        let in_time = self.dynamics.as_ref().and_then(|d| d.estimate.as_ref()).map(|e| &e.bars[..]);
+        in_time.or(self.estimate.as_ref().map(|e| &e.bars[..]))
     }
 
     /// Sizes of the points of the model itself, which have no tests.

@@ -4,6 +4,7 @@
 //! symmetric Hessian that are summed here: energy-conserving sampling and weighting (Farhat, Avery, Chapman & Cortial, *Int. J. Numer. Meth.
 //! Eng.* 98, 2014; Farhat, Chapman & Avery, 102, 2015), taken at quadrature points instead of cells (An, Kim & James, *ACM Trans. Graph.* 27, 2008).
 
+use super::rate_points::{RatePoints, StoredRates};
 use crate::effect::{AddPressure, cofactor_by_rows};
 use crate::material::{LaneResponse, Law, LawCard, LawError, LawSpecError, Volumetric, Want};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
@@ -16,6 +17,8 @@ pub struct StoredPoints {
     pub law: LawCard,
     /// Whether a pressure field takes over the volumetric part of the law
     pub has_pressure: bool,
+    /// Forces by rates there; none in statics
+    pub rates: StoredRates,
     /// \[points\] w \[m³\]
     pub weights: Vec<f64>,
     /// \[points × displacement modes × 9\] ∂v/∂X by rows
@@ -56,6 +59,7 @@ impl StoredPoints {
         lengths.iter().all(|(length, each)| *length == n * each)
             && arrays.iter().all(|v| v.iter().all(|x| x.is_finite()))
             && self.weights.iter().all(|w| *w >= 0.0)
+            && self.rates.is_sound()
     }
 }
 
@@ -72,6 +76,8 @@ pub struct Points {
     pressures: Vec<Lanes>,
     test_gradients: Vec<[Lanes; 9]>,
     test_pressures: Vec<Lanes>,
+    /// In models that move
+    rates: Option<RatePoints>,
 }
 
 /// Sums over points, in lanes, and the memory that an evaluation needs.
@@ -81,6 +87,7 @@ pub struct Sums {
     /// \[coordinates × coordinates\] row by row, column ≤ row
     pub k: Vec<Lanes>,
     response: LaneResponse,
+    second: LaneResponse,
     /// \[displacement modes\] A ∂v/∂X
     products: Vec<[Lanes; 9]>,
 }
@@ -92,6 +99,7 @@ impl Sums {
             r: vec![Lanes::ZERO; n.max(sizes.tests)],
             k: vec![Lanes::ZERO; n * n],
             response: LaneResponse::default(),
+            second: LaneResponse::default(),
             products: vec![[Lanes::ZERO; 9]; sizes.displacements],
         }
     }
@@ -140,14 +148,72 @@ impl Points {
             pressures: in_lanes(&stored.pressures, points, sizes.pressures),
             test_gradients: tensors(in_lanes(&stored.test_gradients, points, 9 * sizes.tests)),
             test_pressures: in_lanes(&stored.test_pressures, points, if stored.has_pressure { sizes.tests } else { 0 }),
+            rates: None,
         })
+    }
+
+    /// The same points in a model that moves in steps of `dt` \[s\], with the forces by rates that a file holds.
+    #[must_use]
+    pub fn moving(mut self, of: &StoredRates, dt: f64) -> Self {
+        if !of.is_none() {
+            let whole = self.volumetric.is_none().then_some(&*self.law);
+            self.rates = Some(RatePoints::new(of, whole, self.weights.len(), dt));
+        }
+        self
+    }
+
+    /// Numbers that the points remember from one step to the next.
+    pub fn memory(&self) -> usize {
+        self.rates.as_ref().map_or(0, |rates| rates.size() * self.weights.len())
+    }
+
+    /// Begins a step from the displacement coordinates `q` with what the points remember there.
+    pub fn begin(&mut self, q: &[f64], memory: &[f64]) {
+        let Some(mut rates) = self.rates.take() else { return };
+        let size = rates.size();
+        for group in 0..self.weights.len() {
+            rates.begin(group, &self.deformation(q, group), &memory[group * size..][..size]);
+        }
+        self.rates = Some(rates);
+    }
+
+    /// What the points remember at the end of a step, at the displacement coordinates `q`.
+    pub fn advance(&self, q: &[f64], memory: &[f64], next: &mut [f64], sums: &mut Sums) -> Result<(), LawError> {
+        let Some(rates) = &self.rates else { return Ok(()) };
+        let size = rates.size();
+        for group in 0..self.weights.len() {
+            let f = self.deformation(q, group);
+            let (from, to) = (&memory[group * size..][..size], &mut next[group * size..][..size]);
+            rates.advance(&*self.law, &f, &mut sums.second, (from, to))?;
+        }
+        Ok(())
+    }
+
+    /// P by rows and G(J) of the points at the coordinates `y`, in their order.
+    pub fn forces(&self, y: &[f64], sums: &mut Sums) -> Result<Vec<([f64; 9], f64)>, LawError> {
+        let mut out = vec![];
+        for group in 0..self.weights.len() {
+            let place = self.place(y, group, Want::Residual, sums)?;
+            let at = |lane: usize| (sums.response.p.map(|p| p.0[lane]), place.gap.0[lane]);
+            out.extend((0..LANES).map(at));
+        }
+        Ok(out)
+    }
+
+    /// F of four points.
+    fn deformation(&self, q: &[f64], group: usize) -> [Lanes; 9] {
+        let n = self.sizes.displacements;
+        let mut f = [Lanes::ZERO; 9];
+        widest(Deformation { gradients: &self.gradients[group * n..][..n], q, h: &mut f });
+        [0, 4, 8].into_iter().for_each(|k| f[k] += Lanes::of(1.0));
+        f
     }
 
     /// Adds r = ∂Π/∂y and K = ∂²Π/∂y² at the coordinates `y`, displacements first.
     pub fn add(&self, y: &[f64], want: Want, out: &mut Sums) -> Result<(), LawError> {
         let Sizes { displacements: n, pressures: m, .. } = self.sizes;
         for group in 0..self.weights.len() {
-            let place = self.place(y, group, want, &mut out.response)?;
+            let place = self.place(y, group, want, out)?;
             let (gradients, pressures) = (&self.gradients[group * n..][..n], &self.pressures[group * m..][..m]);
             let (response, r) = (&out.response, &mut out.r[..]);
             widest(Forces { gradients, pressures, place: &place, response, r, first_pressure: n });
@@ -163,7 +229,7 @@ impl Points {
     pub fn add_tests(&self, y: &[f64], out: &mut Sums) -> Result<(), LawError> {
         let tests = self.sizes.tests;
         for group in 0..self.weights.len() {
-            let place = self.place(y, group, Want::Residual, &mut out.response)?;
+            let place = self.place(y, group, Want::Residual, out)?;
             let gradients = &self.test_gradients[group * tests..][..tests];
             let none = self.test_pressures.is_empty();
             let pressures = if none { &[][..] } else { &self.test_pressures[group * tests..][..tests] };
@@ -174,7 +240,8 @@ impl Points {
     }
 
     /// The response of the law with the pressure at four points.
-    fn place(&self, y: &[f64], group: usize, want: Want, response: &mut LaneResponse) -> Result<Place, LawError> {
+    fn place(&self, y: &[f64], group: usize, want: Want, sums: &mut Sums) -> Result<Place, LawError> {
+        let Sums { response, second, .. } = sums;
         let Sizes { displacements: n, pressures: m, .. } = self.sizes;
         let (q, pi) = y.split_at(n);
         let mut h = [Lanes::ZERO; 9];
@@ -182,6 +249,9 @@ impl Points {
         let mut f = h;
         [0, 4, 8].into_iter().for_each(|k| f[k] += Lanes::of(1.0));
         self.law.eval_lanes(&f, want, response).map_err(|(_, why)| why)?;
+        if let Some(rates) = &self.rates {
+            rates.add(group, &f, want, (response, second))?;
+        }
         let mut place = Place { weight: self.weights[group], ..Place::default() };
         let Some(volumetric) = self.volumetric else { return Ok(place) };
         let mut p = Lanes::ZERO;

@@ -84,12 +84,24 @@ pub fn select(
     (states, amplitudes): (&[Vec<f64>], [f64; 2]),
     tolerance: f64,
 ) -> Result<Selection, ReductionError> {
+    let forces = states.iter().map(|y| fields.forces(points, y));
+    select_for(points, fields, basis, (forces, amplitudes), tolerance)
+}
+
+/// The same for forces at all points.
+pub fn select_for(
+    points: &BodyPoints,
+    fields: &FieldsAtPoints,
+    basis: &Basis,
+    (states, amplitudes): (impl Iterator<Item = Result<Vec<PointForce>, ReductionError>>, [f64; 2]),
+    tolerance: f64,
+) -> Result<Selection, ReductionError> {
     let (weights, modes) = (points.weights(), basis.modes.len());
     let scale = |mode: usize| amplitudes[usize::from(mode >= basis.displacements)];
     let mut rows: Vec<Vec<f64>> = vec![];
     let mut sizes = vec![];
-    for y in states {
-        let forces = fields.forces(points, y)?;
+    for forces in states {
+        let forces = forces?;
         let row = |mode: usize| -> Vec<f64> {
             let work = |p: usize| scale(mode) * fields.work(mode, p, weights[p], &forces[p]);
             (0..weights.len()).map(work).collect()
@@ -122,7 +134,7 @@ pub fn of_rows(rows: &[Vec<f64>], tolerance: f64) -> Result<Selection, Reduction
     Ok(Selection { points: found.weights, error: found.residual })
 }
 
-/// The chosen points law by law, with modes and tests there.
+/// The chosen points law by law, and by their forces by rates, with modes and tests there.
 pub fn stored(
     points: &BodyPoints,
     selection: &Selection,
@@ -131,18 +143,20 @@ pub fn stored(
 ) -> Vec<StoredPoints> {
     let places: Vec<Place> = points.places().collect();
     let weights = points.weights();
-    let of_part = |(k, part): (usize, &super::body_points::Part)| {
+    let of_kind = |(k, kind): (usize, usize)| {
+        let part = &points.parts[k];
         let has_pressure = part.constitution.pressure.is_some();
         let mut out = StoredPoints {
             law: part.constitution.law.clone(),
             has_pressure,
+            rates: part.rates[kind].clone(),
             weights: vec![],
             gradients: vec![],
             pressures: vec![],
             test_gradients: vec![],
             test_pressures: vec![],
         };
-        for &(p, factor) in selection.points.iter().filter(|(p, _)| places[*p].part == k) {
+        for &(p, factor) in selection.points.iter().filter(|(p, _)| points.kind(&places[*p]) == (k, kind)) {
             out.weights.push(factor * weights[p]);
             let (displacements, pressures) = fields.gradients.split_at(basis.displacements);
             out.gradients.extend(displacements.iter().flat_map(|of| of[p]));
@@ -157,5 +171,5 @@ pub fn stored(
         }
         out
     };
-    points.parts.iter().enumerate().map(of_part).collect()
+    points.kinds().map(of_kind).collect()
 }

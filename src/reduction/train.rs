@@ -34,17 +34,7 @@ impl<'a> Training<'a> {
     /// [`ReductionError`]: parts of the scene without a reduced form, and states that do not belong to it.
     pub fn new(scene: &'a Scene, states: &'a [FullState], names: &[String]) -> Result<Self, ReductionError> {
         check(scene)?;
-        if states.len() < FEWEST {
-            return Err(ReductionError::TooFewStates(states.len(), FEWEST));
-        }
-        let columns = scene.columns();
-        if let Some(name) = names.iter().find(|name| !columns.contains(name)) {
-            return Err(ReductionError::Quantity { name: name.clone(), known: columns[1..].join(", ") });
-        }
-        let unknowns = scene.system.dofs.equation.len();
-        if let Some(other) = states.iter().find(|s| s.x.len() != unknowns) {
-            return Err(ReductionError::OtherScene(format!("{} unknowns, not {unknowns}", other.x.len())));
-        }
+        check_names(scene, states.iter(), names)?;
         let points = BodyPoints::of(scene)?;
         let space = adjoint_space(scene, &points, states, names)?;
         Ok(Self { scene, points, inputs: inputs(scene)?, states, names: names.to_vec(), space })
@@ -65,40 +55,18 @@ impl<'a> Training<'a> {
     ) -> Result<ReducedModel, ReductionError> {
         let Self { scene, points, states, .. } = self;
         let fields: Vec<&[f64]> = states.iter().map(|s| &s.x[..]).collect();
-        let basis = Basis::of(scene, points, &fields, modes)?;
-        let at_points = FieldsAtPoints::of(points, &basis.modes);
-        let coordinates = project(points, &basis, &fields);
-        let n = basis.displacements;
-        let largest = |keep: &dyn Fn(&Vec<f64>) -> f64| coordinates.iter().map(keep).fold(0.0, f64::max);
-        let amplitudes = [largest(&|y| norm(&y[..n])), largest(&|y| norm(&y[n..]))];
-        let steps: Vec<f64> = (0..n).map(|i| largest(&|y| y[i].abs()).max(STEP * amplitudes[0])).collect();
+        let space = Projected::of(scene, points, &fields, modes)?;
+        let Projected { basis, at_points, coordinates, amplitudes, steps } = &space;
         let selection = match sampling {
-            Some(tolerance) => select(points, &at_points, &basis, (&coordinates, amplitudes), tolerance)?,
+            Some(tolerance) => select(points, at_points, basis, (coordinates, *amplitudes), tolerance)?,
             None => Selection::all(points.weights().len()),
         };
-        let m = basis.modes.len() - n;
-        let compliance = |k: usize| points.compliance(&basis.modes[n + k / m], &basis.modes[n + k % m]);
-        let loads = loads(scene, &basis, &self.inputs, &steps)?;
-        let cables = cables(scene, &basis.modes[..n], &self.inputs)?;
-        let all = quantities(scene, &basis, (&loads, &cables), &steps);
-        let mut model = ReducedModel {
-            title: scene.title.clone(),
-            inputs: self.inputs.clone(),
-            sizes: Sizes { displacements: n, pressures: m, tests: 0 },
-            points: stored(points, &selection, (&at_points, &basis), None),
-            compliance: (0..m * m).map(compliance).collect(),
-            loads,
-            cables,
-            quantities: choose(all, &self.names)?,
-            largest: (0..self.names.len())
-                .map(|k| states.iter().map(|s| s.values[k].abs()).fold(0.0, f64::max))
-                .collect(),
-            amplitudes,
-            estimate: None,
-            origin: self.origin(held_back.len()),
-        };
+        let largest = |k: usize| states.iter().map(|s| s.values[k].abs()).fold(0.0, f64::max);
+        let largest = (0..self.names.len()).map(largest).collect();
+        let origin = self.origin(held_back.len());
+        let mut model = assemble((scene, points), &space, (&selection, &self.inputs, &self.names), (largest, origin))?;
         if !held_back.is_empty() {
-            self.add_estimate(&mut model, (&basis, &at_points, &steps))?;
+            self.add_estimate(&mut model, (basis, at_points, steps))?;
             let bars = calibrated(&model, held_back)?;
             model.estimate.iter_mut().for_each(|e| e.bars.clone_from(&bars));
         }
@@ -164,6 +132,82 @@ const FEWEST: usize = 3;
 /// Least size of a coordinate by which polynomials are identified, as a share of all coordinates.
 const STEP: f64 = 1e-3;
 
+/// Refuses names that the scene does not record, and states that are too few or of another scene.
+pub(super) fn check_names<'s>(
+    scene: &Scene,
+    states: impl Iterator<Item = &'s FullState>,
+    names: &[String],
+) -> Result<(), ReductionError> {
+    let columns = scene.columns();
+    if let Some(name) = names.iter().find(|name| !columns.contains(name)) {
+        return Err(ReductionError::Quantity { name: name.clone(), known: columns[1..].join(", ") });
+    }
+    let (unknowns, mut count) = (scene.system.dofs.equation.len(), 0);
+    for state in states {
+        count += 1;
+        if state.x.len() != unknowns {
+            return Err(ReductionError::OtherScene(format!("{} unknowns, not {unknowns}", state.x.len())));
+        }
+    }
+    if count < FEWEST { Err(ReductionError::TooFewStates(count, FEWEST)) } else { Ok(()) }
+}
+
+/// The space of a model with the training states in it.
+pub(super) struct Projected {
+    pub basis: Basis,
+    pub at_points: FieldsAtPoints,
+    /// \[states × coordinates\]
+    pub coordinates: Vec<Vec<f64>>,
+    /// Largest ‖q‖ of the states, of displacements and of pressures
+    pub amplitudes: [f64; 2],
+    /// \[displacement coordinates\] sizes by which polynomials are identified
+    pub steps: Vec<f64>,
+}
+
+impl Projected {
+    pub fn of(scene: &Scene, points: &BodyPoints, fields: &[&[f64]], modes: usize) -> Result<Self, ReductionError> {
+        let basis = Basis::of(scene, points, fields, modes)?;
+        let at_points = FieldsAtPoints::of(points, &basis.modes);
+        let coordinates = project(points, &basis, fields);
+        let n = basis.displacements;
+        let largest = |keep: &dyn Fn(&Vec<f64>) -> f64| coordinates.iter().map(keep).fold(0.0, f64::max);
+        let amplitudes = [largest(&|y| norm(&y[..n])), largest(&|y| norm(&y[n..]))];
+        let steps: Vec<f64> = (0..n).map(|i| largest(&|y| y[i].abs()).max(STEP * amplitudes[0])).collect();
+        Ok(Self { basis, at_points, coordinates, amplitudes, steps })
+    }
+}
+
+/// The model of a space whose forces are summed over the selection, at rest and without an estimate; `largest` are the sizes of the quantities.
+pub(super) fn assemble(
+    (scene, points): (&Scene, &BodyPoints),
+    space: &Projected,
+    (selection, inputs, names): (&Selection, &[Input], &[String]),
+    (largest, origin): (Vec<f64>, Origin),
+) -> Result<ReducedModel, ReductionError> {
+    let Projected { basis, at_points, amplitudes, steps, .. } = space;
+    let n = basis.displacements;
+    let m = basis.modes.len() - n;
+    let compliance = |k: usize| points.compliance(&basis.modes[n + k / m], &basis.modes[n + k % m]);
+    let loads = loads(scene, basis, inputs, steps)?;
+    let cables = cables(scene, &basis.modes[..n], inputs)?;
+    let all = quantities(scene, basis, (&loads, &cables), steps);
+    Ok(ReducedModel {
+        title: scene.title.clone(),
+        inputs: inputs.to_vec(),
+        sizes: Sizes { displacements: n, pressures: m, tests: 0 },
+        points: stored(points, selection, (at_points, basis), None),
+        compliance: (0..m * m).map(compliance).collect(),
+        loads,
+        cables,
+        quantities: choose(all, names)?,
+        largest,
+        amplitudes: *amplitudes,
+        estimate: None,
+        dynamics: None,
+        origin,
+    })
+}
+
 /// Coordinates of states in the basis, which is orthonormal.
 pub fn project(points: &BodyPoints, basis: &Basis, states: &[&[f64]]) -> Vec<Vec<f64>> {
     let weights = points.weights();
@@ -197,7 +241,7 @@ pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64
 }
 
 /// Share of the median error that is added to an estimate, which may vanish.
-const FLOOR: f64 = 0.2;
+pub(super) const FLOOR: f64 = 0.2;
 
 /// Share of further errors that a bar is to contain, and the confidence that it does.
 pub const COVERED: f64 = 0.95;

@@ -1,12 +1,15 @@
-//! A reduced model that runs: from inputs to the equilibrium, its quantities and their error bars, without allocation.
+//! A reduced model that runs: from inputs to the equilibrium, or to the end of a step in time, its quantities and their error bars, without allocation.
 
 use super::equations::{Equations, Position};
 use super::forces::CableDrive;
 use super::model::ReducedModel;
+use super::motion::Motion;
 use super::quantities::{ReducedReading, winding};
 use super::residual::Residual;
+use super::shadow::{Shadow, ShadowState};
 use crate::material::LawSpecError;
 use crate::math::tensor::Vec3;
+use crate::system::State;
 use std::sync::Arc;
 
 /// A model with its present equilibrium.
@@ -14,9 +17,11 @@ pub struct Twin {
     model: Arc<ReducedModel>,
     equations: Equations,
     residual: Option<Residual>,
+    /// The estimate of a model that moves
+    shadow: Option<Shadow>,
     /// Inputs of the present equilibrium
     inputs: Vec<f64>,
-    /// Whether they are within their ranges
+    /// Whether they are within their ranges; of a model that moves, whether they always were, and never changed faster than in the runs that it is made of
     in_range: bool,
     at: Position,
     /// Where the step began, and where its last part ended
@@ -32,6 +37,21 @@ pub struct Twin {
     change: Vec<f64>,
     /// \[3 × coordinates\]
     slopes: Vec<f64>,
+}
+
+/// The state of a model between two steps, from which it goes on with the same bits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TwinState {
+    inputs: Vec<f64>,
+    in_range: bool,
+    at: Position,
+    /// Displacement coordinates, their rates, and what the points remember, of a model that moves
+    motion: Option<State>,
+    memory: Vec<f64>,
+    values: Vec<f64>,
+    estimates: Vec<f64>,
+    bars: Vec<f64>,
+    shadow: Option<Box<ShadowState>>,
 }
 
 /// Counts of a step.
@@ -69,10 +89,13 @@ impl Twin {
         let model: Arc<ReducedModel> = model.into();
         let equations = Equations::new(model.clone())?;
         let residual = model.estimate.as_ref().map(|e| Residual::new(e, model.sizes)).transpose()?;
+        let estimate = model.dynamics.as_ref().and_then(|d| d.estimate.as_ref());
+        let shadow = estimate.map(Shadow::new).transpose()?;
         let rest = equations.rest();
         let (quantities, inputs) = (model.quantities.len(), model.inputs.len());
         let mut twin = Self {
             residual,
+            shadow,
             inputs: vec![0.0; inputs],
             in_range: true,
             start: rest.clone(),
@@ -104,7 +127,65 @@ impl Twin {
         self.inputs.iter_mut().zip(&self.model.inputs).for_each(|(u, i)| *u = 0.0_f64.clamp(i.range[0], i.range[1]));
         self.estimates.fill(0.0);
         self.bars.fill(f64::INFINITY);
+        self.equations.reset(&self.inputs);
+        self.shadow.iter_mut().for_each(Shadow::reset);
         self.read_quantities();
+    }
+
+    /// The present state, to go back to.
+    pub fn save(&self) -> TwinState {
+        TwinState {
+            inputs: self.inputs.clone(),
+            in_range: self.in_range,
+            at: self.at.clone(),
+            motion: self.equations.motion.as_ref().map(|m| m.state().clone()),
+            memory: self.memory.clone(),
+            values: self.values.clone(),
+            estimates: self.estimates.clone(),
+            bars: self.bars.clone(),
+            shadow: self.shadow.as_ref().map(|s| Box::new(s.save())),
+        }
+    }
+
+    /// Back to a state that this model was in; it goes on with the same bits.
+    ///
+    /// # Panics
+    ///
+    /// If the state is one of a model of other sizes.
+    pub fn restore(&mut self, state: &TwinState) {
+        self.inputs.copy_from_slice(&state.inputs);
+        self.in_range = state.in_range;
+        self.at.take(&state.at);
+        if let (Some(motion), Some(state)) = (&mut self.equations.motion, &state.motion) {
+            motion.restore(state);
+        }
+        self.estimates.copy_from_slice(&state.estimates);
+        self.bars.copy_from_slice(&state.bars);
+        if let (Some(shadow), Some(state)) = (&mut self.shadow, &state.shadow) {
+            shadow.restore(state);
+        }
+        self.memory.copy_from_slice(&state.memory);
+        self.values.copy_from_slice(&state.values);
+    }
+
+    /// Length of a step \[s\] of a model that moves; none of one that rests.
+    pub fn dt(&self) -> Option<f64> {
+        self.model.dynamics.as_ref().map(|d| d.dt)
+    }
+
+    /// Time since the last rest \[s\] of a model that moves.
+    pub fn time(&self) -> Option<f64> {
+        self.equations.motion.as_ref().map(|m| m.state().t)
+    }
+
+    /// Coordinates of the displacement with their velocities and accelerations, of a model that moves.
+    pub fn motion(&self) -> Option<&State> {
+        self.equations.motion.as_ref().map(Motion::state)
+    }
+
+    /// ½ v·Mv \[J\] of a model that moves.
+    pub fn kinetic_energy(&self) -> Option<f64> {
+        self.equations.motion.as_ref().map(Motion::kinetic_energy)
     }
 
     /// Inputs of the present equilibrium \[SI\].
@@ -137,7 +218,7 @@ impl Twin {
         &self.bars
     }
 
-    /// Goes to the equilibrium of these inputs \[SI\].
+    /// Goes to the equilibrium of these inputs \[SI\]; a model that moves takes one step in time, at whose end the inputs have these values.
     ///
     /// # Errors
     ///
@@ -152,6 +233,10 @@ impl Twin {
         }
         self.start.take(&self.at);
         self.last.take(&self.at);
+        self.equations.begin();
+        if let Some(motion) = &self.equations.motion {
+            motion.predict(&mut self.at.y[..self.model.sizes.displacements]);
+        }
         let (mut done, mut part) = (0.0, 1.0);
         let (mut iterations, mut parts) = (0, 0);
         while done < 1.0 {
@@ -176,19 +261,43 @@ impl Twin {
                 }
             }
         }
+        if !self.equations.accept(&self.at) {
+            self.at.take(&self.start);
+            return Err(StepError::NoEquilibrium);
+        }
+        let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+        let dynamics = self.model.dynamics.as_ref();
+        self.in_range = within && dynamics.is_none_or(|d| self.in_range && d.allows(&self.inputs, inputs));
         self.inputs.copy_from_slice(inputs);
         self.read_quantities();
-        self.in_range = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
         self.estimate();
         Ok(StepReport { iterations, parts })
     }
 
+    /// One step in time by one iteration from `start`, with the tensions and taut cables of another model; false where it has no finite result.
+    pub(super) fn follow(&mut self, inputs: &[f64], start: impl Iterator<Item = f64>, of: &Position) -> bool {
+        self.equations.begin();
+        self.at.y.iter_mut().zip(start).for_each(|(y, start)| *y = start);
+        self.at.tensions.copy_from_slice(&of.tensions);
+        self.at.taut.copy_from_slice(&of.taut);
+        if !(self.equations.iterate(inputs, &mut self.at) && self.equations.accept(&self.at)) {
+            return false;
+        }
+        self.inputs.copy_from_slice(inputs);
+        self.read_quantities();
+        true
+    }
+
     /// Errors and bars at the present equilibrium.
     fn estimate(&mut self) {
-        let Self { model, residual, equations, inputs, in_range, at, estimates, bars, .. } = self;
-        let (Some(residual), Some(of)) = (residual, &model.estimate) else { return };
-        let known = residual.estimate((model, of), &equations.cables, (inputs, at), estimates);
-        for ((bar, estimate), of) in bars.iter_mut().zip(estimates.iter()).zip(&of.bars) {
+        let Self { model, residual, shadow, equations, inputs, in_range, at, values, estimates, bars, .. } = self;
+        let Some(all) = model.bars() else { return };
+        let known = match (residual, &model.estimate, shadow) {
+            (Some(residual), Some(of), _) => residual.estimate((model, of), &equations.cables, (inputs, at), estimates),
+            (_, _, Some(shadow)) => shadow.follow(inputs, at, values, estimates),
+            _ => false,
+        };
+        for ((bar, estimate), of) in bars.iter_mut().zip(estimates.iter()).zip(all) {
             *bar = if *in_range && known { of.factor * (estimate.abs() + of.floor) } else { f64::INFINITY };
         }
     }
@@ -225,10 +334,11 @@ impl Twin {
         }
     }
 
-    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium.
+    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium; of a model that moves, by the inputs at the end of its
+    /// last step, and not a number where none has ended.
     pub fn sensitivities(&mut self, out: &mut [f64]) {
         let inputs = self.inputs.len();
-        if !self.equations.linearise(&self.inputs, &self.at) {
+        if !self.equations.linearise_present(&self.inputs, &self.at) {
             out.fill(f64::NAN);
             return;
         }

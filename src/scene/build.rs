@@ -27,7 +27,7 @@ use super::stable::note_stability;
 use super::stages::{build_spans, check_continued, check_formulas};
 use super::start::check_start;
 use crate::effect::contact::placement::AffineFrame;
-use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic, ViscousDamping};
 use crate::material::Law;
 use crate::math::tensor::Vec3;
 use crate::mesh::generate::MeshStore;
@@ -61,6 +61,8 @@ pub struct Scene {
     pub membranes: Vec<Arc<Membrane>>,
     /// The viscoelastic effects, for their derivatives
     pub relaxing: Vec<Arc<Viscoelastic>>,
+    /// The viscous effects, for reduced models
+    pub viscous: Vec<Arc<ViscousDamping>>,
     /// Softening effects, for their derivatives
     pub softening: Vec<Arc<Mullins>>,
     pub cables: Vec<NamedCable>,
@@ -272,8 +274,18 @@ impl Scene {
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
-        let Gathered { points: elastic, stressed, reinforcing, membranes, relaxing, softening, hosts, laws, .. } =
-            gathered;
+        let Gathered {
+            points: elastic,
+            stressed,
+            reinforcing,
+            membranes,
+            relaxing,
+            viscous,
+            softening,
+            hosts,
+            laws,
+            ..
+        } = gathered;
         let parts = SystemParts { nodes, hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
         let system = number(parts).map_err(|e| part(file, "scene", e))?;
         let law = laws.into_iter().next().map(|l| l.law);
@@ -290,6 +302,7 @@ impl Scene {
             reinforcing,
             membranes,
             relaxing,
+            viscous,
             softening,
             cables,
             cavities,

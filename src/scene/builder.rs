@@ -13,7 +13,7 @@ use super::signal::SignalSpec;
 use super::skin::NamedSkin;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::contact::shape::Shape;
-use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic};
+use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic, ViscousDamping};
 use crate::material::{self, Law};
 use crate::math::signal::Signal;
 use crate::math::tensor::{Mat3, Vec3};
@@ -45,6 +45,8 @@ pub(super) struct Gathered {
     pub(super) membranes: Vec<Arc<Membrane>>,
     /// Viscoelastic effects, for their derivatives
     pub(super) relaxing: Vec<Arc<Viscoelastic>>,
+    /// Viscous effects, for reduced models
+    pub(super) viscous: Vec<Arc<ViscousDamping>>,
     /// Softening effects, for their derivatives
     pub(super) softening: Vec<Arc<Mullins>>,
     /// Nodes that host the second field

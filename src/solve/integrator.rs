@@ -1,9 +1,10 @@
 //! Time integrators as affine maps x ↦ (v, a): all forces and constraints are evaluated at the end of the step.
 
 use crate::system::{Rates, State};
+use serde::{Deserialize, Serialize};
 
 /// Rule by which velocity and acceleration follow from the displacement at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Integrator {
     /// No rates: a sequence of equilibria; t only orders the loads
     Static,
@@ -191,18 +192,19 @@ impl Integrator {
         factor.log2() / f64::from(self.order() + 1)
     }
 
-    /// Completes an accepted state (x, v, a, λ and t are set).
+    /// Completes an accepted state (x, v, a, λ and t are set); without allocation where its memory has room.
     pub fn finish(self, past: &State, dt: f64, next: &mut State) {
         next.dt = dt;
+        let State { x, memory, .. } = next;
         if let Some(Alpha { beta, .. }) = self.alpha() {
-            next.memory = (0..next.x.len())
-                .map(|i| {
-                    let predicted = past.x[i] + dt * past.v[i] + dt * dt * (0.5 - beta) * past.memory[i];
-                    (next.x[i] - predicted) / (beta * dt * dt)
-                })
-                .collect();
+            memory.clear();
+            memory.extend((0..x.len()).map(|i| {
+                let predicted = past.x[i] + dt * past.v[i] + dt * dt * (0.5 - beta) * past.memory[i];
+                (x[i] - predicted) / (beta * dt * dt)
+            }));
         } else if self == Self::Bdf2 {
-            next.memory = [past.x.as_slice(), past.v.as_slice()].concat();
+            memory.clear();
+            memory.extend(past.x.iter().chain(&past.v));
         }
     }
 }

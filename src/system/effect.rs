@@ -79,6 +79,8 @@ pub struct Capabilities<'a> {
     pub on_contact_points: bool,
     /// Degree of the polynomial of x that the residual of a load is, per unit of its intensity; absent if it is none
     pub degree: Option<usize>,
+    /// Whether the residual is a constant matrix times the velocity or the acceleration
+    pub linear_in_rates: bool,
     /// Evaluation of several blocks at once; all blocks then have one size
     pub batched: Option<&'a dyn Batched>,
 }

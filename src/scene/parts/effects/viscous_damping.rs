@@ -8,6 +8,7 @@ use crate::scene::quantity::Viscosity;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::sync::Arc;
 
 /// Viscous damping of the cells of a region.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -25,7 +26,9 @@ impl EffectPart for ViscousDampingSpec {
         if eta < 0.0 {
             return Err(builder.content(place, format!("eta is {eta} Pa s"), "a viscosity is not negative"));
         }
-        Ok(Box::new(ViscousDamping::new(&builder.body.mesh, builder.cells(place, &self.region)?, eta)))
+        let damping = Arc::new(ViscousDamping::new(&builder.body.mesh, builder.cells(place, &self.region)?, eta));
+        builder.gathered.viscous.push(damping.clone());
+        Ok(Box::new(damping))
     }
 
     fn words(&self) -> String {

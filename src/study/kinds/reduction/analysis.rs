@@ -100,6 +100,18 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
         all.join(", ")
     };
     match found.chosen.map(|k| &derived.models[k]) {
+        Some(model) if derived.dt.is_some() => format!(
+            "The model of {} modes and {} points gives {} of the largest value at every step of {} runs that it was not made of. A step of {} takes {} (median; \
+             {} in 99 of 100), {} times less than the full model.",
+            model.modes,
+            model.points,
+            of(model),
+            derived.held_back,
+            time(derived.dt.unwrap_or_default()),
+            time(model.leap_s[0]),
+            time(model.leap_s[1]),
+            significant(model.gain(derived.full_step_s), 2)
+        ),
         Some(model) => format!(
             "The model of {} modes and {} points gives {} of the largest value at {} states that it was not made of. A small step takes {} (median; {} in 99 of \
              100). From state to state it takes {}, {} times less than the full model.",
@@ -115,8 +127,9 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
         None if derived.models.is_empty() => "No verdict: no model could be made; the warnings say why.".into(),
         None => {
             let best = derived.models.last().map(of).unwrap_or_default();
+            let (state, states) = if derived.dt.is_some() { ("step of the runs", "runs") } else { ("state", "states") };
             format!(
-                "No model is within {} at every state that it was not made of: {}. Take more modes, more training states, or a smaller `sampling`.",
+                "No model is within {} at every {state} that it was not made of: {}. Take more modes, more training {states}, or a smaller `sampling`.",
                 percent(tolerance),
                 capital(&best)
             )

@@ -1,12 +1,14 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
-use crate::reduction::{FullState, ReducedModel, Training, Twin, errors};
+use crate::reduction::{FullState, ReducedModel, Twin};
 use crate::report::files;
 use crate::scene::{Body, Scene, changed_scene};
 use crate::storage::sha256;
+use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::record::{
     DerivedRecord, InputRecord, ModelRecord, QuantityRecord, ReductionRecord,
 };
+use crate::study::kinds::reduction::trained::{Runs, Trained, all_errors, begin, timed_steps};
 use crate::study::store::identity::Build;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
@@ -66,18 +68,18 @@ fn make(
     let names: Vec<String> = quantities.iter().map(|q| q.name.clone()).collect();
     let states = |cases: &[&StoredCase], points: &BTreeMap<String, Vec<Vec<f64>>>| {
         let of_case = |case: &&StoredCase| states(case, points, (record, &places), &names, dir);
-        Ok::<_, String>(cases.iter().map(of_case).collect::<Result<Vec<_>, String>>()?.concat())
+        Ok::<_, String>(Runs::new(cases.iter().map(of_case).collect::<Result<Vec<_>, String>>()?))
     };
     let (known, others) = (states(training, &record.training)?, states(held_back, &record.held_back)?);
     let start = Instant::now();
-    let trained = Training::new(&scene, &known, &names).map_err(|e| e.to_string())?;
+    let trained = Trained::new(&scene, record, &known, &names).map_err(|e| e.to_string())?;
     let (singular_values, pressure_values) = trained.singular_values().map_err(|e| e.to_string())?;
     let offline_s = start.elapsed().as_secs_f64();
     files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
     let (mut models, mut left_out) = (vec![], vec![]);
     for &modes in &record.modes {
         let start = Instant::now();
-        let model = match trained.model(modes, Some(record.sampling), &others) {
+        let model = match trained.model(modes, record.sampling, &others) {
             Ok(model) => model,
             // The other models are not lost by it
             Err(why) => {
@@ -94,8 +96,9 @@ fn make(
     steps.sort_by(f64::total_cmp);
     Ok(DerivedRecord {
         sources_sha256,
-        training: known.len(),
-        held_back: others.len(),
+        dt: record.motion.and_then(|_| scene.spans.first().map(|s| s.dt)),
+        training: known.count(record),
+        held_back: others.count(record),
         singular_values,
         pressure_values,
         full_step_s: steps[steps.len() / 2],
@@ -155,14 +158,19 @@ fn states(
     let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
     let columns: Vec<&Vec<f64>> = names.iter().map(column).collect::<Result<_, _>>()?;
     let rows = kept.x.len();
-    if rows != points.len() + 1 || columns.iter().any(|c| c.len() != rows) || kept.lambda.len() != rows {
-        return Err(format!("{id}: it has {rows} states for {} points; run the study again", points.len()));
+    let expected = if record.motion.is_some() { rows } else { points.len() + 1 };
+    if rows != expected || columns.iter().any(|c| c.len() != rows) || kept.lambda.len() != rows {
+        return Err(format!("{id}: it has {rows} states in place of {expected}; run the study again"));
     }
     let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
     let states = kept.x.into_iter().zip(kept.lambda).enumerate().skip(1).map(|(row, (x, lambda))| {
         let mut inputs = vec![0.0; places.len()];
+        let values = match record.motion {
+            Some(motion) => in_time::at(&record.inputs, points, motion, kept.t[row]),
+            None => points[row - 1].clone(),
+        };
         for (k, &place) in places.iter().enumerate() {
-            inputs[place] = factors[k] * points[row - 1][k];
+            inputs[place] = factors[k] * values[k];
         }
         FullState { inputs, x, lambda, values: columns.iter().map(|c| c[row]).collect() }
     });
@@ -178,23 +186,27 @@ fn describe(
     modes: usize,
     (file, bytes, offline_s): (String, usize, f64),
     model: &ReducedModel,
-    known: &[FullState],
-    others: &[FullState],
+    known: &Runs,
+    others: &Runs,
 ) -> Result<ModelRecord, String> {
     let mut twin = Twin::new(model.clone()).map_err(|e| e.to_string())?;
-    let (leap_s, leaps) = times(&mut twin, others.iter().map(|s| s.inputs.clone()));
+    let (leap_s, leaps) = times(&mut twin, timed_steps(others).map(|(at_rest, u)| (at_rest, u.to_vec())));
     twin.reset();
-    let ways = others.windows(2).take(WAYS).flat_map(|w| {
+    let ways = others.states.windows(2).take(WAYS).flat_map(|w| {
         let between = |k: usize| {
             let share = k as f64 / PARTS as f64;
             w[0].inputs.iter().zip(&w[1].inputs).map(|(a, b)| a + share * (b - a)).collect::<Vec<_>>()
         };
         (1..=PARTS).map(between).collect::<Vec<_>>()
     });
-    let (step_s, steps) = times(&mut twin, ways);
-    let all = errors(model, others).map_err(|e| e.to_string())?;
+    // The steps of a model that moves have one length
+    let small = if twin.dt().is_some() { None } else { Some(times(&mut twin, ways.map(|u| (false, u)))) };
+    let (step_s, steps) = small.unwrap_or((leap_s, leaps));
+    let all = all_errors(model, others).map_err(|e| e.to_string())?;
+    let in_time = model.dynamics.as_ref().and_then(|d| d.estimate.as_ref()).map(|e| &e.enriched.points);
+    let estimate_points = in_time.or(model.estimate.as_ref().map(|e| &e.points));
     let count = |points: &[crate::reduction::points::StoredPoints]| points.iter().map(|p| p.weights.len()).sum();
-    let quantity = |k: usize| quantity(model, k, known, &all);
+    let quantity = |k: usize| quantity(model, k, &known.states, &all);
     Ok(ModelRecord {
         modes,
         file,
@@ -202,7 +214,7 @@ fn describe(
         displacements: model.sizes.displacements,
         pressures: model.sizes.pressures,
         points: count(&model.points),
-        estimate_points: model.estimate.as_ref().map_or(0, |e| count(&e.points)),
+        estimate_points: estimate_points.map_or(0, |points| count(points)),
         offline_s,
         step_s,
         leap_s,
@@ -212,9 +224,10 @@ fn describe(
 }
 
 /// Median and 99th percentile of the times of steps to these inputs \[s\], and their iterations on average.
-fn times(twin: &mut Twin, inputs: impl Iterator<Item = Vec<f64>>) -> ([f64; 2], f64) {
+fn times(twin: &mut Twin, inputs: impl Iterator<Item = (bool, Vec<f64>)>) -> ([f64; 2], f64) {
     let (mut all, mut iterations, mut steps) = (vec![], 0.0, 0.0);
-    for u in inputs {
+    for (at_rest, u) in inputs {
+        begin(twin, at_rest);
         let start = Instant::now();
         let done = twin.step(&u);
         all.push(start.elapsed().as_secs_f64());
@@ -229,7 +242,7 @@ fn times(twin: &mut Twin, inputs: impl Iterator<Item = Vec<f64>>) -> ([f64; 2], 
 }
 
 fn quantity(model: &ReducedModel, k: usize, known: &[FullState], all: &[Vec<(f64, f64)>]) -> QuantityRecord {
-    let bar = model.estimate.as_ref().map_or((f64::INFINITY, 0.0), |e| (e.bars[k].factor, e.bars[k].floor));
+    let bar = model.bars().map_or((f64::INFINITY, 0.0), |bars| (bars[k].factor, bars[k].floor));
     let errors: Vec<Option<[f64; 2]>> =
         all.iter().map(|row| row[k].0.is_finite().then_some([row[k].0, row[k].1])).collect();
     let median = |values: &mut Vec<f64>| {

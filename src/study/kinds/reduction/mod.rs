@@ -1,12 +1,14 @@
-//! Reduction: models of few unknowns made of runs of a scene, with what they cost and how far they are off.
+//! Reduction: models of few unknowns made of runs of a scene, at rest or in time, with what they cost and how far they are off.
 
 pub mod analysis;
 pub mod build;
 pub mod figures;
+pub mod in_time;
 pub mod path;
 pub mod record;
 pub mod report;
 pub mod spec;
+pub mod trained;
 
 use crate::scene::SceneError;
 use crate::study::analysis::Analysis;
@@ -21,8 +23,9 @@ use std::path::Path;
 
 impl StudyKind for ReductionStudy {
     const NAME: &'static str = "reduction";
-    const ERRORS: &'static str = "The error of a reduced model is estimated from the forces of the full model that it leaves, along adjoint solutions \
-        [@becker2001]; the bar is that estimate times a factor from states that took no part in the training. It is the distance from the full \
+    const ERRORS: &'static str = "The error of a reduced model is estimated from the forces of the full model that it leaves: at rest along adjoint solutions \
+        [@becker2001], in time by the linearised motion that they cause in a richer space; the bar is that estimate times a factor from states, or from \
+        whole runs in time, that took no part in the training. It is the distance from the full \
         model on the same mesh; the error of the mesh is that of a convergence study.";
     type Details = ReductionRecord;
     type Findings = ReductionFindings;

@@ -15,6 +15,22 @@ pub struct InputRecord {
     pub range: [f64; 2],
 }
 
+impl InputRecord {
+    /// The value of the range that is zero, or nearest to it.
+    pub fn at_rest(&self) -> f64 {
+        0.0_f64.clamp(self.range[0], self.range[1])
+    }
+}
+
+/// Times of runs in time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotionRecord {
+    /// Length of a run \[s\]
+    pub duration: f64,
+    /// From one corner of an input to the next \[s\]
+    pub corner: f64,
+}
+
 /// Details of a reduction study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReductionRecord {
@@ -24,6 +40,9 @@ pub struct ReductionRecord {
     /// Member → \[points × inputs\] in the units of the inputs
     pub training: BTreeMap<String, Vec<Vec<f64>>>,
     pub held_back: BTreeMap<String, Vec<Vec<f64>>>,
+    /// Of runs in time, whose points are the corners of the inputs
+    #[serde(default)]
+    pub motion: Option<MotionRecord>,
     /// Numbers of modes of the models that are made
     pub modes: Vec<usize>,
     /// Error of the forces that the choice of points may make \[–\]
@@ -35,7 +54,10 @@ pub struct ReductionRecord {
 pub struct DerivedRecord {
     /// Digest of the states, the choices and the program that the models are made of
     pub sources_sha256: String,
-    /// Training states, and of each the singular values, as shares of the first
+    /// Length of a step \[s\] of models that move
+    #[serde(default)]
+    pub dt: Option<f64>,
+    /// Training states, or runs in time, and the singular values of their states, as shares of the first
     pub training: usize,
     pub held_back: usize,
     pub singular_values: Vec<f64>,

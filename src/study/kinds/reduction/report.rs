@@ -52,6 +52,21 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
     let Some(derived) = &a.derived else { return vec![] };
     let offline = derived.offline_s + derived.models.iter().map(|m| m.offline_s).sum::<f64>();
     let full = derived.training + derived.held_back;
+    if derived.dt.is_some() {
+        return vec![
+            format!(
+                "Offline the models take {full} runs of the full model, {} of them held back, and {} of work after these.",
+                derived.held_back,
+                time(offline)
+            ),
+            format!(
+                "The error bars are made of the {} runs that were held back: in at least 95 % of further runs of this length, with inputs drawn in the same \
+                 way, the error is within its bar at every step, with {} confidence. The runs are independent of one another; their steps are not.",
+                derived.held_back,
+                confidence(derived.held_back)
+            ),
+        ];
+    }
     vec![
         format!(
             "Offline the models take {full} states of the full model, {} of them held back, and {} of work after these.",
@@ -67,7 +82,7 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
     ]
 }
 
-/// Confidence of the bars of so many states.
+/// Confidence of the bars of so many states, or runs.
 fn confidence(states: usize) -> String {
     let least = 1.0 - crate::reduction::train::COVERED.powi(i32::try_from(states).unwrap_or(i32::MAX));
     format!("{:.0} %", 100.0 * least.min(crate::reduction::train::COVERED))
@@ -93,12 +108,21 @@ fn models(a: &ReductionFindings) -> Table {
     };
     Table {
         name: "models",
-        caption: format!(
-            "Reduced models. Displacements include supremisers; points are those from which forces are summed, and those of the error estimate. Steps of a \
+        caption: if a.derived.as_ref().is_some_and(|d| d.dt.is_some()) {
+            format!(
+                "Reduced models. Displacements include supremisers; points are those from which forces are summed, and those of the enriched model of the \
+                 estimate. Steps are those of the runs that were held back, median and 99th percentile, the estimate included. The full model takes {} a step, \
+                 in the median.",
+                time(full)
+            )
+        } else {
+            format!(
+                "Reduced models. Displacements include supremisers; points are those from which forces are summed, and those of the error estimate. Steps of a \
              fiftieth of the way between two states, median and 99th percentile, and their iterations; leaps from state to state. The full \
              model takes {} from one training state to the next, in the median.",
-            time(full)
-        ),
+                time(full)
+            )
+        },
         columns: headings(&[
             ("Modes", "", true),
             ("Displacements", "", true),

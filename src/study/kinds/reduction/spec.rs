@@ -3,6 +3,7 @@
 use crate::math::units;
 use crate::reduction::sampling::WORST;
 use crate::study::kind::{Expansion, RunRules};
+use crate::study::kinds::reduction::in_time::{self, MotionSpec};
 use crate::study::kinds::reduction::path::{ordered, random, training};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names, check_quantities};
@@ -22,16 +23,18 @@ pub struct ReductionStudy {
     /// Recorded columns that the models give
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
-    /// States that the models are made of
+    /// States that the models are made of, or runs in time
     pub training: usize,
-    /// States that their error bars are made of; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
+    /// States that their error bars are made of, or runs in time; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
     #[serde(default = "held_back")]
     pub held_back: usize,
-    /// Runs that the states of each kind are divided into
+    /// Runs that the states of each kind are divided into; of no meaning to runs in time
     #[serde(default = "runs")]
     pub runs: usize,
     /// Modes of the displacement, one model for each number
     pub modes: Vec<usize>,
+    /// Runs in time, for models that move
+    pub motion: Option<MotionSpec>,
     /// Error of the forces that the choice of points may make, as a fraction or in %
     #[serde(default = "sampling")]
     pub sampling: String,
@@ -71,27 +74,34 @@ pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<Reduction
     let inputs = check(&study)?;
     let sampling = share(&study.sampling)?;
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
-    let families = [
-        ("training", Role::Training, training(inputs.len(), study.training, SEEDS[0])),
-        ("held-back", Role::HeldBack, random(inputs.len(), study.held_back, SEEDS[1])),
-    ];
+    let motion = study.motion.as_ref().map(in_time::motion).transpose()?;
+    let runs = |role: Role| match (motion, role) {
+        (Some(motion), Role::Training) => in_time::corners(inputs.len(), study.training, motion, SEEDS[0]),
+        (Some(motion), _) => in_time::corners(inputs.len(), study.held_back, motion, SEEDS[1]),
+        (None, Role::Training) => parts(training(inputs.len(), study.training, SEEDS[0]), &start, study.runs),
+        (None, _) => parts(random(inputs.len(), study.held_back, SEEDS[1]), &start, study.runs),
+    };
+    let families = [("training", Role::Training), ("held-back", Role::HeldBack)].map(|(n, role)| (n, role, runs(role)));
     let mut record = ReductionRecord {
         scene: scene.into(),
         inputs,
         training: BTreeMap::new(),
         held_back: BTreeMap::new(),
+        motion,
         modes: study.modes,
         sampling,
     };
     let mut specs = vec![];
-    for (name, role, points) in families {
-        let way = ordered(points, &start);
-        let each = way.len().div_ceil(study.runs).max(1);
+    for (name, role, runs) in families {
         let mut members = toml::Table::new();
-        for (k, shares) in way.chunks(each).enumerate() {
+        for (k, shares) in runs.iter().enumerate() {
             let values: Vec<Vec<f64>> = shares.iter().map(|s| in_units(&record.inputs, s)).collect();
             let member = format!("{}", k + 1);
-            members.insert(member.clone(), run(&record.inputs, &values).into());
+            let changes = match motion {
+                Some(motion) => in_time::run(&record.inputs, &values, motion),
+                None => run(&record.inputs, &values),
+            };
+            members.insert(member.clone(), changes.into());
             let all = if role == Role::Training { &mut record.training } else { &mut record.held_back };
             all.insert(member, values);
         }
@@ -118,6 +128,12 @@ pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<Reduction
     Ok(Expansion { rules, ..Expansion::new(vec![variant], specs, record) })
 }
 
+/// Points along a way of short steps, divided into runs.
+fn parts(points: Vec<Vec<f64>>, start: &[f64], runs: usize) -> Vec<Vec<Vec<f64>>> {
+    let way = ordered(points, start);
+    way.chunks(way.len().div_ceil(runs).max(1)).map(<[Vec<f64>]>::to_vec).collect()
+}
+
 fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
     let mistake = |place: &str, fact: String, remedy: &str| Err((place.into(), fact, remedy.into()));
     let names: Vec<String> = study.inputs.iter().map(|i| i.name.clone()).collect();
@@ -139,7 +155,7 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
         return mistake("modes", format!("{:?}", study.modes), "give numbers of modes, for example [4, 8, 12]");
     }
     let least = 2 * study.modes.iter().max().copied().unwrap_or(0);
-    if study.training < least {
+    if study.motion.is_none() && study.training < least {
         let fact = format!("{} states for {} modes", study.training, least / 2);
         return mistake("training", fact, "give twice as many states as modes, or more");
     }
@@ -171,7 +187,7 @@ fn share(text: &str) -> Result<f64, Mistake> {
 /// Share of the range at which the input is zero, or nearest to it.
 fn at_rest(input: &InputRecord) -> f64 {
     let [low, high] = input.range;
-    (0.0_f64.clamp(low, high) - low) / (high - low)
+    (input.at_rest() - low) / (high - low)
 }
 
 fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
@@ -180,22 +196,27 @@ fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
 
 /// The changes of a run: each input is a polygon over time, one point a second, from rest on.
 fn run(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
+    let mut changes = polygons(inputs, points, 1.0);
+    let mut stage = toml::Table::new();
+    stage.insert("integrator".into(), "static".into());
+    stage.insert("duration".into(), format!("{} s", points.len()).into());
+    stage.insert("dt".into(), "1 s".into());
+    changes.insert("stage".into(), vec![toml::Value::Table(stage)].into());
+    changes
+}
+
+/// Each input as a polygon over time with these points at even distances \[s\], from rest on.
+pub(super) fn polygons(inputs: &[InputRecord], points: &[Vec<f64>], each: f64) -> toml::Table {
     let mut changes = toml::Table::new();
     for (k, input) in inputs.iter().enumerate() {
-        let rest = 0.0_f64.clamp(input.range[0], input.range[1]);
-        let values = std::iter::once(rest).chain(points.iter().map(|p| p[k]));
-        let of: Vec<toml::Value> =
-            values.enumerate().map(|(t, value)| toml::Value::Array(vec![(t as f64).into(), value.into()])).collect();
+        let values = std::iter::once(input.at_rest()).chain(points.iter().map(|p| p[k]));
+        let point = |(n, value): (usize, f64)| toml::Value::Array(vec![(n as f64 * each).into(), value.into()]);
+        let of: Vec<toml::Value> = values.enumerate().map(point).collect();
         let mut signal = toml::Table::new();
         signal.insert("kind".into(), "points".into());
         signal.insert("of".into(), of.into());
         signal.insert("unit".into(), input.unit.clone().into());
         changes.insert(input.key.clone(), signal.into());
     }
-    let mut stage = toml::Table::new();
-    stage.insert("integrator".into(), "static".into());
-    stage.insert("duration".into(), format!("{} s", points.len()).into());
-    stage.insert("dt".into(), "1 s".into());
-    changes.insert("stage".into(), vec![toml::Value::Table(stage)].into());
     changes
 }

@@ -1,0 +1,147 @@
+//! The motion of a running model: velocities, accelerations and what the points remember, from one step to the next, without allocation.
+
+use super::dynamics::Dynamics;
+use crate::solve::Integrator;
+use crate::system::{Rates, State};
+
+/// The state at the start of a step, and the kinematics of its end.
+pub struct Motion {
+    integrator: Integrator,
+    dt: f64,
+    /// \[coordinates × coordinates\]
+    mass: Vec<f64>,
+    damping: Vec<f64>,
+    /// With the displacement coordinates as x, and the memory of the points as history
+    past: State,
+    /// After a step, the state at its start
+    next: State,
+    rates: Rates,
+    /// Whether a step has ended since the last rest, and none has begun
+    stepped: bool,
+}
+
+impl Motion {
+    /// At rest, of points that remember so many numbers.
+    pub fn new(of: &Dynamics, coordinates: usize, memory: usize) -> Self {
+        let zero = vec![0.0; coordinates];
+        // Room for what any integrator remembers, so that no step allocates
+        let room = || Vec::with_capacity(2 * coordinates);
+        let rest = State {
+            x: zero.clone(),
+            v: zero.clone(),
+            a: zero,
+            memory: room(),
+            history: vec![0.0; memory],
+            ..State::rest(0, 0)
+        };
+        let next = State { memory: room(), ..rest.clone() };
+        let (mass, damping) = (of.mass.clone(), of.damping.clone());
+        Self {
+            integrator: of.integrator,
+            dt: of.dt,
+            mass,
+            damping,
+            past: rest,
+            next,
+            rates: Rates::default(),
+            stepped: false,
+        }
+    }
+
+    /// Back to rest with these accelerations.
+    pub fn reset(&mut self, accelerations: &[f64]) {
+        let State { x, v, a, memory, history, dt, t, .. } = &mut self.past;
+        [x, v, history].into_iter().for_each(|values| values.fill(0.0));
+        a.copy_from_slice(accelerations);
+        memory.clear();
+        if self.integrator.needs_initial_acceleration() {
+            memory.extend_from_slice(accelerations);
+        }
+        (*dt, *t) = (0.0, 0.0);
+        self.stepped = false;
+    }
+
+    /// The state at the end of the last step: displacement coordinates, their rates, and what the points remember.
+    pub fn state(&self) -> &State {
+        &self.past
+    }
+
+    /// ½ v·Mv \[J\].
+    pub fn kinetic_energy(&self) -> f64 {
+        let v = &self.past.v;
+        let row = |(m, v_i): (&[f64], &f64)| v_i * m.iter().zip(v).map(|(m, v)| m * v).sum::<f64>();
+        0.5 * self.mass.chunks_exact(v.len().max(1)).zip(v).map(row).sum::<f64>()
+    }
+
+    /// Takes over the state of the same model.
+    pub fn restore(&mut self, state: &State) {
+        let Self { past, .. } = self;
+        past.x.copy_from_slice(&state.x);
+        past.v.copy_from_slice(&state.v);
+        past.a.copy_from_slice(&state.a);
+        past.history.copy_from_slice(&state.history);
+        past.memory.clear();
+        past.memory.extend_from_slice(&state.memory);
+        (past.dt, past.t) = (state.dt, state.t);
+        self.stepped = false;
+    }
+
+    /// Begins a step.
+    pub fn begin(&mut self) {
+        self.rates = self.integrator.rates(&self.past, self.dt);
+        self.stepped = false;
+    }
+
+    /// Moves coordinates on as they moved before the step.
+    pub fn predict(&self, q: &mut [f64]) {
+        q.iter_mut().zip(&self.past.v).for_each(|(q, v)| *q += self.dt * v);
+    }
+
+    /// Adds M a + C v and its tangent at the displacement coordinates `q`, in the end of the step; K has `stride` numbers a row, column ≤ row.
+    pub fn add(&mut self, q: &[f64], stride: usize, r: &mut [f64], k: &mut [f64]) {
+        self.kinematics(q);
+        let Self { mass, damping, next, rates, .. } = self;
+        let n = q.len();
+        for i in 0..n {
+            let (mass, damping) = (&mass[i * n..][..n], &damping[i * n..][..n]);
+            let inertia: f64 = mass.iter().zip(&next.a).map(|(m, a)| m * a).sum();
+            let drag: f64 = damping.iter().zip(&next.v).map(|(c, v)| c * v).sum();
+            r[i] += inertia + drag;
+            let row = k[i * stride..=i * stride + i].iter_mut().zip(mass).zip(damping);
+            row.for_each(|((k, m), c)| *k += rates.ca * m + rates.cv * c);
+        }
+    }
+
+    fn kinematics(&mut self, q: &[f64]) {
+        let Self { integrator, dt, past, next, .. } = self;
+        integrator.kinematics(past, *dt, q, &mut next.v, &mut next.a);
+    }
+
+    /// Ends a step at the displacement coordinates `q`; `advance` gives what the points remember. False where it fails; the start of the step is kept then.
+    pub fn accept(&mut self, q: &[f64], advance: impl FnOnce(&[f64], &mut [f64]) -> bool) -> bool {
+        self.kinematics(q);
+        if !advance(&self.past.history, &mut self.next.history) {
+            return false;
+        }
+        let Self { integrator, dt, past, next, .. } = self;
+        next.x.copy_from_slice(q);
+        next.t = past.t + *dt;
+        integrator.finish(past, *dt, next);
+        std::mem::swap(past, next);
+        self.stepped = true;
+        true
+    }
+
+    /// Back to the start of the step that ended last, for its derivatives; false where there is none.
+    pub fn go_back(&mut self) -> bool {
+        if self.stepped {
+            std::mem::swap(&mut self.past, &mut self.next);
+        }
+        self.stepped
+    }
+
+    /// Undoes [`Motion::go_back`].
+    pub fn go_on(&mut self) {
+        std::mem::swap(&mut self.past, &mut self.next);
+    }
+}

@@ -1,0 +1,86 @@
+//! Runs in time of a reduction study: inputs that are polygons over time, drawn from their ranges.
+
+use super::path::random;
+use super::record::{InputRecord, MotionRecord};
+use crate::math::units::{self, Dimension};
+use crate::study::spec::Mistake;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Runs in time instead of equilibria; the scene says with which integrator and step.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MotionSpec {
+    /// Length of each run
+    pub duration: String,
+    /// Time from one corner of an input to the next: between corners it changes evenly
+    pub corner: String,
+}
+
+/// The times in s.
+pub fn motion(spec: &MotionSpec) -> Result<MotionRecord, Mistake> {
+    let time = |key: &str, text: &str| {
+        let wrong = |fact: String| {
+            ("motion".to_string(), format!("{key} = \"{text}\" {fact}"), format!("write {key} = \"0.5 s\""))
+        };
+        match units::parse(text, Dimension::TIME) {
+            Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+            Ok(_) => Err(wrong("is no length of time".into())),
+            Err(why) => Err(wrong(format!("is no time: {why}"))),
+        }
+    };
+    let record = MotionRecord { duration: time("duration", &spec.duration)?, corner: time("corner", &spec.corner)? };
+    if record.corner > record.duration {
+        let fact = format!("corner = \"{}\" is longer than a run of {}", spec.corner, spec.duration);
+        return Err(("motion".into(), fact, "give a shorter time between corners, or longer runs".into()));
+    }
+    Ok(record)
+}
+
+/// Shares of the ranges at the corners of each run, each drawn by itself.
+pub fn corners(inputs: usize, runs: usize, motion: MotionRecord, seed: u64) -> Vec<Vec<Vec<f64>>> {
+    let each = (motion.duration / motion.corner - 1e-9).ceil().max(1.0) as usize;
+    random(inputs, runs * each, seed).chunks(each).map(<[Vec<f64>]>::to_vec).collect()
+}
+
+/// The inputs at a time of a run with these corners, in the units of both.
+pub fn at(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord, t: f64) -> Vec<f64> {
+    let place = t / motion.corner;
+    let before = (place.floor() as usize).min(corners.len());
+    let share = place - before as f64;
+    let value = |corner: usize, k: usize| match corner {
+        0 => inputs[k].at_rest(),
+        corner => corners[corner.min(corners.len()) - 1][k],
+    };
+    let between = |k: usize| {
+        let (from, to) = (value(before, k), value(before + 1, k));
+        from + share * (to - from)
+    };
+    (0..inputs.len()).map(between).collect()
+}
+
+/// The changes of a run: each input is a polygon with these corners, from rest on.
+pub fn run(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord) -> toml::Table {
+    let mut changes = super::spec::polygons(inputs, corners, motion.corner);
+    changes.insert("stage.0.duration".into(), format!("{} s", motion.duration).into());
+    changes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// From rest to the first corner, on it, between two, and at the last one.
+    #[test]
+    fn inputs_are_polygons_from_rest() {
+        let input = InputRecord { name: "pull".into(), key: "k".into(), unit: "mm".into(), range: [1.0, 5.0] };
+        let motion = MotionRecord { duration: 0.2, corner: 0.1 };
+        let value = |t: f64| at(std::slice::from_ref(&input), &[vec![3.0], vec![4.0]], motion, t)[0];
+        for (t, expected) in [(0.0, 1.0), (0.05, 2.0), (0.1, 3.0), (0.15, 3.5), (0.2, 4.0)] {
+            assert!((value(t) - expected).abs() < 1e-12, "{t}: {}", value(t));
+        }
+        let drawn = corners(2, 3, motion, 7);
+        assert!(drawn.len() == 3 && drawn.iter().flatten().all(|c| c.iter().all(|s| (0.0..1.0).contains(s))));
+        assert_eq!(drawn, corners(2, 3, motion, 7));
+    }
+}

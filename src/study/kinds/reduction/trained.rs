@@ -1,0 +1,79 @@
+//! Training of the models of a study, at rest or in time, from the states of its runs.
+
+use super::record::ReductionRecord;
+use crate::reduction::{
+    FullState, ReducedModel, ReductionError, Training, TransientTraining, Twin, errors, errors_in_time,
+};
+use crate::scene::Scene;
+
+/// Training of either kind.
+pub enum Trained<'a> {
+    AtRest(Training<'a>),
+    InTime(TransientTraining<'a>),
+}
+
+/// The states of runs after each step; of models at rest the division into runs is of no meaning.
+pub struct Runs {
+    pub runs: Vec<Vec<FullState>>,
+    pub states: Vec<FullState>,
+}
+
+impl Runs {
+    pub fn new(runs: Vec<Vec<FullState>>) -> Self {
+        let states = runs.concat();
+        Self { runs, states }
+    }
+
+    /// What is drawn independently: states, or runs in time.
+    pub fn count(&self, record: &ReductionRecord) -> usize {
+        if record.motion.is_some() { self.runs.len() } else { self.states.len() }
+    }
+}
+
+impl<'a> Trained<'a> {
+    pub fn new(
+        scene: &'a Scene,
+        record: &ReductionRecord,
+        known: &'a Runs,
+        names: &[String],
+    ) -> Result<Self, ReductionError> {
+        match record.motion {
+            None => Ok(Self::AtRest(Training::new(scene, &known.states, names)?)),
+            Some(_) => Ok(Self::InTime(TransientTraining::new(scene, &known.runs, names)?)),
+        }
+    }
+
+    pub fn singular_values(&self) -> Result<(Vec<f64>, Vec<f64>), ReductionError> {
+        match self {
+            Self::AtRest(training) => training.singular_values(),
+            Self::InTime(training) => training.singular_values(),
+        }
+    }
+
+    pub fn model(&self, modes: usize, sampling: f64, others: &Runs) -> Result<ReducedModel, ReductionError> {
+        match self {
+            Self::AtRest(training) => training.model(modes, Some(sampling), &others.states),
+            Self::InTime(training) => training.model(modes, Some(sampling), &others.runs),
+        }
+    }
+}
+
+/// Errors of a model at the states of runs, and their estimates: \[states × quantities\].
+pub fn all_errors(model: &ReducedModel, runs: &Runs) -> Result<Vec<Vec<(f64, f64)>>, ReductionError> {
+    match &model.dynamics {
+        None => errors(model, &runs.states),
+        Some(_) => Ok(errors_in_time(model, &runs.runs)?.concat()),
+    }
+}
+
+/// Steps that are timed, in the order of the time of a run; true where one begins at rest.
+pub fn timed_steps(runs: &Runs) -> impl Iterator<Item = (bool, &[f64])> {
+    runs.runs.iter().flat_map(|run| run.iter().enumerate().map(|(k, state)| (k == 0, &state.inputs[..])))
+}
+
+/// Puts a model that moves to rest where a run begins.
+pub fn begin(twin: &mut Twin, at_rest: bool) {
+    if at_rest && twin.dt().is_some() {
+        twin.reset();
+    }
+}
