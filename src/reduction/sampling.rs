@@ -5,6 +5,7 @@
 
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
+use super::constants::PointsAt;
 use super::error::ReductionError;
 use super::points::StoredPoints;
 use crate::math::nonnegative::sparse_weights;
@@ -78,7 +79,7 @@ const SMALL: f64 = 0.05;
 
 /// Few points that reproduce the forces along the modes at the states with coordinates `states`, within `tolerance` of them.
 pub fn select(
-    points: &BodyPoints,
+    (points, at): (&BodyPoints, &PointsAt),
     fields: &FieldsAtPoints,
     basis: &Basis,
     (states, amplitudes): (&[Vec<f64>], [f64; 2]),
@@ -88,8 +89,8 @@ pub fn select(
     let scale = |mode: usize| amplitudes[usize::from(mode >= basis.displacements)];
     let mut rows: Vec<Vec<f64>> = vec![];
     let mut sizes = vec![];
-    for y in states {
-        let forces = fields.forces(points, y)?;
+    for (state, y) in states.iter().enumerate() {
+        let forces = at.forces(state, fields, y)?;
         let row = |mode: usize| -> Vec<f64> {
             let work = |p: usize| scale(mode) * fields.work(mode, p, weights[p], &forces[p]);
             (0..weights.len()).map(work).collect()

@@ -2,9 +2,12 @@
 
 use crate::math::units;
 use crate::reduction::sampling::WORST;
+use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
-use crate::study::kinds::reduction::path::{ordered, random, training};
-use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::kinds::reduction::constants;
+use crate::study::kinds::reduction::path::{ordered, random};
+use crate::study::kinds::reduction::record::{InputRecord, MeshesRecord, ReductionRecord};
+use crate::study::kinds::reduction::training::TrainingSpec;
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names, check_quantities};
 use crate::study::store::record::{Quantity, Role};
 use schemars::JsonSchema;
@@ -22,8 +25,8 @@ pub struct ReductionStudy {
     /// Recorded columns that the models give
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
-    /// States that the models are made of
-    pub training: usize,
+    /// States that the models are made of: their number, or a plan
+    pub training: TrainingSpec,
     /// States that their error bars are made of; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
     #[serde(default = "held_back")]
     pub held_back: usize,
@@ -35,6 +38,13 @@ pub struct ReductionStudy {
     /// Error of the forces that the choice of points may make, as a fraction or in %
     #[serde(default = "sampling")]
     pub sampling: String,
+    /// Other meshes that the models are compared with, each with its changes to the scene; with `reference`
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, AnyTable>")]
+    pub meshes: BTreeMap<String, toml::Table>,
+    /// Changes that make the finer mesh from which the errors of meshes and models are counted
+    #[schemars(with = "Option<AnyTable>")]
+    pub reference: Option<toml::Table>,
 }
 
 /// An input of reduced models.
@@ -66,46 +76,53 @@ const SEEDS: [u64; 2] = [1, 2];
 /// Name of the one manner of driving the scene.
 const VARIANT: &str = "static";
 
+/// Family of the training states.
+pub const TRAINING: &str = "training";
+/// Family of those that are held back.
+const HELD_BACK: &str = "held-back";
+/// Families of the meshes that models are compared with.
+pub const MESHES: &str = "meshes";
+pub const REFERENCE: &str = "reference";
+/// States that are held back through which these go, at most.
+const COMPARED: usize = 10;
+
 /// The runs; the first mistake as place, fact and remedy.
-pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
+pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
     let inputs = check(&study)?;
+    constants::check(&inputs, scene)?;
     let sampling = share(&study.sampling)?;
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
     let families = [
-        ("training", Role::Training, training(inputs.len(), study.training, SEEDS[0])),
-        ("held-back", Role::HeldBack, random(inputs.len(), study.held_back, SEEDS[1])),
+        (TRAINING, Role::Training, study.training.points(inputs.len(), SEEDS[0])),
+        (HELD_BACK, Role::HeldBack, random(inputs.len(), study.held_back, SEEDS[1])),
     ];
     let mut record = ReductionRecord {
         scene: scene.into(),
+        greedy: study.training.greedy(tolerance)?,
+        meshes: None,
         inputs,
         training: BTreeMap::new(),
         held_back: BTreeMap::new(),
-        modes: study.modes,
+        modes: study.modes.clone(),
         sampling,
     };
     let mut specs = vec![];
+    // The constants of a run are those of all its states
+    let apart = record.inputs.iter().any(InputRecord::is_constant);
     for (name, role, points) in families {
         let way = ordered(points, &start);
-        let each = way.len().div_ceil(study.runs).max(1);
-        let mut members = toml::Table::new();
+        let each = if apart { 1 } else { way.len().div_ceil(study.runs).max(1) };
+        let mut runs = toml::Table::new();
         for (k, shares) in way.chunks(each).enumerate() {
             let values: Vec<Vec<f64>> = shares.iter().map(|s| in_units(&record.inputs, s)).collect();
             let member = format!("{}", k + 1);
-            members.insert(member.clone(), run(&record.inputs, &values).into());
+            runs.insert(member.clone(), members(&record.inputs, &values).into());
             let all = if role == Role::Training { &mut record.training } else { &mut record.held_back };
             all.insert(member, values);
         }
-        specs.push(FamilySpec {
-            name: name.into(),
-            role,
-            variants: None,
-            set: toml::Table::new(),
-            members,
-            labels: BTreeMap::new(),
-            own: BTreeMap::new(),
-            scene: None,
-        });
+        specs.push(family(name, role, runs));
     }
+    specs.extend(meshes(&study, &mut record)?);
     let variant = VariantSpec {
         name: VARIANT.into(),
         label: Some("static".into()),
@@ -116,6 +133,55 @@ pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<Reduction
     };
     let rules = RunRules { keep_states: true, share_cases: false, ..RunRules::default() };
     Ok(Expansion { rules, ..Expansion::new(vec![variant], specs, record) })
+}
+
+fn family(name: &str, role: Role, members: toml::Table) -> FamilySpec {
+    FamilySpec {
+        name: name.into(),
+        role,
+        variants: None,
+        set: toml::Table::new(),
+        members,
+        labels: BTreeMap::new(),
+        own: BTreeMap::new(),
+        scene: None,
+    }
+}
+
+/// The runs of other meshes through the first states that are held back.
+fn meshes(study: &ReductionStudy, record: &mut ReductionRecord) -> Result<Vec<FamilySpec>, Mistake> {
+    let mistake = |place: &str, fact: &str, remedy: &str| Err((place.into(), fact.into(), remedy.into()));
+    let Some(reference) = &study.reference else {
+        return match study.meshes.is_empty() {
+            true => Ok(vec![]),
+            false => {
+                mistake("meshes", "there is no mesh to count their errors from", "add [reference] with a finer mesh")
+            }
+        };
+    };
+    if record.inputs.iter().any(InputRecord::is_constant) {
+        let fact = "meshes are compared along one run, whose constants of laws are the same at all states";
+        return mistake("reference", fact, "compare meshes in a study whose inputs are signals");
+    }
+    let Some((member, points)) = record.held_back.first_key_value() else {
+        return mistake("reference", "no state is held back to compare meshes at", "give held_back = 59 or more");
+    };
+    let points = &points[..points.len().min(COMPARED)];
+    let run = members(&record.inputs, points);
+    let with = |own: &toml::Table| -> toml::Value {
+        let mut all = run.clone();
+        all.extend(own.clone());
+        all.into()
+    };
+    let names = study.meshes.iter().map(|(name, own)| (name.clone(), with(own)));
+    let reference: toml::Table = [(REFERENCE.to_string(), with(reference))].into_iter().collect();
+    record.meshes = Some(MeshesRecord { reference: REFERENCE.into(), member: member.clone(), points: points.len() });
+    let others = family(MESHES, Role::Sizes, names.collect());
+    let mut out = vec![family(REFERENCE, Role::Reference, reference)];
+    if !others.members.is_empty() {
+        out.push(others);
+    }
+    Ok(out)
 }
 
 fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
@@ -139,8 +205,10 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
         return mistake("modes", format!("{:?}", study.modes), "give numbers of modes, for example [4, 8, 12]");
     }
     let least = 2 * study.modes.iter().max().copied().unwrap_or(0);
-    if study.training < least {
-        let fact = format!("{} states for {} modes", study.training, least / 2);
+    study.training.check(names.len())?;
+    let states = study.training.states(names.len());
+    if states < least {
+        let fact = format!("{states} states for {} modes", least / 2);
         return mistake("training", fact, "give twice as many states as modes, or more");
     }
     if study.runs == 0 {
@@ -169,19 +237,24 @@ fn share(text: &str) -> Result<f64, Mistake> {
 }
 
 /// Share of the range at which the input is zero, or nearest to it.
-fn at_rest(input: &InputRecord) -> f64 {
+pub fn at_rest(input: &InputRecord) -> f64 {
     let [low, high] = input.range;
     (0.0_f64.clamp(low, high) - low) / (high - low)
 }
 
-fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
+/// Values in the units of the inputs.
+pub fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
     inputs.iter().zip(shares).map(|(i, s)| i.range[0] + s * (i.range[1] - i.range[0])).collect()
 }
 
-/// The changes of a run: each input is a polygon over time, one point a second, from rest on.
-fn run(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
+/// The changes of a run: each signal is a polygon over time, one point a second, from rest on; constants are those of the first point.
+pub fn members(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
     let mut changes = toml::Table::new();
     for (k, input) in inputs.iter().enumerate() {
+        if input.is_constant() {
+            changes.extend(points.first().map(|point| (input.key.clone(), input.text(point[k]))));
+            continue;
+        }
         let rest = 0.0_f64.clamp(input.range[0], input.range[1]);
         let values = std::iter::once(rest).chain(points.iter().map(|p| p[k]));
         let of: Vec<toml::Value> =
