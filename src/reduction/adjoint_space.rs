@@ -2,12 +2,14 @@
 
 use super::basis::{decompose, orthonormalise, strains, weighted};
 use super::body_points::BodyPoints;
-use super::constants::{ConstantInputs, PointsAt};
+use super::constants::ConstantInputs;
 use super::error::ReductionError;
+use super::fields_at_points::FieldsAtPoints;
 use super::full_state::FullState;
 use super::model::{ReducedModel, Regime};
+use super::points_at::PointsAt;
 use super::residual::terms;
-use super::sampling::{FieldsAtPoints, Selection, of_rows};
+use super::sampling::{Selection, of_rows};
 use super::twin::Twin;
 use crate::math::signal::Ramp;
 use crate::math::svd::svd;

@@ -3,11 +3,9 @@
 //! The modes and weights stay, and the law at each point is that of the present constants. The compliance of a pressure field on quadratic cells is
 //! ∫ N_c N_d /κ dV, so that it follows from that of the nominal law by the ratio of the bulk moduli.
 
-use super::body_points::{BodyPoints, PointForce};
+use super::body_points::BodyPoints;
 use super::error::ReductionError;
-use super::full_state::FullState;
 use super::inputs::Input;
-use super::sampling::FieldsAtPoints;
 use crate::material::registry::given;
 use crate::material::{Law, LawCard, LawSpecError, Values, find, sensitivity};
 use crate::math::units::Dimension;
@@ -30,28 +28,6 @@ impl ConstantInputs<'_> {
     /// The scene at inputs of which the constants come after `signals` signals.
     pub fn scene(&self, inputs: &[f64], signals: usize) -> Result<Scene, ReductionError> {
         (self.build)(&inputs[signals..])
-    }
-}
-
-/// The laws of a body at the states of a training, where constants are inputs.
-pub struct PointsAt<'a, 'b> {
-    points: &'b BodyPoints<'a>,
-    /// \[states\] the laws of the parts that change
-    laws: Vec<Vec<(usize, LawCard)>>,
-}
-
-impl<'a, 'b> PointsAt<'a, 'b> {
-    pub fn new(points: &'b BodyPoints<'a>, constants: &Constants, states: &[FullState]) -> Result<Self, LawSpecError> {
-        let laws = states.iter().map(|state| constants.cards(&state.inputs)).collect::<Result<_, _>>()?;
-        Ok(Self { points, laws })
-    }
-
-    /// P and G at all points of Σ y_k v_k, by the laws of a state.
-    pub fn forces(&self, state: usize, fields: &FieldsAtPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
-        match &self.laws[state][..] {
-            [] => fields.forces(self.points, y),
-            laws => fields.forces(&self.points.with_laws(laws)?, y),
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! | Step | File |
 //! |---|---|
-//! | Fields and forces at the points of the body | [`body_points`] |
+//! | Fields and forces at the points of the body | [`body_points`], [`fields_at_points`], [`points_at`] |
 //! | Modes of displacement and pressure | [`basis`] |
 //! | The points from which forces are summed | [`sampling`] |
 //! | Constants of laws that are inputs | [`constants`], on [`running_laws`] |
@@ -23,6 +23,7 @@ mod dense;
 pub mod equations;
 pub mod error;
 pub mod fallback;
+pub mod fields_at_points;
 pub mod file;
 pub mod forces;
 pub mod full_model;
@@ -32,6 +33,7 @@ pub mod inputs;
 pub mod inverse;
 pub mod model;
 pub mod points;
+pub mod points_at;
 pub mod polynomial;
 pub mod quantities;
 pub mod residual;

@@ -97,7 +97,7 @@ impl Study {
     pub fn read_with_additions(file: &Path, changes: &[(String, toml::Value)], dir: &Path) -> Result<Self, SceneError> {
         let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
         Self::expand(file, changes, Extent::Whole, |expansion, source| {
-            growth.add_to(expansion, source);
+            growth.add_to(&mut expansion.families, source);
             additions.add_to(&mut expansion.families, dir)
         })
     }
@@ -131,7 +131,7 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let source = growth::digest(&expansion, &scene, changes)?;
+        let source = growth::digest(&expansion.details, &scene, changes)?;
         add(&mut expansion, &source)?;
         let name = std::path::absolute(file)
             .ok()

@@ -6,7 +6,7 @@
 use crate::report::files;
 use crate::scene::SceneError;
 use crate::storage::sha256;
-use crate::study::kind::StoredExpansion;
+use crate::study::spec::FamilySpec;
 use crate::study::store::identity::Build;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -66,10 +66,20 @@ impl Growth {
         self.rounds.iter().filter(|round| round.family == family).find_map(|round| round.members.get(label))
     }
 
-    /// Adds the members to the families of an expansion of this digest.
-    pub fn add_to(&self, expansion: &mut StoredExpansion, of: &str) {
+    /// Takes the rounds of another study, scene or program away.
+    pub fn keep_only(self, of: &str, dir: &Path) -> Self {
+        if self.of == of || self.rounds.is_empty() {
+            return self;
+        }
+        // Where it cannot be removed it is left aside, and written over
+        std::fs::remove_file(Self::file(dir)).ok();
+        Self::default()
+    }
+
+    /// Adds the members to the families of a study of this digest.
+    pub fn add_to(&self, families: &mut [FamilySpec], of: &str) {
         for round in self.rounds.iter().filter(|_| self.of == of) {
-            for family in expansion.families.iter_mut().filter(|family| family.name == round.family) {
+            for family in families.iter_mut().filter(|family| family.name == round.family) {
                 let members = round.members.iter().map(|(label, set)| (label.clone(), set.clone().into()));
                 family.members.extend(members);
             }
@@ -78,12 +88,8 @@ impl Growth {
 }
 
 /// Digest of what a search depends on: the details of the study, its scene, the changes to it, and the program.
-pub fn digest(
-    expansion: &StoredExpansion,
-    scene: &Path,
-    changes: &[(String, toml::Value)],
-) -> Result<String, SceneError> {
+pub fn digest(details: &Value, scene: &Path, changes: &[(String, toml::Value)]) -> Result<String, SceneError> {
     let (text, _) = crate::scene::read_table(scene)?;
     let build = serde_json::to_string(&Build::this()).expect("strings only");
-    Ok(sha256(format!("{:?}", (expansion.details.to_string(), text, changes, build))))
+    Ok(sha256(format!("{:?}", (details.to_string(), text, changes, build))))
 }

@@ -31,8 +31,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 /// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.
 fn next(study: &Study, dir: &Path) -> Result<Option<Study>, RunError> {
     let Some(kind) = KINDS.iter().find(|kind| kind.name == study.record.kind) else { return Ok(None) };
-    let growth = Growth::read(dir);
-    if growth.of == study.source_sha256 && growth.has_ended() {
+    let growth = Growth::read(dir).keep_only(&study.source_sha256, dir);
+    if growth.has_ended() {
         return Ok(None);
     }
     let Ok(results) = results::read(dir) as Result<_, ReportError> else { return Ok(None) };

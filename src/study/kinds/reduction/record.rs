@@ -1,6 +1,5 @@
 //! Records of a reduction study in `study.json` and `derived.json`.
 
-use crate::study::kinds::reduction::training::SearchStep;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -171,4 +170,14 @@ pub struct QuantityRecord {
     pub bar_over_error: f64,
     /// \[states\] error and its estimate; none where a step did not succeed
     pub errors: Vec<Option<[f64; 2]>>,
+}
+
+/// A step of a search, as `growth.json` and the report have it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SearchStep {
+    /// States of the model whose errors were estimated
+    pub states: usize,
+    /// Largest and median estimated error at the candidates, as a share of the largest value; none where no model could be made of so few states
+    pub largest: Option<f64>,
+    pub median: Option<f64>,
 }

@@ -5,7 +5,7 @@ use crate::report::figure::{Figure, Sample};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::reduction::analysis::ReductionFindings;
 use crate::study::kinds::reduction::figures::{SHAPES, sheet};
-use crate::study::kinds::reduction::training::SearchStep;
+use crate::study::kinds::reduction::record::SearchStep;
 
 /// Of a step that has an estimate.
 type Read = fn(&SearchStep) -> Option<f64>;

@@ -5,9 +5,9 @@ use crate::study::kinds::reduction::path::{grid, hypercube, spread};
 use crate::study::kinds::reduction::record::GreedyRecord;
 use crate::study::spec::Mistake;
 use schemars::JsonSchema;
+use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
-use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// States that the models are made of: their number, or a plan.
@@ -160,14 +160,4 @@ fn greedy_tolerance(greedy: &GreedySpec) -> Result<Option<f64>, Mistake> {
     let wrong = |fact: String| ("training".to_string(), fact, "write tolerance = \"0.2 %\"".to_string());
     let value = units::parse(text, units::Dimension::NONE).map_err(|e| wrong(e.to_string()))?;
     if value > 0.0 && value < 1.0 { Ok(Some(value)) } else { Err(wrong(format!("tolerance = \"{text}\""))) }
-}
-
-/// A step of a search, as `growth.json` and the report have it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SearchStep {
-    /// States of the model whose errors were estimated
-    pub states: usize,
-    /// Largest and median estimated error at the candidates, as a share of the largest value; none where no model could be made of so few states
-    pub largest: Option<f64>,
-    pub median: Option<f64>,
 }
