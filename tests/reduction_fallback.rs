@@ -126,7 +126,8 @@ fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
         assert!(all[k]["quantities"]["xmax_z_m"]["bar"] == 0.0 && all[k]["within_tolerance"] == true, "{}", all[k]);
         assert_eq!(all[k]["in_range"], false);
     }
-    assert_eq!(tip(1), tip(4));
+    // From another start, to the tolerance of Newton's method
+    assert!((tip(1) - tip(4)).abs() < 1e-9 * tip(1).abs());
     assert!(all[5]["error"].as_str().is_some_and(|why| why.contains("law")), "{}", all[5]);
 
     // A tolerance that no bar keeps: every answer is the full one, and a target is judged by it

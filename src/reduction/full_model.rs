@@ -97,8 +97,15 @@ impl FullModel {
         stage.insert("integrator".into(), "static".into());
         stage.insert("duration".into(), format!("{STEPS} s").into());
         stage.insert("dt".into(), "1 s".into());
-        let long = [("stage".to_string(), vec![toml::Value::Table(stage)].into())];
-        let text = changed_scene(file, &text, &long)?.1;
+        // It answers beyond the ranges of the reduced model too
+        let open = changes.iter().filter_map(|(path, value)| {
+            let mut signal = value.as_table()?.clone();
+            signal.remove("range")?;
+            Some((path.clone(), toml::Value::Table(signal)))
+        });
+        let changes: Vec<(String, toml::Value)> =
+            open.chain([("stage".to_string(), vec![toml::Value::Table(stage)].into())]).collect();
+        let text = changed_scene(file, &text, &changes)?.1;
         let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k)).count();
         let names = model.quantities.iter().map(|q| q.name.clone()).collect();
         Ok(Self { file: file.into(), text, body, constants: model.constants.clone(), signals, names, running: None })
