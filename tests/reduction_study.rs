@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 /// A bar that is bent by a cable under tension and by its weight.
 const SCENE: &str = r#"
@@ -138,6 +138,7 @@ fn a_study_makes_models_that_the_program_steps() {
     let inputs: Vec<&str> =
         answers[0]["inputs"].as_array().expect("inputs").iter().filter_map(|i| i["name"].as_str()).collect();
     assert_eq!(inputs.len(), 2, "{inputs:?}");
+    assert_eq!((&answers[0]["modes"], &answers[0]["supremisers"]), (&5.into(), &0.into()), "{}", answers[0]);
     assert!(
         answers[1]["in_range"] == true && answers[1]["quantities"]["xmax_z_m"]["bar"].is_number(),
         "{}",
@@ -155,20 +156,31 @@ fn a_study_makes_models_that_the_program_steps() {
     clients_have_the_answers_of_a_pipe(at, &model);
 }
 
+/// A program that ends with the test, also where an assertion fails.
+struct Server(Child);
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
+    }
+}
+
 /// Two clients after one another have the same answers as a pipe; one that sends no text, and one that sends an endless line, harm nobody.
 fn clients_have_the_answers_of_a_pipe(folder: &Path, model: &str) {
     let line = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n";
     let values = |answer: &Value| answer["quantities"].clone();
     let piped = values(&lines(&durometer(folder, &["twin", model], line).out)[1]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    let mut child = command
+    let child = command
         .args(["twin", model, "--listen", "0"])
         .current_dir(folder)
         .stdout(Stdio::piped())
         .spawn()
         .expect("the program starts");
+    let mut server = Server(child);
     let mut first = String::new();
-    BufReader::new(child.stdout.take().expect("it is piped")).read_line(&mut first).expect("a line");
+    BufReader::new(server.0.stdout.take().expect("it is piped")).read_line(&mut first).expect("a line");
     let listening: Value = serde_json::from_str(&first).expect("JSON");
     let address = listening["listening"].as_str().expect("an address").to_string();
     assert!(address.starts_with("127.0.0.1:"), "{address}");
@@ -187,8 +199,6 @@ fn clients_have_the_answers_of_a_pipe(folder: &Path, model: &str) {
     }
     let port = address.rsplit(':').next().expect("a port");
     assert_eq!(durometer(folder, &["twin", model, "--listen", port], "").code, Some(2), "the port is taken");
-    child.kill().expect("it runs");
-    child.wait().expect("it ends");
 }
 
 /// The bar with its mass and a relaxing rubber, whose inputs change in time: the models move, and the program takes a step in time for each line, with the bits
@@ -296,4 +306,38 @@ fn mistakes_of_a_study_are_refused() {
         assert_eq!(ran.code, Some(2), "{to}: {}\n{}", ran.out, ran.err);
         assert!(ran.err.contains(word), "{to}: {}", ran.err);
     }
+}
+
+/// Where no model can be made the study has no result: exit code 3, with the reason on the page, in the summary and in the terminal.
+#[test]
+fn a_study_without_models_is_not_complete() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    write(at, "scene.toml", SCENE);
+    // 8 modes alone, far from rest, with the fewest points: see the test before
+    let harder =
+        [("\"0.4 N\"", "\"5 N\""), ("modes = [2, 5]", "modes = [8]"), ("[[input]]", "sampling = \"5 %\"\n[[input]]")];
+    let study = harder.iter().fold(STUDY.to_string(), |text, (from, to)| text.replacen(from, to, 1));
+    write(at, "study.toml", &study);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
+    assert!(ran.err.contains("no model could be made") && ran.err.contains("8 modes"), "{}", ran.err);
+    let summary: Value =
+        serde_json::from_str(&std::fs::read_to_string(at.join("out/summary.json")).expect("it is there"))
+            .expect("JSON");
+    assert!(summary["without_result"].as_str().is_some_and(|why| why.contains("no equilibrium")), "{summary}");
+}
+
+/// Contact has no bar that could be stated: the study says so, and names the contact.
+#[test]
+fn contact_is_refused_since_its_error_cannot_be_stated() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let floor = "[[contact]]\nname = \"floor\"\nregion = \"xmax\"\nresponse = \"barrier\"\nobstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-5 mm\"], normal = [0, 0, 1] }\n";
+    write(at, "scene.toml", &format!("{SCENE}{floor}"));
+    write(at, "study.toml", STUDY);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
+    let page = std::fs::read_to_string(at.join("out/summary.json")).expect("it is there");
+    assert!(page.contains("contact floor") && page.contains("its error cannot be stated"), "{page}");
 }

@@ -65,7 +65,7 @@ unsafe fn array<'a, T>(start: *const T, count: usize) -> Option<&'a [T]> {
 
 fn status(error: StepError) -> c_int {
     match error {
-        StepError::Count { .. } | StepError::NotFinite(_) => BAD_INPUT,
+        StepError::Count { .. } | StepError::NotFinite(_) | StepError::Constant(_) => BAD_INPUT,
         StepError::NoEquilibrium => NOT_SOLVED,
     }
 }

@@ -10,8 +10,9 @@ use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
 use durometer::study::report::{self, Summary};
+use durometer::study::run::growing;
 use durometer::study::run::only::{Only, Partition};
-use durometer::study::run::runner::{self, Isolation, Options};
+use durometer::study::run::runner::{Isolation, Options};
 use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
@@ -193,7 +194,7 @@ pub fn execute(
     let wants = move |id: &str| only.as_ref().is_none_or(|only| only.takes(id));
     let mut bars = Bars::of(wanted, how.json, move || TimeLeft::of(&expected, &at, &wants, jobs));
     bars.relay = relay.cloned();
-    let records = runner::run(study, &dir, &options, &bars)?;
+    let records = growing::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let kept = records.len();
         eprintln!("stopped: {kept} of {wanted} cases are finished and kept in {}; run again to go on", dir.display());
@@ -249,7 +250,14 @@ impl Done {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
             writeln!(std::io::stderr(), "not complete: {}: {}: {detail}", record.id, record.status).ok();
         }
-        Ok(if failed.is_empty() { Outcome::Complete } else { Outcome::RunIncomplete })
+        let unmade = match &self.end {
+            End::Report(summary) => summary.without_result.as_ref(),
+            _ => None,
+        };
+        if let Some(why) = unmade {
+            writeln!(std::io::stderr(), "not complete: {why}").ok();
+        }
+        Ok(if failed.is_empty() && unmade.is_none() { Outcome::Complete } else { Outcome::RunIncomplete })
     }
 
     fn words_of_waiting(waiting: usize) -> String {

@@ -3,7 +3,7 @@
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units;
 use durometer::reduction::inverse::{Target, reach};
-use durometer::reduction::{Input, ReducedModel, StepReport, Twin};
+use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport, Twin};
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
@@ -22,6 +22,7 @@ Examples:
   echo '{\"inputs\": {\"cable_shortening_m\": 0.005}}' | durometer twin finger.durom
   echo '{\"target\": {\"bending_angle_deg\": 20}}' | durometer twin finger.durom
   durometer twin finger.durom --tolerance 1% --stop < protocol.jsonl
+  durometer twin finger.durom --tolerance 1% --full studies/finger-real-time/scene.toml
   durometer twin finger.durom --listen 7000
 
 Lines that are read: {\"inputs\": {NAME: VALUE, …}}, {\"target\": {NAME: VALUE, …}}, {\"reset\": true}.
@@ -35,6 +36,10 @@ pub struct Args {
     /// End where an error bar is above the tolerance, or an input beyond its range
     #[arg(long, requires = "tolerance")]
     stop: bool,
+    /// The scene of the study that made the model: where an error bar is above the tolerance, or an input beyond its range, the answer is that of the full
+    /// model ("by": "full")
+    #[arg(long, value_name = "SCENE", requires = "tolerance", conflicts_with = "stop")]
+    full: Option<PathBuf>,
     /// Read lines from connections to this port of the loopback interface, one connection after another, instead of standard input; 0 takes a free port
     #[arg(long, value_name = "PORT")]
     listen: Option<u16>,
@@ -52,25 +57,46 @@ const MET: f64 = 1e-4;
 const LONGEST_LINE: u64 = 1 << 20;
 
 pub fn main(args: &Args) -> CommandResult {
-    let mut twin = Twin::new(ReducedModel::read(&args.file)?)?;
+    let model = ReducedModel::read(&args.file)?;
+    let full = args.full.as_ref().map(|scene| FullModel::open(&model, scene)).transpose()?;
+    let fallback = full.zip(args.tolerance).map(|(full, tolerance)| Fallback { full, tolerance });
+    let twin = Twin::new(model)?;
+    let mut models = Models { inputs: twin.inputs().to_vec(), twin, fallback };
     match args.listen {
-        Some(port) => listen(&mut twin, port, args),
-        None => converse(&mut twin, std::io::stdin().lock(), std::io::stdout().lock(), args),
+        Some(port) => listen(&mut models, port, args),
+        None => converse(&mut models, std::io::stdin().lock(), std::io::stdout().lock(), args),
+    }
+}
+
+/// A reduced model, and the full one behind it where there is one.
+struct Models {
+    twin: Twin,
+    fallback: Option<Fallback>,
+    /// Inputs of the last answer
+    inputs: Vec<f64>,
+}
+
+impl Models {
+    /// Back to rest.
+    fn reset(&mut self) {
+        self.twin.reset();
+        self.inputs.copy_from_slice(self.twin.inputs());
+        self.fallback.iter_mut().for_each(|fallback| fallback.full.reset());
     }
 }
 
 /// Serves one connection after another, each with the model at rest; ends where an answer is not trusted and `--stop` is given.
-fn listen(twin: &mut Twin, port: u16, args: &Args) -> CommandResult {
+fn listen(models: &mut Models, port: u16, args: &Args) -> CommandResult {
     let refused =
         |e: std::io::Error| format!("port {port} cannot be opened: {e}; give another one, or 0 for a free one");
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(refused)?;
     println!("{}", json!({ "listening": listener.local_addr()?.to_string() }));
     for connection in listener.incoming() {
-        twin.reset();
+        models.reset();
         // A client that vanishes, or sends what is no text, has no more answers; the next one does
         let served = connection.map_err(Into::into).and_then(|stream| {
             stream.set_nodelay(true)?;
-            converse(twin, BufReader::new(&stream), &stream, args)
+            converse(models, BufReader::new(&stream), &stream, args)
         });
         if let Ok(Outcome::RunIncomplete) = served {
             return served;
@@ -80,9 +106,9 @@ fn listen(twin: &mut Twin, port: u16, args: &Args) -> CommandResult {
 }
 
 /// Answers lines until they end, or the other side takes no more answers.
-fn converse(twin: &mut Twin, mut lines: impl BufRead, mut out: impl Write, args: &Args) -> CommandResult {
+fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, args: &Args) -> CommandResult {
     let mut tell = |answer: &Value| writeln!(out, "{answer}").and_then(|()| out.flush()).is_ok();
-    if !tell(&opening(twin)) {
+    if !tell(&opening(&models.twin)) {
         return Ok(Outcome::Complete);
     }
     let mut line = String::new();
@@ -99,7 +125,7 @@ fn converse(twin: &mut Twin, mut lines: impl BufRead, mut out: impl Write, args:
         if line.trim().is_empty() {
             continue;
         }
-        let (answer, trusted) = match answer(twin, &line, args.tolerance) {
+        let (answer, trusted) = match answer(models, &line, args.tolerance) {
             Ok(answer) => answer,
             Err(why) => (json!({ "error": why }), true),
         };
@@ -128,7 +154,9 @@ fn opening(twin: &Twin) -> Value {
         "model": model.title,
         "inputs": inputs,
         "quantities": quantities,
-        "modes": model.sizes.displacements,
+        "modes": model.sizes.displacements - model.origin.supremisers,
+        "supremisers": model.origin.supremisers,
+        "pressure_modes": model.sizes.pressures,
         "cells": model.origin.cells,
     });
     if let Some(dt) = twin.dt() {
@@ -138,7 +166,7 @@ fn opening(twin: &Twin) -> Value {
 }
 
 /// The answer to a line, and whether it may be trusted; an error in words where the line asks for what cannot be done.
-fn answer(twin: &mut Twin, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), String> {
+fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), String> {
     let asked: Map<String, Value> = serde_json::from_str(line)
         .map_err(|e| format!("the line is no JSON object: {e}; write {{\"inputs\": {{…}}}}"))?;
     let known = ["inputs", "target", "reset"];
@@ -147,12 +175,13 @@ fn answer(twin: &mut Twin, line: &str, tolerance: Option<f64>) -> Result<(Value,
     }
     let start = Instant::now();
     if asked.get("reset") == Some(&Value::Bool(true)) {
-        twin.reset();
+        models.reset();
     }
+    let Models { twin, fallback, inputs: last } = models;
     if twin.dt().is_some() && !asked.contains_key("inputs") {
-        return answer_in_time(twin, &asked, start, tolerance);
+        return answer_in_time(twin, &asked, (start, tolerance));
     }
-    let mut inputs = twin.inputs().to_vec();
+    let mut inputs = last.clone();
     let names: Vec<String> = twin.model().inputs.iter().map(|i| i.name.clone()).collect();
     for (name, value) in numbers(&asked, "inputs")? {
         inputs[index(&names, &name)?] = value;
@@ -160,21 +189,36 @@ fn answer(twin: &mut Twin, line: &str, tolerance: Option<f64>) -> Result<(Value,
     if twin.dt().is_some() && asked.contains_key("target") {
         return Err("a line is one step in time: give \"inputs\", or a \"target\"".into());
     }
-    let report = twin.step(&inputs).map_err(|e| e.to_string())?;
+    let mut reached = twin.step(&inputs);
     let targets = targets(twin, numbers(&asked, "target")?)?;
-    let met = match &targets[..] {
-        [] => None,
-        targets => Some(reach(twin, targets).map_err(|e| e.to_string())?.met),
+    let mut met = None;
+    if !targets.is_empty() {
+        let found = reach(twin, &targets).map_err(|e| e.to_string())?;
+        (inputs, met) = (found.inputs, Some(found.met));
+        reached = Ok(StepReport { iterations: found.iterations, parts: 1 });
+    }
+    let full = match fallback {
+        Some(fallback) => fallback.correct(twin, &inputs, reached).map_err(|e| e.to_string())?,
+        None => None,
     };
-    Ok(described(twin, report, met, start, tolerance))
+    if let (Some(values), Some(t)) = (&full, tolerance) {
+        let is_met = |of: &Target| (values[of.quantity] - of.value).abs() <= t * twin.model().largest[of.quantity];
+        met = met.map(|met| met && targets.iter().all(is_met));
+    }
+    // Where the full model answers, the reduced one need not have reached these inputs
+    let report = match reached {
+        Err(_) if full.is_some() => StepReport { iterations: 0, parts: 0 },
+        reached => reached.map_err(|e| e.to_string())?,
+    };
+    last.copy_from_slice(&inputs);
+    Ok(described(twin, (&inputs, full.as_deref()), report, met, (start, tolerance)))
 }
 
 /// The answer of a model that moves to a line without inputs: a step to a target, rest without a step, or a step with the present inputs.
 fn answer_in_time(
     twin: &mut Twin,
     asked: &Map<String, Value>,
-    start: Instant,
-    tolerance: Option<f64>,
+    (start, tolerance): (Instant, Option<f64>),
 ) -> Result<(Value, bool), String> {
     let targets = targets(twin, numbers(asked, "target")?)?;
     let (report, met) = if !targets.is_empty() {
@@ -186,7 +230,7 @@ fn answer_in_time(
         let inputs = twin.inputs().to_vec();
         (twin.step(&inputs).map_err(|e| e.to_string())?, None)
     };
-    Ok(described(twin, report, met, start, tolerance))
+    Ok(described(twin, (twin.inputs(), None), report, met, (start, tolerance)))
 }
 
 fn targets(twin: &Twin, asked: Vec<(String, f64)>) -> Result<Vec<Target>, String> {
@@ -216,29 +260,29 @@ fn index(names: &[String], name: &str) -> Result<usize, String> {
     names.iter().position(|n| n == name).ok_or_else(|| format!("there is no \"{name}\"; there is {}", names.join(", ")))
 }
 
+/// The answer at these inputs, by the full model where it gives values.
 fn described(
     twin: &Twin,
+    (inputs, full): (&[f64], Option<&[f64]>),
     report: StepReport,
     met: Option<bool>,
-    start: Instant,
-    tolerance: Option<f64>,
+    (start, tolerance): (Instant, Option<f64>),
 ) -> (Value, bool) {
     let model = twin.model();
-    let inputs: Map<String, Value> =
-        model.inputs.iter().zip(twin.inputs()).map(|(i, u)| (i.name.clone(), json!(u))).collect();
+    let named: Map<String, Value> = model.inputs.iter().zip(inputs).map(|(i, u)| (i.name.clone(), json!(u))).collect();
     let mut quantities = Map::new();
-    let mut within = true;
     for (k, quantity) in model.quantities.iter().enumerate() {
-        let bar = twin.bars()[k];
-        within &= tolerance.is_none_or(|t| bar <= t * model.largest[k]);
+        let (value, bar) = full.map_or((twin.values()[k], twin.bars()[k]), |values| (values[k], 0.0));
         // JSON has no infinite number: a bar that is not known is null
-        quantities
-            .insert(quantity.name.clone(), json!({ "value": twin.values()[k], "bar": bar.is_finite().then_some(bar) }));
+        quantities.insert(quantity.name.clone(), json!({ "value": value, "bar": bar.is_finite().then_some(bar) }));
     }
-    let in_range = twin.in_range();
+    let in_range = model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
+    let bars_hold = |t: f64| twin.bars().iter().zip(&model.largest).all(|(bar, size)| *bar <= t * size);
+    let within = full.is_some() || tolerance.is_none_or(bars_hold);
     let mut answer = json!({
-        "inputs": inputs,
+        "inputs": named,
         "quantities": quantities,
+        "by": if full.is_some() { "full" } else { "reduced" },
         "in_range": in_range,
         "iterations": report.iterations,
         "seconds": start.elapsed().as_secs_f64(),

@@ -5,15 +5,27 @@
 //! file are held.
 
 use super::law::Law;
-use super::parameter::LawSpecError;
-use super::registry::given;
+use super::parameter::{LawSpecError, Values};
+use super::registry::{find, given};
+use std::collections::BTreeMap;
 
 /// ∂/∂`key` of the law of this table.
 pub fn derivative(table: &toml::Table, key: &str) -> Result<Box<dyn Law>, LawSpecError> {
     let (entry, values, options) = given(table)?;
-    let law = entry.build(&values, &options)?;
+    derivative_of(entry.info.name, &values, &options, key)
+}
+
+/// ∂/∂`key` of the law of this name at values \[SI\] and options by key.
+pub fn derivative_of(
+    law: &str,
+    values: &Values,
+    options: &BTreeMap<String, String>,
+    key: &str,
+) -> Result<Box<dyn Law>, LawSpecError> {
+    let entry = find(law)?;
+    let law = entry.build(values, options)?;
     if !values.contains_key(key) {
-        return Err(LawSpecError::NotGiven { key: key.into(), given: values.into_keys().collect() });
+        return Err(LawSpecError::NotGiven { key: key.into(), given: values.keys().cloned().collect() });
     }
-    Ok(law.along(&(entry.rates)(law.as_ref(), &values, key)))
+    Ok(law.along(&(entry.rates)(law.as_ref(), values, key)))
 }

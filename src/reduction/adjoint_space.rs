@@ -2,11 +2,14 @@
 
 use super::basis::{decompose, orthonormalise, strains, weighted};
 use super::body_points::BodyPoints;
+use super::constants::ConstantInputs;
 use super::error::ReductionError;
+use super::fields_at_points::FieldsAtPoints;
 use super::full_state::FullState;
 use super::model::{ReducedModel, Regime};
+use super::points_at::PointsAt;
 use super::residual::terms;
-use super::sampling::{FieldsAtPoints, Selection, of_rows};
+use super::sampling::{Selection, of_rows};
 use super::twin::Twin;
 use crate::math::signal::Ramp;
 use crate::math::svd::svd;
@@ -37,25 +40,54 @@ const STATES: usize = 3;
 /// Largest total degree of a polynomial in the inputs.
 const DEGREE: u32 = 6;
 
-/// Of quantities of these names at the training states.
+/// Adjoint solutions of quantities at states.
+pub struct AdjointSolutions {
+    /// \[quantities × states × unknowns\]
+    pub solutions: Vec<Vec<Vec<f64>>>,
+    /// \[states × unknowns\] the states themselves, in the units of the scene of the training, where constants of laws are inputs
+    pub states: Option<Vec<Vec<f64>>>,
+}
+
+/// Adjoint solutions of quantities of these names at states; where constants are inputs, each with its own laws.
+pub fn adjoint_solutions(
+    (scene, points): (&Scene, &BodyPoints),
+    (constants, signals): (Option<&ConstantInputs>, usize),
+    states: &[FullState],
+    names: &[String],
+) -> Result<AdjointSolutions, ReductionError> {
+    let mut solutions: Vec<Vec<Vec<f64>>> = vec![vec![]; names.len()];
+    let mut rescaled = constants.map(|_| vec![]);
+    for state in states {
+        let own = constants.map(|c| c.scene(&state.inputs, signals)).transpose()?;
+        let own = own.as_ref().unwrap_or(scene);
+        let at = full(own, state, signals);
+        if at.x.len() != scene.system.rest().x.len() {
+            return Err(ReductionError::OtherScene(format!("{} unknowns", at.x.len())));
+        }
+        let gradients = gradients(own, &at, names);
+        let step = Step { system: &own.system, integrator: Integrator::Static, past: &at, dt: 1.0 };
+        let mut found = adjoints(own.method(), &step, &at, &gradients).map_err(ReductionError::Adjoint)?;
+        if let Some(rescaled) = &mut rescaled {
+            let own_points = BodyPoints::of(own)?;
+            found.iter_mut().for_each(|found| found.z = points.rescaled(&own_points, &found.z));
+            rescaled.push(points.rescaled(&own_points, &state.x));
+        }
+        solutions.iter_mut().zip(found).for_each(|(all, found)| all.push(found.z));
+    }
+    Ok(AdjointSolutions { solutions, states: rescaled })
+}
+
+/// The space of adjoint solutions at the training states.
 pub fn adjoint_space(
     scene: &Scene,
     points: &BodyPoints,
     training: &[FullState],
-    names: &[String],
+    solutions: &[Vec<Vec<f64>>],
 ) -> Result<AdjointSpace, ReductionError> {
     let weights = points.weights();
-    let mut solutions: Vec<Vec<Vec<f64>>> = vec![vec![]; names.len()];
-    for state in training {
-        let state = full(scene, state);
-        let gradients = gradients(scene, &state, names);
-        let step = Step { system: &scene.system, integrator: Integrator::Static, past: &state, dt: 1.0 };
-        let found = adjoints(scene.method(), &step, &state, &gradients).map_err(ReductionError::Adjoint)?;
-        solutions.iter_mut().zip(found).for_each(|(all, found)| all.push(found.z));
-    }
     let split = scene.system.dofs.displacements as usize;
     let (mut moved, mut pressed) = (vec![], vec![]);
-    for of_quantity in &solutions {
+    for of_quantity in solutions {
         let largest = of_quantity.iter().map(|z| norm(&strains(points, &weights, z))).fold(0.0, f64::max);
         for z in of_quantity.iter().filter(|_| largest > 0.0) {
             let scaled: Vec<f64> = z.iter().map(|z| z / largest).collect();
@@ -79,7 +111,7 @@ pub fn adjoint_space(
         }
         let own: Vec<usize> = (0..training.len()).filter(|&k| patterns[k] == *pattern).collect();
         let exponents = exponents(centres.len(), own.len());
-        let adjoints = fit((points, &weights, split), &fields, &solutions, (training, &own), (&centres, &exponents));
+        let adjoints = fit((points, &weights, split), &fields, solutions, (training, &own), (&centres, &exponents));
         regimes.push(Regime { taut: pattern.clone(), exponents, adjoints });
     }
     let place = |pattern: &Vec<bool>| regimes.iter().position(|r| r.taut == *pattern).expect("it has its regime");
@@ -94,8 +126,8 @@ fn taut(scene: &Scene, state: &FullState) -> Vec<bool> {
 }
 
 /// The state as one of the scene.
-fn full(scene: &Scene, of: &FullState) -> State {
-    let inputs = of.inputs.iter().map(|&u| Ramp::constant(u)).collect();
+fn full(scene: &Scene, of: &FullState, signals: usize) -> State {
+    let inputs = of.inputs[..signals].iter().map(|&u| Ramp::constant(u)).collect();
     State { x: of.x.clone(), lambda: of.lambda.clone(), inputs, ..scene.system.rest() }
 }
 
@@ -201,7 +233,7 @@ impl AdjointSpace {
     pub fn select(
         &self,
         model: &ReducedModel,
-        points: &BodyPoints,
+        (points, at): (&BodyPoints, &PointsAt),
         (fields, tests): (&FieldsAtPoints, &FieldsAtPoints),
         training: &[FullState],
     ) -> Result<Selection, ReductionError> {
@@ -219,7 +251,7 @@ impl AdjointSpace {
             if twin.step(&state.inputs).is_err() {
                 continue;
             }
-            let forces = fields.forces(points, &twin.position().y)?;
+            let forces = at.forces(number, fields, &twin.position().y)?;
             for (k, range) in ranges.iter().enumerate() {
                 let z = self.coefficients(k, number, &state.inputs);
                 let work = |p: usize| {

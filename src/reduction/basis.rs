@@ -26,6 +26,8 @@ pub struct Basis {
     pub modes: Vec<Vec<f64>>,
     /// How many are of the displacement, supremisers included
     pub displacements: usize,
+    /// How many of these are supremisers
+    pub supremisers: usize,
     /// Singular values of the displacements of the states, descending, as shares of the first
     pub singular_values: Vec<f64>,
     /// The same of the pressures
@@ -48,6 +50,7 @@ impl Basis {
         let weights = points.weights();
         let (mut displacement, singular_values) =
             decompose(&moved, &moved.iter().map(|u| strains(points, &weights, u)).collect::<Vec<_>>(), modes);
+        let own = displacement.len();
         let (mut pressure, mut pressure_values) = (vec![], vec![]);
         if points.has_pressure() {
             let loaded: Vec<Vec<f64>> = states.iter().map(|s| half(s, split..s.len())).collect();
@@ -59,7 +62,8 @@ impl Basis {
         orthonormalise(&mut pressure, |p| weighted(points, &weights, p));
         let displacements = displacement.len();
         displacement.append(&mut pressure);
-        Ok(Self { modes: displacement, displacements, singular_values, pressure_values })
+        let supremisers = displacements.saturating_sub(own);
+        Ok(Self { modes: displacement, displacements, supremisers, singular_values, pressure_values })
     }
 
     /// x of the coordinates.

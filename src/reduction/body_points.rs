@@ -3,7 +3,8 @@
 use super::error::ReductionError;
 use super::rate_points::StoredRates;
 use crate::effect::{Constitution, cofactor_by_rows};
-use crate::material::{Law, Volumetric, Want};
+use crate::material::volumetric::Volumetric;
+use crate::material::{Law, LawCard, Want};
 use crate::math::tensor::{Mat3, det_minus_one};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
@@ -36,6 +37,24 @@ pub struct Place {
 /// P by rows \[Pa\], and G(J) where there is a pressure field \[–\].
 pub type PointForce = ([f64; 9], f64);
 
+impl<'a> Part<'a> {
+    fn of(
+        constitution: Constitution<'a>,
+        rates: Vec<StoredRates>,
+        of_blocks: Vec<usize>,
+    ) -> Result<Self, ReductionError> {
+        let whole = constitution.law.build()?;
+        let split = constitution.pressure.and_then(|_| whole.split());
+        let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
+        Ok(Self { constitution, law, volumetric, rates, of_blocks })
+    }
+
+    /// Bulk modulus of the part of the law that a pressure field has taken over \[Pa\].
+    pub fn bulk_modulus(&self) -> Option<f64> {
+        self.volumetric.map(|volumetric| volumetric.kappa)
+    }
+}
+
 impl<'a> BodyPoints<'a> {
     /// Those of a scene; an error where the forces of an elastic effect depend on more than single points.
     pub fn of(scene: &'a Scene) -> Result<Self, ReductionError> {
@@ -45,11 +64,8 @@ impl<'a> BodyPoints<'a> {
                 why: "its forces depend on means over cells".into(),
                 remedy: "take formulation = \"mixed\" or \"displacement\"".into(),
             })?;
-            let whole = constitution.law.build()?;
-            let split = constitution.pressure.and_then(|_| whole.split());
-            let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
             let (rates, of_blocks) = rates(scene, &constitution.points.cells);
-            Ok(Part { constitution, law, volumetric, rates, of_blocks })
+            Part::of(constitution, rates, of_blocks)
         };
         Ok(Self { parts: scene.stressed.iter().map(part).collect::<Result<_, ReductionError>>()? })
     }
@@ -108,6 +124,11 @@ impl<'a> BodyPoints<'a> {
 
     /// aᵀ C b of two pressure fields \[unknowns\], with the compliance C of all parts.
     pub fn compliance(&self, a: &[f64], b: &[f64]) -> f64 {
+        (0..self.parts.len()).map(|part| self.compliance_of(part, a, b)).sum()
+    }
+
+    /// The same with the compliance of one part.
+    pub fn compliance_of(&self, part: usize, a: &[f64], b: &[f64]) -> f64 {
         let of_part = |part: &Part| {
             let Constitution { blocks, pressure, .. } = &part.constitution;
             let Some(pressure) = pressure else { return 0.0 };
@@ -119,7 +140,30 @@ impl<'a> BodyPoints<'a> {
             };
             pressure.compliance.iter().enumerate().map(of_block).sum::<f64>()
         };
-        self.parts.iter().map(of_part).sum()
+        of_part(&self.parts[part])
+    }
+
+    /// The same points with other laws, each for the part of its index.
+    pub fn with_laws(&self, cards: &[(usize, LawCard)]) -> Result<Self, ReductionError> {
+        let part = |(k, of): (usize, &Part<'a>)| {
+            let law = cards.iter().find(|(part, _)| *part == k).map_or(&of.constitution.law, |(_, card)| card);
+            Part::of(Constitution { law: law.clone(), ..of.constitution }, of.rates.clone(), of.of_blocks.clone())
+        };
+        Ok(Self { parts: self.parts.iter().enumerate().map(part).collect::<Result<_, ReductionError>>()? })
+    }
+
+    /// A field of `other`, the points of the same body with other laws, in the unit of pressure that this one has.
+    pub fn rescaled(&self, other: &BodyPoints, field: &[f64]) -> Vec<f64> {
+        let mut out = field.to_vec();
+        for (own, other) in self.parts.iter().zip(&other.parts) {
+            let (Some(to), Some(from)) = (own.constitution.pressure, other.constitution.pressure) else { continue };
+            for block in 0..own.constitution.points.cells.len() {
+                for &k in own.constitution.blocks.scalars(block) {
+                    out[k as usize] = field[k as usize] * (from.scale / to.scale);
+                }
+            }
+        }
+        out
     }
 
     /// P and G(J) at a point from ∂u/∂X and the pressure there.

@@ -9,6 +9,7 @@ use super::model::ReducedModel;
 use super::motion::Motion;
 use super::points::{Points, StoredPoints, Sums, total};
 use super::running_cable::RunningCable;
+use super::running_laws::RunningLaws;
 use crate::material::{LawSpecError, Want};
 use crate::math::vector::norm;
 use std::sync::Arc;
@@ -43,6 +44,7 @@ impl Position {
 pub struct Equations {
     model: Arc<ReducedModel>,
     points: Vec<Points>,
+    laws: RunningLaws,
     pub cables: Vec<RunningCable>,
     /// In models that move
     pub motion: Option<Motion>,
@@ -83,6 +85,7 @@ impl Equations {
         Ok(Self {
             points,
             motion,
+            laws: RunningLaws::new(&model.compliance, model.inputs.len()),
             sums: Sums::new(own),
             r: vec![0.0; n],
             k: vec![0.0; n * n],
@@ -189,8 +192,11 @@ impl Equations {
 
     /// Forces and tangent at a position; false where a law or a cable is not defined there.
     pub fn linearise(&mut self, inputs: &[f64], at: &Position) -> bool {
-        let Self { model, points, cables, motion, sums, r, k, .. } = self;
+        let Self { model, points, laws, cables, motion, sums, r, k, .. } = self;
         let (n, u) = (r.len(), model.sizes.displacements);
+        if !laws.bring(&model.constants, points, inputs, |part| &part.own) {
+            return false;
+        }
         sums.clear(Want::Tangent);
         if points.iter().any(|points| points.add(&at.y, Want::Tangent, sums).is_err()) {
             return false;
@@ -198,7 +204,7 @@ impl Equations {
         r.iter_mut().zip(&sums.r).for_each(|(r, sum)| *r = total(sum));
         k.iter_mut().zip(&sums.k).for_each(|(k, sum)| *k = total(sum));
         let m = model.sizes.pressures;
-        for (i, row) in model.compliance.chunks_exact(m.max(1)).enumerate() {
+        for (i, row) in laws.compliance.chunks_exact(m.max(1)).enumerate() {
             r[u + i] -= row.iter().zip(&at.y[u..]).map(|(c, p)| c * p).sum::<f64>();
             k[(u + i) * n + u..=(u + i) * n + u + i].iter_mut().zip(row).for_each(|(k, c)| *k -= c);
         }
@@ -303,11 +309,33 @@ impl Equations {
         settled
     }
 
+    /// Adds −∂r/∂u of the laws by input `k`.
+    fn change_of_laws(&mut self, k: usize, inputs: &[f64], at: &Position, out: &mut [f64]) {
+        let Self { model, points, sums, .. } = self;
+        let u = model.sizes.displacements;
+        for law in &model.constants.laws {
+            for &part in &law.parts {
+                let Some(along) = law.derivative(k, inputs) else { continue };
+                sums.clear(Want::Residual);
+                let Ok(bulk) = points[part].add_derivative(&at.y, along, sums) else { continue };
+                out.iter_mut().zip(&sums.r).take(u).for_each(|(out, sum)| *out -= total(sum));
+                let (Some(change), Some(kappa)) = (bulk, points[part].bulk_modulus()) else { continue };
+                // C = C₀ κ₀/κ of this part
+                let of = &model.constants.parts[part];
+                let rate = change * of.kappa / (kappa * kappa);
+                for (out, row) in out[u..].iter_mut().zip(of.own.chunks_exact(model.sizes.pressures.max(1))) {
+                    *out -= rate * row.iter().zip(&at.y[u..]).map(|(c, p)| c * p).sum::<f64>();
+                }
+            }
+        }
+    }
+
     /// Change of the unknowns \[coordinates, then cables\] with input `k`, at a position that was linearised and factorised.
     pub fn change(&mut self, k: usize, inputs: &[f64], at: &Position, out: &mut [f64]) {
+        out.fill(0.0);
+        self.change_of_laws(k, inputs, at, out);
         let Self { model, cables, r, rows, taut, dense, .. } = self;
         let (n, u) = (r.len(), model.sizes.displacements);
-        out.fill(0.0);
         for load in &model.loads {
             load.force.add(&at.y[..u], -load.intensity.rates[k], &mut out[..u]);
         }

@@ -78,7 +78,8 @@ pub fn check(scene: &Scene) -> Result<(), ReductionError> {
 pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result<(), ReductionError> {
     let leave_out = "leave it out, or run the scene in full";
     if let Some(contact) = scene.contacts.first() {
-        let why = "points come into contact that the training states do not touch";
+        let why = "its error cannot be stated: the set of points that touch changes with the inputs at once, and with it the adjoint solutions that \
+                   error bars are made of";
         return Err(unsupported(format!("contact {}", contact.name), why, leave_out));
     }
     if !scene.rigids.is_empty() || scene.system.ties.nodes().next().is_some() {

@@ -71,8 +71,8 @@ impl Affine {
     }
 }
 
-/// The inputs of a scene: its controlled signals, each with a range.
-pub fn inputs(scene: &Scene) -> Result<Vec<Input>, ReductionError> {
+/// The inputs of a scene that are its controlled signals, each with a range. Without any `others` would nothing change.
+pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionError> {
     let names = scene.controls.controlled();
     let unsupported = |what: String, why: &str, remedy: &str| ReductionError::Unsupported {
         what,
@@ -83,7 +83,7 @@ pub fn inputs(scene: &Scene) -> Result<Vec<Input>, ReductionError> {
         let why = "events and formulas of columns decide them from what was recorded";
         return Err(unsupported("a signal of the scene".into(), why, "leave these decisions to a controller"));
     }
-    if names.is_empty() {
+    if names.is_empty() && others == 0 {
         return Err(unsupported("a scene without inputs".into(), "nothing changes", "give the study an [[input]]"));
     }
     let input = |(name, range): (String, Option<(f64, f64)>)| match range {

@@ -1,5 +1,6 @@
 //! A reduced model: everything that its steps need, and nothing of the mesh.
 
+use super::constants::Constants;
 use super::dynamics::Dynamics;
 use super::forces::{CableDrive, Load, ReducedCable};
 use super::inputs::Input;
@@ -28,11 +29,15 @@ pub struct ReducedModel {
     pub estimate: Option<ErrorModel>,
     /// Inertia, damping and steps in time, of a model that moves
     pub dynamics: Option<Dynamics>,
+    /// Constants of laws that are inputs
+    #[serde(default)]
+    pub constants: Constants,
     pub origin: Origin,
 }
 
 /// Where a model comes from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct Origin {
     /// Version of the program that made it
     pub version: String,
@@ -42,6 +47,12 @@ pub struct Origin {
     pub cells: usize,
     pub dofs: usize,
     pub points: usize,
+    /// Of the displacement modes those that determine the pressures
+    pub supremisers: usize,
+    /// The changes that make this scene of that of the study, as a table of paths and values
+    pub changes: String,
+    /// Digest of the mesh
+    pub mesh_sha256: String,
     /// States that it was trained on, and held back for its error bars
     pub training: usize,
     pub held_back: usize,
@@ -122,6 +133,11 @@ impl ReducedModel {
                 "it has no amplitude",
             ),
             (self.estimate.as_ref().is_none_or(|e| self.fits(e)), "the error estimate has another size"),
+            (
+                self.constants.laws.is_empty()
+                    || self.constants.is_sound(inputs.len(), self.points.len(), sizes.pressures),
+                "the constants have another size",
+            ),
         ];
         let fault = checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact);
         fault.or_else(|| self.dynamics.as_ref().and_then(|d| d.fault(self)))
@@ -153,6 +169,7 @@ impl ReducedModel {
             && e.cables.len() == self.cables.len()
             && e.cables.iter().zip(&self.cables).all(|(m, c)| m.len() == 3 * c.guides.len() * sizes.tests)
             && e.compliance.len() == sizes.tests * sizes.pressures
+            && self.constants.parts.iter().all(|part| part.tests.len() == e.compliance.len())
             && e.centres.len() == inputs.len()
             && e.regimes.iter().all(regime)
             && e.bars.len() == quantities.len()

@@ -68,6 +68,7 @@ pub struct Points {
     sizes: Sizes,
     law: Box<dyn Law>,
     volumetric: Option<Volumetric>,
+    has_pressure: bool,
     /// \[groups\]
     weights: Vec<Lanes>,
     /// \[groups × modes\] by rows
@@ -128,6 +129,12 @@ fn in_lanes(values: &[f64], points: usize, each: usize) -> Vec<Lanes> {
     out
 }
 
+/// The law that acts at the points, and its volumetric part where a pressure field takes that over.
+fn parted(whole: Box<dyn Law>, has_pressure: bool) -> (Box<dyn Law>, Option<Volumetric>) {
+    let split = has_pressure.then(|| whole.split()).flatten();
+    split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)))
+}
+
 fn tensors(lanes: Vec<Lanes>) -> Vec<[Lanes; 9]> {
     lanes.chunks_exact(9).map(|c| std::array::from_fn(|n| c[n])).collect()
 }
@@ -135,14 +142,13 @@ fn tensors(lanes: Vec<Lanes>) -> Vec<[Lanes; 9]> {
 impl Points {
     /// From what a file holds, which must be [sound](StoredPoints::is_sound).
     pub fn new(stored: &StoredPoints, sizes: Sizes) -> Result<Self, LawSpecError> {
-        let whole = stored.law.build()?;
-        let split = stored.has_pressure.then(|| whole.split()).flatten();
-        let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
+        let (law, volumetric) = parted(stored.law.build()?, stored.has_pressure);
         let points = stored.weights.len();
         Ok(Self {
             sizes,
             law,
             volumetric,
+            has_pressure: stored.has_pressure,
             weights: in_lanes(&stored.weights, points, 1),
             gradients: tensors(in_lanes(&stored.gradients, points, 9 * sizes.displacements)),
             pressures: in_lanes(&stored.pressures, points, sizes.pressures),
@@ -207,6 +213,32 @@ impl Points {
         widest(Deformation { gradients: &self.gradients[group * n..][..n], q, h: &mut f });
         [0, 4, 8].into_iter().for_each(|k| f[k] += Lanes::of(1.0));
         f
+    }
+
+    /// Takes another law of the same kind.
+    pub fn set_law(&mut self, whole: Box<dyn Law>) {
+        (self.law, self.volumetric) = parted(whole, self.has_pressure);
+    }
+
+    /// Bulk modulus of the volumetric part that a pressure field has taken over \[Pa\].
+    pub fn bulk_modulus(&self) -> Option<f64> {
+        self.volumetric.map(|volumetric| volumetric.kappa)
+    }
+
+    /// Adds ∂r/∂θ at the coordinates `y`, where `along` is the derivative of the law by θ; the change of the bulk modulus where there are
+    /// pressures, whose compliance it changes.
+    pub fn add_derivative(&self, y: &[f64], along: Box<dyn Law>, out: &mut Sums) -> Result<Option<f64>, LawError> {
+        let (law, volumetric) = parted(along, self.has_pressure);
+        let n = self.sizes.displacements;
+        for group in 0..self.weights.len() {
+            let gradients = &self.gradients[group * n..][..n];
+            let f = self.deformation(&y[..n], group);
+            law.eval_lanes(&f, Want::Residual, &mut out.response).map_err(|(_, why)| why)?;
+            let place = Place { weight: self.weights[group], ..Place::default() };
+            let (response, r) = (&out.response, &mut out.r[..]);
+            widest(Forces { gradients, pressures: &[], place: &place, response, r, first_pressure: n });
+        }
+        Ok(volumetric.map(|volumetric| volumetric.kappa))
     }
 
     /// Adds r = ∂Π/∂y and K = ∂²Π/∂y² at the coordinates `y`, displacements first.

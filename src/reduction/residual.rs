@@ -10,11 +10,13 @@ use super::model::ErrorModel;
 use super::model::ReducedModel;
 use super::points::{Points, Sizes, Sums, total};
 use super::running_cable::RunningCable;
+use super::running_laws::RunningLaws;
 use crate::material::LawSpecError;
 
 /// The estimate with the memory of its evaluations.
 pub struct Residual {
     points: Vec<Points>,
+    laws: RunningLaws,
     sums: Sums,
     /// \[tests\]
     forces: Vec<f64>,
@@ -26,7 +28,8 @@ impl Residual {
     pub fn new(of: &ErrorModel, sizes: Sizes) -> Result<Self, LawSpecError> {
         let points = of.points.iter().map(|p| Points::new(p, sizes)).collect::<Result<_, _>>()?;
         let most = of.regimes.iter().map(|r| r.exponents.len()).max().unwrap_or(0);
-        Ok(Self { points, sums: Sums::new(sizes), forces: vec![0.0; sizes.tests], terms: vec![0.0; most] })
+        let laws = RunningLaws::new(&of.compliance, of.centres.len());
+        Ok(Self { points, laws, sums: Sums::new(sizes), forces: vec![0.0; sizes.tests], terms: vec![0.0; most] })
     }
 
     /// Estimated error of each quantity at an equilibrium; false where a law is not defined, and where no training state had the same taut cables.
@@ -58,14 +61,17 @@ impl Residual {
         cables: &[RunningCable],
         (inputs, at): (&[f64], &Position),
     ) -> bool {
-        let Self { points, sums, forces, .. } = self;
+        let Self { points, laws, sums, forces, .. } = self;
+        if !laws.bring(&model.constants, points, inputs, |part| &part.tests) {
+            return false;
+        }
         sums.clear(crate::material::Want::Residual);
         if points.iter().any(|points| points.add_tests(&at.y, sums).is_err()) {
             return false;
         }
         forces.iter_mut().zip(&sums.r).for_each(|(force, sum)| *force = total(sum));
         let (q, pi) = at.y.split_at(model.sizes.displacements);
-        for (force, row) in forces.iter_mut().zip(of.compliance.chunks_exact(pi.len().max(1))) {
+        for (force, row) in forces.iter_mut().zip(laws.compliance.chunks_exact(pi.len().max(1))) {
             *force -= row.iter().zip(pi).map(|(c, p)| c * p).sum::<f64>();
         }
         for (load, of_load) in model.loads.iter().zip(&of.loads) {

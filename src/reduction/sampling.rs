@@ -6,54 +6,12 @@
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
 use super::error::ReductionError;
+use super::fields_at_points::FieldsAtPoints;
 use super::points::StoredPoints;
+use super::points_at::PointsAt;
 use crate::math::nonnegative::sparse_weights;
 use crate::math::vector::norm;
 use faer::Mat;
-
-/// Fields at all points of a body.
-pub struct FieldsAtPoints {
-    /// \[fields\]\[points\] ∂v/∂X by rows
-    pub gradients: Vec<Vec<[f64; 9]>>,
-    /// \[fields\]\[points\] p \[Pa\]
-    pub pressures: Vec<Vec<f64>>,
-}
-
-impl FieldsAtPoints {
-    /// Of fields \[unknowns\], each with a displacement and a pressure.
-    pub fn of(points: &BodyPoints, fields: &[Vec<f64>]) -> Self {
-        Self {
-            gradients: fields.iter().map(|f| points.gradients(f)).collect(),
-            pressures: fields.iter().map(|f| points.pressures(f)).collect(),
-        }
-    }
-
-    /// ∂u/∂X and p at all points of Σ y_k v_k.
-    fn combine(&self, y: &[f64]) -> Vec<([f64; 9], f64)> {
-        let points = self.gradients.first().map_or(0, Vec::len);
-        let at = |p: usize| {
-            let (mut h, mut pressure) = ([0.0; 9], 0.0);
-            for (k, y) in y.iter().enumerate() {
-                h.iter_mut().zip(self.gradients[k][p]).for_each(|(h, g)| *h += y * g);
-                pressure += y * self.pressures[k][p];
-            }
-            (h, pressure)
-        };
-        (0..points).map(at).collect()
-    }
-
-    /// P and G at all points of Σ y_k v_k.
-    pub fn forces(&self, points: &BodyPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
-        let places = points.places().zip(self.combine(y));
-        places.map(|(at, (h, pressure))| points.force(at.part, &h, pressure)).collect()
-    }
-
-    /// w (P : ∂v/∂X + p G) of a field at a point.
-    pub fn work(&self, field: usize, point: usize, weight: f64, (p, gap): &PointForce) -> f64 {
-        let product: f64 = p.iter().zip(&self.gradients[field][point]).map(|(p, g)| p * g).sum();
-        weight * (product + self.pressures[field][point] * gap)
-    }
-}
 
 /// Points with their weights, and the error of the sums over them.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,13 +36,13 @@ const SMALL: f64 = 0.05;
 
 /// Few points that reproduce the forces along the modes at the states with coordinates `states`, within `tolerance` of them.
 pub fn select(
-    points: &BodyPoints,
+    (points, at): (&BodyPoints, &PointsAt),
     fields: &FieldsAtPoints,
     basis: &Basis,
     (states, amplitudes): (&[Vec<f64>], [f64; 2]),
     tolerance: f64,
 ) -> Result<Selection, ReductionError> {
-    let forces = states.iter().map(|y| fields.forces(points, y));
+    let forces = states.iter().enumerate().map(|(state, y)| at.forces(state, fields, y));
     select_for(points, fields, basis, (forces, amplitudes), tolerance)
 }
 

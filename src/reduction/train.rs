@@ -1,27 +1,32 @@
 //! From states of training runs to a reduced model.
 
-use super::adjoint_space::{AdjointSpace, adjoint_space};
+use super::adjoint_space::{AdjointSpace, adjoint_solutions, adjoint_space};
 use super::basis::{Basis, strains, weighted};
 use super::body_points::BodyPoints;
+use super::constants::{ConstantInputs, Constants};
 use super::error::ReductionError;
+use super::fields_at_points::FieldsAtPoints;
 use super::forces::{ReducedCable, cables, check, loads, reduced_force};
 use super::full_state::FullState;
-use super::inputs::{Input, inputs};
+use super::inputs::{Input, signals};
 use super::model::{Bar, ErrorModel, Origin, ReducedModel};
 use super::points::Sizes;
+use super::points_at::PointsAt;
 use super::quantities::{choose, quantities};
-use super::sampling::{FieldsAtPoints, Selection, select, stored};
+use super::sampling::{Selection, select, stored};
 use super::twin::Twin;
 use crate::math::vector::{dot, norm};
 use crate::scene::Scene;
+use std::borrow::Cow;
 
 /// States of a scene whose inputs are controlled signals, from which reduced models of several sizes are made.
 pub struct Training<'a> {
     scene: &'a Scene,
     points: BodyPoints<'a>,
     inputs: Vec<Input>,
-    states: &'a [FullState],
+    states: Cow<'a, [FullState]>,
     names: Vec<String>,
+    constants: Constants,
     /// Adjoint solutions of the quantities
     space: AdjointSpace,
 }
@@ -33,11 +38,37 @@ impl<'a> Training<'a> {
     ///
     /// [`ReductionError`]: parts of the scene without a reduced form, and states that do not belong to it.
     pub fn new(scene: &'a Scene, states: &'a [FullState], names: &[String]) -> Result<Self, ReductionError> {
+        Self::with_constants(scene, None, states, names)
+    }
+
+    /// The same where constants of laws are inputs too, after the signals.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Training::new`], and [`ReductionError::Unsupported`] of constants that cannot be inputs.
+    pub fn with_constants(
+        scene: &'a Scene,
+        constants: Option<&ConstantInputs>,
+        states: &'a [FullState],
+        names: &[String],
+    ) -> Result<Self, ReductionError> {
         check(scene)?;
         check_names(scene, states.iter(), names)?;
+        let mut inputs = signals(scene, constants.map_or(0, |c| c.inputs.len()))?;
+        let signals = inputs.len();
+        inputs.extend(constants.iter().flat_map(|c| c.inputs.clone()));
+        if let Some(other) = states.iter().find(|s| s.inputs.len() != inputs.len()) {
+            return Err(ReductionError::OtherScene(format!("{} inputs, not {}", other.inputs.len(), inputs.len())));
+        }
         let points = BodyPoints::of(scene)?;
-        let space = adjoint_space(scene, &points, states, names)?;
-        Ok(Self { scene, points, inputs: inputs(scene)?, states, names: names.to_vec(), space })
+        let of = constants.map(|c| Constants::of(c, scene, &points, signals)).transpose()?.unwrap_or_default();
+        let found = adjoint_solutions((scene, &points), (constants, signals), states, names)?;
+        let states = match found.states {
+            None => Cow::Borrowed(states),
+            Some(all) => states.iter().zip(all).map(|(s, x)| FullState { x, ..s.clone() }).collect(),
+        };
+        let space = adjoint_space(scene, &points, &states, &found.solutions)?;
+        Ok(Self { scene, points, inputs, states, names: names.to_vec(), constants: of, space })
     }
 
     /// The model with this number of modes of the displacement, and of the pressure where there is one, whose forces differ from those of all
@@ -53,24 +84,53 @@ impl<'a> Training<'a> {
         sampling: Option<f64>,
         held_back: &[FullState],
     ) -> Result<ReducedModel, ReductionError> {
+        let (space, mut model) = self.without_estimate(modes, sampling)?;
+        if !held_back.is_empty() {
+            self.add_estimate(&mut model, &space)?;
+            let bars = calibrated(&model, held_back)?;
+            model.estimate.iter_mut().for_each(|e| e.bars.clone_from(&bars));
+        }
+        model.origin.held_back = held_back.len();
+        Ok(model)
+    }
+
+    /// The same with bars that are the absolute values of the estimates, which nothing was held back for: what is to be known where the error is large.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Training::model`].
+    pub fn uncalibrated(&self, modes: usize, sampling: Option<f64>) -> Result<ReducedModel, ReductionError> {
+        let (space, mut model) = self.without_estimate(modes, sampling)?;
+        self.add_estimate(&mut model, &space)?;
+        Ok(model)
+    }
+
+    /// The model with its space.
+    fn without_estimate(
+        &self,
+        modes: usize,
+        sampling: Option<f64>,
+    ) -> Result<(Projected, ReducedModel), ReductionError> {
         let Self { scene, points, states, .. } = self;
         let fields: Vec<&[f64]> = states.iter().map(|s| &s.x[..]).collect();
         let space = Projected::of(scene, points, &fields, modes)?;
-        let Projected { basis, at_points, coordinates, amplitudes, steps } = &space;
+        let Projected { basis, at_points, coordinates, amplitudes, .. } = &space;
         let selection = match sampling {
-            Some(tolerance) => select(points, at_points, basis, (coordinates, *amplitudes), tolerance)?,
+            Some(tolerance) => {
+                let at = PointsAt::new(points, &self.constants, states)?;
+                select((points, &at), at_points, basis, (coordinates, *amplitudes), tolerance)?
+            }
             None => Selection::all(points.weights().len()),
         };
         let largest = |k: usize| states.iter().map(|s| s.values[k].abs()).fold(0.0, f64::max);
         let largest = (0..self.names.len()).map(largest).collect();
-        let origin = self.origin(held_back.len());
-        let mut model = assemble((scene, points), &space, (&selection, &self.inputs, &self.names), (largest, origin))?;
-        if !held_back.is_empty() {
-            self.add_estimate(&mut model, (basis, at_points, steps))?;
-            let bars = calibrated(&model, held_back)?;
-            model.estimate.iter_mut().for_each(|e| e.bars.clone_from(&bars));
+        let names = (&selection, &self.inputs[..], &self.names[..]);
+        let mut model = assemble((scene, points), &space, names, (largest, self.origin()))?;
+        if !self.constants.laws.is_empty() {
+            model.constants.clone_from(&self.constants);
+            model.constants.set_compliances(points, &basis.modes[basis.displacements..], &self.space.fields);
         }
-        Ok(model)
+        Ok((space, model))
     }
 
     /// Singular values of the displacements and of the pressures of the states, as shares of the first.
@@ -84,7 +144,7 @@ impl<'a> Training<'a> {
         Ok((basis.singular_values, basis.pressure_values))
     }
 
-    fn origin(&self, held_back: usize) -> Origin {
+    fn origin(&self) -> Origin {
         Origin {
             version: env!("CARGO_PKG_VERSION").into(),
             scene: self.scene.text.clone(),
@@ -92,7 +152,7 @@ impl<'a> Training<'a> {
             dofs: self.scene.system.dofs.free.len(),
             points: self.points.weights().len(),
             training: self.states.len(),
-            held_back,
+            ..Origin::default()
         }
     }
 
@@ -100,12 +160,17 @@ impl<'a> Training<'a> {
     fn add_estimate(
         &self,
         model: &mut ReducedModel,
-        (basis, fields, steps): (&Basis, &FieldsAtPoints, &[f64]),
+        Projected { basis, at_points: fields, steps, .. }: &Projected,
     ) -> Result<(), ReductionError> {
         let Self { scene, points, space, .. } = self;
         let n = basis.displacements;
         let tests = FieldsAtPoints::of(points, &space.fields);
-        let selection = space.select(model, points, (fields, &tests), self.states)?;
+        let selection = space.select(
+            model,
+            (points, &PointsAt::new(points, &self.constants, &self.states)?),
+            (fields, &tests),
+            &self.states,
+        )?;
         let loads = scene.system.effects.iter().filter_map(|effect| {
             let degree = effect.capabilities().degree?;
             Some(reduced_force(&**effect, &space.fields, (&basis.modes[..n], &model.inputs, steps), degree))
@@ -204,7 +269,8 @@ pub(super) fn assemble(
         amplitudes: *amplitudes,
         estimate: None,
         dynamics: None,
-        origin,
+        constants: Constants::default(),
+        origin: Origin { supremisers: basis.supremisers, ..origin },
     })
 }
 

@@ -9,7 +9,7 @@ use super::dynamics::{Dynamics, TimeEstimate};
 use super::error::ReductionError;
 use super::forces::{block_forces, check_parts, unsupported};
 use super::full_state::FullState;
-use super::inputs::{Input, inputs};
+use super::inputs::{Input, signals};
 use super::model::{Bar, Origin, ReducedModel};
 use super::points::{Points, Sums};
 use super::sampling::{Selection, select_for, stored};
@@ -57,7 +57,7 @@ impl<'a> TransientTraining<'a> {
         check_parts(scene, by_rates)?;
         check_names(scene, runs.iter().flatten(), names)?;
         let points = BodyPoints::of(scene)?;
-        Ok(Self { scene, points, inputs: inputs(scene)?, runs, names: names.to_vec(), time })
+        Ok(Self { scene, points, inputs: signals(scene, 0)?, runs, names: names.to_vec(), time })
     }
 
     /// The model with this number of modes, as [`Training::model`](super::Training::model), with bars that hold for whole runs like those of `held_back`, which took no
@@ -160,6 +160,7 @@ impl<'a> TransientTraining<'a> {
             points: self.points.weights().len(),
             training: self.runs.len(),
             held_back: held_back.len(),
+            ..Origin::default()
         }
     }
 

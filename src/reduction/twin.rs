@@ -70,6 +70,8 @@ pub enum StepError {
     Count { given: usize, wanted: usize },
     #[error("input {0} is not a finite number")]
     NotFinite(usize),
+    #[error("the law is not defined at this value of input {0}; stay in the ranges")]
+    Constant(usize),
     #[error("no equilibrium was found between the last inputs and these; give smaller changes, or stay in the ranges")]
     NoEquilibrium,
 }
@@ -230,6 +232,10 @@ impl Twin {
         }
         if let Some(k) = inputs.iter().position(|u| !u.is_finite()) {
             return Err(StepError::NotFinite(k));
+        }
+        let changed = (0..wanted).any(|k| inputs[k] != self.inputs[k] && self.model.constants.has(k));
+        if let Some(k) = changed.then(|| self.model.constants.undefined(inputs)).flatten() {
+            return Err(StepError::Constant(k));
         }
         self.start.take(&self.at);
         self.last.take(&self.at);

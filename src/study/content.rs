@@ -36,6 +36,8 @@ pub struct Content {
     pub search: Vec<Paragraph>,
     /// The mesh that would support a verdict where there is none
     pub extension: Option<Extension>,
+    /// Why the study has no result although its cases have theirs
+    pub without_result: Option<String>,
     /// Case id → `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     pub outcomes: BTreeMap<String, &'static str>,
 }
@@ -58,6 +60,7 @@ impl Content {
             files: vec![],
             search: vec![],
             extension: None,
+            without_result: None,
             outcomes: BTreeMap::new(),
         }
     }

@@ -5,6 +5,7 @@ use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::storage;
 use crate::study::case::{After, Case};
 use crate::study::extension::Additions;
+use crate::study::growth::{self, Growth};
 use crate::study::inverse::UseSpec;
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
@@ -72,6 +73,10 @@ pub struct Study {
     /// Family → columns its cases must record, where they are not those of the quantities of the variant
     pub columns: BTreeMap<String, Vec<String>>,
     pub cases: Vec<Case>,
+    /// Changes that were made to every case
+    changes: Vec<(String, toml::Value)>,
+    /// Digest of what cases that the study asks for later depend on
+    pub source_sha256: String,
 }
 
 /// The text of a study file as its common keys and what its kind makes of the others.
@@ -90,20 +95,28 @@ impl Study {
 
     /// Reads `study.toml` and expands it with the meshes that were added to its results in `dir`.
     pub fn read_with_additions(file: &Path, changes: &[(String, toml::Value)], dir: &Path) -> Result<Self, SceneError> {
-        let additions = Additions::read(dir)?;
-        Self::expand(file, changes, Extent::Whole, |families| additions.add_to(families, dir))
+        let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
+        Self::expand(file, changes, Extent::Whole, |expansion, source| {
+            growth.add_to(&mut expansion.families, source);
+            additions.add_to(&mut expansion.families, dir)
+        })
+    }
+
+    /// The same study, read again with what was added to its results in `dir`.
+    pub fn again(&self, dir: &Path) -> Result<Self, SceneError> {
+        Self::read_with_additions(&self.file, &self.changes, dir)
     }
 
     /// Reads as much of `study.toml` as `extent` says, and expands it.
     pub fn read_extent(file: &Path, changes: &[(String, toml::Value)], extent: Extent) -> Result<Self, SceneError> {
-        Self::expand(file, changes, extent, |_| Ok(()))
+        Self::expand(file, changes, extent, |_, _| Ok(()))
     }
 
     fn expand(
         file: &Path,
         changes: &[(String, toml::Value)],
         extent: Extent,
-        add: impl FnOnce(&mut [FamilySpec]) -> Result<(), SceneError>,
+        add: impl FnOnce(&mut StoredExpansion, &str) -> Result<(), SceneError>,
     ) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
         if table.contains_key("mesh") && !table.contains_key("family") {
@@ -111,7 +124,6 @@ impl Study {
             return Err(refuse(file, (place, fact, "run it with: durometer simulate".into())));
         }
         let (spec, mut expansion) = parse(file, &text, extent)?;
-        add(&mut expansion.families)?;
         let base = file.parent().unwrap_or(Path::new(""));
         let scene = base.join(&spec.scene);
         read_table(&scene).map_err(|e| SceneError::Part {
@@ -119,12 +131,14 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
+        let source = growth::digest(&expansion.details, &scene, changes)?;
+        add(&mut expansion, &source)?;
         let name = std::path::absolute(file)
             .ok()
             .and_then(|p| p.parent()?.file_name().map(|n| n.to_string_lossy().into_owned()))
             .unwrap_or_else(|| "study".into());
         let changes = Changes { given: changes, first: false };
-        Self::assemble(&name, file, &scene, spec, expansion, &changes)
+        Ok(Self { source_sha256: source, ..Self::assemble(&name, file, &scene, spec, expansion, &changes)? })
     }
 
     /// The study around a scene of one's own, of the kind that offers one. It varies the scene with the changes.
@@ -197,7 +211,8 @@ impl Study {
             version: env!("CARGO_PKG_VERSION").into(),
         };
         let StoredExpansion { rules, columns, .. } = expansion;
-        Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases })
+        let (changes, source_sha256) = (changes.given.to_vec(), String::new());
+        Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases, changes, source_sha256 })
     }
 
     /// Digest of the study with all changes of its cases.

@@ -3,6 +3,7 @@
 use crate::scene::{ParameterKey, SceneError, from_text};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
+use crate::study::growth::Round;
 use crate::study::inverse::{CalibrationPlan, UseSpec};
 use crate::study::spec::{FamilySpec, VariantSpec};
 use crate::study::store::results::Results;
@@ -44,6 +45,15 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     ///
     /// What is wrong, in words; the report says so.
     fn derive(_results: &Results, _details: &Self::Details, _dir: &Path) -> Result<Option<serde_json::Value>, String> {
+        Ok(None)
+    }
+
+    /// Cases that follow from the results that are there, with a record of why; a round without members is the end of the search.
+    ///
+    /// # Errors
+    ///
+    /// What is wrong, in words.
+    fn grow(_results: &Results, _details: &Self::Details, _dir: &Path) -> Result<Option<Round>, String> {
         Ok(None)
     }
 
@@ -144,6 +154,9 @@ impl Default for RunRules {
 /// Work on the results of all cases in a folder.
 pub type Derive = fn(&Results, &Path) -> Result<Option<serde_json::Value>, String>;
 
+/// Cases that follow from the results in a folder.
+pub type Grow = fn(&Results, &Path) -> Result<Option<Round>, String>;
+
 /// An entry of the registry of kinds.
 #[derive(Clone, Copy)]
 pub struct Kind {
@@ -157,14 +170,17 @@ pub struct Kind {
     pub errors: &'static str,
     /// See [`StudyKind::derive`]
     pub derive: Derive,
+    /// See [`StudyKind::grow`]
+    pub grow: Grow,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
 
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
-        let (schema, expand, derive, report) = (K::json_schema, expand::<K>, derive::<K>, report::<K>);
-        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, report }
+        let (schema, expand) = (K::json_schema, expand::<K>);
+        let (derive, grow, report) = (derive::<K>, grow::<K>, report::<K>);
+        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, grow, report }
     }
 }
 
@@ -192,6 +208,11 @@ pub fn stored<D: Serialize>(e: Expansion<D>) -> StoredExpansion {
 fn derive<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<serde_json::Value>, String> {
     let details = K::Details::deserialize(&results.study.details).map_err(|e| e.to_string())?;
     K::derive(results, &details, dir)
+}
+
+fn grow<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<Round>, String> {
+    let details = K::Details::deserialize(&results.study.details).map_err(|e| e.to_string())?;
+    K::grow(results, &details, dir)
 }
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {

@@ -30,6 +30,7 @@ pub mod expand;
 pub mod extension;
 pub mod figures;
 pub mod forecast;
+pub mod growth;
 pub mod inverse;
 pub mod kind;
 pub mod kinds;

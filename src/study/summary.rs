@@ -36,6 +36,9 @@ pub struct Summary {
     /// The mesh that would support a verdict where there is none, as `run --extend` adds it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extension: Option<Extension>,
+    /// Why the study has no result although its cases have theirs; absent where it has one
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub without_result: Option<String>,
     /// Version of the program
     pub version: String,
 }
@@ -135,6 +138,7 @@ pub fn summarise(store: &Results, content: &Content) -> Summary {
         warnings: content.warnings.clone(),
         verdict: content.verdict.clone(),
         extension: content.extension.clone(),
+        without_result: content.without_result.clone(),
         version: study.version.clone(),
     }
 }

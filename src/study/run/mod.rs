@@ -3,6 +3,7 @@
 //! | Step | File |
 //! |---|---|
 //! | Which cases run | [`only`], [`waiting`] |
+//! | Cases that follow from the results of others | [`growing`] |
 //! | Side by side, and which stored result is reused | [`runner`] |
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
 //! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
@@ -11,6 +12,7 @@
 
 pub mod compute;
 pub mod cores;
+pub mod growing;
 pub mod inputs;
 mod live_case;
 pub mod memory;

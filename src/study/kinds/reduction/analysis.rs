@@ -15,11 +15,26 @@ pub struct ReductionFindings {
     pub quantities: Vec<Quantity>,
     /// None as long as there are no models
     pub derived: Option<DerivedRecord>,
+    /// Whether every case has its result
+    pub complete: bool,
+    /// Most states of a greedy plan
+    pub plan: Option<usize>,
     /// The smallest model whose errors are within the tolerance
     pub chosen: Option<usize>,
 }
 
 impl ReductionFindings {
+    /// Why there is no model, where every case has its result.
+    pub fn without_models(&self) -> Option<String> {
+        match &self.derived {
+            Some(derived) if derived.models.is_empty() => {
+                Some(format!("no model could be made: {}", derived.left_out.join(" ")))
+            }
+            None if self.complete => Some("no model could be made; the report says why".into()),
+            _ => None,
+        }
+    }
+
     /// The models; none where there are none yet.
     pub fn models(&self) -> &[ModelRecord] {
         self.derived.as_ref().map_or(&[], |d| &d.models)
@@ -60,7 +75,9 @@ pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<Reductio
     warnings.extend(derived.iter().flat_map(|d| d.left_out.iter().cloned()));
     warnings.extend(doubts(models, &quantities));
     analysis::add_notes(&mut warnings, &results.cases);
-    let found = ReductionFindings { inputs: record.inputs.len(), quantities, derived, chosen };
+    let complete = incomplete.is_empty();
+    let plan = record.greedy.as_ref().map(|plan| plan.states);
+    let found = ReductionFindings { inputs: record.inputs.len(), quantities, derived, complete, plan, chosen };
     let verdict = verdict(&found, study.tolerance) + &analysis::without_result(incomplete.len());
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
@@ -91,6 +108,9 @@ fn doubts(models: &[ModelRecord], quantities: &[Quantity]) -> Vec<String> {
 
 fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
     let Some(derived) = &found.derived else {
+        if found.complete {
+            return "No verdict: no model could be made; the warnings say why.".into();
+        }
         return "No verdict: not every run has a result, so that no model is made.".into();
     };
     let of = |model: &ModelRecord| {

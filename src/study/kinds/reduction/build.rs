@@ -2,19 +2,17 @@
 
 use crate::reduction::{FullState, ReducedModel, Twin};
 use crate::report::files;
-use crate::scene::{Body, Scene, changed_scene};
 use crate::storage::sha256;
-use crate::study::kinds::reduction::in_time;
-use crate::study::kinds::reduction::record::{
-    DerivedRecord, InputRecord, ModelRecord, QuantityRecord, ReductionRecord,
-};
-use crate::study::kinds::reduction::trained::{Runs, Trained, all_errors, begin, timed_steps};
+use crate::study::growth::Growth;
+use crate::study::kinds::reduction::meshes::compare;
+use crate::study::kinds::reduction::prepared::{Prepared, converged};
+use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
+use crate::study::kinds::reduction::search::round;
+use crate::study::kinds::reduction::trained::{Runs, all_errors, begin, timed_steps};
 use crate::study::store::identity::Build;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
-use crate::study::store::states::KeptStates;
 use serde_json::Value;
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
@@ -23,16 +21,18 @@ const DERIVED: &str = "derived.json";
 
 /// The record of the models, which are made where the states, the choices or the program have changed. None as long as a run is missing.
 pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Value>, String> {
-    let of_role = |role: Role| {
-        let families = results.study.families.iter().filter(move |f| f.role == role);
-        families.flat_map(|f| &f.cases).map(|id| results.cases.iter().find(|c| c.record.id == *id)).collect()
-    };
-    let [training, held_back]: [Option<Vec<&StoredCase>>; 2] = [of_role(Role::Training), of_role(Role::HeldBack)];
-    let (Some(training), Some(held_back)) = (training, held_back) else { return Ok(None) };
-    if training.iter().chain(&held_back).any(|c| !c.record.converged()) {
+    let (Some(training), Some(held_back)) = (converged(results, Role::Training), converged(results, Role::HeldBack))
+    else {
         return Ok(None);
+    };
+    let growth = Growth::read(dir);
+    if record.greedy.is_some() && !growth.has_ended() {
+        // Where it cannot go on it says why
+        round(results, record, dir)?;
+        return Err("the search for training states has not ended; run the study again to go on".into());
     }
-    let sources = sources(record, training.iter().chain(&held_back).copied());
+    let compared = [Role::Reference, Role::Sizes].map(|role| converged(results, role).unwrap_or_default()).concat();
+    let sources = sources(record, training.iter().chain(&held_back).chain(&compared).copied());
     let path = dir.join(DERIVED);
     let known: Option<DerivedRecord> = files::json(&path).ok().flatten();
     if let Some(known) =
@@ -63,23 +63,19 @@ fn make(
     sources_sha256: String,
     dir: &Path,
 ) -> Result<DerivedRecord, String> {
-    let (scene, places) = scene(record, training[0])?;
-    let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
-    let names: Vec<String> = quantities.iter().map(|q| q.name.clone()).collect();
-    let states = |cases: &[&StoredCase], points: &BTreeMap<String, Vec<Vec<f64>>>| {
-        let of_case = |case: &&StoredCase| states(case, points, (record, &places), &names, dir);
-        Ok::<_, String>(Runs::new(cases.iter().map(of_case).collect::<Result<Vec<_>, String>>()?))
-    };
-    let (known, others) = (states(training, &record.training)?, states(held_back, &record.held_back)?);
+    let prepared = Prepared::of(results, record, training[0])?;
+    let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
+    let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();
-    let trained = Trained::new(&scene, record, &known, &names).map_err(|e| e.to_string())?;
+    let trained = prepared.trained(record, &known)?;
     let (singular_values, pressure_values) = trained.singular_values().map_err(|e| e.to_string())?;
     let offline_s = start.elapsed().as_secs_f64();
     files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
-    let (mut models, mut left_out) = (vec![], vec![]);
+    let (mut models, mut left_out, mut made) = (vec![], vec![], vec![]);
+    let (changes, mesh_sha256) = (prepared.changes.to_string(), prepared.mesh_sha256());
     for &modes in &record.modes {
         let start = Instant::now();
-        let model = match trained.model(modes, record.sampling, &others) {
+        let mut model = match trained.model(modes, record.sampling, &others) {
             Ok(model) => model,
             // The other models are not lost by it
             Err(why) => {
@@ -88,93 +84,28 @@ fn make(
             }
         };
         let offline_s = start.elapsed().as_secs_f64();
+        (model.origin.changes, model.origin.mesh_sha256) = (changes.clone(), mesh_sha256.clone());
         let file = format!("models/{}-{modes}.durom", results.study.study);
         let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
         models.push(describe(modes, (file, bytes, offline_s), &model, &known, &others)?);
+        made.push(model);
     }
     let mut steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
     steps.sort_by(f64::total_cmp);
     Ok(DerivedRecord {
         sources_sha256,
-        dt: record.motion.and_then(|_| scene.spans.first().map(|s| s.dt)),
+        dt: record.motion.and_then(|_| prepared.scene.spans.first().map(|s| s.dt)),
         training: known.count(record),
         held_back: others.count(record),
         singular_values,
         pressure_values,
         full_step_s: steps[steps.len() / 2],
         offline_s,
+        search: Growth::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
+        comparison: compare(results, record, (&prepared, &made)),
         models,
         left_out,
     })
-}
-
-/// The scene with its inputs left to a controller, and the place of each input of the study among them.
-fn scene(record: &ReductionRecord, case: &StoredCase) -> Result<(Scene, Vec<usize>), String> {
-    // Different values at the start tell which is which
-    let mark = |k: usize, input: &InputRecord| {
-        let share = (k + 1) as f64 / (record.inputs.len() + 1) as f64;
-        input.range[0] + share * (input.range[1] - input.range[0])
-    };
-    let change = |(k, input): (usize, &InputRecord)| {
-        let text = |value: f64| toml::Value::from(format!("{value} {}", input.unit));
-        let mut signal = toml::Table::new();
-        signal.insert("kind".into(), "controlled".into());
-        signal.insert("initial".into(), text(mark(k, input)));
-        signal.insert("range".into(), vec![text(input.range[0]), text(input.range[1])].into());
-        (input.key.clone(), signal.into())
-    };
-    let changes: Vec<(String, toml::Value)> = record.inputs.iter().enumerate().map(change).collect();
-    let (spec, text) =
-        changed_scene(&record.scene, &case.record.provenance.scene, &changes).map_err(|e| e.to_string())?;
-    let body = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?;
-    let scene = Scene::build(&record.scene, spec, text, body.into()).map_err(|e| e.to_string())?;
-    let initial = scene.controls.values_from_outside(&scene.controls.memory());
-    let place = |(k, input): (usize, &InputRecord)| {
-        let factor = factor(&input.unit)?;
-        let near =
-            |value: &f64| (value - factor * mark(k, input)).abs() <= 1e-9 * factor * (input.range[1] - input.range[0]);
-        initial.iter().position(near).ok_or_else(|| format!("input {} drives nothing in the scene", input.name))
-    };
-    let places = record.inputs.iter().enumerate().map(place).collect::<Result<_, String>>()?;
-    Ok((scene, places))
-}
-
-/// One unit in SI.
-fn factor(unit: &str) -> Result<f64, String> {
-    crate::math::units::quantity(&format!("1 {unit}")).map(|q| q.0).map_err(|e| e.to_string())
-}
-
-/// The states of a run, but for the first, at rest.
-fn states(
-    case: &StoredCase,
-    points: &BTreeMap<String, Vec<Vec<f64>>>,
-    (record, places): (&ReductionRecord, &[usize]),
-    names: &[String],
-    dir: &Path,
-) -> Result<Vec<FullState>, String> {
-    let id = &case.record.id;
-    let kept = KeptStates::read(dir, id)?;
-    let points = points.get(&case.record.member).ok_or_else(|| format!("{id}: its points are not known"))?;
-    let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
-    let columns: Vec<&Vec<f64>> = names.iter().map(column).collect::<Result<_, _>>()?;
-    let rows = kept.x.len();
-    let expected = if record.motion.is_some() { rows } else { points.len() + 1 };
-    if rows != expected || columns.iter().any(|c| c.len() != rows) || kept.lambda.len() != rows {
-        return Err(format!("{id}: it has {rows} states in place of {expected}; run the study again"));
-    }
-    let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
-    let states = kept.x.into_iter().zip(kept.lambda).enumerate().skip(1).map(|(row, (x, lambda))| {
-        let mut inputs = vec![0.0; places.len()];
-        let values = match record.motion {
-            Some(motion) => in_time::at(&record.inputs, points, motion, kept.t[row]),
-            None => points[row - 1].clone(),
-        };
-        for (k, &place) in places.iter().enumerate() {
-            inputs[place] = factors[k] * values[k];
-        }
-        FullState { inputs, x, lambda, values: columns.iter().map(|c| c[row]).collect() }
-    });
-    Ok(states.collect())
 }
 
 /// Parts that the way between two points is divided into, for the time of a step.

@@ -16,10 +16,10 @@ const TALL: f64 = 48.0;
 const ROW: f64 = TALL + 20.0;
 /// Least and largest width of a panel \[mm\]
 const WIDTHS: (f64, f64) = (60.0, 90.0);
-const SHAPES: [Shape; 3] = [Shape::Circle, Shape::Square, Shape::Triangle];
+pub const SHAPES: [Shape; 3] = [Shape::Circle, Shape::Square, Shape::Triangle];
 
 /// One panel, or several, with the legend below.
-fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize, &Area, [i32; 4])) -> String {
+pub fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize, &Area, [i32; 4])) -> String {
     let panels = Panels::new(count, (LEFT, GAP, RIGHT), WIDTHS);
     let below = TOP + panels.rows() * ROW - 6.0;
     let wide = panels.width() - LEFT - RIGHT;

@@ -2,17 +2,25 @@
 
 pub mod analysis;
 pub mod build;
+mod constants;
 pub mod figures;
-pub mod in_time;
+mod in_time;
+mod mesh_figure;
+mod meshes;
 pub mod path;
+mod prepared;
 pub mod record;
 pub mod report;
+mod search;
+mod search_figure;
 pub mod spec;
-pub mod trained;
+mod trained;
+pub mod training;
 
-use crate::scene::SceneError;
+use crate::scene::{SceneError, read_table};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
+use crate::study::growth::Round;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::spec::refuse;
 use crate::study::store::results::Results;
@@ -31,11 +39,18 @@ impl StudyKind for ReductionStudy {
     type Findings = ReductionFindings;
 
     fn expand(self, file: &Path, scene: &Path) -> Result<Expansion<ReductionRecord>, SceneError> {
-        spec::expand(self, scene).map_err(|mistake| refuse(file, mistake))
+        // The tolerance is a key of all kinds
+        let (_, common) = read_table(file)?;
+        let tolerance = common.get("tolerance").and_then(toml::Value::as_str).unwrap_or_default();
+        spec::expand(self, tolerance, scene).map_err(|mistake| refuse(file, mistake))
     }
 
     fn derive(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<serde_json::Value>, String> {
         build::build(results, record, dir)
+    }
+
+    fn grow(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Round>, String> {
+        search::round(results, record, dir)
     }
 
     fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<ReductionFindings> {

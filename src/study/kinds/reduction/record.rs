@@ -16,6 +16,16 @@ pub struct InputRecord {
 }
 
 impl InputRecord {
+    /// Whether it is a constant of a law; others are signals.
+    pub fn is_constant(&self) -> bool {
+        self.key.starts_with("laws.")
+    }
+
+    /// A value as a scene has it.
+    pub fn text(&self, value: f64) -> toml::Value {
+        if self.unit.is_empty() { value.into() } else { format!("{value} {}", self.unit).into() }
+    }
+
     /// The value of the range that is zero, or nearest to it.
     pub fn at_rest(&self) -> f64 {
         0.0_f64.clamp(self.range[0], self.range[1])
@@ -31,6 +41,19 @@ pub struct MotionRecord {
     pub corner: f64,
 }
 
+/// A plan that adds training states where the estimated error is large.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GreedyRecord {
+    /// States at most
+    pub states: usize,
+    /// States that are added at once
+    pub batch: usize,
+    /// Points at which errors are estimated
+    pub candidates: usize,
+    /// Largest estimated error at which the search ends, as a share of the largest value
+    pub tolerance: f64,
+}
+
 /// Details of a reduction study.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReductionRecord {
@@ -43,10 +66,26 @@ pub struct ReductionRecord {
     /// Of runs in time, whose points are the corners of the inputs
     #[serde(default)]
     pub motion: Option<MotionRecord>,
+    /// Where training states are added to these
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub greedy: Option<GreedyRecord>,
+    /// Meshes that the models are compared with
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub meshes: Option<MeshesRecord>,
     /// Numbers of modes of the models that are made
     pub modes: Vec<usize>,
     /// Error of the forces that the choice of points may make \[–\]
     pub sampling: f64,
+}
+
+/// Meshes that run through points which are held back.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshesRecord {
+    /// The finer mesh from which errors are counted
+    pub reference: String,
+    /// Run of the states that are held back through whose first points they go
+    pub member: String,
+    pub points: usize,
 }
 
 /// The models of a study, `derived.json`.
@@ -69,6 +108,38 @@ pub struct DerivedRecord {
     pub models: Vec<ModelRecord>,
     /// Models that could not be made, in sentences
     pub left_out: Vec<String>,
+    /// How the greedy search went
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub search: Vec<SearchStep>,
+    /// Distances from a finer mesh
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comparison: Option<Comparison>,
+}
+
+/// Distances of meshes and models from a finer mesh, at the same points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    pub points: usize,
+    /// Cells of the finer mesh, and the time of its step \[s\]
+    pub reference_cells: usize,
+    pub reference_step_s: f64,
+    /// \[quantities\] largest absolute values on it
+    pub sizes: Vec<f64>,
+    /// The mesh of the models comes first
+    pub meshes: Vec<MeshRecord>,
+    /// \[models × quantities\] largest distance, none where a step did not succeed
+    pub models: Vec<Option<Vec<f64>>>,
+}
+
+/// A mesh of a comparison.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeshRecord {
+    pub name: String,
+    pub cells: usize,
+    /// CPU time of a step \[s\]
+    pub step_s: f64,
+    /// \[quantities\] largest distance
+    pub errors: Vec<f64>,
 }
 
 /// One model.
@@ -119,4 +190,14 @@ pub struct QuantityRecord {
     pub bar_over_error: f64,
     /// \[states\] error and its estimate; none where a step did not succeed
     pub errors: Vec<Option<[f64; 2]>>,
+}
+
+/// A step of a search, as `growth.json` and the report have it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SearchStep {
+    /// States of the model whose errors were estimated
+    pub states: usize,
+    /// Largest and median estimated error at the candidates, as a share of the largest value; none where no model could be made of so few states
+    pub largest: Option<f64>,
+    pub median: Option<f64>,
 }

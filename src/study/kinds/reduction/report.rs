@@ -1,12 +1,13 @@
 //! Report of a reduction study: what each model costs and how far it is off, and whether its bars hold.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::significant;
+use crate::report::numbers::{percent, significant};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative, time};
-use crate::study::kinds::reduction::figures;
+use crate::study::kinds::reduction::record::{DerivedRecord, SearchStep};
+use crate::study::kinds::reduction::{figures, mesh_figure, search_figure};
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, json};
@@ -17,16 +18,19 @@ pub fn content(store: &Results, a: &Analysis<ReductionFindings>) -> Content {
     analysis.insert("chosen".into(), json!(a.chosen.map(|k| a.models()[k].file.clone())));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let figures = [
+        drawn("meshes", || mesh_figure::meshes(a)),
         drawn("work-precision", || figures::precision(a)),
         drawn("bars", || figures::bars(a)),
+        drawn("search", || search_figure::search(a)),
         drawn("singular-values", || figures::decay(a)),
     ];
     Content {
         facts: facts(a),
         sentences: sentences(a),
         analysis,
-        tables: vec![errors(a)],
+        tables: [Some(errors(a)), against_meshes(a), search(a)].into_iter().flatten().collect(),
         folded: vec![("Every case", tables::cases(store))],
+        without_result: a.without_models(),
         figures: figures.into_iter().flatten().collect(),
         ..Content::new(a, a.chosen.is_some() && a.incomplete.is_empty(), ("Models", models(a)))
     }
@@ -67,7 +71,7 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
             ),
         ];
     }
-    vec![
+    let mut out = vec![
         format!(
             "Offline the models take {full} states of the full model, {} of them held back, and {} of work after these.",
             derived.held_back,
@@ -79,7 +83,100 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
             derived.held_back,
             confidence(derived.held_back)
         ),
-    ]
+    ];
+    out.extend(of_search(a, derived));
+    out.extend(of_meshes(a, derived));
+    out
+}
+
+/// How the greedy search went, in a sentence.
+fn of_search(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
+    let (first, last) = (derived.search.first()?, derived.search.last()?);
+    let share = |step: &SearchStep| step.largest.map_or("unknown".into(), percent);
+    let plan = a.plan.unwrap_or(derived.training);
+    let saved = match plan.saturating_sub(derived.training) {
+        0 => "as many as a plan in one shot".into(),
+        n => format!("{n} fewer than the {plan} of a plan in one shot"),
+    };
+    Some(format!(
+        "The search began with {} states and ended with {}: {saved}. The largest estimated error at its candidates went from {} to {} of the largest value.",
+        first.states,
+        last.states,
+        share(first),
+        share(last)
+    ))
+}
+
+/// The errors of mesh and reduction, apart.
+fn of_meshes(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
+    let of = derived.comparison.as_ref()?;
+    let own = of.meshes.first()?;
+    let model = a.chosen.or(derived.models.len().checked_sub(1))?;
+    let part = |k: usize| {
+        let q = &a.quantities[k];
+        let mesh = percent(own.errors[k] / of.sizes[k]);
+        format!(
+            "the {} {mesh} by the mesh and {} by the reduction",
+            q.label,
+            percent(relative(&derived.models[model].quantities[k]))
+        )
+    };
+    let all: Vec<String> = (0..a.quantities.len()).map(part).collect();
+    Some(format!(
+        "Two errors, of the largest values: {}. The first is the distance of the mesh of {} cells from a reference of {} cells at {} states, the second that of the model of {} modes from its own \
+         mesh.",
+        all.join(", "),
+        own.cells,
+        of.reference_cells,
+        of.points,
+        derived.models[model].modes
+    ))
+}
+
+/// Meshes and models by their distances from the reference.
+fn against_meshes(a: &ReductionFindings) -> Option<Table> {
+    let derived = a.derived.as_ref()?;
+    let of = derived.comparison.as_ref()?;
+    let shares =
+        |errors: &[f64]| errors.iter().zip(&of.sizes).map(|(e, size)| significant(100.0 * e / size, 2)).collect();
+    let row =
+        |name: String, cells: String, step: f64, errors: Vec<String>| [vec![name, cells, time(step)], errors].concat();
+    let meshes = of.meshes.iter().map(|m| row(m.name.clone(), m.cells.to_string(), m.step_s, shares(&m.errors)));
+    let models = derived.models.iter().zip(&of.models).map(|(m, errors)| {
+        let errors = errors.as_ref().map_or(vec!["no equilibrium".into(); of.sizes.len()], |e| shares(e));
+        row(format!("model of {} modes", m.modes), String::new(), m.leap_s[0], errors)
+    });
+    let names = a.quantities.iter().map(|q| (q.label.as_str(), "%", true));
+    let columns: Vec<_> = [("", "", false), ("Cells", "", true), ("Step", "", true)].into_iter().chain(names).collect();
+    Some(Table {
+        name: "meshes",
+        caption: format!(
+            "Largest distances from the reference of {} cells at {} states, as shares of the largest value. Of a model they contain the error of its mesh. Steps in CPU time, those of \
+             meshes on average over their run, those of models in the median; a step of the reference takes {}.",
+            of.reference_cells,
+            of.points,
+            time(of.reference_step_s)
+        ),
+        columns: headings(&columns),
+        rows: meshes.chain(models).collect(),
+        pick: None,
+    })
+}
+
+/// The steps of a greedy search.
+fn search(a: &ReductionFindings) -> Option<Table> {
+    let derived = a.derived.as_ref().filter(|d| !d.search.is_empty())?;
+    let share = |value: Option<f64>| value.map_or("unknown".into(), |v| significant(100.0 * v, 2));
+    let row = |s: &SearchStep| vec![s.states.to_string(), share(s.largest), share(s.median)];
+    Some(Table {
+        name: "search",
+        caption: "Estimated errors of the largest model of so many training states at the candidates of the greedy plan, as shares of the largest value; unknown where it has no equilibrium or no \
+                  estimate at one of them."
+            .into(),
+        columns: headings(&[("States", "", true), ("Largest", "%", true), ("Median", "%", true)]),
+        rows: derived.search.iter().map(row).collect(),
+        pick: None,
+    })
 }
 
 /// Confidence of the bars of so many states, or runs.

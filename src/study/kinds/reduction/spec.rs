@@ -2,10 +2,13 @@
 
 use crate::math::units;
 use crate::reduction::sampling::WORST;
+use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
+use crate::study::kinds::reduction::constants;
 use crate::study::kinds::reduction::in_time::{self, MotionSpec};
-use crate::study::kinds::reduction::path::{ordered, random, training};
-use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::kinds::reduction::path::{ordered, random};
+use crate::study::kinds::reduction::record::{InputRecord, MeshesRecord, ReductionRecord};
+use crate::study::kinds::reduction::training::TrainingSpec;
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_names, check_quantities};
 use crate::study::store::record::{Quantity, Role};
 use schemars::JsonSchema;
@@ -23,8 +26,8 @@ pub struct ReductionStudy {
     /// Recorded columns that the models give
     #[serde(rename = "quantity", default)]
     pub quantities: Vec<Quantity>,
-    /// States that the models are made of, or runs in time
-    pub training: usize,
+    /// States that the models are made of: their number, or a plan; or the number of runs in time
+    pub training: TrainingSpec,
     /// States that their error bars are made of, or runs in time; 59 or more for bars that contain 95 % of the errors with a confidence of 95 %
     #[serde(default = "held_back")]
     pub held_back: usize,
@@ -38,6 +41,13 @@ pub struct ReductionStudy {
     /// Error of the forces that the choice of points may make, as a fraction or in %
     #[serde(default = "sampling")]
     pub sampling: String,
+    /// Other meshes that the models are compared with, each with its changes to the scene; with `reference`
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, AnyTable>")]
+    pub meshes: BTreeMap<String, toml::Table>,
+    /// Changes that make the finer mesh from which the errors of meshes and models are counted
+    #[schemars(with = "Option<AnyTable>")]
+    pub reference: Option<toml::Table>,
 }
 
 /// An input of reduced models.
@@ -69,53 +79,63 @@ const SEEDS: [u64; 2] = [1, 2];
 /// Name of the one manner of driving the scene.
 const VARIANT: &str = "static";
 
+/// Family of the training states.
+pub const TRAINING: &str = "training";
+/// Family of those that are held back.
+const HELD_BACK: &str = "held-back";
+/// Families of the meshes that models are compared with.
+pub const MESHES: &str = "meshes";
+pub const REFERENCE: &str = "reference";
+/// States that are held back through which these go, at most.
+const COMPARED: usize = 10;
+
 /// The runs; the first mistake as place, fact and remedy.
-pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
+pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
     let inputs = check(&study)?;
+    constants::check(&inputs, scene)?;
     let sampling = share(&study.sampling)?;
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
     let motion = study.motion.as_ref().map(in_time::motion).transpose()?;
+    // The constants of a run are those of all its states
+    let apart = inputs.iter().any(InputRecord::is_constant);
+    let number = if apart { usize::MAX } else { study.runs };
     let runs = |role: Role| match (motion, role) {
-        (Some(motion), Role::Training) => in_time::corners(inputs.len(), study.training, motion, SEEDS[0]),
+        (Some(motion), Role::Training) => {
+            in_time::corners(inputs.len(), study.training.states(inputs.len()), motion, SEEDS[0])
+        }
         (Some(motion), _) => in_time::corners(inputs.len(), study.held_back, motion, SEEDS[1]),
-        (None, Role::Training) => parts(training(inputs.len(), study.training, SEEDS[0]), &start, study.runs),
-        (None, _) => parts(random(inputs.len(), study.held_back, SEEDS[1]), &start, study.runs),
+        (None, Role::Training) => parts(study.training.points(inputs.len(), SEEDS[0]), &start, number),
+        (None, _) => parts(random(inputs.len(), study.held_back, SEEDS[1]), &start, number),
     };
-    let families = [("training", Role::Training), ("held-back", Role::HeldBack)].map(|(n, role)| (n, role, runs(role)));
+    let families = [(TRAINING, Role::Training), (HELD_BACK, Role::HeldBack)].map(|(n, role)| (n, role, runs(role)));
     let mut record = ReductionRecord {
         scene: scene.into(),
+        greedy: study.training.greedy(tolerance)?,
+        meshes: None,
         inputs,
         training: BTreeMap::new(),
         held_back: BTreeMap::new(),
         motion,
-        modes: study.modes,
+        modes: study.modes.clone(),
         sampling,
     };
     let mut specs = vec![];
-    for (name, role, runs) in families {
-        let mut members = toml::Table::new();
-        for (k, shares) in runs.iter().enumerate() {
+    for (name, role, of_runs) in families {
+        let mut runs = toml::Table::new();
+        for (k, shares) in of_runs.iter().enumerate() {
             let values: Vec<Vec<f64>> = shares.iter().map(|s| in_units(&record.inputs, s)).collect();
             let member = format!("{}", k + 1);
             let changes = match motion {
                 Some(motion) => in_time::run(&record.inputs, &values, motion),
-                None => run(&record.inputs, &values),
+                None => members(&record.inputs, &values),
             };
-            members.insert(member.clone(), changes.into());
+            runs.insert(member.clone(), changes.into());
             let all = if role == Role::Training { &mut record.training } else { &mut record.held_back };
             all.insert(member, values);
         }
-        specs.push(FamilySpec {
-            name: name.into(),
-            role,
-            variants: None,
-            set: toml::Table::new(),
-            members,
-            labels: BTreeMap::new(),
-            own: BTreeMap::new(),
-            scene: None,
-        });
+        specs.push(family(name, role, runs));
     }
+    specs.extend(meshes(&study, &mut record)?);
     let variant = VariantSpec {
         name: VARIANT.into(),
         label: Some("static".into()),
@@ -132,6 +152,55 @@ pub fn expand(study: ReductionStudy, scene: &Path) -> Result<Expansion<Reduction
 fn parts(points: Vec<Vec<f64>>, start: &[f64], runs: usize) -> Vec<Vec<Vec<f64>>> {
     let way = ordered(points, start);
     way.chunks(way.len().div_ceil(runs).max(1)).map(<[Vec<f64>]>::to_vec).collect()
+}
+
+fn family(name: &str, role: Role, members: toml::Table) -> FamilySpec {
+    FamilySpec {
+        name: name.into(),
+        role,
+        variants: None,
+        set: toml::Table::new(),
+        members,
+        labels: BTreeMap::new(),
+        own: BTreeMap::new(),
+        scene: None,
+    }
+}
+
+/// The runs of other meshes through the first states that are held back.
+fn meshes(study: &ReductionStudy, record: &mut ReductionRecord) -> Result<Vec<FamilySpec>, Mistake> {
+    let mistake = |place: &str, fact: &str, remedy: &str| Err((place.into(), fact.into(), remedy.into()));
+    let Some(reference) = &study.reference else {
+        return match study.meshes.is_empty() {
+            true => Ok(vec![]),
+            false => {
+                mistake("meshes", "there is no mesh to count their errors from", "add [reference] with a finer mesh")
+            }
+        };
+    };
+    if record.inputs.iter().any(InputRecord::is_constant) {
+        let fact = "meshes are compared along one run, whose constants of laws are the same at all states";
+        return mistake("reference", fact, "compare meshes in a study whose inputs are signals");
+    }
+    let Some((member, points)) = record.held_back.first_key_value() else {
+        return mistake("reference", "no state is held back to compare meshes at", "give held_back = 59 or more");
+    };
+    let points = &points[..points.len().min(COMPARED)];
+    let run = members(&record.inputs, points);
+    let with = |own: &toml::Table| -> toml::Value {
+        let mut all = run.clone();
+        all.extend(own.clone());
+        all.into()
+    };
+    let names = study.meshes.iter().map(|(name, own)| (name.clone(), with(own)));
+    let reference: toml::Table = [(REFERENCE.to_string(), with(reference))].into_iter().collect();
+    record.meshes = Some(MeshesRecord { reference: REFERENCE.into(), member: member.clone(), points: points.len() });
+    let others = family(MESHES, Role::Sizes, names.collect());
+    let mut out = vec![family(REFERENCE, Role::Reference, reference)];
+    if !others.members.is_empty() {
+        out.push(others);
+    }
+    Ok(out)
 }
 
 fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
@@ -155,14 +224,39 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
         return mistake("modes", format!("{:?}", study.modes), "give numbers of modes, for example [4, 8, 12]");
     }
     let least = 2 * study.modes.iter().max().copied().unwrap_or(0);
-    if study.motion.is_none() && study.training < least {
-        let fact = format!("{} states for {} modes", study.training, least / 2);
+    study.training.check(names.len())?;
+    let states = study.training.states(names.len());
+    if study.motion.is_none() && states < least {
+        let fact = format!("{states} states for {} modes", least / 2);
         return mistake("training", fact, "give twice as many states as modes, or more");
     }
     if study.runs == 0 {
         return mistake("runs", "no run at all".into(), "give 1 or more");
     }
-    study.inputs.iter().map(input).collect()
+    let inputs: Vec<InputRecord> = study.inputs.iter().map(input).collect::<Result<_, _>>()?;
+    if study.motion.is_some() {
+        at_rest_only(study, &inputs)?;
+    }
+    Ok(inputs)
+}
+
+/// Refuses in a study of runs in time what models at rest only have.
+fn at_rest_only(study: &ReductionStudy, inputs: &[InputRecord]) -> Result<(), Mistake> {
+    let mistake = |place: &str, fact: &str, remedy: &str| Err((place.into(), fact.into(), remedy.into()));
+    if matches!(study.training, TrainingSpec::Plan(_)) {
+        let fact = "a plan chooses states at rest; runs in time are drawn";
+        return mistake("training", fact, "give the number of runs, or leave `motion` out");
+    }
+    if let Some(constant) = inputs.iter().find(|input| input.is_constant()) {
+        let place = format!("input {}", constant.name);
+        let fact = "a constant of a law is an input of models at rest only";
+        return mistake(&place, fact, "take signals as inputs, or leave `motion` out");
+    }
+    if study.reference.is_some() || !study.meshes.is_empty() {
+        let fact = "meshes are compared at states at rest";
+        return mistake("reference", fact, "leave `reference` and `meshes` out, or `motion`");
+    }
+    Ok(())
 }
 
 fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
@@ -185,18 +279,21 @@ fn share(text: &str) -> Result<f64, Mistake> {
 }
 
 /// Share of the range at which the input is zero, or nearest to it.
-fn at_rest(input: &InputRecord) -> f64 {
+pub fn at_rest(input: &InputRecord) -> f64 {
     let [low, high] = input.range;
     (input.at_rest() - low) / (high - low)
 }
 
-fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
+/// Values in the units of the inputs.
+pub fn in_units(inputs: &[InputRecord], shares: &[f64]) -> Vec<f64> {
     inputs.iter().zip(shares).map(|(i, s)| i.range[0] + s * (i.range[1] - i.range[0])).collect()
 }
 
-/// The changes of a run: each input is a polygon over time, one point a second, from rest on.
-fn run(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
+/// The changes of a run: each signal is a polygon over time, one point a second, from rest on; constants are those of the first point.
+pub fn members(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
     let mut changes = polygons(inputs, points, 1.0);
+    let constants = inputs.iter().enumerate().filter(|(_, input)| input.is_constant());
+    changes.extend(constants.filter_map(|(k, input)| Some((input.key.clone(), input.text(points.first()?[k])))));
     let mut stage = toml::Table::new();
     stage.insert("integrator".into(), "static".into());
     stage.insert("duration".into(), format!("{} s", points.len()).into());
@@ -205,10 +302,13 @@ fn run(inputs: &[InputRecord], points: &[Vec<f64>]) -> toml::Table {
     changes
 }
 
-/// Each input as a polygon over time with these points at even distances \[s\], from rest on.
+/// Each signal as a polygon over time with these points at even distances \[s\], from rest on.
 pub(super) fn polygons(inputs: &[InputRecord], points: &[Vec<f64>], each: f64) -> toml::Table {
     let mut changes = toml::Table::new();
     for (k, input) in inputs.iter().enumerate() {
+        if input.is_constant() {
+            continue;
+        }
         let values = std::iter::once(input.at_rest()).chain(points.iter().map(|p| p[k]));
         let point = |(n, value): (usize, f64)| toml::Value::Array(vec![(n as f64 * each).into(), value.into()]);
         let of: Vec<toml::Value> = values.enumerate().map(point).collect();

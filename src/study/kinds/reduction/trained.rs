@@ -4,7 +4,6 @@ use super::record::ReductionRecord;
 use crate::reduction::{
     FullState, ReducedModel, ReductionError, Training, TransientTraining, Twin, errors, errors_in_time,
 };
-use crate::scene::Scene;
 
 /// Training of either kind.
 pub enum Trained<'a> {
@@ -30,19 +29,7 @@ impl Runs {
     }
 }
 
-impl<'a> Trained<'a> {
-    pub fn new(
-        scene: &'a Scene,
-        record: &ReductionRecord,
-        known: &'a Runs,
-        names: &[String],
-    ) -> Result<Self, ReductionError> {
-        match record.motion {
-            None => Ok(Self::AtRest(Training::new(scene, &known.states, names)?)),
-            Some(_) => Ok(Self::InTime(TransientTraining::new(scene, &known.runs, names)?)),
-        }
-    }
-
+impl Trained<'_> {
     pub fn singular_values(&self) -> Result<(Vec<f64>, Vec<f64>), ReductionError> {
         match self {
             Self::AtRest(training) => training.singular_values(),

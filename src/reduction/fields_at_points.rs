@@ -1,0 +1,48 @@
+//! Displacement gradients and pressures of fields at all points of a body, and the forces that follow from them.
+
+use super::body_points::{BodyPoints, PointForce};
+use super::error::ReductionError;
+
+/// Fields at all points of a body.
+pub struct FieldsAtPoints {
+    /// \[fields\]\[points\] ∂v/∂X by rows
+    pub gradients: Vec<Vec<[f64; 9]>>,
+    /// \[fields\]\[points\] p \[Pa\]
+    pub pressures: Vec<Vec<f64>>,
+}
+
+impl FieldsAtPoints {
+    /// Of fields \[unknowns\], each with a displacement and a pressure.
+    pub fn of(points: &BodyPoints, fields: &[Vec<f64>]) -> Self {
+        Self {
+            gradients: fields.iter().map(|f| points.gradients(f)).collect(),
+            pressures: fields.iter().map(|f| points.pressures(f)).collect(),
+        }
+    }
+
+    /// ∂u/∂X and p at all points of Σ y_k v_k.
+    fn combine(&self, y: &[f64]) -> Vec<([f64; 9], f64)> {
+        let points = self.gradients.first().map_or(0, Vec::len);
+        let at = |p: usize| {
+            let (mut h, mut pressure) = ([0.0; 9], 0.0);
+            for (k, y) in y.iter().enumerate() {
+                h.iter_mut().zip(self.gradients[k][p]).for_each(|(h, g)| *h += y * g);
+                pressure += y * self.pressures[k][p];
+            }
+            (h, pressure)
+        };
+        (0..points).map(at).collect()
+    }
+
+    /// P and G at all points of Σ y_k v_k.
+    pub fn forces(&self, points: &BodyPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
+        let places = points.places().zip(self.combine(y));
+        places.map(|(at, (h, pressure))| points.force(at.part, &h, pressure)).collect()
+    }
+
+    /// w (P : ∂v/∂X + p G) of a field at a point.
+    pub fn work(&self, field: usize, point: usize, weight: f64, (p, gap): &PointForce) -> f64 {
+        let product: f64 = p.iter().zip(&self.gradients[field][point]).map(|(p, g)| p * g).sum();
+        weight * (product + self.pressures[field][point] * gap)
+    }
+}

@@ -1,0 +1,238 @@
+//! The full model behind a reduced one: equilibria of the scene that the reduced model was made of, one after the other.
+//!
+//! The scene runs in a thread of its own, which waits between two steps, so that each begins at the last full state.
+
+use super::constants::Constants;
+use super::model::ReducedModel;
+use crate::scene::control::{ControlError, Controller, Observation, Reply};
+use crate::scene::{Body, RunOptions, Scene, SceneError, changed_scene, read_scene};
+use crate::solve::Status;
+use crate::storage::sha256;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+
+/// Why a scene cannot stand behind a reduced model, or has no equilibrium.
+#[derive(Debug, thiserror::Error)]
+pub enum FullModelError {
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    #[error(transparent)]
+    Mesh(#[from] crate::mesh::error::MeshError),
+    #[error("the reduced model does not say which scene it was made of; make it by a study of kind \"reduction\"")]
+    Unknown,
+    #[error(
+        "the reduced model moves: a full step begins with velocities that a reduced state does not have; step it without the full model"
+    )]
+    Moves,
+    #[error("{}: the reduced model was made of another scene: {key} differs; give the scene of its study", file.display())]
+    OtherScene { file: PathBuf, key: String },
+    #[error("{}: the reduced model was made on another mesh; give the scene of its study with its mesh, or make the model again", file.display())]
+    OtherMesh { file: PathBuf },
+    #[error("the full model finds no equilibrium at these inputs: {0}")]
+    NoEquilibrium(String),
+}
+
+/// Digest of the mesh of a body with its paths.
+pub fn mesh_digest(body: &Body) -> String {
+    sha256(format!("{}{:?}", body.sha256, body.paths))
+}
+
+/// The scene of a reduced model, at its last full state.
+pub struct FullModel {
+    file: PathBuf,
+    text: String,
+    body: Arc<Body>,
+    constants: Constants,
+    /// Inputs that are signals
+    signals: usize,
+    /// Columns of the quantities
+    names: Vec<String>,
+    running: Option<Running>,
+}
+
+/// A scene that runs, with the constants that it has.
+struct Running {
+    /// Values of the inputs behind the signals
+    constants: Vec<f64>,
+    /// None at its end
+    ask: Option<Sender<Vec<f64>>>,
+    answer: Receiver<Answer>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the thread says.
+enum Answer {
+    /// The quantities
+    Values(Vec<f64>),
+    Ended(String),
+}
+
+/// Steps that a scene can make without a new start.
+const STEPS: usize = 1_000_000;
+
+impl FullModel {
+    /// The scene in `file`, which must be that of the study that made the model, on the same mesh.
+    ///
+    /// # Errors
+    ///
+    /// [`FullModelError`]: a scene that cannot be read, or is another one.
+    pub fn open(model: &ReducedModel, file: &Path) -> Result<Self, FullModelError> {
+        if model.dynamics.is_some() {
+            return Err(FullModelError::Moves);
+        }
+        let origin = &model.origin;
+        let changes: toml::Table = origin.changes.parse().map_err(|_| FullModelError::Unknown)?;
+        if changes.is_empty() {
+            return Err(FullModelError::Unknown);
+        }
+        let changes: Vec<(String, toml::Value)> = changes.into_iter().collect();
+        let other = |key: String| FullModelError::OtherScene { file: file.into(), key };
+        // A path of the changes that leads nowhere is a difference too
+        let (spec, text) = read_scene(file, &[])?;
+        let text = changed_scene(file, &text, &changes).map_err(|why| other(why.to_string()))?.1;
+        let [own, known] = [&text, &origin.scene].map(|text| text.parse::<toml::Table>().unwrap_or_default());
+        if let Some(key) = difference(&own.into(), &known.into(), "") {
+            return Err(other(key));
+        }
+        let body: Arc<Body> = Body::load(file, &spec.mesh, &mut |_| {})?.into();
+        if mesh_digest(&body) != origin.mesh_sha256 {
+            return Err(FullModelError::OtherMesh { file: file.into() });
+        }
+        let mut stage = toml::Table::new();
+        stage.insert("integrator".into(), "static".into());
+        stage.insert("duration".into(), format!("{STEPS} s").into());
+        stage.insert("dt".into(), "1 s".into());
+        // It answers beyond the ranges of the reduced model too
+        let open = changes.iter().filter_map(|(path, value)| {
+            let mut signal = value.as_table()?.clone();
+            signal.remove("range")?;
+            Some((path.clone(), toml::Value::Table(signal)))
+        });
+        let changes: Vec<(String, toml::Value)> =
+            open.chain([("stage".to_string(), vec![toml::Value::Table(stage)].into())]).collect();
+        let text = changed_scene(file, &text, &changes)?.1;
+        let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k)).count();
+        let names = model.quantities.iter().map(|q| q.name.clone()).collect();
+        Ok(Self { file: file.into(), text, body, constants: model.constants.clone(), signals, names, running: None })
+    }
+
+    /// The quantities of the model at the equilibrium of these inputs \[SI\], from the last full state, or else from rest.
+    ///
+    /// # Errors
+    ///
+    /// [`FullModelError::NoEquilibrium`]; the next step begins at rest.
+    pub fn step(&mut self, inputs: &[f64]) -> Result<Vec<f64>, FullModelError> {
+        let (signals, constants) = inputs.split_at(self.signals);
+        let is_other = |running: &Running| running.constants != constants;
+        if self.running.as_ref().is_some_and(is_other) {
+            self.reset();
+        }
+        let mut from_rest = self.running.is_none();
+        loop {
+            if self.running.is_none() {
+                self.running = Some(self.start(constants)?);
+            }
+            match self.running.as_mut().expect("it runs").step(signals) {
+                Ok(values) => return Ok(values),
+                Err(why) => {
+                    self.reset();
+                    if from_rest {
+                        return Err(FullModelError::NoEquilibrium(why));
+                    }
+                    from_rest = true;
+                }
+            }
+        }
+    }
+
+    /// Back to rest.
+    pub fn reset(&mut self) {
+        self.running = None;
+    }
+
+    fn start(&self, constants: &[f64]) -> Result<Running, FullModelError> {
+        let changes: Vec<(String, toml::Value)> = self.constants.changes(self.signals, constants);
+        let (spec, text) = changed_scene(&self.file, &self.text, &changes)?;
+        let scene = Scene::build(&self.file, spec, text, self.body.clone())?;
+        let columns = scene.columns();
+        let places: Vec<usize> = self.names.iter().filter_map(|n| columns.iter().position(|c| c == n)).collect();
+        let ((ask, asked), (tell, answer)) = (channel(), channel());
+        let thread = std::thread::spawn(move || run(&scene, Asked { asked, tell, places, started: false }));
+        Ok(Running { constants: constants.to_vec(), ask: Some(ask), answer, thread: Some(thread) })
+    }
+}
+
+impl Running {
+    fn step(&mut self, signals: &[f64]) -> Result<Vec<f64>, String> {
+        let sent = self.ask.as_ref().is_some_and(|ask| ask.send(signals.to_vec()).is_ok());
+        match self.answer.recv() {
+            Ok(Answer::Values(values)) if sent => Ok(values),
+            Ok(Answer::Ended(why)) => Err(why),
+            _ => Err("its run has ended".into()),
+        }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // The thread waits for inputs, and ends where there are none
+        self.ask = None;
+        if let Some(thread) = self.thread.take() {
+            thread.join().ok();
+        }
+    }
+}
+
+/// Runs a scene as it is asked.
+fn run(scene: &Scene, mut asked: Asked) {
+    let tell = asked.tell.clone();
+    let run = scene.run_with(RunOptions { controller: Some(&mut asked), undiagnosed: true, ..RunOptions::default() });
+    let why = match run.status {
+        Status::Converged => "its steps are used up".into(),
+        status => status.to_string(),
+    };
+    // Nobody may listen any longer
+    tell.send(Answer::Ended(run.failure.map_or(why, |failure| failure.to_string()))).ok();
+}
+
+/// Takes the signals from the other thread, and gives it what they have led to.
+struct Asked {
+    asked: Receiver<Vec<f64>>,
+    tell: Sender<Answer>,
+    places: Vec<usize>,
+    started: bool,
+}
+
+impl Controller for Asked {
+    fn step(&mut self, now: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        if std::mem::replace(&mut self.started, true) {
+            let values = self.places.iter().map(|&k| now.row[k]).collect();
+            self.tell.send(Answer::Values(values)).ok();
+        }
+        match self.asked.recv() {
+            Ok(values) => signals.copy_from_slice(&values),
+            Err(_) => return Ok(Reply { stop: true, ..Reply::default() }),
+        }
+        Ok(Reply::default())
+    }
+}
+
+/// Path of the first key that two scenes have in different ways.
+fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
+    let below = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
+    match (a, b) {
+        (toml::Value::Table(a), toml::Value::Table(b)) => {
+            let keys = a.keys().chain(b.keys().filter(|key| !a.contains_key(*key)));
+            keys.into_iter().find_map(|key| match (a.get(key), b.get(key)) {
+                (Some(a), Some(b)) => difference(a, b, &below(key)),
+                _ => Some(below(key)),
+            })
+        }
+        (toml::Value::Array(a), toml::Value::Array(b)) if a.len() == b.len() => {
+            a.iter().zip(b).enumerate().find_map(|(k, (a, b))| difference(a, b, &below(&k.to_string())))
+        }
+        _ => (a != b).then(|| path.to_string()),
+    }
+}

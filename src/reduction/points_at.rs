@@ -1,0 +1,30 @@
+//! The points of a body at the states of a training, each with the laws of its constants.
+
+use super::body_points::{BodyPoints, PointForce};
+use super::constants::Constants;
+use super::error::ReductionError;
+use super::fields_at_points::FieldsAtPoints;
+use super::full_state::FullState;
+use crate::material::{LawCard, LawSpecError};
+
+/// The laws of a body at the states of a training, where constants are inputs.
+pub struct PointsAt<'a, 'b> {
+    points: &'b BodyPoints<'a>,
+    /// \[states\] the laws of the parts that change
+    laws: Vec<Vec<(usize, LawCard)>>,
+}
+
+impl<'a, 'b> PointsAt<'a, 'b> {
+    pub fn new(points: &'b BodyPoints<'a>, constants: &Constants, states: &[FullState]) -> Result<Self, LawSpecError> {
+        let laws = states.iter().map(|state| constants.cards(&state.inputs)).collect::<Result<_, _>>()?;
+        Ok(Self { points, laws })
+    }
+
+    /// P and G at all points of Σ y_k v_k, by the laws of a state.
+    pub fn forces(&self, state: usize, fields: &FieldsAtPoints, y: &[f64]) -> Result<Vec<PointForce>, ReductionError> {
+        match &self.laws[state][..] {
+            [] => fields.forces(self.points, y),
+            laws => fields.forces(&self.points.with_laws(laws)?, y),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Cases that a study asks for when it has the results of others: `growth.json` in the folder of its results.
+//!
+//! Each round adds members to a family, with a record of why. The file belongs to the results: a later run expands the study with it and goes on from there. It counts for one
+//! study file, scene and build of the program; for others it is left aside, and the search begins again.
+
+use crate::report::files;
+use crate::scene::SceneError;
+use crate::storage::sha256;
+use crate::study::spec::FamilySpec;
+use crate::study::store::identity::Build;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Members that were asked for at once.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Round {
+    /// Family that takes them
+    pub family: String,
+    /// Label → changes by path; none where the search has ended
+    pub members: BTreeMap<String, toml::Table>,
+    /// What is known at this point, for the report
+    pub record: Value,
+}
+
+/// All rounds of a study.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Growth {
+    /// Digest of what they belong to
+    pub of: String,
+    pub rounds: Vec<Round>,
+}
+
+impl Growth {
+    fn file(dir: &Path) -> PathBuf {
+        dir.join("growth.json")
+    }
+
+    /// The rounds of the results in `dir`; none where there is no file, or one that cannot be read.
+    pub fn read(dir: &Path) -> Self {
+        files::json(&Self::file(dir)).ok().flatten().unwrap_or_default()
+    }
+
+    /// Writes the rounds with one more.
+    ///
+    /// # Errors
+    ///
+    /// A folder that cannot be written.
+    pub fn add(mut self, of: &str, round: Round, dir: &Path) -> Result<(), String> {
+        if self.of != of {
+            self = Self { of: of.into(), rounds: vec![] };
+        }
+        self.rounds.push(round);
+        let text = serde_json::to_string_pretty(&self).expect("numbers, strings and string keys only") + "\n";
+        files::write(&Self::file(dir), text.as_bytes()).map_err(|e| e.to_string())
+    }
+
+    /// Whether the last round asked for nothing more.
+    pub fn has_ended(&self) -> bool {
+        self.rounds.last().is_some_and(|round| round.members.is_empty())
+    }
+
+    /// The changes of a member that was added.
+    pub fn member(&self, family: &str, label: &str) -> Option<&toml::Table> {
+        self.rounds.iter().filter(|round| round.family == family).find_map(|round| round.members.get(label))
+    }
+
+    /// Takes the rounds of another study, scene or program away.
+    pub fn keep_only(self, of: &str, dir: &Path) -> Self {
+        if self.of == of || self.rounds.is_empty() {
+            return self;
+        }
+        // Where it cannot be removed it is left aside, and written over
+        std::fs::remove_file(Self::file(dir)).ok();
+        Self::default()
+    }
+
+    /// Adds the members to the families of a study of this digest.
+    pub fn add_to(&self, families: &mut [FamilySpec], of: &str) {
+        for round in self.rounds.iter().filter(|_| self.of == of) {
+            for family in families.iter_mut().filter(|family| family.name == round.family) {
+                let members = round.members.iter().map(|(label, set)| (label.clone(), set.clone().into()));
+                family.members.extend(members);
+            }
+        }
+    }
+}
+
+/// Digest of what a search depends on: the details of the study, its scene, the changes to it, and the program.
+pub fn digest(details: &Value, scene: &Path, changes: &[(String, toml::Value)]) -> Result<String, SceneError> {
+    let (text, _) = crate::scene::read_table(scene)?;
+    let build = serde_json::to_string(&Build::this()).expect("strings only");
+    Ok(sha256(format!("{:?}", (details.to_string(), text, changes, build))))
+}

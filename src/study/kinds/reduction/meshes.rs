@@ -1,0 +1,66 @@
+//! Distances of other meshes and of the models from a finer mesh, at the same states.
+
+use crate::reduction::{ReducedModel, Twin};
+use crate::study::kinds::reduction::prepared::{Prepared, converged};
+use crate::study::kinds::reduction::record::{Comparison, MeshRecord, MeshesRecord, ReductionRecord};
+use crate::study::store::record::{Role, StoredCase};
+use crate::study::store::results::Results;
+
+/// The comparison, where the study has a reference and its runs have their results.
+pub fn compare(
+    results: &Results,
+    record: &ReductionRecord,
+    (prepared, models): (&Prepared, &[ReducedModel]),
+) -> Option<Comparison> {
+    let of = record.meshes.as_ref()?;
+    let reference = *converged(results, Role::Reference)?.first()?;
+    let own = converged(results, Role::HeldBack)?.into_iter().find(|c| c.record.member == of.member)?;
+    let columns = |case: &StoredCase| values(case, of, &prepared.names);
+    let target = columns(reference)?;
+    let mut meshes = vec![mesh("the mesh of the models", own, &columns(own)?, &target)];
+    for case in converged(results, Role::Sizes)? {
+        meshes.push(mesh(&case.record.member, case, &columns(case)?, &target));
+    }
+    let points: Vec<Vec<f64>> =
+        record.held_back.get(&of.member)?.iter().take(of.points).map(|point| prepared.inputs(point)).collect();
+    Some(Comparison {
+        points: points.len(),
+        reference_cells: reference.record.mesh.cells,
+        reference_step_s: step(reference),
+        sizes: target.iter().map(|of| of.iter().fold(0.0, |most: f64, v| most.max(v.abs()))).collect(),
+        meshes,
+        models: models.iter().map(|model| along(model, &points).map(|all| distances(&all, &target))).collect(),
+    })
+}
+
+/// \[quantities × points\] of a case, but for the first row, at rest.
+fn values(case: &StoredCase, of: &MeshesRecord, names: &[String]) -> Option<Vec<Vec<f64>>> {
+    names.iter().map(|name| Some(case.series.columns.get(name)?.get(1..=of.points)?.to_vec())).collect()
+}
+
+/// The same of a model.
+fn along(model: &ReducedModel, points: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let mut twin = Twin::new(model.clone()).ok()?;
+    let mut out = vec![vec![]; model.quantities.len()];
+    for point in points {
+        twin.step(point).ok()?;
+        out.iter_mut().zip(twin.values()).for_each(|(out, value)| out.push(*value));
+    }
+    Some(out)
+}
+
+fn mesh(name: &str, case: &StoredCase, values: &[Vec<f64>], target: &[Vec<f64>]) -> MeshRecord {
+    let cells = case.record.mesh.cells;
+    MeshRecord { name: name.into(), cells, step_s: step(case), errors: distances(values, target) }
+}
+
+/// CPU time of a step of a case \[s\].
+fn step(case: &StoredCase) -> f64 {
+    case.record.cpu_s / case.record.steps.max(1) as f64
+}
+
+/// Largest distance of each quantity.
+fn distances(values: &[Vec<f64>], target: &[Vec<f64>]) -> Vec<f64> {
+    let largest = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    values.iter().zip(target).map(largest).collect()
+}

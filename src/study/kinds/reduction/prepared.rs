@@ -1,0 +1,228 @@
+//! The scene of a study with its inputs left to a controller, and the states of its runs as a training takes them.
+
+use crate::math::units::{Dimension, parts, quantity};
+use crate::reduction::full_model::mesh_digest;
+use crate::reduction::{ConstantInputs, FullState, Input, ReductionError, Training, TransientTraining};
+use crate::scene::{Body, ParameterKey, Scene, changed_scene};
+use crate::study::growth::Growth;
+use crate::study::kinds::reduction::in_time;
+use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
+use crate::study::kinds::reduction::spec::TRAINING;
+use crate::study::kinds::reduction::trained::{Runs, Trained};
+use crate::study::store::record::{Role, StoredCase};
+use crate::study::store::results::Results;
+use crate::study::store::states::KeptStates;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The cases of this role, in the order of the study; none where one of them has no result.
+pub fn converged(results: &Results, role: Role) -> Option<Vec<&StoredCase>> {
+    let families = results.study.families.iter().filter(move |f| f.role == role);
+    let find = |id: &String| results.cases.iter().find(|c| c.record.id == *id).filter(|c| c.record.converged());
+    families.flat_map(|f| &f.cases).map(find).collect()
+}
+
+/// A scene with the places of the inputs of its study.
+pub struct Prepared {
+    pub scene: Scene,
+    file: PathBuf,
+    body: Arc<Body>,
+    inputs: Vec<InputRecord>,
+    /// \[inputs of the study\] place among those of a model
+    places: Vec<usize>,
+    /// \[inputs of the study\] one unit in SI
+    factors: Vec<f64>,
+    /// Recorded columns that are asked for
+    pub names: Vec<String>,
+    /// Changes that make the scene of that of the study
+    pub changes: toml::Table,
+}
+
+impl Prepared {
+    /// From a case of the study.
+    pub fn of(results: &Results, record: &ReductionRecord, case: &StoredCase) -> Result<Self, String> {
+        let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
+        let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
+        let changes: Vec<(String, toml::Value)> = record
+            .inputs
+            .iter()
+            .enumerate()
+            .map(|(k, input)| (input.key.clone(), left_open(record, k, input)))
+            .collect();
+        let (spec, text) =
+            changed_scene(&record.scene, &case.record.provenance.scene, &changes).map_err(|e| e.to_string())?;
+        let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
+        let mut all: toml::Table = changes.into_iter().collect();
+        all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
+        let body: Arc<Body> = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
+        let scene = Scene::build(&record.scene, spec, text, body.clone()).map_err(|e| e.to_string())?;
+        let places = places(&scene, record, &factors)?;
+        Ok(Self {
+            scene,
+            file: record.scene.clone(),
+            body,
+            inputs: record.inputs.clone(),
+            places,
+            factors,
+            names: quantities.iter().map(|q| q.name.clone()).collect(),
+            changes: all,
+        })
+    }
+
+    /// Digest of the mesh.
+    pub fn mesh_sha256(&self) -> String {
+        mesh_digest(&self.body)
+    }
+
+    /// The inputs of a model \[SI\] for values in the units of the study.
+    pub fn inputs(&self, values: &[f64]) -> Vec<f64> {
+        let mut inputs = vec![0.0; values.len()];
+        for ((&place, factor), value) in self.places.iter().zip(&self.factors).zip(values) {
+            inputs[place] = factor * value;
+        }
+        inputs
+    }
+
+    /// Values in the units of the study for the inputs of a model \[SI\].
+    pub fn in_units(&self, inputs: &[f64]) -> Vec<f64> {
+        self.places.iter().zip(&self.factors).map(|(&place, factor)| inputs[place] / factor).collect()
+    }
+
+    /// The states of each run, but for the first, at rest.
+    pub fn runs(
+        &self,
+        cases: &[&StoredCase],
+        record: &ReductionRecord,
+        dir: &Path,
+    ) -> Result<Vec<Vec<FullState>>, String> {
+        let growth = Growth::read(dir);
+        cases.iter().map(|case| self.states_of(case, record, &growth, dir)).collect()
+    }
+
+    fn states_of(
+        &self,
+        case: &StoredCase,
+        record: &ReductionRecord,
+        growth: &Growth,
+        dir: &Path,
+    ) -> Result<Vec<FullState>, String> {
+        let id = &case.record.id;
+        let kept = KeptStates::read(dir, id)?;
+        let points = points(case, record, growth).ok_or_else(|| format!("{id}: its points are not known"))?;
+        let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
+        let columns: Vec<&Vec<f64>> = self.names.iter().map(column).collect::<Result<_, _>>()?;
+        let rows = kept.x.len();
+        let expected = if record.motion.is_some() { rows } else { points.len() + 1 };
+        if rows != expected || columns.iter().any(|c| c.len() != rows) || kept.lambda.len() != rows {
+            return Err(format!("{id}: it has {rows} states in place of {expected}; run the study again"));
+        }
+        let states = kept.x.into_iter().zip(kept.lambda).enumerate().skip(1).map(|(row, (x, lambda))| {
+            let inputs = match record.motion {
+                Some(motion) => self.inputs(&in_time::at(&record.inputs, &points, motion, kept.t[row])),
+                None => self.inputs(&points[row - 1]),
+            };
+            FullState { inputs, x, lambda, values: columns.iter().map(|c| c[row]).collect() }
+        });
+        Ok(states.collect())
+    }
+
+    /// The training of these runs, at rest or in time.
+    pub fn trained<'a>(&'a self, record: &ReductionRecord, known: &'a Runs) -> Result<Trained<'a>, String> {
+        if record.motion.is_none() {
+            return Ok(Trained::AtRest(self.training(&known.states)?));
+        }
+        let training = TransientTraining::new(&self.scene, &known.runs, &self.names);
+        training.map(Trained::InTime).map_err(|e| e.to_string())
+    }
+
+    /// The training of these states.
+    pub fn training<'a>(&'a self, states: &'a [FullState]) -> Result<Training<'a>, String> {
+        let at = |values: &[f64]| self.at_constants(values).map_err(ReductionError::OtherScene);
+        let of: Vec<(usize, &InputRecord)> =
+            self.inputs.iter().enumerate().filter(|(_, input)| input.is_constant()).collect();
+        let key = |(_, input): &(usize, &InputRecord)| input.key.parse::<ParameterKey>().map_err(|e| e.to_string());
+        let named = |(k, input): &(usize, &InputRecord)| Input {
+            name: constant_name(input),
+            range: input.range.map(|u| self.factors[*k] * u),
+        };
+        let constants = ConstantInputs {
+            keys: of.iter().map(key).collect::<Result<_, _>>()?,
+            inputs: of.iter().map(named).collect(),
+            build: &at,
+        };
+        let constants = (!of.is_empty()).then_some(&constants);
+        Training::with_constants(&self.scene, constants, states, &self.names).map_err(|e| e.to_string())
+    }
+
+    /// The scene with the constants at these values \[SI\].
+    fn at_constants(&self, values: &[f64]) -> Result<Scene, String> {
+        let of = self.inputs.iter().zip(&self.factors).filter(|(input, _)| input.is_constant());
+        let changes: Vec<(String, toml::Value)> =
+            of.zip(values).map(|((input, factor), value)| (input.key.clone(), input.text(value / factor))).collect();
+        let (spec, text) = changed_scene(&self.file, &self.scene.text, &changes).map_err(|e| e.to_string())?;
+        Scene::build(&self.file, spec, text, self.body.clone()).map_err(|e| e.to_string())
+    }
+}
+
+/// Points of a run in the units of the inputs: those of the study, or of a search.
+fn points(case: &StoredCase, record: &ReductionRecord, growth: &Growth) -> Option<Vec<Vec<f64>>> {
+    let member = &case.record.member;
+    let all = if case.record.family == TRAINING { &record.training } else { &record.held_back };
+    if let Some(points) = all.get(member) {
+        return Some(points.clone());
+    }
+    // One state each, at the end of its run
+    let set = growth.member(&case.record.family, member)?;
+    let value = |input: &InputRecord| match set.get(&input.key)? {
+        toml::Value::Table(signal) => signal.get("of")?.as_array()?.last()?.as_array()?.get(1)?.as_float(),
+        toml::Value::String(text) => parts(text).ok().map(|(number, ..)| number),
+        number => number.as_float(),
+    };
+    Some(vec![record.inputs.iter().map(value).collect::<Option<Vec<f64>>>()?])
+}
+
+/// An input in the scene of a model: a signal left to a controller, with a start that tells it from the others; a constant in the middle of its range.
+fn left_open(record: &ReductionRecord, k: usize, input: &InputRecord) -> toml::Value {
+    if input.is_constant() {
+        return input.text(0.5 * (input.range[0] + input.range[1]));
+    }
+    let mut signal = toml::Table::new();
+    signal.insert("kind".into(), "controlled".into());
+    signal.insert("initial".into(), input.text(mark(record, k, input)));
+    signal.insert("range".into(), input.range.map(|end| input.text(end)).to_vec().into());
+    signal.into()
+}
+
+/// Different values at the start tell which input is which.
+fn mark(record: &ReductionRecord, k: usize, input: &InputRecord) -> f64 {
+    let share = (k + 1) as f64 / (record.inputs.len() + 1) as f64;
+    input.range[0] + share * (input.range[1] - input.range[0])
+}
+
+/// The place of each input of the study among those of a model: signals as the scene has them, then constants.
+fn places(scene: &Scene, record: &ReductionRecord, factors: &[f64]) -> Result<Vec<usize>, String> {
+    let initial = scene.controls.values_from_outside(&scene.controls.memory());
+    let mut constants = initial.len()..;
+    let mut place = |(k, input): (usize, &InputRecord)| {
+        if input.is_constant() {
+            return constants.next().ok_or_else(String::new);
+        }
+        let near = |value: &f64| {
+            (value - factors[k] * mark(record, k, input)).abs() <= 1e-9 * factors[k] * (input.range[1] - input.range[0])
+        };
+        initial.iter().position(near).ok_or_else(|| format!("input {} drives nothing in the scene", input.name))
+    };
+    record.inputs.iter().enumerate().map(&mut place).collect()
+}
+
+/// Name of a constant among the inputs of a model: law, key and unit, `rubber_mu_Pa`.
+fn constant_name(input: &InputRecord) -> String {
+    let name = input.key.trim_start_matches("laws.").replace('.', "_");
+    let is_pressure = parts(&format!("1 {}", input.unit)).is_ok_and(|(_, _, _, of)| of == Dimension::PRESSURE);
+    if is_pressure { name + "_Pa" } else { name }
+}
+
+/// One unit in SI.
+fn factor(unit: &str) -> Result<f64, String> {
+    quantity(&format!("1 {unit}")).map(|q| q.0).map_err(|e| e.to_string())
+}

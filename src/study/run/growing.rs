@@ -1,0 +1,43 @@
+//! Runs a study and, where its kind asks for them, the cases that follow from the results of others.
+
+use crate::report::ReportError;
+use crate::study::expand::Study;
+use crate::study::growth::Growth;
+use crate::study::kinds::KINDS;
+use crate::study::run::runner::{self, Options, RunError, Watch};
+use crate::study::store::record::CaseRecord;
+use crate::study::store::results;
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+/// Runs a study into `dir` as [`runner::run`] does, then what its kind asks for in the light of the results, until it asks for nothing more.
+///
+/// # Errors
+///
+/// Those of [`runner::run`].
+pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
+    let mut records = runner::run(study, dir, options, watch)?;
+    // The cases are done now, so that none is to be done again
+    let options = Options { redo: false, only: options.only.clone(), isolation: options.isolation.clone(), ..*options };
+    let mut present = study.clone();
+    while options.only.is_none() && !options.stop.load(Ordering::Relaxed) {
+        let Some(next) = next(&present, dir)? else { break };
+        present = next;
+        records = runner::run(&present, dir, &options, watch)?;
+    }
+    Ok(records)
+}
+
+/// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.
+fn next(study: &Study, dir: &Path) -> Result<Option<Study>, RunError> {
+    let Some(kind) = KINDS.iter().find(|kind| kind.name == study.record.kind) else { return Ok(None) };
+    let growth = Growth::read(dir).keep_only(&study.source_sha256, dir);
+    if growth.has_ended() {
+        return Ok(None);
+    }
+    let Ok(results) = results::read(dir) as Result<_, ReportError> else { return Ok(None) };
+    let Ok(Some(round)) = (kind.grow)(&results, dir) else { return Ok(None) };
+    let has_ended = round.members.is_empty();
+    growth.add(&study.source_sha256, round, dir).map_err(|why| RunError::Apart { why })?;
+    if has_ended { Ok(None) } else { Ok(Some(study.again(dir)?)) }
+}

@@ -1,0 +1,182 @@
+//! The full model behind a reduced one: it answers where the bar is above the tolerance, and only its own scene may stand there.
+
+use durometer::reduction::fallback::By;
+use durometer::reduction::full_model::FullModelError;
+use durometer::reduction::{Fallback, FullModel, ReducedModel, Twin};
+use serde_json::Value;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// A bar that is bent by its weight, of a law whose constant is an input.
+const SCENE: &str = r#"
+[mesh.grid]
+kind = "box"
+size = ["40 mm", "10 mm", "10 mm"]
+divisions = [8, 2, 2]
+[laws.rubber]
+law = "neo_hookean"
+mu = "60 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1100 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+const STUDY: &str = r#"
+kind = "reduction"
+question = "How few?"
+expectation = "Few."
+scene = "scene.toml"
+tolerance = "1 %"
+training = 14
+held_back = 12
+modes = [4]
+[[input]]
+name = "weight"
+key = "effect.gravity.acceleration"
+range = ["0 m/s^2", "20 m/s^2"]
+[[input]]
+name = "stiffness"
+key = "laws.rubber.mu"
+range = ["50 kPa", "80 kPa"]
+[[quantity]]
+name = "xmax_z_m"
+label = "height of the tip"
+symbol = "z"
+unit = "m"
+"#;
+
+fn durometer(folder: &Path, arguments: &[&str], input: &str) -> (Option<i32>, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(arguments).current_dir(folder);
+    let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = pipes.spawn().expect("the program starts");
+    child.stdin.take().expect("it is piped").write_all(input.as_bytes()).ok();
+    let output = child.wait_with_output().expect("the program ends");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("it prints text");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn answers(text: &str) -> Vec<Value> {
+    text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
+}
+
+/// Height of the tip by a plain run of the scene.
+fn plain(folder: &Path, weight: f64, mu: f64) -> f64 {
+    let set = [format!("effect.gravity.acceleration={weight} m/s^2"), format!("laws.rubber.mu={mu} Pa")];
+    let arguments = ["simulate", "scene.toml", "--out", "plain", "--set", &set[0], "--set", &set[1]];
+    let (code, out, err) = durometer(folder, &arguments, "");
+    assert_eq!(code, Some(0), "{out}{err}");
+    let mut files = std::fs::read_dir(folder.join("plain")).expect("a folder").flatten().map(|f| f.path());
+    let file = files.find(|f| f.extension().is_some_and(|e| e == "csv")).expect("a table");
+    let text = std::fs::read_to_string(file).expect("it can be read");
+    std::fs::remove_dir_all(folder.join("plain")).expect("it was made");
+    let mut rows = text.lines().filter(|line| !line.starts_with('#'));
+    let place = rows.next().expect("a head").split(',').position(|c| c == "xmax_z_m").expect("the column");
+    rows.last().expect("a row").split(',').nth(place).expect("a cell").parse().expect("a number")
+}
+
+/// In the range the reduced model answers; beyond it, and where the bar is above the tolerance, the full one, with the value of a plain run of the scene to
+/// the tolerance of its solver (1e-8 of the forces, 1e-6 of the motion). Other scenes and meshes are refused.
+#[test]
+fn the_full_model_answers_where_the_reduced_one_is_not_trusted() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    std::fs::write(at.join("scene.toml"), SCENE).expect("room");
+    std::fs::write(at.join("study.toml"), STUDY).expect("room");
+    let (code, out, err) = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert_eq!(code, Some(0), "{out}{err}");
+    let record: Value =
+        serde_json::from_str(&std::fs::read_to_string(at.join("out/derived.json")).expect("models")).expect("JSON");
+    let file = format!("out/{}", record["models"][0]["file"].as_str().expect("a file"));
+
+    let protocol = "{\"inputs\": {\"body_acceleration_m_s2\": 8, \"rubber_mu_Pa\": 60000}}\n\
+        {\"inputs\": {\"body_acceleration_m_s2\": 30}}\n\
+        {\"inputs\": {\"rubber_mu_Pa\": 95000}}\n\
+        {\"inputs\": {\"body_acceleration_m_s2\": 8, \"rubber_mu_Pa\": 60000}}\n\
+        {\"inputs\": {\"rubber_mu_Pa\": -1}}\n";
+    let backed = ["twin", &file, "--tolerance", "5%", "--full", "scene.toml"];
+    let (code, out, err) = durometer(at, &backed, protocol);
+    assert_eq!(code, Some(0), "{out}{err}");
+    let all = answers(&out);
+    let by: Vec<&str> = all[1..5].iter().map(|a| a["by"].as_str().unwrap_or("none")).collect();
+    assert_eq!(by, ["reduced", "full", "full", "reduced"], "{out}");
+    let tip = |k: usize| all[k]["quantities"]["xmax_z_m"]["value"].as_f64().expect("a value");
+    for (k, weight, mu) in [(2, 30.0, 60e3), (3, 30.0, 95e3)] {
+        let full = plain(at, weight, mu);
+        assert!((tip(k) - full).abs() < 1e-6 * full.abs().max(1e-3), "{k}: {} {full}", tip(k));
+        assert!(all[k]["quantities"]["xmax_z_m"]["bar"] == 0.0 && all[k]["within_tolerance"] == true, "{}", all[k]);
+        assert_eq!(all[k]["in_range"], false);
+    }
+    // From another start, to the tolerance of Newton's method
+    assert!((tip(1) - tip(4)).abs() < 1e-9 * tip(1).abs());
+    assert!(all[5]["error"].as_str().is_some_and(|why| why.contains("law")), "{}", all[5]);
+
+    // A tolerance that no bar keeps: every answer is the full one, and a target is judged by it
+    let strict = ["twin", &file, "--tolerance", "1e-9", "--full", "scene.toml"];
+    let (_, out, _) =
+        durometer(at, &strict, "{\"inputs\": {\"body_acceleration_m_s2\": 8, \"rubber_mu_Pa\": 60000}}\n");
+    let answer = &answers(&out)[1];
+    let value = answer["quantities"]["xmax_z_m"]["value"].as_f64().expect("a value");
+    assert!(answer["by"] == "full" && (value - plain(at, 8.0, 60e3)).abs() < 1e-8, "{answer}");
+    in_the_library(at, &file);
+    others_are_refused(at, &file);
+}
+
+/// The same in the library.
+fn in_the_library(at: &Path, file: &str) {
+    let model = ReducedModel::read(&at.join(file)).expect("a model");
+    let full = FullModel::open(&model, &at.join("scene.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let mut twin = Twin::new(model).expect("a law of the library");
+    let mut fallback = Fallback { full, tolerance: 0.05 };
+    let inside = fallback.step(&mut twin, &[8.0, 60e3]).expect("an equilibrium");
+    assert!(inside.by == By::Reduced && inside.values == twin.values() && inside.bars == twin.bars());
+    let beyond = fallback.step(&mut twin, &[30.0, 60e3]).expect("an equilibrium");
+    assert!(beyond.by == By::Full && beyond.bars == [0.0]);
+    assert!(fallback.step(&mut twin, &[f64::NAN, 60e3]).is_err());
+    // So heavy that the bar is not in equilibrium; the next step is answered
+    let far = fallback.step(&mut twin, &[1e9, 60e3]);
+    assert!(far.is_err(), "{far:?}");
+    let again = fallback.step(&mut twin, &[30.0, 60e3]).expect("an equilibrium");
+    assert!((again.values[0] - beyond.values[0]).abs() < 1e-9);
+}
+
+fn others_are_refused(at: &Path, file: &str) {
+    for (from, to, words) in [
+        ("nu = 0.45", "nu = 0.4", "laws.rubber.nu differs"),
+        ("divisions = [8, 2, 2]", "divisions = [8, 2, 3]", "mesh.grid.divisions.2 differs"),
+        ("kind = \"gravity\"", "kind = \"gravity\"\nname = \"load\"", "differs"),
+    ] {
+        std::fs::write(at.join("other.toml"), SCENE.replacen(from, to, 1)).expect("room");
+        let (code, _, err) = durometer(at, &["twin", file, "--tolerance", "1%", "--full", "other.toml"], "");
+        assert_eq!(code, Some(2), "{to}: {err}");
+        assert!(err.contains(words) && err.contains("other.toml"), "{to}: {err}");
+    }
+    let model = ReducedModel::read(&at.join(file)).expect("a model");
+    let mut elsewhere = model.clone();
+    elsewhere.origin.mesh_sha256 = "0".into();
+    let scene = at.join("scene.toml");
+    assert!(matches!(FullModel::open(&elsewhere, &scene), Err(FullModelError::OtherMesh { .. })));
+    elsewhere.origin.changes = String::new();
+    assert!(matches!(FullModel::open(&elsewhere, &scene), Err(FullModelError::Unknown)));
+    let (code, _, err) = durometer(at, &["twin", file, "--full", "scene.toml"], "");
+    assert!(code == Some(2) && err.contains("--tolerance"), "{err}");
+}
