@@ -64,7 +64,8 @@ tip = "xmax"
 }
 
 const SOFT: &str = "law = \"neo_hookean_split\"\nmu = \"60 kPa\"\nnu = 0.45";
-const SPLIT: &str = "law = \"yeoh\"\nC10 = \"30 kPa\"\nC20 = \"1 kPa\"\nC30 = \"0.1 kPa\"\nnu = 0.49";
+const SPLIT: &str =
+    "law = \"yeoh\"\nC10 = \"30 kPa\"\nC20 = \"1 kPa\"\nC30 = \"0.1 kPa\"\nvolumetric = \"quadratic\"\nnu = 0.49";
 const BY_LENGTH: &str =
     "{ kind = \"length\", signal = { kind = \"controlled\", initial = \"0 mm\", range = [\"0 mm\", \"4 mm\"] } }";
 const BY_TENSION: &str =
