@@ -47,7 +47,7 @@ fn bar(parts: &str, stage: &str) -> Scene {
 grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }}
 element = "tet10"
 [laws.rubber]
-law = "neo_hookean"
+law = "neo_hookean_split"
 mu = "60 kPa"
 nu = 0.49
 [[effect]]

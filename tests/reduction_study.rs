@@ -214,7 +214,9 @@ fn a_study_makes_models_that_move() {
     write(
         at,
         "scene.toml",
-        &SCENE.replace("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n", parts),
+        &SCENE
+            .replace("\"neo_hookean\"", "\"neo_hookean_split\"")
+            .replace("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n", parts),
     );
     let in_time = "modes = [3, 6]\nmotion = { duration = \"0.2 s\", corner = \"0.1 s\" }";
     let study = STUDY.replace("modes = [2, 5]", in_time).replace("training = 24", "training = 8");

@@ -1,4 +1,4 @@
-//! What a reduced model that moves in time has in addition to one that rests.
+//! Inertia, damping and steps in time of a reduced model that moves.
 
 use super::model::{Bar, ReducedModel};
 use crate::solve::Integrator;

@@ -183,7 +183,7 @@ impl Points {
         self.rates = Some(rates);
     }
 
-    /// What the points remember at the end of a step, at the displacement coordinates `q`.
+    /// The memory of the points at the end of a step, at the displacement coordinates `q`.
     pub fn advance(&self, q: &[f64], memory: &[f64], next: &mut [f64], sums: &mut Sums) -> Result<(), LawError> {
         let Some(rates) = &self.rates else { return Ok(()) };
         let size = rates.size();

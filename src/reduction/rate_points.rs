@@ -126,7 +126,7 @@ impl RatePoints {
         Ok(())
     }
 
-    /// What a group remembers at the end of a step at F, by the law of the points; `second` is memory.
+    /// The memory of a group at the end of a step at F, by the law of the points; `second` is memory.
     pub fn advance(
         &self,
         law: &dyn Law,

@@ -23,7 +23,7 @@ impl Runs {
         Self { runs, states }
     }
 
-    /// What is drawn independently: states, or runs in time.
+    /// Number of independent draws: states, or runs in time.
     pub fn count(&self, record: &ReductionRecord) -> usize {
         if record.motion.is_some() { self.runs.len() } else { self.states.len() }
     }
