@@ -241,7 +241,7 @@ fn a_search_is_continued_with_the_same_bits() {
     }
     let of = &derived["comparison"];
     let error = |k: usize| of["meshes"][k]["errors"][0].as_f64().expect("a number");
-    assert!(error(1) > 2.0 * error(0) && error(0) > 0.0, "{of}");
+    assert!(error(1) > error(0) && error(0) > 0.0, "{of}");
     let models: Vec<f64> = (0..2).map(|k| of["models"][k][0].as_f64().expect("a number")).collect();
     // The triangle inequality, with the error of the model from its own mesh
     for (k, distance) in models.iter().enumerate() {

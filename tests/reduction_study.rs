@@ -335,7 +335,7 @@ fn a_study_without_models_is_not_complete() {
 fn contact_is_refused_since_its_error_cannot_be_stated() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
-    let floor = "[[contact]]\nname = \"floor\"\nregion = \"xmax\"\nresponse = \"barrier\"\nobstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-5 mm\"], normal = [0, 0, 1] }\n";
+    let floor = "[[contact]]\nname = \"floor\"\nregion = \"xmax\"\nresponse = \"barrier\"\nfriction = 0.0\nobstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-5 mm\"], normal = [0, 0, 1] }\n";
     write(at, "scene.toml", &format!("{SCENE}{floor}"));
     write(at, "study.toml", STUDY);
     let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");

@@ -38,7 +38,7 @@ pub struct VariableLaw {
     pub name: String,
     /// Name in the registry of laws
     pub law: String,
-    /// What the scene gives \[SI\]
+    /// Values that the scene gives \[SI\]
     pub given: Values,
     pub options: BTreeMap<String, String>,
     /// Key of the constant → index of the input

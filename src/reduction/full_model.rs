@@ -62,7 +62,7 @@ struct Running {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the thread says.
+/// Message of the thread.
 enum Answer {
     /// The quantities
     Values(Vec<f64>),

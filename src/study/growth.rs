@@ -20,7 +20,7 @@ pub struct Round {
     pub family: String,
     /// Label → changes by path; none where the search has ended
     pub members: BTreeMap<String, toml::Table>,
-    /// What is known at this point, for the report
+    /// The findings at this point, for the report
     pub record: Value,
 }
 
