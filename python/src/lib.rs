@@ -3,6 +3,7 @@
 //! The package in `python/durometer` has what is easier in Python: exceptions, progress bars, pandas and pyvista.
 
 mod array;
+mod built;
 mod calibration;
 #[path = "../../src/cli/mod.rs"]
 mod cli;
@@ -10,12 +11,14 @@ mod controller;
 mod error;
 mod fit;
 mod invariants;
+mod keys;
 mod law;
 mod python_law;
 mod report;
 mod run;
 mod scene;
 mod sensitivities;
+mod solution;
 mod solve;
 mod study;
 mod twin;
