@@ -10,8 +10,6 @@ from ._extras import extra
 from ._native import Scene
 from .errors import InputError
 
-jax = extra("jax", "jax")
-
 
 def function(
     scene: Scene,
@@ -29,6 +27,7 @@ def function(
     `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` an exception of a run comes as one of JAX, which
     holds its text.
     """
+    jax = extra("jax", "jax")
     of = EndValues(scene, keys, columns, method, threads)
 
     def called(host: Callable[..., numpy.ndarray], size: int, numbers: Any, *others: Any) -> Any:

@@ -10,8 +10,6 @@ from ._extras import extra
 from ._native import Scene
 from .errors import InputError
 
-torch = extra("torch", "torch")
-
 
 def function(
     scene: Scene,
@@ -27,6 +25,7 @@ def function(
     backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives are not available.
     Tensors of float32 are computed in float64.
     """
+    torch = extra("torch", "torch")
     of = EndValues(scene, keys, columns, method, threads)
 
     class Ended(torch.autograd.Function):
@@ -54,4 +53,5 @@ def function(
 
 
 def in_float64(numbers: Any) -> numpy.ndarray:
-    return numbers.detach().to("cpu", torch.float64).numpy()
+    """A copy on the processor."""
+    return numbers.detach().cpu().double().numpy()

@@ -159,9 +159,10 @@ def test_a_missing_library_names_the_extra(name: str) -> None:
     code = f"""
 import sys
 sys.modules["{name}"] = None
-import durometer
+import durometer.{name}
+scene = durometer.Scene.from_toml({TIGHT!r})
 try:
-    import durometer.{name}
+    durometer.{name}.function(scene, ["laws.silicone.E"], ["xmax_z_m"])
 except durometer.MissingExtra as error:
     assert error.remedy == 'pip install "durometer[{name}]"', error.remedy
 else:
