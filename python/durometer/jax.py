@@ -27,7 +27,7 @@ def function(
     `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` an exception of a run comes as one of JAX, which
     holds its text.
     """
-    jax = extra("jax", "jax")
+    jax: Any = extra("jax", "jax")
     of = EndValues(scene, keys, columns, method, threads)
 
     def called(host: Callable[..., numpy.ndarray], size: int, numbers: Any, *others: Any) -> Any:

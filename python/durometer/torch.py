@@ -25,7 +25,7 @@ def function(
     backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives are not available.
     Tensors of float32 are computed in float64.
     """
-    torch = extra("torch", "torch")
+    torch: Any = extra("torch", "torch")
     of = EndValues(scene, keys, columns, method, threads)
 
     class Ended(torch.autograd.Function):
