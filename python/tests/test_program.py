@@ -147,7 +147,7 @@ import durometer
 try:
     durometer.Scene.from_toml("finger-convergence").run()
 except durometer.InputError as error:
-    assert "cannot be unpacked" in error.fact and "DUROMETER_CACHE" in error.remedy, (error.fact, error.remedy)
+    assert error.fact and "cannot be unpacked" in str(error) and "set DUROMETER_CACHE" in error.remedy, str(error)
 else:
     raise SystemExit(1)
 """
