@@ -28,7 +28,7 @@ def function(
     torch: Any = extra("torch", "torch")
     of = EndValues(scene, keys, columns, method, threads)
 
-    class Ended(torch.autograd.Function):
+    class _Ended(torch.autograd.Function):
         @staticmethod
         def forward(ctx: Any, numbers: Any) -> Any:
             ctx.save_for_backward(numbers)
@@ -45,7 +45,7 @@ def function(
             kind = numbers.dtype if isinstance(numbers, torch.Tensor) else type(numbers).__name__
             raise InputError(f"the numbers are of the type {kind}", "give a torch.Tensor of float64")
         of.checked(tuple(numbers.shape))
-        return Ended.apply(numbers)
+        return _Ended.apply(numbers)
 
     at_end.start = torch.tensor(of.start, dtype=torch.float64)  # type: ignore[attr-defined]
     at_end.method = of.method  # type: ignore[attr-defined]
