@@ -60,11 +60,16 @@ __all__ = [
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete."""
+    """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete.
+
+    Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
+    """
     pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
     before = [signal.getsignal(pipe) for pipe in pipes]
+    in_session = threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT))
+    run = _native.main_in_session if in_session else _native.main
     try:
-        return _native.main(sys.argv[1:] if arguments is None else arguments)
+        return run(sys.argv[1:] if arguments is None else arguments)
     finally:
         # The program lets a closed pipe end it, where Python does not
         if threading.current_thread() is threading.main_thread():

@@ -3,6 +3,7 @@
 //! The package in `python/durometer` has what is easier in Python: exceptions, progress bars, pandas and pyvista.
 
 mod array;
+mod built;
 mod calibration;
 #[path = "../../src/cli/mod.rs"]
 mod cli;
@@ -10,12 +11,14 @@ mod controller;
 mod error;
 mod fit;
 mod invariants;
+mod keys;
 mod law;
 mod python_law;
 mod report;
 mod run;
 mod scene;
 mod sensitivities;
+mod solution;
 mod solve;
 mod study;
 mod twin;
@@ -30,6 +33,14 @@ use std::ffi::OsString;
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     let command = || cli::main(std::iter::once("durometer".into()).chain(arguments));
     py.detach(|| signals_kept(command))
+}
+
+/// The same for a session that goes on, such as a notebook: Ctrl-C stops the command as it does on the command line, and is raised when it has ended.
+#[pyfunction]
+fn main_in_session(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
+    let link = solve::Link::by(cli::interrupt::flag().clone());
+    let command = std::iter::once("durometer".into()).chain(arguments);
+    solve::followed(py, link, None, |_| cli::main(command))
 }
 
 /// Does work that may block signals in its thread, and puts them back: the thread is Python's.
@@ -80,8 +91,8 @@ mod native {
     #[pymodule_export]
     use super::{
         calibration::Calibration, controller::Observation, fit::Fit, invariants::Invariants, law::check_law,
-        law::register_law, main, report::write_report, run::Run, scene::Scene, sensitivities::Sensitivities,
-        set_python, study::Study, twin::Twin,
+        law::register_law, main, main_in_session, report::write_report, run::Run, scene::Scene,
+        sensitivities::Sensitivities, set_python, study::Study, twin::Twin,
     };
     use pyo3::prelude::*;
 

@@ -1,18 +1,19 @@
 //! The class `Run`: the columns of a run as arrays, its mesh, and the fields that were recorded.
 
 use crate::array::{array, indices};
-use crate::error::input;
-use crate::scene::Done;
+use crate::built::{Built, Done};
+use crate::error::{input, refused};
+use crate::keys::parsed;
+use crate::solve::apart;
 use crate::value::unit;
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
-use durometer::scene::{Scene, hint};
+use durometer::scene::{Scene, hint, scalar_sensitivity};
 use durometer::study::store::outcome;
 use durometer::system::State;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
@@ -42,7 +43,9 @@ pub struct Run {
     remedy: String,
     record: String,
     rows: usize,
-    scene: Arc<Scene>,
+    built: Built,
+    /// The last state, and what the recorders keep there
+    last: (State, Vec<f64>),
     /// \[times\] of the fields \[s\]
     #[pyo3(get)]
     field_times: Py<PyAny>,
@@ -117,14 +120,14 @@ impl Run {
     /// \[nodes × 3\] positions at rest \[m\].
     #[getter]
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let points = &self.scene.body.mesh.points;
+        let points = &self.built.scene.body.mesh.points;
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
     }
 
     /// \[cells × nodes of a cell\] indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
     #[getter]
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let mesh = &self.scene.body.mesh;
+        let mesh = &self.built.scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
         indices(py, &mesh.cells, [mesh.cell_count(), width])
     }
@@ -155,6 +158,28 @@ impl Run {
     /// The same table.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         Self::frame(slf)
+    }
+
+    /// \[keys\] derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
+    /// columns and keys. For static runs, see `Scene.check_gradient`; `Scene.sensitivities` has the derivatives of every row.
+    fn gradient(&self, py: Python<'_>, weights: BTreeMap<String, f64>, keys: Vec<String>) -> PyResult<Py<PyAny>> {
+        let keys = parsed(&keys)?;
+        let mut of_columns = vec![0.0; self.columns.len()];
+        for (name, weight) in weights {
+            let known = || input(&format!("no column {name}"), &hint(&name, &self.columns));
+            of_columns[self.columns.iter().position(|column| *column == name).ok_or_else(known)?] = weight;
+        }
+        if let Some(weight) = of_columns.iter().find(|weight| !weight.is_finite()) {
+            return Err(input(&format!("a weight is {weight}"), "give finite numbers"));
+        }
+        if !self.converged() {
+            return Err(input("the run did not complete, and has no last state", "mend what its `remedy` says"));
+        }
+        let Built { scene, raised } = &self.built;
+        let last = (&self.last.0, &self.last.1[..]);
+        let work = || scalar_sensitivity(scene, last, &of_columns, &keys);
+        let found = apart(py, None, |link| raised.during(link, work))?.map_err(refused)?;
+        array(py, found.values, [keys.len()])
     }
 
     /// The body as an unstructured grid of pyvista, displaced as at `field_times[k]`, with the fields of that time; at rest without fields.
@@ -192,8 +217,8 @@ impl Run {
 }
 
 impl Run {
-    pub fn new(py: Python<'_>, scene: &Arc<Scene>, done: Done, recorded: Recorded) -> PyResult<Self> {
-        let Done { run, seconds } = done;
+    pub fn new(py: Python<'_>, built: Built, done: Done, recorded: Recorded) -> PyResult<Self> {
+        let (Done { run, seconds }, scene) = (done, &*built.scene);
         let record = serde_json::to_string(&outcome::record(scene, &run, seconds));
         let (rows, columns) = (run.rows.len(), run.columns.len());
         let signals = run.signals.first().map_or(0, Vec::len);
@@ -216,7 +241,8 @@ impl Run {
             remedy: words(run.status.remedy().into()),
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
-            scene: scene.clone(),
+            last: (run.last, run.memories.last().cloned().unwrap_or_default()),
+            built,
             field_times: array(py, recorded.times, [times])?,
             fields: fields.unbind(),
             cell_fields: cell_fields.unbind(),

@@ -1,23 +1,18 @@
 //! The class `Scene`: the text of a scene with its changes, and what can be done with it.
 
-use crate::controller::{Foreign, callable};
-use crate::error::{incomplete, input, refused};
-use crate::law;
-use crate::run::{Recorded, Run};
+use crate::built::{Built, assembled};
+use crate::error::refused;
+use crate::keys::parsed;
+use crate::run::{Run, follower};
 use crate::sensitivities::Sensitivities;
-use crate::solve::{Link, apart};
+use crate::solution::{Wanted, solve};
+use crate::solve::apart;
 use crate::value::{plain, toml_of};
-use durometer::math::threads;
-use durometer::scene::control::Controller;
-use durometer::scene::{
-    Body, ParameterKey, RefinementWatch, RunOptions, SceneSpec, SensitivityRecorder, changed_scene, overrides,
-    read_table, refine,
-};
-use durometer::solve::Status;
+use durometer::scene::{ParameterKey, changed_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use toml::{Table, Value};
 
 /// A simulation: the text of a scene, with changes.
@@ -65,13 +60,6 @@ pub struct Scene {
     built: Mutex<Option<Built>>,
 }
 
-/// A scene on its mesh, and the exceptions of its laws in Python.
-#[derive(Clone)]
-pub struct Built {
-    pub scene: Arc<durometer::scene::Scene>,
-    pub raised: Arc<law::Raised>,
-}
-
 #[pymethods]
 impl Scene {
     /// The scene of a file, or of a text in TOML, which has several lines. Files that a text names are found from the current folder.
@@ -100,6 +88,22 @@ impl Scene {
     /// The value of a key as the text has it.
     fn get<'py>(&self, py: Python<'py>, key: &str) -> PyResult<Bound<'py, PyAny>> {
         plain(py, overrides::find(&self.table, key).map_err(refused)?)
+    }
+
+    /// The same scene with the value of a number in its SI unit, an angle in degrees: `set_si("laws.rubber.mu", 30e3)`.
+    fn set_si(&self, key: &str, value: f64) -> PyResult<Self> {
+        self.with_si(key, value)
+    }
+
+    /// The value of a number in its SI unit.
+    fn get_si(&self, key: &str) -> PyResult<f64> {
+        let value = key.parse::<ParameterKey>().map_err(refused)?.value(&self.table).map_err(refused)?;
+        Ok(value.number * value.factor)
+    }
+
+    /// Whether `Run.gradient` can differentiate the runs of this scene: InputError says why not.
+    fn check_gradient(&self, py: Python<'_>) -> PyResult<()> {
+        durometer::scene::check_scalar(&self.build(py, None)?.scene).map_err(refused)
     }
 
     /// The scene as TOML, with its changes and with what it includes.
@@ -143,8 +147,10 @@ impl Scene {
         fields: Option<Vec<String>>,
         check: bool,
     ) -> PyResult<Run> {
-        let run = self.solve(py, Wanted { threads, progress, controller, fields, keys: vec![] }, check)?.0;
-        Ok(run)
+        let follower = follower(py, progress)?;
+        let built = self.build(py, follower.as_ref())?;
+        let wanted = Wanted { threads, follower, controller, fields, keys: vec![] };
+        Ok(solve(py, built, wanted, check)?.0)
     }
 
     /// Runs all stages with the derivatives of the recorded columns by keys of the scene, exact in the constants of laws and by differences of
@@ -158,13 +164,10 @@ impl Scene {
         progress: Option<&Bound<'_, PyAny>>,
         check: bool,
     ) -> PyResult<Sensitivities> {
-        let parsed =
-            keys.iter().map(|key| key.parse::<ParameterKey>()).collect::<Result<Vec<_>, _>>().map_err(refused)?;
-        if parsed.is_empty() {
-            return Err(input("no key is given", "write for example [\"laws.rubber.mu\"]"));
-        }
-        let wanted = Wanted { threads, progress, controller: None, fields: None, keys: parsed };
-        let (run, found) = self.solve(py, wanted, check)?;
+        let (keys, follower) = (parsed(&keys)?, follower(py, progress)?);
+        let built = self.build(py, follower.as_ref())?;
+        let wanted = Wanted { threads, follower, controller: None, fields: None, keys };
+        let (run, found) = solve(py, built, wanted, check)?;
         Sensitivities::new(py, found.expect("keys were given"), run, check)
     }
 
@@ -172,15 +175,6 @@ impl Scene {
         let title = self.table.get("title").and_then(Value::as_str);
         title.map_or_else(|| format!("<Scene {}>", self.file.display()), |title| format!("<Scene {title:?}>"))
     }
-}
-
-/// Options of a run, from Python.
-struct Wanted<'a, 'py> {
-    threads: Option<usize>,
-    progress: Option<&'a Bound<'py, PyAny>>,
-    controller: Option<&'a Bound<'py, PyAny>>,
-    fields: Option<Vec<String>>,
-    keys: Vec<ParameterKey>,
 }
 
 impl Scene {
@@ -218,109 +212,5 @@ impl Scene {
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
         *self.built.lock().unwrap_or_else(PoisonError::into_inner) = Some(built.clone());
         Ok(built)
-    }
-
-    fn solve(
-        &self,
-        py: Python<'_>,
-        wanted: Wanted<'_, '_>,
-        check: bool,
-    ) -> PyResult<(Run, Option<durometer::scene::Sensitivities>)> {
-        let follower = crate::run::follower(py, wanted.progress)?;
-        let foreign = callable(wanted.controller)?;
-        let built = self.build(py, follower.as_ref())?;
-        check_control(&built.scene, foreign.is_some())?;
-        let mut recorded = Recorded::new(&built.scene, wanted.fields)?;
-        threads::use_threads(wanted.threads.unwrap_or_else(threads::available).max(1));
-        let keys = &wanted.keys;
-        let mut done = apart(py, follower.as_ref(), |link| run(&built, foreign, keys, &mut recorded, link))?
-            .map_err(|e| refused(e as Box<dyn std::error::Error>))?;
-        let (status, failure) = (done.run.status.clone(), done.run.failure.take());
-        let sensitivities = done.run.sensitivities.take();
-        let run = Run::new(py, &built.scene, done, recorded)?;
-        if let Some(why) = failure {
-            return Err(refused(why));
-        }
-        if check && status != Status::Converged {
-            let result = Py::new(py, run)?.into_any();
-            return Err(incomplete(status.name(), &status.to_string_at(), status.remedy(), result));
-        }
-        Ok((run, sensitivities))
-    }
-}
-
-/// A status in words, with its time.
-trait Words {
-    fn to_string_at(&self) -> String;
-}
-
-impl Words for Status {
-    fn to_string_at(&self) -> String {
-        self.t().map_or_else(|| self.fact(), |t| format!("after t = {t:.6} s: {}", self.fact()))
-    }
-}
-
-type Failed = Box<dyn std::error::Error + Send + Sync>;
-
-/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene.
-fn assembled(file: &Path, text: &str, link: &Arc<Link>) -> Result<Built, Failed> {
-    let raised = Arc::new(law::Raised::default());
-    raised.during(link, || {
-        let (spec, text) = changed_scene(file, text, &[])?;
-        let body = body(file, &spec, &text, link)?;
-        let scene = durometer::scene::Scene::build(file, spec, text, body)?;
-        Ok(Built { scene: Arc::new(scene), raised: raised.clone() })
-    })
-}
-
-fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<Arc<Body>, Failed> {
-    let body = Arc::new(Body::load(file, &spec.mesh, &mut |_| {})?);
-    let Some(wanted) = &spec.mesh.refine else { return Ok(body) };
-    let mut watch =
-        RefinementWatch { step: &mut |_| {}, mesher: &mut |_| {}, progress: &mut |progress| link.progress(progress) };
-    Ok(refine((file, spec, text), wanted, body, None, &mut watch)?.body)
-}
-
-/// A run with the seconds that it took, by the clock and of the processor.
-pub struct Done {
-    pub run: durometer::scene::Run,
-    pub seconds: (f64, f64),
-}
-
-fn run(
-    built: &Built,
-    mut foreign: Option<Foreign>,
-    keys: &[ParameterKey],
-    recorded: &mut Recorded,
-    link: &Arc<Link>,
-) -> Result<Done, Failed> {
-    let scene = &*built.scene;
-    let sensitivities = (!keys.is_empty()).then(|| SensitivityRecorder::new(scene, keys)).transpose()?;
-    foreign.iter_mut().for_each(|foreign| foreign.link = Some(link.clone()));
-    let mut progress = |now| link.progress(now);
-    let mut state = |state: &durometer::system::State| recorded.add(scene, state);
-    let options = RunOptions {
-        on_progress: Some(&mut progress),
-        on_state: Some(&mut state),
-        stop: Some(link.stop.clone()),
-        controller: foreign.as_mut().map(|c| c as &mut dyn Controller),
-        sensitivities,
-        ..RunOptions::default()
-    };
-    let (wall, cpu) = (std::time::Instant::now(), threads::CpuClock::start());
-    let run = built.raised.during(link, || scene.run_with(options));
-    Ok(Done { run, seconds: (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()) })
-}
-
-fn check_control(scene: &durometer::scene::Scene, is_given: bool) -> PyResult<()> {
-    match (scene.controls.controlled().first(), is_given) {
-        (None, true) => {
-            let remedy = "drive something by { kind = \"controlled\", initial = \"0 mm\" }";
-            Err(input("the scene leaves no signal to a controller", remedy))
-        }
-        (Some(name), false) => {
-            Err(input(&format!("the signal {name} waits for a controller"), "give a function as `controller`"))
-        }
-        _ => Ok(()),
     }
 }

@@ -28,6 +28,12 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 }
 
 impl Link {
+    /// Ends the work by this flag, which the work knows already.
+    pub fn by(stop: Arc<AtomicBool>) -> Self {
+        stop.store(false, Ordering::Relaxed);
+        Self { stop, ..Self::default() }
+    }
+
     /// Takes how far the work is; returns false where it is to end.
     pub fn progress(&self, now: Progress) -> bool {
         *lock(&self.now) = Some(now);
@@ -58,7 +64,17 @@ pub fn apart<T: Send>(
     follower: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Arc<Link>) -> T + Send,
 ) -> PyResult<T> {
-    let link = Arc::new(Link::default());
+    followed(py, Link::default(), follower, work)
+}
+
+/// The same with a link that is there.
+pub fn followed<T: Send>(
+    py: Python<'_>,
+    link: Link,
+    follower: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Arc<Link>) -> T + Send,
+) -> PyResult<T> {
+    let link = Arc::new(link);
     let done = std::thread::scope(|scope| {
         let (sender, ended) = channel::<()>();
         let worker = std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, {

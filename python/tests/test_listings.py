@@ -30,4 +30,4 @@ def test_a_notebook_runs(file: Path, tmp_path: Path) -> None:
 
 
 def test_there_are_notebooks_of_every_kind() -> None:
-    assert [file.stem for file in NOTEBOOKS] == ["calibration", "controller-loop", "convergence", "design-sweep"]
+    assert [file.stem for file in NOTEBOOKS] == ["calibration", "controller-loop", "convergence", "design-by-gradient", "design-sweep"]

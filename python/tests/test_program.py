@@ -72,6 +72,24 @@ def test_ctrl_c_keeps_what_is_finished_of_a_study(tmp_path: Path) -> None:
 
 
 @POSIX
+def test_ctrl_c_stops_a_command_in_a_session_that_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text(BEAM.replace('dt = "0.5 s"', 'dt = "0.00001 s"'))
+    (tmp_path / "short.toml").write_text(BEAM)
+    code = """
+import durometer, os, signal, threading, time
+options = ["--no-view", "--out", "out"]
+threading.Timer(3, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    durometer.main(["simulate", "long.toml", *options])
+except KeyboardInterrupt:
+    print("stopped")
+assert durometer.main(["simulate", "short.toml", *options]) == 0, "the next command is not stopped"
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0 and "stopped" in told.stdout, (told.stdout, told.stderr)
+
+
+@POSIX
 def test_ctrl_c_ends_a_command_that_does_not_take_it() -> None:
     # The process of a case waits for its order
     command = [sys.executable, "-P", "-m", "durometer", "worker"]
@@ -118,6 +136,23 @@ def test_the_mesher_is_run_by_the_python_of_the_package(tmp_path: Path) -> None:
         import gmsh  # noqa: F401
     except (ImportError, OSError):
         assert told.returncode == 2 and 'pip install "durometer[mesh]"' in told.stdout
+
+
+def test_a_cache_that_cannot_be_written_is_refused_with_a_remedy(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("no folder")
+    environment = {**os.environ, "DUROMETER_CACHE": str(tmp_path / "file" / "cache")}
+    environment.pop("DUROMETER_HOME", None)
+    code = """
+import durometer
+try:
+    durometer.Scene.from_toml("finger-convergence").run()
+except durometer.InputError as error:
+    assert error.fact and "cannot be unpacked" in str(error) and "set DUROMETER_CACHE" in error.remedy, str(error)
+else:
+    raise SystemExit(1)
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0, told.stderr
 
 
 def test_a_missing_mesher_names_the_extra(tmp_path: Path) -> None:

@@ -2,29 +2,31 @@
 
 use durometer::mesh::generate::end_meshers;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Once, OnceLock};
 
 static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+static LISTENING: Once = Once::new();
 
 /// Set by Ctrl-C and by SIGTERM: what is finished is kept, what runs is dropped. A second one ends the program at once.
 pub fn stop_flag() -> &'static Arc<AtomicBool> {
-    STOP.get_or_init(|| {
-        let stop = Arc::new(AtomicBool::new(false));
-        let set = stop.clone();
-        let handler = move || {
-            end_meshers();
-            if set.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-        };
-        listen(handler);
-        stop
-    })
+    let handler = || {
+        end_meshers();
+        if flag().swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    };
+    LISTENING.call_once(|| listen(handler));
+    flag()
+}
+
+/// The same flag, without a thread that waits for signals: who calls the program as a function may set it.
+pub fn flag() -> &'static Arc<AtomicBool> {
+    STOP.get_or_init(Arc::default)
 }
 
 /// Whether a signal has asked a command that listens to stop.
 pub fn was_stopped() -> bool {
-    STOP.get().is_some_and(|stop| stop.load(Ordering::SeqCst))
+    flag().load(Ordering::SeqCst)
 }
 
 /// Calls `handler` for every such signal. They are blocked in this thread and in those that it starts later, and one thread waits for them: METIS

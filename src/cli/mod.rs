@@ -14,7 +14,7 @@ mod engine;
 pub mod files;
 mod fit;
 mod import;
-mod interrupt;
+pub mod interrupt;
 mod laws;
 mod live;
 mod memory;

@@ -33,22 +33,12 @@ impl<'a> Sensitivity<'a> {
     /// By differences even where an exact derivative is known, if `by_differences`.
     pub(super) fn new(scene: &'a Scene, keys: &[ParameterKey], by_differences: bool) -> Result<Self, SensitivityError> {
         check(scene)?;
-        let (mut parameters, mut differences, mut start) = (Vec::new(), Vec::new(), Vec::new());
-        for key in keys {
-            match key.law_constant().filter(|_| !by_differences) {
-                Some(constant) => {
-                    parameters.push(Parameter::Exact(law_terms(scene, &constant)?));
-                    differences.push(None);
-                    start.push(scene.system.rest());
-                }
-                None => {
-                    let (systems, scenes) = SceneDifference::new(scene, key)?;
-                    parameters.push(Parameter::Difference(systems));
-                    start.extend(scenes.start.clone());
-                    differences.push(Some(scenes));
-                }
-            }
-        }
+        let Parameters { parameters, differences } = parameters(scene, keys, by_differences)?;
+        let start = |scenes: &Option<SceneDifference>| match scenes {
+            None => vec![scene.system.rest()],
+            Some(scenes) => scenes.start.to_vec(),
+        };
+        let start = differences.iter().flat_map(start).collect();
         let solver = Differentiator::new(scene.method(), &scene.system, parameters, start);
         Ok(Self { scene, solver, differences })
     }
@@ -121,8 +111,38 @@ impl<'a> Sensitivity<'a> {
     }
 }
 
+/// Parameters of a system, one for each key.
+pub(super) struct Parameters {
+    pub parameters: Vec<Parameter>,
+    /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
+    pub differences: Vec<Option<SceneDifference>>,
+}
+
+/// The parameters that these keys are, by differences even where an exact derivative is known, if `by_differences`.
+pub(super) fn parameters(
+    scene: &Scene,
+    keys: &[ParameterKey],
+    by_differences: bool,
+) -> Result<Parameters, SensitivityError> {
+    let mut found = Parameters { parameters: Vec::new(), differences: Vec::new() };
+    for key in keys {
+        match key.law_constant().filter(|_| !by_differences) {
+            Some(constant) => {
+                found.parameters.push(Parameter::Exact(law_terms(scene, &constant)?));
+                found.differences.push(None);
+            }
+            None => {
+                let (systems, scenes) = SceneDifference::new(scene, key)?;
+                found.parameters.push(Parameter::Difference(systems));
+                found.differences.push(Some(scenes));
+            }
+        }
+    }
+    Ok(found)
+}
+
 /// Refuses what the derivatives of states do not follow, whatever the key.
-fn check(scene: &Scene) -> Result<(), SensitivityError> {
+pub(super) fn check(scene: &Scene) -> Result<(), SensitivityError> {
     if scene.controls.has_inputs() {
         return Err(SensitivityError::Decided);
     }

@@ -4,6 +4,7 @@ use super::error::SceneError;
 use super::overrides::OverrideError;
 use super::parameter_key::{KeyError, ParameterKey};
 use crate::material::LawSpecError;
+use crate::solve::Failure;
 
 /// Reason why a scene has no derivatives by a key.
 #[derive(Debug, thiserror::Error)]
@@ -49,6 +50,12 @@ pub enum SensitivityError {
         "the contact {contact} has friction: its forces depend on the path, which the derivatives do not follow; set its `friction` to 0"
     )]
     Sliding { contact: String },
+    #[error("{part} has no adjoint derivatives: {why}; take those of the rows, by SensitivityRecorder")]
+    NotScalar { part: String, why: &'static str },
+    #[error("the column {column} has no derivative at t = {t} s; take another one")]
+    Column { column: String, t: f64 },
+    #[error("there is no derivative at t = {t} s: {why}; end the run before, or take another stage")]
+    Stopped { t: f64, why: Failure },
     #[error(
         "in the contact {contact} deformable surfaces meet, which the derivatives do not follow; take a rigid obstacle, or no derivatives"
     )]

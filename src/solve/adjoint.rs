@@ -9,13 +9,18 @@
 //!
 //! Reactions R = r + H λ at the prescribed dofs p with weights w add K_fp w to the first right side and h_p·w to the second.
 //!
+//! A parameter θ that changes the equations at a fixed state leaves ρ = r_θ + λ h_θ + K m + Σ h λ_max′ and γ = g_θ − h·m, where m is the motion of the
+//! prescribed dofs and λ_max′ that of multipliers at their limits: dJ/dθ by one product, for any number of parameters.
+//!
 //! Source: Becker & Rannacher, *Acta Numerica* 10 (2001), Section 2. Limits: statics; symmetric tangents.
 
 use super::multipliers::Schur;
 use super::{Failure, Step};
 use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::vector::dot;
-use crate::system::{Dofs, Gradient, State, Want};
+use crate::system::{
+    ConstraintKind, Dofs, EquationChange, Gradient, Rows, State, Want, add_products, constraint_changes,
+};
 
 /// z and μ of one functional.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +29,39 @@ pub struct Adjoint {
     pub z: Vec<f64>,
     /// \[constraints\] μ; zero where a constraint does not hold
     pub mu: Vec<f64>,
+}
+
+impl Adjoint {
+    /// Derivatives of the functional of this `gradient` by parameters that change the equations at the converged `state`.
+    pub fn along(
+        &self,
+        gradient: &Gradient,
+        step: &Step,
+        state: &State,
+        own: &[EquationChange],
+    ) -> Result<Vec<f64>, Failure> {
+        let (system, at) = (step.system, step.at(state));
+        let is_at_limit =
+            |c: usize| matches!(system.constraints[c].kind(), ConstraintKind::Bounded(most) if state.lambda[c] >= most);
+        let at_limits = |change: &EquationChange| -> Vec<f64> {
+            change.limits.iter().enumerate().map(|(c, limit)| if is_at_limit(c) { *limit } else { 0.0 }).collect()
+        };
+        let limits: Vec<Vec<f64>> = own.iter().map(at_limits).collect();
+        let motions: Vec<&[f64]> = own.iter().map(|change| &change.motion[..]).collect();
+        let directions: Vec<(&[f64], &[f64])> = motions.iter().zip(&limits).map(|(m, l)| (*m, &l[..])).collect();
+        let mut rho: Vec<Vec<f64>> = own.iter().map(|change| change.residual.clone()).collect();
+        for rows in [Rows::Free, Rows::Prescribed] {
+            add_products(system, &at, &state.lambda, rows, &directions, &mut rho).map_err(Failure::Eval)?;
+        }
+        let gaps = constraint_changes(system, &at, &motions).map_err(Failure::Eval)?;
+        let of = |k: usize| {
+            let held = State { x: own[k].motion.clone(), lambda: limits[k].clone(), ..system.rest() };
+            let gamma: Vec<f64> = own[k].gaps.iter().zip(&gaps[k]).map(|(own, moved)| own - moved).collect();
+            // z is zero at prescribed dofs, whose rows are the reactions
+            gradient.along(&held, &rho[k]) - dot(&self.z, &rho[k]) + dot(&self.mu, &gamma)
+        };
+        Ok((0..own.len()).map(of).collect())
+    }
 }
 
 /// The adjoint solutions of functionals with these gradients, by one factorisation of the tangent at `state`.

@@ -1,0 +1,95 @@
+"""Recorded values at the end of a run as a function of numbers of its scene, with derivatives: what `durometer.torch` and `durometer.jax` share."""
+
+from collections import OrderedDict
+from collections.abc import Sequence
+from typing import Any
+
+import numpy
+
+from ._native import Run, Scene
+from .errors import InputError
+
+#: Runs that are kept for their derivatives
+KEPT = 2
+
+
+def names(what: str, given: Any, example: str) -> list[str]:
+    """A list of different names."""
+    if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
+        raise InputError(f"{what} is no list of names", f"write for example {example}")
+    if not given or len(set(given)) < len(given):
+        raise InputError(f"{what} is empty or names one twice", f"write for example {example}")
+    return list(given)
+
+
+class EndValues:
+    """[keys] numbers of a scene in SI units → [columns] values at the end of its run."""
+
+    def __init__(self, scene: Scene, keys: Sequence[str], columns: Sequence[str], method: str, threads: int | None):
+        if not isinstance(scene, Scene):
+            raise InputError(f"scene is of the type {type(scene).__name__}", "give a durometer.Scene")
+        self.scene = scene
+        self.keys = names("keys", keys, '["laws.rubber.mu"]')
+        self.columns = names("columns", columns, '["xmax_z_m"]')
+        self.threads = threads
+        #: The values of the keys in the scene
+        self.start = numpy.array([scene.get_si(key) for key in self.keys])
+        missing = [name for name in self.columns if name not in scene.columns]
+        if missing:
+            raise InputError(f"no column {', '.join(missing)}", f"known: {', '.join(scene.columns)}")
+        self.method = chosen(scene, method)
+        self._runs: OrderedDict[bytes, Any] = OrderedDict()
+
+    def values(self, numbers: numpy.ndarray) -> numpy.ndarray:
+        """[columns] values; a run that does not complete raises `RunError`."""
+        found = self._solved(numbers)
+        run = found if isinstance(found, Run) else found.run
+        return numpy.array([run[name][-1] for name in self.columns])
+
+    def pullback(self, numbers: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
+        """[keys] derivatives of Σ weights · values."""
+        found = self._solved(numbers)
+        if isinstance(found, Run):
+            return found.gradient(dict(zip(self.columns, map(float, weights))), self.keys)
+        jacobian = numpy.array([[found[name, key][-1] for key in self.keys] for name in self.columns])
+        return numpy.asarray(weights, dtype=float) @ jacobian
+
+    def checked(self, shape: tuple[int, ...]) -> None:
+        """Refuses numbers of another shape."""
+        if tuple(shape) != (len(self.keys),):
+            fact = f"the numbers have the shape {tuple(shape)}, and there are {len(self.keys)} keys"
+            raise InputError(fact, f"give one number for each of {', '.join(self.keys)}, in SI units")
+
+    def _solved(self, numbers: numpy.ndarray) -> Any:
+        """The run with these numbers, or where the adjoint does not serve, its sensitivities."""
+        numbers = numpy.asarray(numbers, dtype=float)
+        self.checked(numbers.shape)
+        if not numpy.isfinite(numbers).all():
+            raise InputError(f"the numbers are {numbers.tolist()}", "give finite numbers")
+        place = numbers.tobytes()
+        if place not in self._runs:
+            scene = self.scene
+            for key, number in zip(self.keys, numbers):
+                scene = scene.set_si(key, float(number))
+            if self.method == "adjoint":
+                self._runs[place] = scene.run(threads=self.threads)
+            else:
+                self._runs[place] = scene.sensitivities(self.keys, threads=self.threads)
+            while len(self._runs) > KEPT:
+                self._runs.popitem(last=False)
+        return self._runs[place]
+
+
+def chosen(scene: Scene, method: str) -> str:
+    """ "adjoint" or "forward"."""
+    if method == "auto":
+        try:
+            scene.check_gradient()
+        except InputError:
+            return "forward"
+        return "adjoint"
+    if method == "adjoint":
+        scene.check_gradient()
+    elif method != "forward":
+        raise InputError(f"there is no method {method!r}", "take auto, adjoint or forward")
+    return method

@@ -1,0 +1,62 @@
+"""Runs of a scene as functions of JAX, with exact derivatives: `pip install "durometer[jax]"`."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy
+
+from ._end_values import EndValues
+from ._extras import extra
+from ._native import Scene
+from .errors import InputError
+
+
+def function(
+    scene: Scene,
+    keys: Sequence[str],
+    columns: Sequence[str],
+    *,
+    method: str = "auto",
+    threads: int | None = None,
+) -> Callable[[Any], Any]:
+    """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
+
+    It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other; neither forward mode (`jax.jvp`)
+    nor second derivatives. `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution
+    for each backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Switch
+    `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` an exception of a run comes as one of JAX, which
+    holds its text.
+    """
+    jax: Any = extra("jax", "jax")
+    of = EndValues(scene, keys, columns, method, threads)
+
+    def called(host: Callable[..., numpy.ndarray], size: int, numbers: Any, *others: Any) -> Any:
+        """Without a trace at once, so that exceptions are those of the run."""
+        host_in_type = lambda *given: host(*map(numpy.asarray, given)).astype(numbers.dtype)  # noqa: E731
+        if not any(isinstance(given, jax.core.Tracer) for given in (numbers, *others)):
+            return jax.numpy.asarray(host_in_type(numbers, *others))
+        shape = jax.ShapeDtypeStruct((size,), numbers.dtype)
+        return jax.pure_callback(host_in_type, shape, numbers, *others, vmap_method="sequential")
+
+    @jax.custom_vjp
+    def ended(numbers: Any) -> Any:
+        return called(of.values, len(of.columns), numbers)
+
+    def forward(numbers: Any) -> Any:
+        return ended(numbers), numbers
+
+    def backward(numbers: Any, weights: Any) -> Any:
+        return (called(of.pullback, len(of.keys), numbers, weights),)
+
+    ended.defvjp(forward, backward)
+
+    def at_end(numbers: Any) -> Any:
+        numbers = jax.numpy.asarray(numbers)
+        if not jax.numpy.issubdtype(numbers.dtype, jax.numpy.floating):
+            raise InputError(f"the numbers are of the type {numbers.dtype}", "give an array of floating-point numbers")
+        of.checked(numbers.shape)
+        return ended(numbers)
+
+    at_end.start = of.start  # type: ignore[attr-defined]
+    at_end.method = of.method  # type: ignore[attr-defined]
+    return at_end

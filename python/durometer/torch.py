@@ -1,0 +1,57 @@
+"""Runs of a scene as functions of PyTorch, with exact derivatives: `pip install "durometer[torch]"`."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy
+
+from ._end_values import EndValues
+from ._extras import extra
+from ._native import Scene
+from .errors import InputError
+
+
+def function(
+    scene: Scene,
+    keys: Sequence[str],
+    columns: Sequence[str],
+    *,
+    method: str = "auto",
+    threads: int | None = None,
+) -> Callable[[Any], Any]:
+    """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
+
+    `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution for each
+    backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives are not available.
+    Tensors of float32 are computed in float64.
+    """
+    torch: Any = extra("torch", "torch")
+    of = EndValues(scene, keys, columns, method, threads)
+
+    class _Ended(torch.autograd.Function):
+        @staticmethod
+        def forward(ctx: Any, numbers: Any) -> Any:
+            ctx.save_for_backward(numbers)
+            return numbers.new_tensor(of.values(in_float64(numbers)))
+
+        @staticmethod
+        @torch.autograd.function.once_differentiable
+        def backward(ctx: Any, weights: Any) -> Any:
+            (numbers,) = ctx.saved_tensors
+            return numbers.new_tensor(of.pullback(in_float64(numbers), in_float64(weights)))
+
+    def at_end(numbers: Any) -> Any:
+        if not isinstance(numbers, torch.Tensor) or not numbers.dtype.is_floating_point:
+            kind = numbers.dtype if isinstance(numbers, torch.Tensor) else type(numbers).__name__
+            raise InputError(f"the numbers are of the type {kind}", "give a torch.Tensor of float64")
+        of.checked(tuple(numbers.shape))
+        return _Ended.apply(numbers)
+
+    at_end.start = torch.tensor(of.start, dtype=torch.float64)  # type: ignore[attr-defined]
+    at_end.method = of.method  # type: ignore[attr-defined]
+    return at_end
+
+
+def in_float64(numbers: Any) -> numpy.ndarray:
+    """A copy on the processor."""
+    return numbers.detach().cpu().double().numpy()

@@ -1,0 +1,42 @@
+//! A scene on its mesh, which is read or made once, in a thread apart from Python.
+
+use crate::law;
+use crate::solve::Link;
+use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
+use std::path::Path;
+use std::sync::Arc;
+
+/// A scene on its mesh, and the exceptions of its laws in Python.
+#[derive(Clone)]
+pub struct Built {
+    pub scene: Arc<durometer::scene::Scene>,
+    pub raised: Arc<law::Raised>,
+}
+
+/// Failure of work in the thread apart from Python.
+pub type Failed = Box<dyn std::error::Error + Send + Sync>;
+
+/// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene.
+pub fn assembled(file: &Path, text: &str, link: &Arc<Link>) -> Result<Built, Failed> {
+    let raised = Arc::new(law::Raised::default());
+    raised.during(link, || {
+        let (spec, text) = changed_scene(file, text, &[])?;
+        let body = body(file, &spec, &text, link)?;
+        let scene = durometer::scene::Scene::build(file, spec, text, body)?;
+        Ok(Built { scene: Arc::new(scene), raised: raised.clone() })
+    })
+}
+
+fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<Arc<Body>, Failed> {
+    let body = Arc::new(Body::load(file, &spec.mesh, &mut |_| {})?);
+    let Some(wanted) = &spec.mesh.refine else { return Ok(body) };
+    let mut watch =
+        RefinementWatch { step: &mut |_| {}, mesher: &mut |_| {}, progress: &mut |progress| link.progress(progress) };
+    Ok(refine((file, spec, text), wanted, body, None, &mut watch)?.body)
+}
+
+/// A run with the seconds that it took, by the clock and of the processor.
+pub struct Done {
+    pub run: durometer::scene::Run,
+    pub seconds: (f64, f64),
+}

@@ -1,0 +1,176 @@
+"""Functions of PyTorch and JAX: values of the run, and derivatives against differences of runs and against the forward ones."""
+
+import importlib
+import subprocess
+import sys
+from typing import Any
+
+import durometer
+import numpy
+import pytest
+from conftest import BEAM
+
+KEYS = ["laws.silicone.E", "effect.gravity.density", "mesh.grid.size.0", "effect.gravity.direction.1"]
+COLUMNS = ["xmax_z_m", "xmin_reaction_z_N"]
+#: Solved to rounding, so that differences of runs are smooth
+TIGHT = BEAM.replace("direction = [0, 0, -1]", "direction = [0, 0.1, -1]") + "\n[numerics]\ntolerance = 1e-12\n"
+
+
+@pytest.fixture
+def scene() -> durometer.Scene:
+    return durometer.Scene.from_toml(TIGHT)
+
+
+def ended(scene: durometer.Scene, numbers: Any) -> numpy.ndarray:
+    for key, number in zip(KEYS, numbers):
+        scene = scene.set_si(key, float(number))
+    run = scene.run()
+    return numpy.array([run[name][-1] for name in COLUMNS])
+
+
+def test_a_number_in_si_units_is_the_one_of_the_text(scene: durometer.Scene) -> None:
+    assert scene.get_si("laws.silicone.E") == 100e3
+    assert scene.set_si("mesh.grid.size.0", 0.02).run().values.tobytes() == scene.run().values.tobytes()
+    with pytest.raises(durometer.InputError):
+        scene.get_si("mesh.element")
+
+
+@pytest.mark.parametrize("extra", ["", """
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = { kind = "ramp", from = "0 mm", to = "1 mm", end = "1 s" }
+
+[[constraint]]
+kind = "cable"
+guides = [["5 mm", "5 mm", "7 mm"], ["15 mm", "5 mm", "7 mm"]]
+pull_point = ["-10 mm", "5 mm", "7 mm"]
+guide_radius = "point"
+drive = { kind = "length", signal = { kind = "ramp", from = "0 mm", to = "1 mm", end = "1 s" } }
+"""], ids=["weight", "pulled"])
+def test_the_adjoint_derivatives_are_the_forward_ones(extra: str) -> None:
+    # Both solve with the tangent of one state, so that they agree to the rounding of its solutions
+    scene = durometer.Scene.from_toml(TIGHT + extra)
+    keys = [*KEYS, *(["constraint.cable.drive.signal.to", "constraint.prescribed.displacement.to", "constraint.cable.guides.1.2"] if extra else [])]
+    found = scene.sensitivities(keys)
+    run = scene.run()
+    columns = [name for name in found.columns if name.startswith(("xmax", "xmin"))]
+    assert len(columns) == 6
+    forward = numpy.array([[found[name, key][-1] for key in keys] for name in columns])
+    adjoint = numpy.array([run.gradient({name: 2.0}, keys) for name in columns]) / 2.0
+    sizes = numpy.array([abs(scene.get_si(key)) for key in keys])
+    for unit in ("_m", "_N"):
+        # Changes by a change of a key by its own size, against the largest value of the unit: what does not depend on a key has rounding only
+        own = [name.endswith(unit) for name in columns]
+        largest = max(abs(run[name]).max() for name in columns if name.endswith(unit))
+        assert (abs(adjoint - forward)[own] * sizes <= 1e-9 * largest).all(), (unit, adjoint[own], forward[own])
+
+
+def test_the_gradient_of_a_sum_is_the_sum_of_the_gradients(scene: durometer.Scene) -> None:
+    run = scene.run()
+    both = run.gradient({COLUMNS[0]: 3.0, COLUMNS[1]: -0.5}, KEYS)
+    one_by_one = 3.0 * run.gradient({COLUMNS[0]: 1.0}, KEYS) - 0.5 * run.gradient({COLUMNS[1]: 1.0}, KEYS)
+    assert numpy.allclose(both, one_by_one, rtol=1e-10)
+
+
+def test_wrong_gradients_are_refused(scene: durometer.Scene) -> None:
+    run = scene.run()
+    for weights, keys, words in [
+        ({"xmax_zm": 1.0}, KEYS, "no column xmax_zm"),
+        ({"xmax_z_m": float("nan")}, KEYS, "a weight is NaN"),
+        ({"xmax_z_m": 1.0}, [], "no key is given"),
+        ({"t_s": 1.0}, KEYS, "t_s has no derivative"),
+        ({"elastic_energy_J": 1.0}, KEYS, "no derivative|no column"),
+    ]:
+        with pytest.raises(durometer.InputError, match=words):
+            run.gradient(weights, keys)
+    dynamic = scene.set("stage.0.integrator", "implicit_euler")
+    with pytest.raises(durometer.InputError, match="no adjoint derivatives"):
+        dynamic.check_gradient()
+
+
+def backend(name: str) -> Any:
+    try:
+        importlib.import_module(name)
+    except ImportError:
+        pytest.skip(f"{name} is not installed")
+    return importlib.import_module(f"durometer.{name}")
+
+
+@pytest.mark.parametrize("method", ["adjoint", "forward"])
+def test_torch_takes_values_and_gradients(scene: durometer.Scene, method: str) -> None:
+    library = backend("torch")
+    import torch
+
+    at_end = library.function(scene, KEYS, COLUMNS, method=method)
+    numbers = at_end.start.clone().requires_grad_()
+    assert numpy.array_equal(at_end(numbers).detach().numpy(), ended(scene, at_end.start))
+    # In units of the numbers; the differences of gradcheck have a step of 1e-4 and an error of 1e-8 of the values
+    size = at_end.start.clone()
+    scaled = lambda x: at_end(x * size) * torch.tensor([1e3, 1e3], dtype=torch.float64)  # noqa: E731
+    assert torch.autograd.gradcheck(scaled, (torch.ones(4, dtype=torch.float64, requires_grad=True),), eps=1e-4, atol=1e-5, rtol=1e-5)
+
+
+@pytest.mark.parametrize("method", ["adjoint", "forward"])
+def test_jax_takes_values_and_gradients(scene: durometer.Scene, method: str) -> None:
+    library = backend("jax")
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    at_end = library.function(scene, KEYS, COLUMNS, method=method)
+    assert numpy.array_equal(at_end(at_end.start), ended(scene, at_end.start))
+    exact = jax.jacrev(at_end)(at_end.start)
+    in_jit = jax.jit(jax.jacrev(at_end))(at_end.start)
+    assert numpy.allclose(in_jit, exact, rtol=1e-12)
+    for k, size in enumerate(at_end.start):
+        # Central differences of the fourth order with steps of 1e-3: an error of 1e-11 of the value, and of rounding 1e-9
+        step = numpy.zeros(4)
+        step[k] = 1e-3 * size
+        near, far = [ended(scene, at_end.start + m * step) - ended(scene, at_end.start - m * step) for m in (1, 2)]
+        difference = (8 * near - far) / (12 * step[k])
+        assert numpy.allclose(exact[:, k], difference, rtol=1e-6, atol=1e-7 * abs(ended(scene, at_end.start)).max() / abs(size)), KEYS[k]
+
+
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_wrong_functions_and_numbers_are_refused(scene: durometer.Scene, name: str) -> None:
+    library = backend(name)
+    for arguments, words in [
+        ((scene, "laws.silicone.E", COLUMNS), "keys is no list"),
+        ((scene, [], COLUMNS), "keys is empty"),
+        ((scene, KEYS, ["xmax_zm"]), "no column xmax_zm"),
+        ((scene, ["laws.silicon.E"], COLUMNS), "silicon"),
+        ((TIGHT, KEYS, COLUMNS), "of the type str"),
+    ]:
+        with pytest.raises(durometer.InputError, match=words):
+            library.function(*arguments)
+    with pytest.raises(durometer.InputError, match="no method"):
+        library.function(scene, KEYS, COLUMNS, method="backward")
+    at_end = library.function(scene, KEYS, COLUMNS)
+    assert at_end.method == "adjoint"
+    with pytest.raises(durometer.InputError, match="shape"):
+        at_end(at_end.start[:2])
+    with pytest.raises(durometer.InputError, match="of the type"):
+        at_end(at_end.start.astype(int) if name == "jax" else at_end.start.to(int))
+    with pytest.raises(durometer.InputError, match="finite"):
+        at_end(at_end.start * float("nan"))
+    dynamic = scene.set("stage.0.integrator", "implicit_euler")
+    assert library.function(dynamic, KEYS[:1], COLUMNS[:1]).method == "forward"
+
+
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_a_missing_library_names_the_extra(name: str) -> None:
+    code = f"""
+import sys
+sys.modules["{name}"] = None
+import durometer.{name}
+scene = durometer.Scene.from_toml({TIGHT!r})
+try:
+    durometer.{name}.function(scene, ["laws.silicone.E"], ["xmax_z_m"])
+except durometer.MissingExtra as error:
+    assert error.remedy == 'pip install "durometer[{name}]"', error.remedy
+else:
+    raise SystemExit(1)
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=60)
+    assert told.returncode == 0, told.stderr
