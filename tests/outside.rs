@@ -182,6 +182,7 @@ impl StudyKind for Count {
             claims: vec![],
             files: vec![],
             outcomes: BTreeMap::new(),
+            without_result: None,
             search: vec![],
         }
     }

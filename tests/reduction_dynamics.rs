@@ -5,8 +5,9 @@ mod common;
 use common::{Random, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::reduction::dynamics::{Dynamics, TimeEstimate};
+use durometer::reduction::dynamics::Dynamics;
 use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::model::TimeEstimate;
 use durometer::reduction::{FullState, ReducedModel, StepError, TransientTraining, Twin, errors_in_time};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
 use durometer::scene::{RunOptions, Scene};
@@ -433,28 +434,18 @@ fn a_file_is_the_model_or_is_refused() {
     println!("{} bytes", bytes.len());
     assert_eq!(ReducedModel::from_bytes(Path::new("x"), &bytes).expect("sound"), *model);
     let dynamics = model.dynamics.clone().expect("it moves");
-    let estimate = dynamics.estimate.clone().expect("it has bars");
-    let refused = |dynamics| {
-        let other = ReducedModel { dynamics: Some(dynamics), ..model.clone() };
-        ReducedModel::from_bytes(Path::new("x"), &other.to_bytes()).expect_err("refused").to_string()
-    };
+    let estimate = model.estimate_in_time.clone().expect("it has bars");
+    let with = |dynamics| ReducedModel { dynamics: Some(dynamics), ..model.clone() };
+    let estimated = |estimate| ReducedModel { estimate_in_time: Some(estimate), ..model.clone() };
     for (wrong, word) in [
-        (Dynamics { dt: 0.0, ..dynamics.clone() }, "step"),
-        (Dynamics { mass: vec![], ..dynamics.clone() }, "mass"),
-        (Dynamics { changes: vec![f64::NAN; 2], ..dynamics.clone() }, "changes"),
-        (
-            Dynamics { estimate: Some(TimeEstimate { embedding: vec![], ..estimate.clone() }), ..dynamics.clone() },
-            "estimate",
-        ),
-        (
-            Dynamics {
-                estimate: Some(TimeEstimate { enriched: Box::new(model.clone()), ..estimate }),
-                ..dynamics.clone()
-            },
-            "estimate",
-        ),
+        (with(Dynamics { dt: 0.0, ..dynamics.clone() }), "step"),
+        (with(Dynamics { mass: vec![], ..dynamics.clone() }), "mass"),
+        (with(Dynamics { changes: vec![f64::NAN; 2], ..dynamics.clone() }), "changes"),
+        (estimated(TimeEstimate { embedding: vec![], ..estimate.clone() }), "estimate"),
+        (estimated(TimeEstimate { enriched: Box::new(model.clone()), ..estimate }), "estimate"),
     ] {
-        let why = refused(wrong);
+        let read = ReducedModel::from_bytes(Path::new("x"), &wrong.to_bytes());
+        let why = read.expect_err("refused").to_string();
         assert!(why.contains("damaged") && why.contains(word), "{word}: {why}");
     }
 }

@@ -1,6 +1,5 @@
 //! Inertia, damping and steps in time of a reduced model that moves.
 
-use super::model::{Bar, ReducedModel};
 use crate::solve::Integrator;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -17,20 +16,6 @@ pub struct Dynamics {
     pub damping: Vec<f64>,
     /// Per input: its largest change in a step of the runs that the model and its bars are made of
     pub changes: Vec<f64>,
-    pub estimate: Option<TimeEstimate>,
-}
-
-/// The error estimate of a model that moves: a second model of more modes and points, which follows the first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct TimeEstimate {
-    pub enriched: Box<ReducedModel>,
-    /// \[coordinates of the enriched model × coordinates of the model\] the modes of the model in those of the enriched one
-    pub embedding: Vec<f64>,
-    /// Per quantity: the bar is `factor` (|estimate| + `floor`)
-    pub bars: Vec<Bar>,
-    /// Runs that were held back for the bars, and steps of the longest one
-    pub runs: usize,
-    pub steps: usize,
 }
 
 impl Dynamics {
@@ -39,24 +24,10 @@ impl Dynamics {
         from.iter().zip(to).zip(&self.changes).all(|((from, to), most)| (to - from).abs() <= most * (1.0 + ROUNDING))
     }
 
-    /// Reason why the parts do not belong to a model with so many modes, inputs and quantities, if they do not.
-    pub fn fault(&self, of: &ReducedModel) -> Option<&'static str> {
-        let n = of.sizes.displacements;
+    /// Reason why the parts do not belong to a model with so many modes of the displacement and inputs, if they do not.
+    pub fn fault(&self, n: usize, inputs: usize) -> Option<&'static str> {
         let matrix = |m: &[f64]| m.len() == n * n && m.iter().all(|x| x.is_finite());
         let sound = |x: f64| x.is_finite() && x >= 0.0;
-        let estimate = |e: &TimeEstimate| {
-            let (rows, columns) = (e.enriched.sizes.coordinates(), of.sizes.coordinates());
-            let same_step = |d: &Dynamics| d.estimate.is_none() && d.dt == self.dt && d.integrator == self.integrator;
-            e.enriched.dynamics.as_ref().is_some_and(same_step)
-                && e.enriched.fault().is_none()
-                && e.enriched.inputs == of.inputs
-                && e.enriched.cables.len() == of.cables.len()
-                && e.enriched.quantities.len() == of.quantities.len()
-                && e.embedding.len() == rows * columns
-                && e.embedding.iter().all(|x| x.is_finite())
-                && e.bars.len() == of.quantities.len()
-                && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite())
-        };
         let checks = [
             (self.dt > 0.0 && self.dt.is_finite() && !self.integrator.is_static(), "it has no step in time"),
             (matrix(&self.mass) && matrix(&self.damping), "the mass or the damping has another size"),
@@ -65,11 +36,9 @@ impl Dynamics {
                 "its mass is not positive",
             ),
             (
-                self.changes.len() == of.inputs.len() && self.changes.iter().all(|c| sound(*c)),
+                self.changes.len() == inputs && self.changes.iter().all(|c| sound(*c)),
                 "the changes of inputs are not known",
             ),
-            (of.estimate.is_none(), "it has an estimate for models that rest"),
-            (self.estimate.as_ref().is_none_or(estimate), "the error estimate has another size"),
         ];
         checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact)
     }

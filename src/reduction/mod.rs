@@ -43,7 +43,6 @@ pub mod residual;
 pub mod running_cable;
 pub mod running_laws;
 pub mod sampling;
-pub mod shadow;
 pub mod train;
 pub mod transient;
 pub mod twin;

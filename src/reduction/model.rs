@@ -29,6 +29,8 @@ pub struct ReducedModel {
     pub estimate: Option<ErrorModel>,
     /// Inertia, damping and steps in time, of a model that moves
     pub dynamics: Option<Dynamics>,
+    /// Of a model that moves
+    pub estimate_in_time: Option<TimeEstimate>,
     /// Constants of laws that are inputs
     #[serde(default)]
     pub constants: Constants,
@@ -75,6 +77,19 @@ pub struct ErrorModel {
     pub regimes: Vec<Regime>,
     /// Per quantity: the bar is `factor` (|estimate| + `floor`)
     pub bars: Vec<Bar>,
+}
+
+/// The error estimate of a model that moves: a second model of more modes and points, which follows the first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TimeEstimate {
+    pub enriched: Box<ReducedModel>,
+    /// \[coordinates of the enriched model × coordinates of the model\] the modes of the model in those of the enriched one
+    pub embedding: Vec<f64>,
+    /// Per quantity: the bar is `factor` (|estimate| + `floor`)
+    pub bars: Vec<Bar>,
+    /// Runs that were held back for the bars, and steps of the longest one
+    pub runs: usize,
+    pub steps: usize,
 }
 
 /// The adjoint solutions while the same cables are taut: polynomials of the inputs.
@@ -140,18 +155,40 @@ impl ReducedModel {
             ),
         ];
         let fault = checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact);
-        fault.or_else(|| self.dynamics.as_ref().and_then(|d| d.fault(self)))
+        fault.or_else(|| self.dynamics.as_ref().and_then(|d| d.fault(n, inputs.len()))).or_else(|| self.fault_in_time())
     }
 
     /// How estimates become error bars, quantity by quantity; none without an estimate.
     pub fn bars(&self) -> Option<&[Bar]> {
-        let in_time = self.dynamics.as_ref().and_then(|d| d.estimate.as_ref()).map(|e| &e.bars[..]);
+        let in_time = self.estimate_in_time.as_ref().map(|e| &e.bars[..]);
         in_time.or(self.estimate.as_ref().map(|e| &e.bars[..]))
     }
 
     /// Sizes of the points of the model itself, which have no tests.
     pub fn own_sizes(&self) -> Sizes {
         Sizes { tests: 0, ..self.sizes }
+    }
+
+    /// Reason why the error estimate of a model that moves does not belong to it, if it does not.
+    fn fault_in_time(&self) -> Option<&'static str> {
+        let Some(e) = &self.estimate_in_time else {
+            let both = self.dynamics.is_some() && self.estimate.is_some();
+            return both.then_some("it has an estimate for models that rest");
+        };
+        let (own, other) = (self.dynamics.as_ref(), e.enriched.dynamics.as_ref());
+        let same_step = own.zip(other).is_some_and(|(a, b)| a.dt == b.dt && a.integrator == b.integrator);
+        let sound = same_step
+            && self.estimate.is_none()
+            && e.enriched.estimate_in_time.is_none()
+            && e.enriched.fault().is_none()
+            && e.enriched.inputs == self.inputs
+            && e.enriched.cables.len() == self.cables.len()
+            && e.enriched.quantities.len() == self.quantities.len()
+            && e.embedding.len() == e.enriched.sizes.coordinates() * self.sizes.coordinates()
+            && e.embedding.iter().all(|x| x.is_finite())
+            && e.bars.len() == self.quantities.len()
+            && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite());
+        (!sound).then_some("the error estimate has another size")
     }
 
     fn fits(&self, e: &ErrorModel) -> bool {

@@ -269,6 +269,7 @@ pub(super) fn assemble(
         amplitudes: *amplitudes,
         estimate: None,
         dynamics: None,
+        estimate_in_time: None,
         constants: Constants::default(),
         origin: Origin { supremisers: basis.supremisers, ..origin },
     })

@@ -5,12 +5,12 @@
 
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
-use super::dynamics::{Dynamics, TimeEstimate};
+use super::dynamics::Dynamics;
 use super::error::ReductionError;
 use super::forces::{block_forces, check_parts, unsupported};
 use super::full_state::FullState;
 use super::inputs::{Input, signals};
-use super::model::{Bar, Origin, ReducedModel};
+use super::model::{Bar, Origin, ReducedModel, TimeEstimate};
 use super::points::{Points, Sums};
 use super::sampling::{Selection, select_for, stored};
 use super::train::{FLOOR, Projected, assemble, check_names, left_out, project};
@@ -85,13 +85,10 @@ impl<'a> TransientTraining<'a> {
             runs: held_back.len(),
             steps: held_back.iter().map(Vec::len).max().unwrap_or(0),
         };
-        let moving = |model: ReducedModel, estimate: TimeEstimate| {
-            let with = |dynamics| Dynamics { estimate: Some(estimate), ..dynamics };
-            ReducedModel { dynamics: model.dynamics.map(with), ..model }
-        };
-        model = moving(model, estimate.clone());
+        model.estimate_in_time = Some(estimate);
         let bars = calibrated(&model, held_back)?;
-        Ok(moving(model, TimeEstimate { bars, ..estimate }))
+        model.estimate_in_time.iter_mut().for_each(|e| e.bars.clone_from(&bars));
+        Ok(model)
     }
 
     /// Singular values of the displacements and of the pressures of the states, as shares of the first.
@@ -142,7 +139,6 @@ impl<'a> TransientTraining<'a> {
             mass: matrix(true)?,
             damping: matrix(false)?,
             changes: self.changes(held_back),
-            estimate: None,
         });
         // Such as a mass that is not positive
         match model.fault() {

@@ -1,12 +1,19 @@
 //! A reduced model that runs: from inputs to the equilibrium, or to the end of a step in time, its quantities and their error bars, without allocation.
+//!
+//! The error of a model that moves is estimated by a model of more modes and points that follows it, with one linear solution a step. With e the
+//! distance of the enriched solution from the model, in the enriched space, a step takes E q + e of the last step, evaluates the forces ρ that the full
+//! model leaves there, inertia and all memory of the points included, and solves the error dynamics linearised about it, (c_a M + c_v C + K) Δe = −ρ. The
+//! estimate of a quantity is its difference between both models.
+//!
+//! Hierarchical estimates: Bank & Smith, *SIAM J. Numer. Anal.* 30 (1993); for reduced models Hain, Ohlberger, Radic & Urban, *Adv. Comput.
+//! Math.* 45 (2019). Limits: what lies outside of the enriched space is not seen, and enters the bar only by its calibration.
 
 use super::equations::{Equations, Position};
 use super::forces::CableDrive;
-use super::model::ReducedModel;
+use super::model::{ReducedModel, TimeEstimate};
 use super::motion::Motion;
 use super::quantities::{ReducedReading, winding};
 use super::residual::Residual;
-use super::shadow::{Shadow, ShadowState};
 use crate::material::LawSpecError;
 use crate::math::tensor::Vec3;
 use crate::system::State;
@@ -91,8 +98,7 @@ impl Twin {
         let model: Arc<ReducedModel> = model.into();
         let equations = Equations::new(model.clone())?;
         let residual = model.estimate.as_ref().map(|e| Residual::new(e, model.sizes)).transpose()?;
-        let estimate = model.dynamics.as_ref().and_then(|d| d.estimate.as_ref());
-        let shadow = estimate.map(Shadow::new).transpose()?;
+        let shadow = model.estimate_in_time.as_ref().map(Shadow::new).transpose()?;
         let rest = equations.rest();
         let (quantities, inputs) = (model.quantities.len(), model.inputs.len());
         let mut twin = Self {
@@ -281,7 +287,7 @@ impl Twin {
     }
 
     /// One step in time by one iteration from `start`, with the tensions and taut cables of another model; false where it has no finite result.
-    pub(super) fn follow(&mut self, inputs: &[f64], start: impl Iterator<Item = f64>, of: &Position) -> bool {
+    fn follow(&mut self, inputs: &[f64], start: impl Iterator<Item = f64>, of: &Position) -> bool {
         self.equations.begin();
         self.at.y.iter_mut().zip(start).for_each(|(y, start)| *y = start);
         self.at.tensions.copy_from_slice(&of.tensions);
@@ -393,5 +399,75 @@ impl Twin {
                 slopes[..3 * u].chunks_exact(u).zip(along.iter()).map(|(row, a)| a * dot(row)).sum()
             }
         }
+    }
+}
+
+/// The enriched model with its distance from the model.
+struct Shadow {
+    twin: Box<Twin>,
+    /// \[coordinates of the enriched model × coordinates of the model\]
+    embedding: Vec<f64>,
+    /// \[coordinates of the enriched model\] e
+    distance: Vec<f64>,
+    /// \[coordinates of the enriched model\] E y
+    embedded: Vec<f64>,
+    /// Whether a step had no result: there is no estimate before the next rest
+    lost: bool,
+}
+
+/// The state of a [`Shadow`].
+#[derive(Clone, Debug, PartialEq)]
+struct ShadowState {
+    twin: TwinState,
+    distance: Vec<f64>,
+    lost: bool,
+}
+
+impl Shadow {
+    fn new(of: &TimeEstimate) -> Result<Self, LawSpecError> {
+        let n = of.enriched.sizes.coordinates();
+        Ok(Self {
+            twin: Box::new(Twin::new((*of.enriched).clone())?),
+            embedding: of.embedding.clone(),
+            distance: vec![0.0; n],
+            embedded: vec![0.0; n],
+            lost: false,
+        })
+    }
+
+    /// Back to rest.
+    fn reset(&mut self) {
+        self.twin.reset();
+        self.distance.fill(0.0);
+        self.lost = false;
+    }
+
+    fn save(&self) -> ShadowState {
+        ShadowState { twin: self.twin.save(), distance: self.distance.clone(), lost: self.lost }
+    }
+
+    fn restore(&mut self, state: &ShadowState) {
+        self.twin.restore(&state.twin);
+        self.distance.copy_from_slice(&state.distance);
+        self.lost = state.lost;
+    }
+
+    /// Follows the model to the end of its step; the estimates are the quantities of the enriched model less `values`. False where there are none.
+    fn follow(&mut self, inputs: &[f64], at: &Position, values: &[f64], estimates: &mut [f64]) -> bool {
+        let Self { twin, embedding, distance, embedded, lost } = self;
+        let rows = embedding.chunks_exact(at.y.len());
+        for (sum, row) in embedded.iter_mut().zip(rows) {
+            *sum = row.iter().zip(&at.y).map(|(e, y)| e * y).sum();
+        }
+        let start = embedded.iter().zip(distance.iter()).map(|(y, e)| y + e);
+        *lost = *lost || !twin.follow(inputs, start, at);
+        if *lost {
+            return false;
+        }
+        let reached = distance.iter_mut().zip(&twin.position().y).zip(embedded.iter());
+        reached.for_each(|((e, z), y)| *e = z - y);
+        let differences = estimates.iter_mut().zip(twin.values()).zip(values);
+        differences.for_each(|((estimate, other), value)| *estimate = other - value);
+        estimates.iter().all(|e| e.is_finite())
     }
 }

@@ -1,7 +1,7 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
 use super::body::Body;
-use super::builder::{Builder, Gathered, LawSource, Tables};
+use super::builder::{Builder, LawSource, Tables};
 use super::compare::{MeasuredData, read_measured};
 use super::control::{Controls, build_controls};
 use super::cover::check_cover;
@@ -274,21 +274,10 @@ impl Scene {
         let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
         let (prescribed, signals, notes) = builder.finish();
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
-        let Gathered {
-            points: elastic,
-            stressed,
-            reinforcing,
-            membranes,
-            relaxing,
-            viscous,
-            softening,
-            hosts,
-            laws,
-            ..
-        } = gathered;
-        let parts = SystemParts { nodes, hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
+        let parts =
+            SystemParts { nodes, hosts: gathered.hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
         let system = number(parts).map_err(|e| part(file, "scene", e))?;
-        let law = laws.into_iter().next().map(|l| l.law);
+        let law = gathered.laws.into_iter().next().map(|l| l.law);
         let scene = Self {
             title: spec.title.clone(),
             file: file.into(),
@@ -297,13 +286,13 @@ impl Scene {
             system,
             points,
             law,
-            elastic,
-            stressed,
-            reinforcing,
-            membranes,
-            relaxing,
-            viscous,
-            softening,
+            elastic: gathered.points,
+            stressed: gathered.stressed,
+            reinforcing: gathered.reinforcing,
+            membranes: gathered.membranes,
+            relaxing: gathered.relaxing,
+            viscous: gathered.viscous,
+            softening: gathered.softening,
             cables,
             cavities,
             contacts,

@@ -134,7 +134,7 @@ fn describe(
     let small = if twin.dt().is_some() { None } else { Some(times(&mut twin, ways.map(|u| (false, u)))) };
     let (step_s, steps) = small.unwrap_or((leap_s, leaps));
     let all = all_errors(model, others).map_err(|e| e.to_string())?;
-    let in_time = model.dynamics.as_ref().and_then(|d| d.estimate.as_ref()).map(|e| &e.enriched.points);
+    let in_time = model.estimate_in_time.as_ref().map(|e| &e.enriched.points);
     let estimate_points = in_time.or(model.estimate.as_ref().map(|e| &e.points));
     let count = |points: &[crate::reduction::points::StoredPoints]| points.iter().map(|p| p.weights.len()).sum();
     let quantity = |k: usize| quantity(model, k, &known.states, &all);

@@ -61,7 +61,7 @@ pub fn at(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord, t:
 
 /// The changes of a run: each input is a polygon with these corners, from rest on.
 pub fn run(inputs: &[InputRecord], corners: &[Vec<f64>], motion: MotionRecord) -> toml::Table {
-    let mut changes = super::spec::polygons(inputs, corners, motion.corner);
+    let mut changes = super::runs::polygons(inputs, corners, motion.corner);
     changes.insert("stage.0.duration".into(), format!("{} s", motion.duration).into());
     changes
 }

@@ -11,6 +11,7 @@ pub mod path;
 mod prepared;
 pub mod record;
 pub mod report;
+mod runs;
 mod search;
 mod search_figure;
 pub mod spec;
