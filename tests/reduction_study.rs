@@ -301,6 +301,17 @@ fn mistakes_of_a_study_are_refused() {
         ("name = \"xmax_z_m\"", "name = \"xmax_q_m\"", "xmax_q_m"),
         ("held_back = 20", "held_back = 20\nruns = 0", "run"),
         ("held_back = 20", "held_back = 20\nsampling = \"6 %\"", "5 %"),
+        // What only models at rest have
+        (
+            "training = 24",
+            "motion = { duration = \"2 s\", corner = \"1 s\" }\ntraining = { kind = \"grid\", each = 5 }",
+            "plan",
+        ),
+        (
+            "held_back = 20",
+            "held_back = 20\nmotion = { duration = \"2 s\", corner = \"1 s\" }\nreference = { \"mesh.grid.divisions\" = [9, 2, 2] }",
+            "meshes",
+        ),
     ] {
         assert!(STUDY.contains(from), "{from}");
         write(at, "study.toml", &STUDY.replacen(from, to, 1));
