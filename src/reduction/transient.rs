@@ -277,11 +277,11 @@ fn constant_matrix(scene: &Scene, modes: &[Vec<f64>], kinetic: bool) -> Result<V
     Ok((0..n * n).map(symmetric).collect())
 }
 
+/// Error and estimate of each quantity at a state.
+pub type StateErrors = Vec<(f64, f64)>;
+
 /// Errors of the model in whole runs that it was not trained on, and their estimates: \[runs\]\[steps × quantities\].
-pub fn errors_in_time(
-    model: &ReducedModel,
-    runs: &[Vec<FullState>],
-) -> Result<Vec<Vec<Vec<(f64, f64)>>>, ReductionError> {
+pub fn errors_in_time(model: &ReducedModel, runs: &[Vec<FullState>]) -> Result<Vec<Vec<StateErrors>>, ReductionError> {
     let mut twin = Twin::new(model.clone())?;
     let mut of_run = |run: &Vec<FullState>| {
         twin.reset();

@@ -24,7 +24,7 @@ const STUDIES: [&str; 11] = [
 ];
 /// Sources of figures with the beginning of a name that they give; a source that is not here fails the test. Not in a style of one's own: `body.rs` (`check`,
 /// `mesh`), and the overlays that `simulate` draws.
-const DRAWN: [(&str, &str); 30] = [
+const DRAWN: [(&str, &str); 32] = [
     ("report/body.rs", ""),
     ("study/overlay/figure.rs", ""),
     ("study/overlay/markers_figure.rs", ""),
@@ -49,6 +49,8 @@ const DRAWN: [(&str, &str); 30] = [
     ("study/kinds/reduction/figures.rs", "work-precision"),
     ("study/kinds/reduction/figures.rs", "bars"),
     ("study/kinds/reduction/figures.rs", "singular-values"),
+    ("study/kinds/reduction/mesh_figure.rs", "meshes"),
+    ("study/kinds/reduction/search_figure.rs", "search"),
     ("study/kinds/robustness/figures/failed.rs", "failures"),
     ("study/kinds/robustness/figures/matrix.rs", "matrix"),
     ("study/kinds/robustness/figures/region.rs", "map-dt-nu"),
