@@ -98,8 +98,8 @@ impl Controller for Way {
 fn states(scene: &Scene, points: &[Vec<f64>], names: &[String]) -> Vec<FullState> {
     let mut all: Vec<State> = vec![];
     let mut on_state = |state: &State| all.push(state.clone());
-    let all = points.to_vec();
-    let mut way = Way(all.into_iter());
+    let steps = points.to_vec();
+    let mut way = Way(steps.into_iter());
     let options = RunOptions { on_state: Some(&mut on_state), controller: Some(&mut way), ..RunOptions::default() };
     let run = scene.run_with(options);
     assert_eq!(run.status, Status::Converged);

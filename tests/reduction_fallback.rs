@@ -91,7 +91,7 @@ fn plain(folder: &Path, weight: f64, mu: f64) -> f64 {
     std::fs::remove_dir_all(folder.join("plain")).expect("it was made");
     let mut rows = text.lines().filter(|line| !line.starts_with('#'));
     let place = rows.next().expect("a head").split(',').position(|c| c == "xmax_z_m").expect("the column");
-    rows.last().expect("a row").split(',').nth(place).expect("a cell").parse().expect("a number")
+    rows.next_back().expect("a row").split(',').nth(place).expect("a cell").parse().expect("a number")
 }
 
 /// In the range the reduced model answers; beyond it, and where the bar is above the tolerance, the full one, with the value of a plain run of the scene to
