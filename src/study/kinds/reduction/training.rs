@@ -24,9 +24,15 @@ pub enum TrainingSpec {
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum PlanSpec {
     /// Every combination of `each` values of each input, ends included
-    Grid { each: usize },
+    Grid {
+        /// Values of each input
+        each: usize,
+    },
     /// One state in each stratum of every input
-    LatinHypercube { states: usize },
+    LatinHypercube {
+        /// Number of states, and of strata
+        states: usize,
+    },
     /// A few states, then batch after batch where the estimated error of the present model is largest
     Greedy(GreedySpec),
 }
