@@ -6,11 +6,11 @@
 
 use super::elimination_tree::{EliminationTree, Supernode};
 pub use super::multifrontal::ZeroPivot;
-use super::multifrontal::{Kind, back, eliminate, forward};
+use super::multifrontal::{Kind, eliminate};
+use super::substitution::{Number, back, forward};
 use crate::math::ordering::{minimum_degree, postorder};
 use crate::math::sparse::SymPattern;
 use crate::math::vector::norm;
-use faer::traits::RealField;
 use std::convert::Infallible;
 
 /// The symbolic work is done once; L has its memory from the first factorisation on.
@@ -114,13 +114,7 @@ impl Direct {
     }
 
     /// Solves with this L in its precision.
-    fn substitute<T: RealField + Copy>(
-        &self,
-        l: &[T],
-        columns: &mut [f64],
-        round: impl Fn(f64) -> T,
-        widen: impl Fn(T) -> f64,
-    ) {
+    fn substitute<T: Number>(&self, l: &[T], columns: &mut [f64], round: impl Fn(f64) -> T, widen: impl Fn(T) -> f64) {
         let (tree, k) = (&self.tree, columns.len() / self.n);
         let kind = self.kind.expect("solve is called only after a successful factorisation");
         // All columns of a supernode are next to each other.

@@ -15,6 +15,7 @@ mod factor;
 mod method;
 mod multifrontal;
 mod solve;
+mod substitution;
 
 pub use direct::Direct;
 pub use error::LinearError;

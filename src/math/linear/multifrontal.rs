@@ -1,17 +1,12 @@
-//! Elimination and substitution with one supernode: dense work by faer's kernels, on one thread.
+//! Elimination of the columns of one supernode: dense work by faer's kernels, on one thread.
 
 use super::elimination_tree::{EliminationTree, Supernode};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::{ldlt, llt};
-use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place, solve_unit_upper_triangular_in_place,
-    solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place};
 use faer::mat::{MatMut, MatRef};
 use faer::prelude::{Reborrow, ReborrowMut};
-use faer::traits::RealField;
 use faer::{Accum, Par};
 use std::ops::Range;
 
@@ -119,79 +114,4 @@ fn runs(places: &[u32]) -> Vec<Range<usize>> {
         range
     };
     places.chunk_by(|a, b| a + 1 == *b).map(run).collect()
-}
-
-/// Substitutes forward in the columns of a supernode: `own`, a vector for each of `k` right sides, becomes L⁻¹b of them. Returns what is
-/// added to the right sides of the rows below, a vector for each.
-pub(super) fn forward<T: RealField + Copy>(
-    tree: &EliminationTree,
-    supernode: &Supernode,
-    l: &[T],
-    (own, k): (&mut [T], usize),
-    children: &[Vec<T>],
-    kind: Kind,
-) -> Vec<T> {
-    let (c, m) = (supernode.columns.len(), supernode.rows.len());
-    let (of_columns, of_rows) = MatRef::from_column_major_slice(&l[supernode.values.clone()], c + m, c).split_at_row(c);
-    let mut all = vec![T::zero_impl(); m * k];
-    for right in 0..k {
-        let (own, below) = (&mut own[right * c..][..c], &mut all[right * m..][..m]);
-        for (&child, message) in supernode.children.iter().zip(children) {
-            let places = &tree.places[tree.supernodes[child].rows.clone()];
-            let (in_columns, in_rows) = places.split_at(places.partition_point(|&place| (place as usize) < c));
-            let (of_columns, of_rows) = message[right * places.len()..][..places.len()].split_at(in_columns.len());
-            in_columns.iter().zip(of_columns).for_each(|(&place, v)| own[place as usize] += *v);
-            for (&place, v) in in_rows.iter().zip(of_rows) {
-                let to = &mut below[place as usize - c];
-                *to += *v;
-            }
-        }
-        let mut own = MatMut::from_column_major_slice_mut(own, c, 1);
-        match kind {
-            Kind::Llt => solve_lower_triangular_in_place(of_columns, own.rb_mut(), Par::Seq),
-            Kind::Ldlt => solve_unit_lower_triangular_in_place(of_columns, own.rb_mut(), Par::Seq),
-        }
-        let to = MatMut::from_column_major_slice_mut(below, m, 1);
-        matmul(to, Accum::Add, of_rows, own.rb(), -T::one_impl(), Par::Seq);
-    }
-    all
-}
-
-/// Substitutes back in the columns of a supernode, given the values `above` of the rows below its columns, a vector for each of `k` right
-/// sides; pushes those of its children.
-pub(super) fn back<T: RealField + Copy>(
-    tree: &EliminationTree,
-    supernode: &Supernode,
-    l: &[T],
-    (own, k): (&mut [T], usize),
-    above: &[T],
-    messages: &mut Vec<Vec<T>>,
-    kind: Kind,
-) {
-    let (c, m) = (supernode.columns.len(), supernode.rows.len());
-    let (of_columns, of_rows) = MatRef::from_column_major_slice(&l[supernode.values.clone()], c + m, c).split_at_row(c);
-    for right in 0..k {
-        let own = &mut own[right * c..][..c];
-        if kind == Kind::Ldlt {
-            own.iter_mut().enumerate().for_each(|(j, x)| *x /= of_columns[(j, j)]);
-        }
-        let mut x = MatMut::from_column_major_slice_mut(own, c, 1);
-        let known = MatRef::from_column_major_slice(&above[right * m..][..m], m, 1);
-        matmul(x.rb_mut(), Accum::Add, of_rows.transpose(), known, -T::one_impl(), Par::Seq);
-        match kind {
-            Kind::Llt => solve_upper_triangular_in_place(of_columns.transpose(), x, Par::Seq),
-            Kind::Ldlt => solve_unit_upper_triangular_in_place(of_columns.transpose(), x, Par::Seq),
-        }
-    }
-    for &child in &supernode.children {
-        let places = &tree.places[tree.supernodes[child].rows.clone()];
-        let (in_columns, in_rows) = places.split_at(places.partition_point(|&place| (place as usize) < c));
-        let mut message = Vec::with_capacity(k * places.len());
-        for right in 0..k {
-            let (own, above) = (&own[right * c..][..c], &above[right * m..][..m]);
-            message.extend(in_columns.iter().map(|&place| own[place as usize]));
-            message.extend(in_rows.iter().map(|&place| above[place as usize - c]));
-        }
-        messages.push(message);
-    }
 }
