@@ -118,3 +118,22 @@ fn expressions_are_read_as_spdx_defines_them() {
         assert_eq!(holds(expression, &allowed), expected, "{expression}");
     }
 }
+
+/// `cargo build` and `cargo test` take the same features of every crate, so that the second does not compile the library again: 4 minutes on two cores.
+/// Where this fails, `Cargo.toml` asks for the features of the tests too.
+#[test]
+fn tests_ask_for_no_feature_that_the_program_does_not() {
+    let features = |edges: &str| {
+        let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
+        let mut command = Command::new(cargo);
+        command.args(["tree", "--locked", "--prefix", "none", "--format", "{p} {f}", "--edges", edges]);
+        let output = command.current_dir(ROOT).output().expect("cargo starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        text.lines().map(|line| line.trim_end_matches(" (*)").trim_end().to_string()).collect::<BTreeSet<_>>()
+    };
+    let (building, testing) = (features("normal,build"), features("normal,build,dev"));
+    assert!(building.len() > 200 && testing.len() > building.len());
+    let other: Vec<&String> = building.difference(&testing).collect();
+    assert!(other.is_empty(), "with other features in tests: {other:#?}");
+}

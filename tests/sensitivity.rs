@@ -5,7 +5,8 @@ mod common;
 
 use common::{column, example_table, sensitivities};
 use durometer::material::LAWS;
-use durometer::scene::{Body, Scene, from_text};
+use durometer::scene::{Body, ParameterKey, RunOptions, Scene, SensitivityRecorder, extreme, from_text};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Arc;
@@ -194,4 +195,43 @@ fn shapes_of_made_meshes_need_a_declared_deformation() {
     let refused = durometer::scene::SensitivityRecorder::new(&build(&plain, &body), &keys("mesh.size")).err();
     let message = refused.expect("refused").to_string();
     assert!(message.contains("the mesher would make another mesh") && message.contains("[mesh.deform]"), "{message}");
+}
+
+/// A pull that is let go of, and a dynamic stage of the same: at extremes the derivatives are those of every step, bit for bit. In statics no other
+/// row has them, and a factorisation is made for each row with an extreme; in dynamics every step needs the one before.
+#[test]
+fn derivatives_at_extremes_are_those_of_every_step() {
+    let body = body();
+    let drive = r#"{ kind = "length", signal = { kind = "raised_cosine", amplitude = "5 mm", frequency = "1 Hz" } }"#;
+    let text = text("displacement", drive, &example_table("neo_hookean"))
+        .replace("dt = \"1 s\"", "dt = \"0.1 s\"")
+        .replace("reuse_factor = false", "");
+    let dynamic = text.replace("integrator = \"static\"", "integrator = \"bdf2\"");
+    for (text, is_static) in [(text, true), (dynamic, false)] {
+        let scene = build(&text, &body);
+        let keys: Vec<ParameterKey> =
+            ["laws.rubber.E", "effect.gravity.density"].map(|key| key.parse().expect("a key")).to_vec();
+        let run = |recorder| scene.run_with(RunOptions { sensitivities: Some(recorder), ..RunOptions::default() });
+        let [all, few] = [SensitivityRecorder::new, SensitivityRecorder::at_extremes]
+            .map(|new| run(new(&scene, &keys).expect("a scene with derivatives")));
+        assert_eq!((&all.status, &all.rows), (&few.status, &few.rows));
+        let [all_found, found] = [&all, &few].map(|run| run.sensitivities.as_ref().expect("asked for"));
+        let at = |name: &String| {
+            let k = all.columns.iter().position(|column| column == name).expect("a recorded column");
+            extreme(all.rows.iter().map(|row| row[k])).expect("rows").at
+        };
+        let rows: BTreeSet<usize> = found.columns.iter().map(at).collect();
+        assert!(rows.contains(&5) && rows.len() < 6, "most at the end of the pull: {rows:?}");
+        let bits = |row: &Vec<Vec<f64>>| row.iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>();
+        for (k, (all, few)) in all_found.rows.iter().zip(&found.rows).enumerate() {
+            if k == 0 || rows.contains(&k) || !is_static {
+                assert_eq!(bits(all), bits(few), "row {k}");
+            } else {
+                assert!(few.iter().flatten().all(|x| x.is_nan()), "row {k}: {few:?}");
+            }
+        }
+        let counts = (all_found.factorisations, found.factorisations);
+        assert_eq!(counts, if is_static { (10, rows.len()) } else { (10, 10) });
+        assert_eq!(all_found.rows.len(), found.rows.len());
+    }
 }

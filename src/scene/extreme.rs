@@ -39,9 +39,7 @@ pub struct Extreme {
 pub fn extreme(values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
     let mut values = values.into_iter();
     let first = values.next()?;
-    let departure = |v: f64| (v - first).abs();
-    let farther =
-        |a: (usize, f64), b: (usize, f64)| if departure(b.1).total_cmp(&departure(a.1)).is_ge() { b } else { a };
+    let farther = |a: (usize, f64), b: (usize, f64)| if is_as_far(first, b.1, a.1) { b } else { a };
     let (at, value) = (1..).zip(values).fold((0, first), farther);
     let kind = match value.partial_cmp(&first) {
         Some(std::cmp::Ordering::Less) => ExtremeKind::Minimum,
@@ -49,6 +47,11 @@ pub fn extreme(values: impl IntoIterator<Item = f64>) -> Option<Extreme> {
         _ => ExtremeKind::Constant,
     };
     Some(Extreme { at, value, kind })
+}
+
+/// Whether a value is at least as far from the first one as another value.
+pub(super) fn is_as_far(first: f64, value: f64, other: f64) -> bool {
+    (value - first).abs().total_cmp(&(other - first).abs()).is_ge()
 }
 
 #[cfg(test)]

@@ -61,6 +61,7 @@ mod energy_balance;
 mod error;
 pub mod error_estimate;
 mod extreme;
+mod extreme_rows;
 mod features;
 mod fields;
 mod fixture;

@@ -103,8 +103,8 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         self.last_point = self.options.save_end.then(|| self.checkpoint.clone());
     }
 
-    fn record(&mut self, step: &AcceptedStep) {
-        let AcceptedStep { integrator, past, now, sums, on_grid, .. } = *step;
+    fn record(&mut self, accepted: &AcceptedStep) {
+        let AcceptedStep { integrator, past, now, sums, on_grid, .. } = *accepted;
         let (scene, Checkpoint { balance, rows, signals, memories, peak, .. }) = (self.scene, &mut self.checkpoint);
         let iterations = std::mem::take(&mut self.iterations);
         let step = Step { system: &scene.system, integrator, past, dt: now.t - past.t };
@@ -117,6 +117,9 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         }
         self.is_full = self.options.on_row.as_mut().is_some_and(|on_row| !on_row(&row));
         rows.push(row);
+        if let Some(sensitivities) = &mut self.options.sensitivities {
+            sensitivities.recorded(rows, accepted, &self.memory);
+        }
         memories.push(self.memory.clone());
         signals.push(values);
         if let (Some(on_state), true) = (&mut self.options.on_state, on_grid) {

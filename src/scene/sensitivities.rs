@@ -1,8 +1,9 @@
 //! Derivatives of the rows of a run, computed in the same pass.
 
 use super::build::Scene;
+use super::extreme_rows::{ExtremeRow, ExtremeRows};
 use super::parameter_key::ParameterKey;
-use super::sensitivity::{RowDerivatives, Sensitivity};
+use super::sensitivity::{RowDerivatives, Sensitivity, StepEnd};
 use super::sensitivity_error::SensitivityError;
 use crate::math::threads::CpuClock;
 use crate::solve::{AcceptedStep, Failure, Integrator};
@@ -16,7 +17,8 @@ pub struct Sensitivities {
     pub columns: Vec<String>,
     pub keys: Vec<ParameterKey>,
     /// \[rows × columns × keys\] in the unit of the column per SI unit of the key; one entry for each of `Run::rows`,
-    /// fewer only where `stopped` says why. NaN where a column has no derivative, like the curvature of a straight line
+    /// fewer only where `stopped` says why. NaN where a column has no derivative, like the curvature of a straight line, and in the rows
+    /// that [`SensitivityRecorder::at_extremes`] leaves out
     pub rows: Vec<Vec<Vec<f64>>>,
     /// \[columns × keys\] largest estimated error of a derivative over the rows, zero where it is exact
     pub errors: Vec<Vec<f64>>,
@@ -24,7 +26,7 @@ pub struct Sensitivities {
     pub column_sizes: Vec<f64>,
     /// \[keys\] size of the value of a key \[SI\], 0 where its derivative is exact
     pub key_sizes: Vec<f64>,
-    /// Time \[s\] from which on there is no derivative: a bifurcation, or a limit point
+    /// Time \[s\] from which on there is no derivative: a bifurcation, or a limit point. Of the derivatives at extremes, the first one without
     pub stopped: Option<(f64, Failure)>,
     /// Numeric factorisations and right sides solved for the derivatives, in addition to those of the run
     pub factorisations: usize,
@@ -116,6 +118,8 @@ impl Sensitivities {
 pub struct SensitivityRecorder<'a> {
     sensitivity: Sensitivity<'a>,
     sensitivities: Sensitivities,
+    /// The rows of which derivatives are computed, at the end of the run; none where they are computed step by step
+    extremes: Option<ExtremeRows>,
 }
 
 impl<'a> SensitivityRecorder<'a> {
@@ -123,6 +127,19 @@ impl<'a> SensitivityRecorder<'a> {
     /// are none.
     pub fn new(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         Self::of(scene, keys, false)
+    }
+
+    /// The same at the [extremes](super::extreme) of the columns and at the first row only, where the steps do not need each other: in statics without history.
+    /// This saves a factorisation for every other row.
+    pub fn at_extremes(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
+        let mut recorder = Self::of(scene, keys, false)?;
+        let rest = scene.system.rest();
+        if !scene.spans.iter().any(|span| Sensitivity::needs_past(span.integrator, &rest)) {
+            let (all, own) = (scene.columns(), &recorder.sensitivities.columns);
+            let positions = own.iter().filter_map(|name| all.iter().position(|column| column == name));
+            recorder.extremes = Some(ExtremeRows::new(positions.collect()));
+        }
+        Ok(recorder)
     }
 
     /// The same by differences for constants of laws, too.
@@ -147,21 +164,37 @@ impl<'a> SensitivityRecorder<'a> {
             cpu: 0.0,
         };
         sensitivities.add(sensitivity.start());
-        Ok(Self { sensitivity, sensitivities })
+        Ok(Self { sensitivity, sensitivities, extremes: None })
     }
 
     /// A stage begins at `state`.
     pub(super) fn begin(&mut self, integrator: Integrator, state: &State) {
-        self.timed(state.t, |sensitivity| sensitivity.solver.begin(integrator, state).map(|()| None));
+        if self.sensitivities.stopped.is_none() {
+            self.timed(state.t, |sensitivity| sensitivity.solver.begin(integrator, state).map(|()| None));
+        }
     }
 
     /// A step was accepted, which the recorders have taken over into their memory.
     pub(super) fn step(&mut self, step: &AcceptedStep, memory: &[f64], recorded: bool) {
-        self.timed(step.now.t, |sensitivity| sensitivity.step(step, memory, recorded));
+        if self.extremes.is_some() || self.sensitivities.stopped.is_some() {
+            return;
+        }
+        let AcceptedStep { integrator, past, now, sums, .. } = *step;
+        let end = StepEnd { integrator, past, now, residual: &sums.r, memory };
+        let row = self.timed(now.t, |sensitivity| sensitivity.step(&end, recorded));
+        row.into_iter().for_each(|row| self.sensitivities.add(row));
+    }
+
+    /// A row was added to `rows` at the end of a step.
+    pub(super) fn recorded(&mut self, rows: &[Vec<f64>], step: &AcceptedStep, memory: &[f64]) {
+        self.extremes.iter_mut().for_each(|extremes| extremes.add(rows, step, memory));
     }
 
     /// The derivatives, of the rows so far where the run ended early.
-    pub(super) fn finish(self, columns: &[String], rows: &[Vec<f64>]) -> Sensitivities {
+    pub(super) fn finish(mut self, columns: &[String], rows: &[Vec<f64>]) -> Sensitivities {
+        if let Some(extremes) = self.extremes.take() {
+            self.compute(extremes, rows.len());
+        }
         let factor = &self.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
         let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
@@ -173,23 +206,43 @@ impl<'a> SensitivityRecorder<'a> {
         Sensitivities { factorisations, solves, column_sizes, ..self.sensitivities }
     }
 
-    fn timed(&mut self, t: f64, work: impl FnOnce(&mut Sensitivity) -> Result<Option<RowDerivatives>, Failure>) {
-        if self.sensitivities.stopped.is_some() {
-            return;
+    /// Computes the derivatives at the extremes of a run of so many rows.
+    fn compute(&mut self, extremes: ExtremeRows, rows: usize) {
+        let Sensitivities { columns, keys, .. } = &self.sensitivities;
+        let none = vec![vec![f64::NAN; keys.len()]; columns.len()];
+        self.sensitivities.rows.resize(rows, none);
+        for ExtremeRow { row, integrator, past, now, residual, memory } in extremes.into_rows() {
+            let end = StepEnd { integrator, past: &past, now: &now, residual: &residual, memory: &memory };
+            let Some(found) = self.timed(now.t, |sensitivity| sensitivity.step(&end, true)) else { continue };
+            self.sensitivities.note_errors(found.errors);
+            self.sensitivities.rows[row] = found.values;
         }
+    }
+
+    fn timed(
+        &mut self,
+        t: f64,
+        work: impl FnOnce(&mut Sensitivity) -> Result<Option<RowDerivatives>, Failure>,
+    ) -> Option<RowDerivatives> {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
-        match work(&mut self.sensitivity) {
-            Ok(row) => row.into_iter().for_each(|row| self.sensitivities.add(row)),
-            Err(why) => self.sensitivities.stopped = Some((t, why)),
-        }
+        let row = work(&mut self.sensitivity).unwrap_or_else(|why| {
+            self.sensitivities.stopped.get_or_insert((t, why));
+            None
+        });
         self.sensitivities.wall += wall.elapsed().as_secs_f64();
         self.sensitivities.cpu += cpu.elapsed().as_secs_f64();
+        row
     }
 }
 
 impl Sensitivities {
     fn add(&mut self, RowDerivatives { values, errors }: RowDerivatives) {
         self.rows.push(values);
+        self.note_errors(errors);
+    }
+
+    /// Takes the errors at one row \[columns × keys\] into account.
+    fn note_errors(&mut self, errors: Vec<Vec<f64>>) {
         for (most, error) in self.errors.iter_mut().flatten().zip(errors.into_iter().flatten()) {
             // A value that is not a number is no derivative, and has no error
             *most = most.max(error);

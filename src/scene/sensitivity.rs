@@ -12,7 +12,7 @@ use super::parameter_key::ParameterKey;
 use super::recorder::{Energies, Moment};
 use super::scene_difference::SceneDifference;
 use super::sensitivity_error::SensitivityError;
-use crate::solve::{AcceptedStep, Differentiator, Failure, Step};
+use crate::solve::{Differentiator, Failure, Integrator, Step};
 use crate::system::{Capabilities, Gradient, Needs, Parameter, State};
 
 /// Differentiates the states of a scene.
@@ -21,6 +21,17 @@ pub(super) struct Sensitivity<'a> {
     pub(super) solver: Differentiator<'a>,
     /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
     differences: Vec<Option<SceneDifference>>,
+}
+
+/// The end of a step.
+pub(super) struct StepEnd<'a> {
+    pub integrator: Integrator,
+    pub past: &'a State,
+    pub now: &'a State,
+    /// \[unknowns\] residual at `now`
+    pub residual: &'a [f64],
+    /// Numbers that the recorders keep, at `now`
+    pub memory: &'a [f64],
 }
 
 /// Derivatives of the columns at one row, and estimates of their errors, both \[columns × keys\].
@@ -64,15 +75,15 @@ impl<'a> Sensitivity<'a> {
         self.row(&moment, &vec![none.clone(); self.solver.changes.len()])
     }
 
+    /// Whether a step needs the derivatives at the end of the one before.
+    pub(super) fn needs_past(integrator: Integrator, state: &State) -> bool {
+        !integrator.is_static() || !state.history.is_empty()
+    }
+
     /// Derivatives at the end of a step, where it is recorded, in the unit of the column per SI unit of the key; NaN of a column that has none there.
-    pub(super) fn step(
-        &mut self,
-        step: &AcceptedStep,
-        memory: &[f64],
-        recorded: bool,
-    ) -> Result<Option<RowDerivatives>, Failure> {
-        let AcceptedStep { integrator, past, now, sums, .. } = *step;
-        if !recorded && integrator.is_static() && now.history.is_empty() {
+    pub(super) fn step(&mut self, end: &StepEnd, recorded: bool) -> Result<Option<RowDerivatives>, Failure> {
+        let StepEnd { integrator, past, now, residual, memory } = *end;
+        if !recorded && !Self::needs_past(integrator, now) {
             return Ok(None);
         }
         let step = Step { system: &self.scene.system, integrator, past, dt: now.t - past.t };
@@ -82,7 +93,7 @@ impl<'a> Sensitivity<'a> {
         }
         let reactions = self.solver.reactions(&step, now)?;
         let (body, energies, at) = (&self.scene.body, Energies::default(), step.at(now));
-        let moment = Moment { body, state: now, step: Some(&at), residual: &sums.r, energies, memory };
+        let moment = Moment { body, state: now, step: Some(&at), residual, energies, memory };
         Ok(Some(self.row(&moment, &reactions)))
     }
 

@@ -277,7 +277,12 @@ fn recorder<'a>(
     if task.constants.is_empty() {
         return Ok(None);
     }
-    match SensitivityRecorder::new(scene, &task.constants) {
+    // Where no analysis of the study asks for curves of derivatives, the intervals of constants need those at extremes
+    let made = match task.case.derivatives.is_empty() {
+        true => SensitivityRecorder::at_extremes(scene, &task.constants),
+        false => SensitivityRecorder::new(scene, &task.constants),
+    };
+    match made {
         Ok(recorder) => Ok(Some(recorder)),
         // Intervals of constants are an addition; a scene without derivatives has its result
         Err(why) if task.input_uncertainty => {

@@ -15,7 +15,7 @@ pub fn signals(scene: &Scene, run: &Run) -> String {
     text
 }
 
-/// Derivatives of the columns by the keys (SI) over the times of the run.
+/// Derivatives of the columns by the keys (SI) over the times of the run, or at the times at which they were computed.
 pub fn sensitivities(run: &Run, found: &Sensitivities) -> String {
     let by_keys = |column: &String| {
         let of = |key| format!("d {column}/d {key}");
@@ -23,7 +23,8 @@ pub fn sensitivities(run: &Run, found: &Sensitivities) -> String {
     };
     let names = found.columns.iter().flat_map(by_keys);
     let mut text = header(std::iter::once("t_s".to_string()).chain(names));
-    for (row, derivatives) in run.rows.iter().zip(&found.rows) {
+    let computed = |(_, derivatives): &(_, &Vec<Vec<f64>>)| derivatives.iter().flatten().any(|value| !value.is_nan());
+    for (row, derivatives) in run.rows.iter().zip(&found.rows).filter(computed) {
         let values = derivatives.iter().flatten().map(ToString::to_string);
         text += &std::iter::once(row[0].to_string()).chain(values).collect::<Vec<_>>().join(",");
         text.push('\n');
