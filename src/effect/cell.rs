@@ -7,6 +7,7 @@ use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, Mat9, Vec3};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{Batch, BlockValues, Blocks, EvalError, Want};
+use std::ops::Range;
 
 /// Nodes of the largest cell.
 pub(super) const MOST_NODES: usize = 10;
@@ -58,11 +59,15 @@ impl CellPoints {
         self.points
     }
 
-    /// For each cell of the region: index in the mesh, and at each of its points the weight \[m³\] and F.
-    pub fn deformation<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (u32, Vec<(f64, Mat3)>)> + 'a {
-        self.cells.iter().enumerate().map(move |(b, &c)| {
+    /// For each of these cells of the region: index in the mesh, and at each of its points the weight \[m³\] and F.
+    pub fn deformation<'a>(
+        &'a self,
+        x: &'a [f64],
+        cells: Range<usize>,
+    ) -> impl Iterator<Item = (u32, Vec<(f64, Mat3)>)> + 'a {
+        cells.map(move |b| {
             let at = |q| (self.weight(b, q), self.deformation_gradient(x, b, q));
-            (c, (0..self.points).map(at).collect())
+            (self.cells[b], (0..self.points).map(at).collect())
         })
     }
 

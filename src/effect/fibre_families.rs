@@ -37,7 +37,7 @@ impl FibreFamilies {
 
     /// Stretches of all families at all points at displacement x.
     pub fn stretches<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        let all = self.points.deformation(x).flat_map(|(_, points)| points);
+        let all = self.points.deformation(x, 0..self.points.cells.len()).flat_map(|(_, points)| points);
         all.zip(&self.directions).flat_map(|((_, f), directions)| directions.iter().map(move |a| (f * a).norm()))
     }
 

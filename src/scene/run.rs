@@ -14,7 +14,7 @@ use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
 use super::sensitivities::Sensitivities;
 use super::start::set_start;
-use super::stretch::largest_stretch;
+use super::stretch::{self, PointStretch};
 use crate::effect::contact::Counts;
 use crate::math::linear::{Linear, Method};
 use crate::math::multigrid::Places;
@@ -281,13 +281,10 @@ impl Scene {
     pub fn nodal_stretch(&self, x: &[f64]) -> Vec<f64> {
         let mesh = &self.body.mesh;
         let mut sums = vec![(0.0, 0.0); mesh.points.len()];
-        for (cell, points) in self.elastic.iter().flat_map(|e| e.deformation(x)) {
-            for (weight, f) in points {
-                let stretch = largest_stretch(&f);
-                for &node in mesh.cell(cell as usize) {
-                    let sum: &mut (f64, f64) = &mut sums[node as usize];
-                    *sum = (sum.0 + weight * stretch, sum.1 + weight);
-                }
+        for PointStretch { cell, weight, largest, .. } in self.elastic.iter().flat_map(|e| stretch::points(e, x)) {
+            for &node in mesh.cell(cell as usize) {
+                let sum: &mut (f64, f64) = &mut sums[node as usize];
+                *sum = (sum.0 + weight * largest, sum.1 + weight);
             }
         }
         sums.into_iter().map(|(sum, weight)| if weight > 0.0 { sum / weight } else { 1.0 }).collect()

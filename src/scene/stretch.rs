@@ -2,27 +2,53 @@
 
 use crate::effect::CellPoints;
 use crate::math::tensor::Mat3;
+use crate::math::threads;
+use std::ops::Range;
 use std::sync::Arc;
+
+/// Cells whose stretches one thread computes at a time.
+const CELLS: usize = 1024;
+
+/// A point of a cell in the deformed body.
+pub struct PointStretch {
+    pub cell: u32,
+    /// Volume that it stands for, at rest \[m³\]
+    pub weight: f64,
+    /// Largest principal stretch \[–\]
+    pub largest: f64,
+    /// Ratio of the volumes \[–\]
+    pub j: f64,
+}
+
+/// All points of an effect, cell by cell, for displacements `x` \[unknowns\].
+pub fn points(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
+    let cells = elastic.cells.len();
+    let ranges = (0..cells).step_by(CELLS).map(|first| first..cells.min(first + CELLS)).collect();
+    let of = |range: Range<usize>| {
+        let of_cell = |(cell, points): (u32, Vec<(f64, Mat3)>)| {
+            points.into_iter().map(move |(weight, f)| {
+                let (largest, j) = (largest_stretch(&f), f.determinant());
+                PointStretch { cell, weight, largest, j }
+            })
+        };
+        elastic.deformation(x, range).flat_map(of_cell).collect::<Vec<_>>()
+    };
+    threads::map(ranges, of).into_iter().flatten().collect()
+}
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
 pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
-    let mut values: Vec<(f64, f64)> = Vec::new();
-    let mut min_j = f64::INFINITY;
-    for (_, points) in elastic.iter().flat_map(|e| e.deformation(x)) {
-        for (weight, f) in points {
-            values.push((largest_stretch(&f), weight));
-            min_j = min_j.min(f.determinant());
-        }
-    }
-    values.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let total: f64 = values.iter().map(|v| v.1).sum();
+    let mut all: Vec<PointStretch> = elastic.iter().flat_map(|e| points(e, x)).collect();
+    let min_j = all.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
+    all.sort_by(|a, b| a.largest.total_cmp(&b.largest));
+    let total: f64 = all.iter().map(|point| point.weight).sum();
     let quantile = |q: f64| {
         let mut below = 0.0;
-        let found = values.iter().find(|v| {
-            below += v.1;
+        let found = all.iter().find(|point| {
+            below += point.weight;
             below >= q * total
         });
-        found.or(values.last()).map_or(f64::NAN, |v| v.0)
+        found.or(all.last()).map_or(f64::NAN, |point| point.largest)
     };
     vec![quantile(0.5), quantile(0.95), quantile(1.0), min_j]
 }

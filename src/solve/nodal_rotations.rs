@@ -8,10 +8,13 @@
 //! one for flat and inverted surroundings too.
 
 use crate::math::tensor::{Mat3, Vec3};
+use crate::math::threads;
 use crate::system::{Dofs, System};
 
 /// Blocks with more nodes than a cell couple places far from each other.
 const MOST_NODES: usize = 10;
+/// Nodes whose rotations one thread computes at a time.
+const NODES: usize = 512;
 /// Accuracy of an angle \[rad\], and the iterations for it.
 const ANGLE: f64 = 1e-4;
 const ITERATIONS: usize = 20;
@@ -37,12 +40,15 @@ impl NodalRotations {
             let sum: Mat3 = nodes.iter().map(|&n| (at(new, n) - now) * (at(old, n) - then).transpose()).sum();
             nodes.iter().for_each(|&n| sums[n as usize] += sum);
         }
-        let turned = sums.iter().enumerate().filter_map(|(n, sum)| {
-            let equations = &system.dofs.equation[3 * n..3 * n + 3];
-            let first = equations[0] as usize;
-            (!equations.contains(&Dofs::FIXED)).then(|| (first, rotation(sum)))
-        });
-        Self { of_nodes: turned.collect() }
+        let turned = |(piece, sums): (usize, &[Mat3])| {
+            let of_node = |(n, sum): (usize, &Mat3)| {
+                let equations = &system.dofs.equation[3 * n..3 * n + 3];
+                (!equations.contains(&Dofs::FIXED)).then(|| (equations[0] as usize, rotation(sum)))
+            };
+            (NODES * piece..).zip(sums).filter_map(of_node).collect::<Vec<_>>()
+        };
+        let pieces = sums.chunks(NODES).enumerate().collect();
+        Self { of_nodes: threads::map(pieces, turned).concat() }
     }
 
     /// v ← R v

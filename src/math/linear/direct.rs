@@ -10,8 +10,12 @@ use super::multifrontal::{Kind, eliminate};
 use super::substitution::{Number, back, forward};
 use crate::math::ordering::{minimum_degree, postorder};
 use crate::math::sparse::SymPattern;
+use crate::math::threads;
 use crate::math::vector::norm;
 use std::convert::Infallible;
+
+/// Entries of L that one thread rounds at a time.
+const PIECE: usize = 1 << 16;
 
 /// The symbolic work is done once; L has its memory from the first factorisation on.
 pub struct Direct {
@@ -94,36 +98,36 @@ impl Direct {
 
     /// In place, unchecked; `columns` of length n one after the other.
     pub fn solve(&self, columns: &mut [f64]) {
-        self.substitute(&self.l, columns, |x| x, |x| x);
+        self.substitute(&self.l, columns, |x, _| x, |x, _| x);
     }
 
     /// With L rounded to single precision: half the memory traffic. Columns are scaled to the range of single precision.
     pub fn solve_roughly(&mut self, columns: &mut [f64]) {
         if self.single.is_empty() {
-            self.single.extend(self.l.iter().map(|l| *l as f32));
+            self.single.resize(self.l.len(), 0.0);
+            let pieces = self.single.chunks_mut(PIECE).zip(self.l.chunks(PIECE)).collect();
+            threads::map(pieces, |(single, l): (&mut [f32], &[f64])| {
+                single.iter_mut().zip(l).for_each(|(single, l)| *single = *l as f32);
+            });
         }
         let sizes: Vec<f64> = columns.chunks_exact(self.n).map(norm).collect();
-        let scale = |columns: &mut [f64], by: fn(f64, f64) -> f64| {
-            for (column, &size) in columns.chunks_exact_mut(self.n).zip(&sizes).filter(|(_, size)| **size > 0.0) {
-                column.iter_mut().for_each(|x| *x = by(*x, size));
-            }
-        };
-        scale(columns, |x, size| x / size);
-        self.substitute(&self.single, columns, |x| x as f32, f64::from);
-        scale(columns, |x, size| x * size);
+        let sizes: Vec<f64> = sizes.into_iter().map(|size| if size > 0.0 { size } else { 1.0 }).collect();
+        let round = |x: f64, right: usize| (x / sizes[right]) as f32;
+        self.substitute(&self.single, columns, round, |x, right| f64::from(x) * sizes[right]);
     }
 
-    /// Solves with this L in its precision.
-    fn substitute<T: Number>(&self, l: &[T], columns: &mut [f64], round: impl Fn(f64) -> T, widen: impl Fn(T) -> f64) {
+    /// Solves with this L in its precision; the numbers of a column are rounded to it and widened from it.
+    fn substitute<T: Number>(
+        &self,
+        l: &[T],
+        columns: &mut [f64],
+        round: impl Fn(f64, usize) -> T + Sync,
+        widen: impl Fn(T, usize) -> f64,
+    ) {
         let (tree, k) = (&self.tree, columns.len() / self.n);
         let kind = self.kind.expect("solve is called only after a successful factorisation");
         // All columns of a supernode are next to each other.
-        let mut x = Vec::with_capacity(columns.len());
-        for supernode in &tree.supernodes {
-            for column in columns.chunks_exact(self.n) {
-                x.extend(self.order[supernode.columns.clone()].iter().map(|&unknown| round(column[unknown as usize])));
-            }
-        }
+        let mut x = vec![T::default(); columns.len()];
         let mut rest = &mut x[..];
         let split = |supernode: &Supernode| {
             let (own, after) = std::mem::take(&mut rest).split_at_mut(k * supernode.columns.len());
@@ -131,7 +135,13 @@ impl Direct {
             own
         };
         let mut data: Vec<&mut [T]> = tree.supernodes.iter().map(split).collect();
+        let right_sides = &*columns;
         let Ok(_) = tree.up(&mut data, &|supernode, own, children| {
+            let unknowns = &self.order[supernode.columns.clone()];
+            for (right, own) in own.chunks_exact_mut(unknowns.len()).enumerate() {
+                let column = &right_sides[right * self.n..][..self.n];
+                own.iter_mut().zip(unknowns).for_each(|(x, &unknown)| *x = round(column[unknown as usize], right));
+            }
             Ok::<_, Infallible>(forward(tree, supernode, l, (own, k), children, kind))
         });
         let no_rows = vec![Vec::new(); tree.roots.len()];
@@ -140,9 +150,9 @@ impl Direct {
         });
         let mut values = x.iter();
         for supernode in &tree.supernodes {
-            for column in columns.chunks_exact_mut(self.n) {
+            for (right, column) in columns.chunks_exact_mut(self.n).enumerate() {
                 let unknowns = self.order[supernode.columns.clone()].iter();
-                unknowns.zip(&mut values).for_each(|(&unknown, x)| column[unknown as usize] = widen(*x));
+                unknowns.zip(&mut values).for_each(|(&unknown, x)| column[unknown as usize] = widen(*x, right));
             }
         }
     }

@@ -1,14 +1,22 @@
-//! Elimination of the columns of one supernode: dense work by faer's kernels, on one thread.
+//! Elimination of the columns of one supernode: dense work by faer's kernels, large blocks in parts for threads.
 
 use super::elimination_tree::{EliminationTree, Supernode};
+use crate::math::threads;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::{ldlt, llt};
+use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_unit_lower_triangular_in_place};
-use faer::mat::{MatMut, MatRef};
+use faer::mat::{Mat, MatMut, MatRef};
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Par};
 use std::ops::Range;
+
+/// Columns of a supernode that are eliminated before the others take their part.
+const PANEL: usize = 512;
+/// Columns of a part of dense work, and the additions and multiplications from which on there is more than one part.
+const PART: usize = 192;
+const WORK: usize = 2_000_000;
 
 /// The form of a factorisation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -44,44 +52,93 @@ pub(super) fn eliminate(
         add(of_child, places, (block, c), (&mut update.schur, m));
         update.negative += of_child.negative;
     }
-    let whole = MatMut::from_column_major_slice_mut(block, c + m, c);
-    let (mut own, mut below) = whole.split_at_row_mut(c);
-    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(c, Par::Seq, Default::default()));
+    let mut left = MatMut::from_column_major_slice_mut(&mut update.schur, m, m);
+    let mut whole = MatMut::from_column_major_slice_mut(block, c + m, c);
+    for start in (0..c).step_by(PANEL) {
+        let width = PANEL.min(c - start);
+        let (_, from_diagonal) = whole.rb_mut().split_at_row_mut(start);
+        let (panel, next) = from_diagonal.split_at_col_mut(start).1.split_at_col_mut(width);
+        let (own, mut below) = panel.split_at_row_mut(width);
+        let scaled = eliminate_panel(own, below.rb_mut(), kind, &mut update.negative)?;
+        let scaled = scaled.as_ref().map_or(below.rb(), Mat::as_ref);
+        let (in_columns, in_rows) = scaled.split_at_row(c - start - width);
+        let (next, below) = (next.split_at_row_mut(width).1, below.rb());
+        subtract(next, below, in_columns);
+        subtract(left.rb_mut(), below.split_at_row(c - start - width).1, in_rows);
+    }
+    Ok(update)
+}
+
+/// Eliminates columns: their diagonal block becomes that of L, and the rows below it too. Returns those rows times D, for LDLᵀ.
+fn eliminate_panel(
+    mut own: MatMut<f64>,
+    mut below: MatMut<f64>,
+    kind: Kind,
+    negative: &mut usize,
+) -> Result<Option<Mat<f64>>, ZeroPivot> {
+    let width = own.ncols();
+    let mut memory = MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(width, Par::Seq, Default::default()));
     let stack = MemStack::new(&mut memory);
-    let left = MatMut::from_column_major_slice_mut(&mut update.schur, m, m);
-    match kind {
+    let solve = match kind {
         Kind::Llt => {
             let (regularisation, settings) = Default::default();
             llt::factor::cholesky_in_place(own.rb_mut(), regularisation, Par::Seq, stack, settings)
                 .map_err(|_| ZeroPivot)?;
-            solve_lower_triangular_in_place(own.rb(), below.rb_mut().transpose_mut(), Par::Seq);
-            subtract(left, below.rb(), below.rb());
+            solve_lower_triangular_in_place
         }
         Kind::Ldlt => {
             let (regularisation, settings) = Default::default();
             ldlt::factor::cholesky_in_place(own.rb_mut(), regularisation, Par::Seq, stack, settings)
                 .map_err(|_| ZeroPivot)?;
-            solve_unit_lower_triangular_in_place(own.rb(), below.rb_mut().transpose_mut(), Par::Seq);
-            // Now L D; the product needs L too.
-            let scaled = below.to_owned();
-            for j in 0..c {
-                let d = own[(j, j)];
-                if !d.is_finite() || d == 0.0 {
-                    return Err(ZeroPivot);
-                }
-                update.negative += usize::from(d < 0.0);
-                below.rb_mut().col_mut(j).iter_mut().for_each(|l| *l /= d);
-            }
-            subtract(left, below.rb(), scaled.as_ref());
+            solve_unit_lower_triangular_in_place
         }
+    };
+    let (own, work) = (own.rb(), below.nrows() * width * width);
+    let rows = parts(below.rb_mut().transpose_mut(), work);
+    threads::map(rows, |(_, rows)| solve(own, rows, Par::Seq));
+    if kind == Kind::Llt {
+        return Ok(None);
     }
-    Ok(update)
+    // Now L D; the products need L too.
+    let scaled = below.to_owned();
+    for j in 0..width {
+        let d = own[(j, j)];
+        if !d.is_finite() || d == 0.0 {
+            return Err(ZeroPivot);
+        }
+        *negative += usize::from(d < 0.0);
+        below.rb_mut().col_mut(j).iter_mut().for_each(|l| *l /= d);
+    }
+    Ok(Some(scaled))
 }
 
-/// A ← A − B Cᵀ, lower triangle.
+/// A ← A − B Cᵀ, rows from the diagonal of A on.
 fn subtract(a: MatMut<f64>, b: MatRef<f64>, c: MatRef<f64>) {
     use BlockStructure::{Rectangular, TriangularLower};
-    triangular::matmul(a, TriangularLower, Accum::Add, b, Rectangular, c.transpose(), Rectangular, -1.0, Par::Seq);
+    let work = b.nrows() * c.nrows() * c.ncols();
+    threads::map(parts(a, work), |(first, columns)| {
+        let count = columns.ncols();
+        let (on_diagonal, below) = columns.split_at_row_mut(first).1.split_at_row_mut(count);
+        let (of_diagonal, of_below) = b.split_at_row(first).1.split_at_row(count);
+        let c = c.subrows(first, count).transpose();
+        let of = TriangularLower;
+        triangular::matmul(on_diagonal, of, Accum::Add, of_diagonal, Rectangular, c, Rectangular, -1.0, Par::Seq);
+        matmul(below, Accum::Add, of_below, c, -1.0, Par::Seq);
+    });
+}
+
+/// Columns that threads work on at the same time, with the first of each part: all of them where the `work` is small. The parts do not depend on
+/// the number of threads.
+fn parts(mut columns: MatMut<f64>, work: usize) -> Vec<(usize, MatMut<f64>)> {
+    let width = if work < WORK { columns.ncols().max(1) } else { PART };
+    let (mut parts, mut first) = (Vec::new(), 0);
+    while columns.ncols() > 0 {
+        let count = width.min(columns.ncols());
+        let (part, rest) = columns.split_at_col_mut(count);
+        parts.push((first, part));
+        (columns, first) = (rest, first + count);
+    }
+    parts
 }
 
 /// Adds the message of a child to the block of its parent, `c` columns, and to its message of `m` rows.
