@@ -120,7 +120,7 @@ fn expressions_are_read_as_spdx_defines_them() {
 }
 
 /// `cargo build` and `cargo test` take the same features of every crate, so that the second does not compile the library again: 4 minutes on two cores.
-/// Where this fails, `Cargo.toml` asks for the features of the tests too.
+/// Where this fails, `src/Cargo.toml` asks for the features of the tests too.
 #[test]
 fn tests_ask_for_no_feature_that_the_program_does_not() {
     let features = |edges: &str| {

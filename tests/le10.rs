@@ -46,7 +46,7 @@ fn stress(n: usize, layers: usize) -> f64 {
         .collect();
     assert!(!near.is_empty(), "D is a node");
     let (mut rows, mut values) = (Vec::new(), Vec::new());
-    for (c, gradients) in points.deformation(&state.x) {
+    for (c, gradients) in points.deformation(&state.x, 0..points.cells.len()) {
         if !mesh.cell(c as usize)[..4].iter().any(|k| near.contains(k)) {
             continue;
         }

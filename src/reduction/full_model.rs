@@ -5,7 +5,7 @@
 use super::constants::Constants;
 use super::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
-use crate::scene::{Body, RunOptions, Scene, SceneError, changed_scene, read_scene};
+use crate::scene::{Body, RunOptions, Scene, SceneError, changed_scene, overrides, read_scene};
 use crate::solve::Status;
 use crate::storage::sha256;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ pub enum FullModelError {
         "the reduced model moves: a full step begins with velocities that a reduced state does not have; step it without the full model"
     )]
     Moves,
-    #[error("{}: the reduced model was made of another scene: {key} differs; give the scene of its study", file.display())]
+    #[error("{}: the reduced model was made of another scene: {key} differs or is missing; give the scene of its study", file.display())]
     OtherScene { file: PathBuf, key: String },
     #[error("{}: the reduced model was made on another mesh; give the scene of its study with its mesh, or make the model again", file.display())]
     OtherMesh { file: PathBuf },
@@ -89,9 +89,13 @@ impl FullModel {
         }
         let changes: Vec<(String, toml::Value)> = changes.into_iter().collect();
         let other = |key: String| FullModelError::OtherScene { file: file.into(), key };
-        // A path of the changes that leads nowhere is a difference too
         let (spec, text) = read_scene(file, &[])?;
-        let text = changed_scene(file, &text, &changes).map_err(|why| other(why.to_string()))?.1;
+        let mut table: toml::Table = text.parse().unwrap_or_default();
+        let missing = changes.iter().find(|(path, value)| overrides::apply(&mut table, path, value.clone()).is_err());
+        if let Some((path, _)) = missing {
+            return Err(other(path.clone()));
+        }
+        let text = changed_scene(file, &text, &changes)?.1;
         let [own, known] = [&text, &origin.scene].map(|text| text.parse::<toml::Table>().unwrap_or_default());
         if let Some(key) = difference(&own.into(), &known.into(), "") {
             return Err(other(key));

@@ -98,5 +98,5 @@ pub fn cell_pressures(mesh: &TetMesh, law: &dyn Law, formulation: Formulation, x
         let gap = |f: &Mat3| volumetric.gap(f.determinant() - 1.0).expect("J > 0").0;
         volumetric.kappa * points.iter().map(|(w, f)| w * gap(f)).sum::<f64>() / volume
     };
-    elastic.points().deformation(x).map(mean).collect()
+    elastic.points().deformation(x, 0..elastic.points().cells.len()).map(mean).collect()
 }

@@ -243,4 +243,37 @@ mod tests {
             }
         }
     }
+
+    /// A dense matrix is one supernode: 1 100 columns, three panels in several parts. Diagonal dominance bounds the condition number by 10: 1e-12
+    /// leaves two digits of room. A diagonal of both signs has as many negative eigenvalues as negative entries (Gershgorin).
+    #[test]
+    fn a_supernode_of_several_panels_has_the_same_bits_for_any_number_of_threads() {
+        const N: u32 = 1100;
+        let pattern = SymPattern::from_pairs(N as usize, (0..N).flat_map(|i| (0..i).map(move |j| (i, j))));
+        for negative in [0, 7] {
+            let diagonal = |i: usize| if i < negative { -1.5 } else { 1.5 };
+            let other = |i: usize, j: usize| ((3 * i + 5 * j) as f64).sin() / f64::from(N);
+            let values: Vec<f64> =
+                pattern.entries().map(|(i, j)| if i == j { diagonal(i) } else { other(i, j) }).collect();
+            let x: Vec<f64> = (0..pattern.n).map(|i| (i as f64).cos()).collect();
+            let mut rhs = vec![0.0; pattern.n];
+            pattern.multiply(&values, &x, &mut rhs);
+            let mut of_one = None;
+            for threads in [1, 2, 3, 8] {
+                use_threads(threads);
+                let mut direct = Direct::new(&pattern, true).expect("few entries");
+                assert_eq!(direct.tree.supernodes.len(), 1);
+                assert_eq!(direct.definite(&values), negative == 0);
+                if negative > 0 {
+                    assert_eq!(direct.indefinite(&values), Ok(negative));
+                }
+                let mut solved = rhs.clone();
+                direct.solve(&mut solved);
+                let apart = solved.iter().zip(&x).fold(0.0, |m: f64, (y, x)| m.max((y - x).abs()));
+                assert!(apart < 1e-12, "{apart:e}");
+                let result = (direct.l.clone(), solved);
+                assert_eq!(*of_one.get_or_insert_with(|| result.clone()), result, "{threads} threads");
+            }
+        }
+    }
 }
