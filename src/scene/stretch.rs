@@ -12,7 +12,7 @@ const CELLS: usize = 1024;
 /// A point of a cell in the deformed body.
 pub struct PointStretch {
     pub cell: u32,
-    /// Volume that it stands for, at rest \[m³\]
+    /// Its share of the volume at rest \[m³\]
     pub weight: f64,
     /// Largest principal stretch \[–\]
     pub largest: f64,

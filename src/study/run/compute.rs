@@ -277,8 +277,8 @@ fn recorder<'a>(
     if task.constants.is_empty() {
         return Ok(None);
     }
-    // Where no analysis of the study asks for curves of derivatives, the intervals of constants need those at extremes
-    let made = match task.case.derivatives.is_empty() {
+    // For the intervals of constants the derivatives at extremes are enough; other analyses take them along curves
+    let made = match task.input_uncertainty && task.case.derivatives.is_empty() {
         true => SensitivityRecorder::at_extremes(scene, &task.constants),
         false => SensitivityRecorder::new(scene, &task.constants),
     };
