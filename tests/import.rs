@@ -257,3 +257,56 @@ fn public_robots_are_imported_and_run() {
         println!("{name}: {} cells in the box", same_box_as_sofa(&tools::shared("data/robots").join(name), "mm"));
     }
 }
+
+/// A comb of many thin teeth as STL: no mesh of it has so few cells as a project asks for at first. The project takes the number that comes nearest, and
+/// its study finer ones.
+#[test]
+fn a_shape_that_needs_many_cells_becomes_a_project() {
+    const TEETH: usize = 130;
+    if mesher_is_missing() {
+        return;
+    }
+    // Rectangles of the outline, [x, x + 1] × [0, 1] and every second [x, x + 1] × [1, 3], between z = 0 and z = 2
+    let is_filled = |x: i64, y: i64| (0..2 * TEETH as i64 - 1).contains(&x) && (y == 0 || y == 1 && x % 2 == 0);
+    let height = |y: i64| [0, 1, 3][y as usize];
+    let mut text = "solid comb\n".to_string();
+    let mut quad = |corners: [[i64; 3]; 4]| {
+        for triangle in [[0, 1, 2], [0, 2, 3]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            triangle.map(|k| corners[k]).iter().for_each(|[x, y, z]| text += &format!("vertex {x} {y} {z}\n"));
+            text += "endloop\nendfacet\n";
+        }
+    };
+    for (x, y) in (0..2 * TEETH as i64 - 1).flat_map(|x| [(x, 0), (x, 1)]).filter(|&(x, y)| is_filled(x, y)) {
+        let ([x0, x1], [y0, y1]) = ([x, x + 1], [height(y), height(y + 1)]);
+        quad([[x0, y0, 0], [x0, y1, 0], [x1, y1, 0], [x1, y0, 0]]);
+        quad([[x0, y0, 2], [x1, y0, 2], [x1, y1, 2], [x0, y1, 2]]);
+        let sides = [
+            ((x, y - 1), [[x0, y0], [x1, y0]]),
+            ((x + 1, y), [[x1, y0], [x1, y1]]),
+            ((x, y + 1), [[x1, y1], [x0, y1]]),
+            ((x - 1, y), [[x0, y1], [x0, y0]]),
+        ];
+        for (_, [a, b]) in sides.into_iter().filter(|((x, y), _)| !is_filled(*x, *y)) {
+            quad([[a[0], a[1], 0], [b[0], b[1], 0], [b[0], b[1], 2], [a[0], a[1], 2]]);
+        }
+    }
+    text += "endsolid comb\n";
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (file, project) = (folder.path().join("comb.stl"), folder.path().join("comb"));
+    std::fs::write(&file, text).expect("room");
+    let [file, at] = [&file, &project].map(|path| path.to_str().expect("ASCII"));
+    let made = durometer(&["new", file, at, "--unit", "mm"]);
+    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    let table = |name: &str| -> toml::Table {
+        std::fs::read_to_string(project.join(name)).expect("written").parse().expect("TOML")
+    };
+    let cells = table("scene.toml")["mesh"]["cells"].as_integer().expect("a number");
+    assert!(cells > 2200, "{cells}: the first number of cells would do");
+    let members = &table("study.toml")["family"][0]["members"];
+    let sizes: Vec<i64> =
+        members.as_table().expect("sizes").values().filter_map(|set| set["mesh.cells"].as_integer()).collect();
+    assert_eq!(sizes, [cells, (2.5 * cells as f64).round() as i64, 6 * cells]);
+    let checked = durometer(&["check", project.join("scene.toml").to_str().expect("ASCII")]);
+    assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+}

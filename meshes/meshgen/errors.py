@@ -28,4 +28,11 @@ class MesherFailed(MeshgenError):
 
 
 class SizeNotReached(MesherFailed):
-    """Meshes can be made, but none with the wanted number of cells."""
+    """Meshes can be made, but none with the wanted number of cells; `nearest` is the number that came nearest."""
+
+    def __init__(self, error: str, hint: str, nearest: int):
+        super().__init__(error, hint)
+        self.nearest = nearest
+
+    def as_json(self) -> dict:
+        return super().as_json() | {"nearest": self.nearest}

@@ -137,10 +137,12 @@ def find_length(generate, volume: float, target: int, tolerance: float, log) -> 
     if abs(math.exp(nearest[1]) - 1) <= near:
         log(f"within {100 * tolerance:g} % after {len(tried)} attempts there was none: {generate(math.exp(nearest[0]), nearest[2])} cells are taken")
         return math.exp(nearest[0]), nearest[2]
+    cells = round(math.exp(goal + nearest[1]))
     raise SizeNotReached(
         f"{target} cells within {100 * near:g} % not reached in {len(tried)} attempts; "
-        f"the nearest was {round(math.exp(goal + nearest[1]))} cells at length {math.exp(nearest[0]):.5g} m",
+        f"the nearest was {cells} cells at length {math.exp(nearest[0]):.5g} m",
         "allow a larger tolerance, another count, or another seed; graded lengths bound the count from below",
+        cells,
     )
 
 

@@ -40,7 +40,7 @@ pub fn main(args: Args) -> CommandResult {
         }
         return folder(&args.file, args.unit.as_deref());
     }
-    let import = Import::of(&args.file, args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
+    let mut import = Import::of(&args.file, args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
     content(&import);
     let imported = import.load(&mut |line| eprintln!("{line}"))?;
     mesh(&imported);
@@ -188,7 +188,7 @@ struct Row {
 
 /// Imports a file and runs its starter scene.
 fn tried(file: &Path, unit: Option<&str>) -> Result<(Row, Status), Box<dyn std::error::Error>> {
-    let import = Import::of(file, unit, &mut |_| {})?;
+    let mut import = Import::of(file, unit, &mut |_| {})?;
     let imported = import.load(&mut |_| {})?;
     let at = file.with_extension("toml");
     let text = starter(&import, &imported, at.parent().unwrap_or(Path::new("")));

@@ -120,7 +120,7 @@ fn grid(file: &Path, ending: &str, unit: Option<&str>) -> Result<Packed, Box<dyn
 }
 
 fn mesh(file: &Path, unit: Option<&str>) -> Result<Packed, Box<dyn std::error::Error>> {
-    let import = Import::of(file, unit, &mut |line| eprintln!("{line}"))?;
+    let mut import = Import::of(file, unit, &mut |line| eprintln!("{line}"))?;
     let imported = import.load(&mut |line| eprintln!("{line}"))?;
     let mesh = &imported.body.mesh;
     let facts = vec![

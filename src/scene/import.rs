@@ -11,7 +11,7 @@ use crate::math::units::{self, Dimension};
 use crate::mesh::census::{Census, census};
 use crate::mesh::error::MeshError;
 use crate::mesh::format::{Format, Reader, recognise};
-use crate::mesh::generate::MeshStore;
+use crate::mesh::generate::{GenerateError, MeshStore};
 use crate::mesh::parts::parts;
 use crate::mesh::surface_file::read_surface;
 use std::collections::BTreeMap;
@@ -75,17 +75,35 @@ impl Import {
         Ok(Self { file: file.into(), format, census, unit, unit_reason, spec })
     }
 
-    /// Reads or makes the mesh, and chooses nodes to hold.
-    pub fn load(&self, progress: &mut dyn FnMut(&str)) -> Result<Imported, SceneError> {
-        let spec =
-            MeshSpec { file: Some(std::path::absolute(&self.file).unwrap_or(self.file.clone())), ..self.spec.clone() };
-        let body = Body::load(&self.file, &spec, progress).map_err(without_place)?;
+    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, the number that comes nearest is taken.
+    pub fn load(&mut self, progress: &mut dyn FnMut(&str)) -> Result<Imported, SceneError> {
+        let file = std::path::absolute(&self.file).unwrap_or(self.file.clone());
+        let mut made =
+            |spec: &MeshSpec| Body::load(&self.file, &MeshSpec { file: Some(file.clone()), ..spec.clone() }, progress);
+        let first = made(&self.spec);
+        let body = match first.as_ref().err().and_then(nearest) {
+            Some(cells) => {
+                self.spec.cells = Some(cells);
+                made(&self.spec)
+            }
+            None => first,
+        };
+        let body = body.map_err(without_place)?;
         let of_cells = parts(&body.mesh);
         let held = held(&body.mesh, &of_cells);
         let mut components = of_cells;
         components.sort_unstable();
         components.dedup();
         Ok(Imported { body, components: components.len(), held })
+    }
+}
+
+/// Cells of the mesh that comes nearest, where the mesher only missed their number.
+fn nearest(error: &SceneError) -> Option<usize> {
+    let SceneError::Part { source, .. } = error else { return None };
+    match source.downcast_ref()? {
+        GenerateError::Failed { nearest, .. } => *nearest,
+        _ => None,
     }
 }
 

@@ -30,7 +30,13 @@ pub enum GenerateError {
     #[error("the mesher refused the request: {fact}{}", hint(remedy))]
     Refused { fact: String, remedy: String },
     #[error("the mesher failed: {fact}{}{}", hint(remedy), tail(lines))]
-    Failed { fact: String, remedy: String, lines: Vec<String> },
+    Failed {
+        fact: String,
+        remedy: String,
+        /// Cells of the mesh that came nearest, where only their number was missed
+        nearest: Option<usize>,
+        lines: Vec<String>,
+    },
     #[error("the mesher stopped ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
     Died { status: String, lines: Vec<String> },
     #[error(

@@ -31,12 +31,13 @@ pub struct Check {
     pub optional: bool,
 }
 
-/// `{"error", "hint"}` of the mesher.
+/// `{"error", "hint", "nearest"}` of the mesher.
 #[derive(Deserialize)]
 struct Refusal {
     error: String,
     #[serde(default)]
     hint: String,
+    nearest: Option<usize>,
 }
 
 /// Output of a finished process.
@@ -252,8 +253,10 @@ impl Mesher<'_> {
             (_, Ok(Refusal { error, .. })) if error.starts_with("the mesher is not installed") => {
                 Err(missing(error.trim_start_matches("the mesher is not installed: ").to_string()))
             }
-            (Some(2), Ok(Refusal { error, hint })) => Err(GenerateError::Refused { fact: error, remedy: hint }),
-            (_, Ok(Refusal { error, hint })) => Err(GenerateError::Failed { fact: error, remedy: hint, lines }),
+            (Some(2), Ok(Refusal { error, hint, .. })) => Err(GenerateError::Refused { fact: error, remedy: hint }),
+            (_, Ok(Refusal { error, hint, nearest })) => {
+                Err(GenerateError::Failed { fact: error, remedy: hint, nearest, lines })
+            }
             // Python itself refuses before the mesher runs: too old, or no such module.
             (Some(1), Err(_)) if lines.iter().any(|l| l.contains("No module named")) => {
                 Err(missing(lines.last().cloned().unwrap_or_default()))

@@ -22,18 +22,25 @@ pub(super) fn fill(
     }
     let copy = folder.join(file.file_name().unwrap_or_default());
     // Messages name the file of the user
-    let import = Import::of(file, unit, progress)?;
+    let mut import = Import::of(file, unit, progress)?;
     let imported = import.load(progress)?;
     let scene = starter(&Import { file: copy.clone(), ..import.clone() }, &imported, folder);
     // Only a shape that is meshed here has finer meshes
     let (study, question) = match import.spec.cells {
-        Some(_) => (include_str!("shape/convergence.toml"), "which mesh can be trusted with the elastic energy"),
-        None => (include_str!("shape/sweep.toml"), "how the elastic energy depends on the stiffness"),
+        Some(cells) => (
+            [("{coarse}", 1.0), ("{middle}", 2.5), ("{fine}", 6.0)]
+                .iter()
+                .fold(include_str!("shape/convergence.toml").to_string(), |text, (name, times)| {
+                    text.replace(name, &(times * cells as f64).round().to_string())
+                }),
+            "which mesh can be trusted with the elastic energy",
+        ),
+        None => (include_str!("shape/sweep.toml").to_string(), "how the elastic energy depends on the stiffness"),
     };
     let name = copy.file_name().unwrap_or_default().to_string_lossy();
     let page = include_str!("shape/README.md")
         .replace("{name}", title)
         .replace("{file}", &name)
         .replace("{question}", question);
-    write(folder, [("scene.toml", &scene), ("study.toml", study), ("README.md", &page)])
+    write(folder, [("scene.toml", &scene), ("study.toml", &study), ("README.md", &page)])
 }
