@@ -27,14 +27,7 @@ pub(super) fn fill(
     let scene = starter(&Import { file: copy.clone(), ..import.clone() }, &imported, folder);
     // Only a shape that is meshed here has finer meshes
     let (study, question) = match import.spec.cells {
-        Some(cells) => (
-            [("{coarse}", 1.0), ("{middle}", 2.5), ("{fine}", 6.0)]
-                .iter()
-                .fold(include_str!("shape/convergence.toml").to_string(), |text, (name, times)| {
-                    text.replace(name, &(times * cells as f64).round().to_string())
-                }),
-            "which mesh can be trusted with the elastic energy",
-        ),
+        Some(cells) => (convergence(cells), "which mesh can be trusted with the elastic energy"),
         None => (include_str!("shape/sweep.toml").to_string(), "how the elastic energy depends on the stiffness"),
     };
     let name = copy.file_name().unwrap_or_default().to_string_lossy();
@@ -43,4 +36,11 @@ pub(super) fn fill(
         .replace("{file}", &name)
         .replace("{question}", question);
     write(folder, [("scene.toml", &scene), ("study.toml", &study), ("README.md", &page)])
+}
+
+/// The study with meshes of so many cells, and of 2.5 and 6 times as many.
+fn convergence(cells: usize) -> String {
+    let member = |cells: usize| format!("\n{cells} = {{ \"mesh.cells\" = {cells} }}");
+    let usual = include_str!("shape/convergence.toml").to_string();
+    [2000, 5000, 12000].iter().fold(usual, |text, n| text.replace(&member(*n), &member(n * cells / 2000)))
 }
