@@ -40,6 +40,14 @@ pub fn map<T: Send, R: Send>(items: Vec<T>, f: impl Fn(T) -> R + Sync) -> Vec<R>
     }
 }
 
+/// Runs f on one of the threads, where there are several: its loops begin at once, without waking another thread first.
+pub fn inside<R: Send>(f: impl FnOnce() -> R + Send) -> R {
+    match pool(count()) {
+        Some(pool) => pool.install(f),
+        None => f(),
+    }
+}
+
 /// Ranges of about equal weight, of at least `least` and at most `most` in number; `ends[i + 1] − ends[i]` is the weight of item i.
 pub fn divide(ends: &[u32], least: usize, most: usize) -> Vec<Range<usize>> {
     let (items, total) = (ends.len() - 1, ends[ends.len() - 1] as usize);

@@ -11,6 +11,7 @@ use super::step_settings::StepSettings;
 use super::step_solver::StepSolver;
 use super::step_strategy::{StepOutcome, StepStrategy};
 use super::{DriverMemory, Findings, Integrator, NonlinearSolver, Status, TimeSpan, Totals};
+use crate::math::threads;
 use crate::system::{State, System};
 use std::ops::ControlFlow;
 
@@ -128,7 +129,7 @@ impl<'a> Driver<'a> {
             if let Some(status) = self.reached(state) {
                 return ControlFlow::Break(status);
             }
-            let solved = match strategy.step(&mut self.steps, state) {
+            let solved = match threads::inside(|| strategy.step(&mut self.steps, state)) {
                 StepOutcome::Solved(solved) => *solved,
                 StepOutcome::Cut => {
                     self.totals.cuts += 1;

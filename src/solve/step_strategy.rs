@@ -6,7 +6,7 @@ use crate::system::State;
 
 /// Chooses and solves the steps between two points of the time grid. The [`Driver`](super::Driver) calls `begin`, then `step`
 /// until `is_done`, with `accepted` after each step that it accepted.
-pub(super) trait StepStrategy<'a> {
+pub(super) trait StepStrategy<'a>: Send {
     /// Prepares the steps from `state` to the time `goal` \[s\].
     fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status>;
 
