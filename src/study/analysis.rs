@@ -1,7 +1,7 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
 use crate::study::curve::peak_words;
-use crate::study::store::record::{CaseRecord, Quantity, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, NOT_RUN, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;
@@ -124,9 +124,31 @@ pub fn warnings_of_steps(stored: &[StoredCase], steps_vary: bool) -> Vec<String>
     out
 }
 
-/// A warning for each case without a usable result.
+/// Cases that a sentence names; of more it gives the number.
+const NAMED: usize = 3;
+
+/// A warning for each case without a usable result; one for all cases that were not run, where they are many.
 pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
-    incomplete.iter().map(|(id, what)| format!("{id}: {what}.")).collect()
+    let (not_run, failed): (Vec<_>, Vec<_>) = incomplete.iter().partition(|(_, what)| what == NOT_RUN);
+    let each = |(id, what): &(String, String)| format!("Case {id}: {what}.");
+    let mut out: Vec<String> = failed.into_iter().map(each).collect();
+    if not_run.len() > NAMED {
+        out.push(format!("{} cases have no result yet: {}.", not_run.len(), few(not_run.into_iter())));
+    } else {
+        out.extend(not_run.into_iter().map(each));
+    }
+    out
+}
+
+/// The first cases by their names, and the number of the others.
+pub fn few<'a>(cases: impl ExactSizeIterator<Item = &'a (String, String)>) -> String {
+    let others = cases.len().saturating_sub(NAMED);
+    let mut words: Vec<String> = cases.take(NAMED).map(|(id, _)| id.clone()).collect();
+    let last = if others > 0 { Some(format!("{others} more")) } else { words.pop() };
+    match (words.is_empty(), last) {
+        (false, Some(last)) => format!("{} and {last}", words.join(", ")),
+        (_, last) => last.unwrap_or_default(),
+    }
 }
 
 /// Adds the notes of the cases, each once.
@@ -140,5 +162,37 @@ pub fn add_notes(warnings: &mut Vec<String>, stored: &[StoredCase]) {
 
 /// The end of a verdict where cases have no usable result.
 pub fn without_result(cases: usize) -> String {
-    if cases == 0 { String::new() } else { format!(" {cases} case(s) have no usable result.") }
+    match cases {
+        0 => String::new(),
+        1 => " One case has no usable result.".into(),
+        _ => format!(" {cases} cases have no usable result."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_cases_that_were_not_run_are_one_warning() {
+        let case = |id: &str, what: &str| (id.to_string(), what.to_string());
+        let mut cases = vec![case("a", NOT_RUN), case("f", "Singular"), case("b", NOT_RUN), case("c", NOT_RUN)];
+        let few = warnings(&cases);
+        assert_eq!(
+            few,
+            ["Case f: Singular.", "Case a: has no result.", "Case b: has no result.", "Case c: has no result."]
+        );
+        cases.push(case("d", NOT_RUN));
+        assert_eq!(warnings(&cases), ["Case f: Singular.", "4 cases have no result yet: a, b, c and 1 more."]);
+    }
+
+    #[test]
+    fn few_cases_are_named() {
+        let named = |n: usize| {
+            let cases: Vec<_> =
+                ["a", "b", "c", "d", "e"][..n].iter().map(|id| (id.to_string(), String::new())).collect();
+            few(cases.iter())
+        };
+        assert_eq!([0, 1, 2, 3, 5].map(named), ["", "a", "a and b", "a, b and c", "a, b, c and 2 more"]);
+    }
 }

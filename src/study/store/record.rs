@@ -336,6 +336,9 @@ pub struct StudyRecord {
     pub version: String,
 }
 
+/// The defect of a case that was not run.
+pub const NOT_RUN: &str = "has no result";
+
 impl StudyRecord {
     /// A variant in words: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
@@ -357,7 +360,7 @@ impl StudyRecord {
                 continue;
             }
             match stored.get(id.as_str()) {
-                None => out.push((id.clone(), "has no result".into())),
+                None => out.push((id.clone(), NOT_RUN.into())),
                 Some(r) if !r.converged() => {
                     let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
                     out.push((id.clone(), format!("{}{detail}", r.status)));

@@ -4,7 +4,7 @@
 //! disagreement of families in [`super::analysis`], a response without a limit in the scene.
 
 use crate::report::numbers::{capital, digits, percent, seconds, space};
-use crate::study::analysis::ByQuantity;
+use crate::study::analysis::{ByQuantity, few};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
@@ -140,7 +140,8 @@ pub fn conclude(
     if !unsupported.is_empty() {
         let lost = match incomplete.len() {
             0 => String::new(),
-            n => format!(" {n} case(s) without a usable result: {}.", list(incomplete)),
+            1 => format!(" One case has no usable result: {}.", incomplete[0].0),
+            n => format!(" {n} cases have no usable result: {}.", few(incomplete.iter())),
         };
         return refuse(format!("the data do not support one for {}.{lost}", unsupported.join(", nor for ")));
     }
@@ -290,8 +291,4 @@ fn insensitive(quantities: &[ByQuantity<MeshErrors>]) -> String {
         );
     }
     words
-}
-
-fn list(incomplete: &[(String, String)]) -> String {
-    incomplete.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>().join(", ")
 }

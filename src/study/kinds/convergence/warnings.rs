@@ -1,7 +1,7 @@
 //! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::numbers::{capital, space};
-use crate::study::analysis::{ByQuantity, warnings_of_steps};
+use crate::study::analysis::{self, ByQuantity, warnings_of_steps};
 use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
@@ -10,10 +10,7 @@ use crate::study::store::record::{Role, StoredCase};
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
-    let mut out = vec![];
-    for (id, what) in incomplete {
-        out.push(format!("Case {id}: {what}."));
-    }
+    let mut out = analysis::warnings(incomplete);
     let mut seen = vec![];
     for e in quantities.iter().flat_map(|q| &q.estimates) {
         let low: Vec<String> = e.ratios.iter().filter(|r| **r < LEAST_RATIO).map(|r| format!("{r:.2}")).collect();

@@ -11,7 +11,7 @@ use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;
 use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
-use crate::study::store::record::{StoredCase, StudyRecord};
+use crate::study::store::record::{NOT_RUN, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -70,7 +70,7 @@ pub fn analyse(
     // A status is a result here
     let incomplete: Vec<(String, String)> = (study.families.iter().flat_map(|f| &f.cases))
         .filter(|id| stored.iter().all(|c| c.record.id != **id))
-        .map(|id| (id.clone(), "has no result".into()))
+        .map(|id| (id.clone(), NOT_RUN.into()))
         .collect();
     let found = RobustnessFindings { suites: robustness.suites.clone(), cases, maps };
     let verdict = verdict(&found, incomplete.len());
@@ -156,8 +156,10 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
     if words.is_empty() {
         return "No verdict: no case has a result.".into();
     }
-    if missing > 0 {
-        words.push(format!("{missing} case(s) have no result."));
+    match missing {
+        0 => {}
+        1 => words.push("One case has no result.".into()),
+        _ => words.push(format!("{missing} cases have no result.")),
     }
     words.join(" ")
 }
