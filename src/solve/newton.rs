@@ -15,8 +15,6 @@ use crate::system::{State, Want};
 
 /// A factorisation of the step is used for another iteration if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 0.2;
-/// The tangent of an iteration serves for the next one too, next to a lagged factor, if the error fell by this factor \[–\].
-const NEAR: f64 = 0.01;
 /// Share of its error that a direction leaves at a state whose forces are below the tolerance already \[–\].
 const BELOW: f64 = 0.01;
 
@@ -171,11 +169,7 @@ impl<'a> NewtonIteration<'a> {
             Ok::<_, Failure>(())
         };
         if self.may_reuse_factor {
-            let is_near = !first && error < NEAR * self.last_error && increment.is_none();
-            let takes_last_tangent = is_near && self.solution.shift == 0.0 && equations.sums.remainder.is_empty();
-            if !takes_last_tangent {
-                linearise(equations, next)?;
-            }
+            linearise(equations, next)?;
             let problem = LinearProblem { step, equations, state: next, increment };
             // Below the tolerance the displacements are what is not accurate yet.
             let tolerance = if error > settings.tolerance { settings.tolerance } else { BELOW * error };
@@ -183,9 +177,6 @@ impl<'a> NewtonIteration<'a> {
             if let Some(direction) = found {
                 (*has_reused_factor, self.schur) = (true, None);
                 return Ok(direction);
-            }
-            if takes_last_tangent {
-                linearise(equations, next)?;
             }
         }
         let contracts = error < CHORD_CONTRACTION * self.last_error;
