@@ -40,7 +40,7 @@ pub fn points(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
 pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let mut all: Vec<PointStretch> = elastic.iter().flat_map(|e| points(e, x)).collect();
     let min_j = all.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
-    all.sort_unstable_by(|a, b| a.largest.total_cmp(&b.largest));
+    all.sort_by(|a, b| a.largest.total_cmp(&b.largest));
     let total: f64 = all.iter().map(|point| point.weight).sum();
     let quantile = |q: f64| {
         let mut below = 0.0;
