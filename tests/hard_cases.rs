@@ -3,7 +3,7 @@
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
-use durometer::scene::{Body, Progress, Run, Scene, from_text};
+use durometer::scene::{Body, Progress, Run, Scene, SceneSpec};
 use durometer::solve::Status;
 use durometer::study::analysis::Analysis;
 use durometer::study::case::Case;
@@ -137,7 +137,7 @@ fn static_scenes() -> Vec<(Case, Arc<Body>)> {
 
 /// `None` if it is refused or has no answer.
 fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
-    let spec = from_text(&case.scene_file, text, "").unwrap_or_else(|e| panic!("{}: {e}", case.id));
+    let spec = SceneSpec::from_text(&case.scene_file, text, "").unwrap_or_else(|e| panic!("{}: {e}", case.id));
     let scene = Scene::build(&case.scene_file, spec, text.into(), body).unwrap_or_else(|e| panic!("{}: {e}", case.id));
     let run = scene.run();
     (run.status == Status::Converged).then_some(run)

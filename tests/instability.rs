@@ -6,8 +6,7 @@ use common::formulation::{FORMULATIONS, Formulation, label, solid};
 use common::{hold, law, move_to, newton, nodes};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
-use durometer::scene::spec::SceneSpec;
-use durometer::scene::{Body, Run, Scene, from_text};
+use durometer::scene::{Body, Run, Scene, SceneSpec};
 use durometer::solve::{Driver, Failure, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{At, Rates, State, System, Want};
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -16,7 +15,7 @@ use std::sync::Arc;
 
 fn run(text: &str) -> Run {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scene.toml");
-    let spec: SceneSpec = from_text(&file, text, "").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let spec = SceneSpec::from_text(&file, text, "").unwrap_or_else(|e| panic!("{e}\n{text}"));
     let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
     let scene = Scene::build(&file, spec, text.into(), Arc::new(body)).unwrap_or_else(|e| panic!("{e}"));
     scene.run()

@@ -678,8 +678,8 @@ fn band(study: &Study, folder: &Path, summary: &report::Summary) {
         let law = format!("{{ law = \"neo_hookean\", mu = \"{} Pa\", nu = 0.49 }}", found(member));
         let mut scene: Table = case.text.parse().expect("TOML");
         scene["laws"]["rubber"] = law.parse().expect("a table");
-        let spec =
-            durometer::scene::from_text(&case.scene_file, &scene.to_string(), "").unwrap_or_else(|e| panic!("{e}"));
+        let spec = durometer::scene::SceneSpec::from_text(&case.scene_file, &scene.to_string(), "")
+            .unwrap_or_else(|e| panic!("{e}"));
         let body = durometer::scene::Body::load(&case.scene_file, &case.spec.mesh, &mut |_| {})
             .unwrap_or_else(|e| panic!("{e}"));
         let built =

@@ -1,8 +1,7 @@
 //! Prescribed rotations: exact positions at every time, a rigid rotation without energy, and torsion of a cylinder.
 
 use durometer::math::tensor::Vec3;
-use durometer::scene::spec::SceneSpec;
-use durometer::scene::{Body, Run, RunOptions, Scene, from_text};
+use durometer::scene::{Body, Run, RunOptions, Scene, SceneSpec};
 use durometer::solve::Status;
 use durometer::system::State;
 use std::path::Path;
@@ -10,7 +9,7 @@ use std::sync::Arc;
 
 fn build(text: &str) -> Result<Scene, String> {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scene.toml");
-    let spec: SceneSpec = from_text(&file, text, "").map_err(|e| e.to_string())?;
+    let spec = SceneSpec::from_text(&file, text, "").map_err(|e| e.to_string())?;
     let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
     Scene::build(&file, spec, text.into(), Arc::new(body)).map_err(|e| e.to_string())
 }

@@ -5,7 +5,7 @@ mod common;
 
 use common::{column, example_table, sensitivities};
 use durometer::material::LAWS;
-use durometer::scene::{Body, ParameterKey, RunOptions, Scene, SensitivityRecorder, extreme, from_text};
+use durometer::scene::{Body, ParameterKey, RunOptions, Scene, SceneSpec, SensitivityRecorder, extreme};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -65,14 +65,14 @@ fn text(formulation: &str, drive: &str, law: &Table) -> String {
 
 fn build(text: &str, body: &Arc<Body>) -> Scene {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
-    let spec = from_text(&file, text, "").unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let spec = SceneSpec::from_text(&file, text, "").unwrap_or_else(|e| panic!("{e}\n{text}"));
     Scene::build(&file, spec, text.into(), body.clone()).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn body() -> Arc<Body> {
     let text = text("displacement", LENGTH, &example_table("neo_hookean"));
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scene.toml");
-    let spec: durometer::scene::SceneSpec = from_text(&file, &text, "").expect("the scene above");
+    let spec = SceneSpec::from_text(&file, &text, "").expect("the scene above");
     Body::load(&file, &spec.mesh, &mut |_| {}).expect("a committed mesh").into()
 }
 

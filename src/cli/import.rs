@@ -4,7 +4,7 @@ use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::TetMesh;
 use durometer::mesh::format::{has_name, recognise};
 use durometer::mesh::quality::Quality;
-use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, from_text, starter};
+use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, starter};
 use durometer::solve::Status;
 use durometer::storage;
 use std::path::{Path, PathBuf};
@@ -192,7 +192,7 @@ fn tried(file: &Path, unit: Option<&str>) -> Result<(Row, Status), Box<dyn std::
     let imported = import.load(&mut |_| {})?;
     let at = file.with_extension("toml");
     let text = starter(&import, &imported, at.parent().unwrap_or(Path::new("")));
-    let spec: SceneSpec = from_text(&at, &text, "of the starter scene")?;
+    let spec = SceneSpec::from_text(&at, &text, "of the starter scene")?;
     let row = Row { mesh: imported.body.mesh.clone(), components: imported.components };
     let run = Scene::build(&at, spec, text, Arc::new(imported.body))?.run();
     Ok((row, run.status))

@@ -13,6 +13,7 @@ pub mod ordering;
 mod parts;
 pub mod pcg;
 pub mod random;
+pub mod ranked_set;
 pub mod signal;
 pub mod sparse;
 pub mod svd;

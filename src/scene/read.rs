@@ -103,8 +103,15 @@ fn mesh_instead(file: &Path) -> Option<SceneError> {
     Some(content(file, "file", &fact, &remedy))
 }
 
-/// A typed value from TOML. `origin` says what was done to the text of the file, if anything.
-pub fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> Result<T, SceneError> {
+impl SceneSpec {
+    /// A scene from its text, whose laws are in the text itself. `origin` says what was done to the text of the file, if anything.
+    pub fn from_text(file: &Path, text: &str, origin: &str) -> Result<Self, SceneError> {
+        from_text(file, text, origin)
+    }
+}
+
+/// A typed value from TOML. Within this crate only: every crate that calls it compiles the reader of all types below T again.
+pub(crate) fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> Result<T, SceneError> {
     let mut table = DeTable::parse(text).map_err(|e| mistake(file, text, origin, &e, None))?;
     let entries = entries(table.get_ref());
     kind::first(table.get_mut());

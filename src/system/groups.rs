@@ -7,6 +7,7 @@
 use super::projection::project;
 use super::{Assembled, At, Batch, Batched, BlockValues, Blocks, Dofs, Effect, EvalError, Want};
 use crate::math::lanes::{LANES, Lanes};
+use crate::math::ranked_set::RankedSet;
 use crate::math::threads;
 use crate::math::vector::norm;
 use std::ops::Range;
@@ -62,23 +63,20 @@ impl Group {
     /// One group, or more where the blocks have too many different entries.
     fn all(blocks: &Blocks, range: Range<usize>, slots: &(impl Fn(Range<usize>) -> Vec<u32> + Sync)) -> Vec<Self> {
         let entries = slots(range.clone());
-        let mut different: Vec<u32> = entries.iter().copied().filter(|slot| *slot != Dofs::FIXED).collect();
-        different.sort_unstable();
-        different.dedup();
+        let different = RankedSet::new(entries.iter().copied().filter(|slot| *slot != Dofs::FIXED));
         if different.len() > MOST.1 && range.len() > LANES {
             let middle = range.start + (range.len() / 2).div_ceil(LANES) * LANES;
             let halves = [range.start..middle, middle..range.end];
             return halves.into_iter().flat_map(|half| Self::all(blocks, half, slots)).collect();
         }
         let unknowns: Vec<u32> = range.clone().flat_map(|b| blocks.dofs(b)).collect();
-        let mut dofs = unknowns.clone();
-        dofs.sort_unstable();
-        dofs.dedup();
-        let place = |list: &[u32], value: &u32| list.binary_search(value).unwrap_or(list.len()) as u16;
-        let of_entries = entries.iter().map(|slot| place(&different, slot)).collect();
-        let of_unknowns = unknowns.iter().map(|dof| place(&dofs, dof)).collect();
+        let dofs = RankedSet::new(unknowns.iter().copied());
+        let place = |slot: u32| if slot == Dofs::FIXED { different.len() } else { different.rank(slot) };
+        let of_entries = entries.iter().map(|&slot| place(slot) as u16).collect();
+        let of_unknowns = unknowns.iter().map(|&dof| dofs.rank(dof) as u16).collect();
         let largest = range.clone().map(|b| blocks.size(b)).max().unwrap_or(0);
-        vec![Self { blocks: range, largest, dofs, slots: different, of_unknowns, of_entries }]
+        let (dofs, slots) = (dofs.members(), different.members());
+        vec![Self { blocks: range, largest, dofs, slots, of_unknowns, of_entries }]
     }
 }
 

@@ -4,7 +4,7 @@
 mod walk;
 
 use durometer::material::law_from_table;
-use durometer::scene::{SceneError, SceneSpec, from_text};
+use durometer::scene::{SceneError, SceneSpec};
 use durometer::study::expand;
 use durometer::study::kind::{COMMON_KEYS, Extent};
 use durometer::study::schema;
@@ -131,7 +131,7 @@ fn refused_keys_are_refused_by_the_schema() {
 }
 
 fn read_scene(text: &str) -> Result<(), SceneError> {
-    from_text::<SceneSpec>(Path::new("scene.toml"), text, "").map(|_| ())
+    SceneSpec::from_text(Path::new("scene.toml"), text, "").map(|_| ())
 }
 
 fn read_study(text: &str) -> Result<(), SceneError> {
