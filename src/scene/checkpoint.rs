@@ -187,8 +187,7 @@ impl Checkpoint {
     fn arrays(&self) -> Vec<Vec<f64>> {
         let State { t, x, v, a, lambda, memory, dt, history, inputs } = &self.state;
         let Energies { elastic, kinetic, dissipated, work } = self.balance.energies;
-        let DriverMemory { stiffness, nonlinearity, .. } = self.memory;
-        let scalars = vec![*t, *dt, stiffness, nonlinearity, elastic, kinetic, dissipated, work, self.peak.t];
+        let scalars = vec![*t, *dt, self.memory.stiffness, elastic, kinetic, dissipated, work, self.peak.t];
         let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
         let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
         let flat = |rows: &[Vec<f64>]| rows.concat();
@@ -205,9 +204,7 @@ impl Checkpoint {
     fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {
         let (system, rest) = (&scene.system, scene.system.rest());
         let mut arrays = arrays.into_iter();
-        let [t, dt, stiffness, nonlinearity, elastic, kinetic, dissipated, work, peak] = arrays.next()?[..] else {
-            return None;
-        };
+        let [t, dt, stiffness, elastic, kinetic, dissipated, work, peak] = arrays.next()?[..] else { return None };
         let mut of_size = |n: usize| arrays.next().filter(|a| a.len() == n);
         let n = rest.x.len();
         let (x, v, a) = (of_size(n)?, of_size(rest.v.len())?, of_size(rest.a.len())?);
@@ -249,7 +246,6 @@ impl Checkpoint {
                 prediction: Prediction { recent, degree },
                 cuts: head.level,
                 stiffness,
-                nonlinearity,
                 lagged_factor,
                 totals: head.totals,
             },

@@ -32,10 +32,9 @@ impl<'a> Driver<'a> {
 
     /// Goes on where another driver was.
     pub fn resume(&mut self, memory: DriverMemory) {
-        let DriverMemory { prediction, cuts, stiffness, nonlinearity, lagged_factor, totals } = memory;
+        let DriverMemory { prediction, cuts, stiffness, lagged_factor, totals } = memory;
         (self.steps.prediction, self.cuts, self.totals) = (prediction, cuts, totals);
         self.steps.solver.equations.stiffness = stiffness;
-        self.steps.solver.forcing.nonlinearity = nonlinearity;
         self.steps.solver.linear.resume(lagged_factor, self.steps.system);
     }
 
@@ -166,7 +165,6 @@ impl<'a> Driver<'a> {
             prediction: self.steps.prediction.clone(),
             cuts: self.cuts,
             stiffness: self.steps.solver.equations.stiffness,
-            nonlinearity: self.steps.solver.forcing.nonlinearity,
             lagged_factor: self.steps.solver.linear.lagged_factor_record(),
             totals: self.totals,
         }

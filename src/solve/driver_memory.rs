@@ -10,8 +10,6 @@ pub struct DriverMemory {
     pub cuts: u32,
     /// ‖diag K‖ of the last tangent \[N/m\]
     pub stiffness: f64,
-    /// C of the forcing term
-    pub nonlinearity: f64,
     pub lagged_factor: LaggedFactorRecord,
     pub totals: Totals,
 }

@@ -6,7 +6,8 @@
 //! 2006 for C ≠ 0); generalised minimal residuals take their place next to pressures and where contact has a remainder. Each iteration is one product with K and one back-substitution. K₀ is rotated with the body
 //! first ([`nodal_rotations`](super::nodal_rotations)).
 //!
-//! Accuracy: as the [forcing term](super::forcing_term) asks for.
+//! Accuracy: ‖residual‖ ≤ min(0.1, √error) of the current force, which makes Newton's method converge with the order 3/2 (Dembo,
+//! Eisenstat & Steihaug, SIAM J. Numer. Anal. 19, 1982), and never below a third of the tolerance of the step.
 //!
 //! Reuse: [`LinearSystem::may_reuse_factor`](super::LinearSystem) decides whether the equations of a step allow it at all. After
 //! each step, [`LaggedFactor::decide_reuse`] decides whether the next one reuses the factor: not where the step took more solves
@@ -18,7 +19,7 @@ use super::linear_problem::{LinearProblem, NewtonDirection};
 use super::multipliers::Schur;
 use super::nodal_rotations::NodalRotations;
 use super::stability::negative_eigenvalues;
-use crate::math::gmres::{Solved, gmres};
+use crate::math::gmres::gmres;
 use crate::math::linear::Factor;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::random::SplitMix;
@@ -29,6 +30,10 @@ use std::sync::Arc;
 
 /// Products before the Krylov method gives up: a multiple of the cost of a factorisation, and the least number.
 const PATIENCE: (f64, usize) = (1.5, 8);
+/// The loosest relative accuracy of a direction.
+const LOOSEST: f64 = 0.1;
+/// Accuracy of a direction that is enough for the step, as a share of its tolerance.
+const ENOUGH: f64 = 0.3;
 /// Softest directions that are watched.
 const WATCHED: usize = 3;
 /// Share of its stiffness at which a watched direction asks for a new factor.
@@ -197,14 +202,15 @@ impl LaggedFactor {
         Some(RoughDirection { x, lambda, change, schur, holds })
     }
 
-    /// The direction of an iteration, which leaves the share `forcing` of the forces; none where the factor is not to be reused.
-    /// The state is the start of the step if it is the `first`.
+    /// The direction of an iteration; none where the factor is not to be reused. `error` is that of the state, which is the start of
+    /// the step if it is the `first`. The direction is as accurate as `error` and the `tolerance` of the step ask for.
     pub fn direction(
         &mut self,
         factor: &mut Factor,
         points: &[Vec3],
         problem: &LinearProblem,
-        forcing: f64,
+        tolerance: f64,
+        error: f64,
         first: bool,
     ) -> Option<NewtonDirection> {
         let (system, state, sums) = (problem.system(), problem.state, &problem.equations.sums);
@@ -222,7 +228,8 @@ impl LaggedFactor {
         left.iter_mut().zip(&rhs).for_each(|(left, rhs)| *left = rhs - *left);
         let gradient = &sums.gradient;
         gradient.iter().zip(&change).for_each(|(h, d)| left.iter_mut().zip(h).for_each(|(l, h)| *l -= h * d));
-        let bound = forcing * norm(&rhs);
+        let enough = ENOUGH * tolerance * sums.scale;
+        let bound = enough.max(LOOSEST.min(error.sqrt()) * norm(&rhs));
         left.resize(n + held.rows.len(), 0.0);
         let most = factor.patience(PATIENCE.0).max(PATIENCE.1);
         let (values, rotations) = (&sums.k, &self.rotations);
@@ -246,21 +253,22 @@ impl LaggedFactor {
             z
         };
         let is_symmetric = sums.remainder.is_empty();
-        let rest = if system.scalar_equations() == 0 && is_symmetric {
+        let (rest, iterations) = if system.scalar_equations() == 0 && is_symmetric {
             match pcg(multiply, precondition, &left, bound, most) {
-                (Outcome::Solved { x, residual }, products) => Ok(Solved { x, residual, products }),
-                (_, products) => Err(products),
+                (Outcome::Solved(rest), iterations) => (Some(rest), iterations),
+                (_, iterations) => (None, iterations),
             }
         } else {
-            gmres(multiply, |r| Ok(precondition(r)), &left, bound, most).map_err(|_| most)
+            let solved = gmres(multiply, |r| Ok(precondition(r)), &left, bound, most).ok();
+            solved.map_or((None, most), |(rest, iterations)| (Some(rest), iterations))
         };
-        self.record.solves[1] += rest.as_ref().map_or_else(|products| *products, |rest| rest.products);
-        let rest = rest.ok()?;
-        x.iter_mut().zip(&rest.x).for_each(|(x, d)| *x += d);
-        for (&c, d) in held.rows.iter().zip(&rest.x[n..]) {
+        self.record.solves[1] += iterations;
+        let rest = rest?;
+        x.iter_mut().zip(&rest).for_each(|(x, d)| *x += d);
+        for (&c, d) in held.rows.iter().zip(&rest[n..]) {
             lambda[c] = system.constraints[c].kind().admit(lambda[c] + d);
         }
-        Some(NewtonDirection { left: rest.residual, ..problem.direction(&x, lambda) })
+        Some(problem.direction(&x, lambda))
     }
 }
 

@@ -23,8 +23,6 @@ pub(super) struct NewtonDirection {
     pub x: Vec<f64>,
     /// \[constraints\] multipliers after the step
     pub lambda: Vec<f64>,
-    /// ‖residual‖ that it leaves in the linear system \[N\]; 0 for an exact solution
-    pub left: f64,
 }
 
 impl<'a> LinearProblem<'a> {
@@ -48,7 +46,7 @@ impl<'a> LinearProblem<'a> {
         let system = self.system();
         let mut x = self.increment.map_or_else(|| vec![0.0; system.dofs.equation.len()], <[f64]>::to_vec);
         system.expand(du, &mut x);
-        NewtonDirection { x, lambda, left: 0.0 }
+        NewtonDirection { x, lambda }
     }
 
     /// du = K⁻¹(−r − lift) − Z (λ' − λ), with λ' from the laws of the linearised constraints. `factor` is that of K.

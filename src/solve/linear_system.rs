@@ -62,21 +62,22 @@ impl LinearSystem {
     }
 
     /// The direction of an iteration by the lagged factor, or by a new hierarchy of the iterative method; none where neither
-    /// gives one. It leaves the share `forcing` of the forces; the state is the start of the step if it is the `first`.
+    /// gives one. `error` is that of the state, which is the start of the step if it is the `first`.
     pub(super) fn direction_by_lagged_factor(
         &mut self,
         problem: &LinearProblem,
-        forcing: f64,
+        tolerance: f64,
+        error: f64,
         first: bool,
     ) -> Option<NewtonDirection> {
         let Self { factor, points, lagged, .. } = self;
         let reused = lagged.may_be_reused(factor, problem.step.rates(), first);
-        let found = reused.then(|| lagged.direction(factor, points, problem, forcing, first)).flatten();
+        let found = reused.then(|| lagged.direction(factor, points, problem, tolerance, error, first)).flatten();
         if found.is_some() || !self.renew_hierarchy(problem) {
             return found;
         }
         let Self { factor, points, lagged, .. } = self;
-        lagged.direction(factor, points, problem, forcing, first)
+        lagged.direction(factor, points, problem, tolerance, error, first)
     }
 
     /// The direction by one application of the lagged factor, if it is valid.

@@ -27,7 +27,6 @@ mod driver_memory;
 mod equations;
 mod equilibrium_path;
 mod failure;
-mod forcing_term;
 mod free_motions;
 mod gauss_seidel;
 mod globalisation;

@@ -16,7 +16,7 @@ use crate::system::{State, Want};
 /// A factorisation of the step is used for another iteration if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 0.2;
 /// Share of its error that a direction leaves at a state whose forces are below the tolerance already \[–\].
-const BELOW: f64 = 0.1;
+const BELOW: f64 = 0.01;
 
 impl NonlinearSolver {
     /// Iterates from `next.x`, `next.lambda` (the guess) to equilibrium at `next.t`; fills x, v, a and λ of `next` and brings
@@ -41,7 +41,6 @@ impl NonlinearSolver {
             if !error.above_rounding.is_finite() {
                 return Err(Failure::NotConverged { residual: error.above_rounding, node: 0 });
             }
-            newton.observe(error);
             let iterations = newton.solution.iterations;
             newton.solver.report(step, next, iterations, error.above_rounding);
             if convergence.accepts(error, increment.is_none(), iterations) {
@@ -71,8 +70,6 @@ struct NewtonIteration<'a> {
     schur: Option<Schur>,
     /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
     last_error: f64,
-    /// Error that the direction of the last iteration left
-    left: f64,
     remainder: RemainderUse,
 }
 
@@ -113,14 +110,7 @@ impl<'a> NewtonIteration<'a> {
         let may_reuse_factor =
             solver.linear.may_reuse_factor(&solver.settings, step.system, sums) && !step.integrator.is_linearised();
         let (last_error, remainder) = (f64::INFINITY, RemainderUse::new());
-        Self { solver, step, solution, may_reuse_factor, schur: None, last_error, left: 0.0, remainder }
-    }
-
-    /// Tells the forcing term where the last iteration led, if it was a full one.
-    fn observe(&mut self, error: ScaledError) {
-        if self.solution.iterations > 0 && self.last_error > self.solver.settings.tolerance {
-            self.solver.forcing.observe(self.last_error, self.left, error.exact);
-        }
+        Self { solver, step, solution, may_reuse_factor, schur: None, last_error, remainder }
     }
 
     /// The correction that a state of this error still asks for, by the factor that is available and as a share of the largest displacement;
@@ -156,7 +146,6 @@ impl<'a> NewtonIteration<'a> {
         let search = LineSearch { step: self.step, settings: *settings, targets };
         let full = search.advance(equations, &mut linear.factor, next, &direction)?;
         self.last_error = if full { error } else { 0.0 };
-        self.left = direction.left / equations.sums.scale;
         self.solution.iterations += 1;
         self.solver.iterations += 1;
         Ok(())
@@ -171,7 +160,7 @@ impl<'a> NewtonIteration<'a> {
     ) -> Result<NewtonDirection, Failure> {
         let (step, first) = (self.step, self.solution.iterations == 0);
         let takes_remainder = self.remainder.is_taken(error);
-        let NonlinearSolver { settings, equations, linear, forcing, has_reused_factor, .. } = &mut *self.solver;
+        let NonlinearSolver { settings, equations, linear, has_reused_factor, .. } = &mut *self.solver;
         let linearise = |equations: &mut Equations, next: &mut State| {
             equations.linearise(step, next, increment)?;
             if !takes_remainder {
@@ -179,26 +168,18 @@ impl<'a> NewtonIteration<'a> {
             }
             Ok::<_, Failure>(())
         };
-        // Below the tolerance the displacements are what is not accurate yet: the last tangent corrects them.
-        let is_below = error <= settings.tolerance;
-        let has_tangent = self.last_error > 0.0 && !first && !self.solution.regularised;
-        let corrects = is_below && has_tangent && equations.sums.remainder.is_empty();
         if self.may_reuse_factor {
-            if !corrects {
-                linearise(equations, next)?;
-            }
+            linearise(equations, next)?;
             let problem = LinearProblem { step, equations, state: next, increment };
-            let forcing = if is_below { BELOW } else { forcing.at(error, settings.tolerance) };
-            let found = linear.direction_by_lagged_factor(&problem, forcing, first);
+            // Below the tolerance the displacements are what is not accurate yet.
+            let tolerance = if error > settings.tolerance { settings.tolerance } else { BELOW * error };
+            let found = linear.direction_by_lagged_factor(&problem, tolerance, error, first);
             if let Some(direction) = found {
                 (*has_reused_factor, self.schur) = (true, None);
                 return Ok(direction);
             }
-            if corrects {
-                linearise(equations, next)?;
-            }
         }
-        let contracts = corrects || error < CHORD_CONTRACTION * self.last_error;
+        let contracts = error < CHORD_CONTRACTION * self.last_error;
         let may_be_chord = settings.reuse_factor && !self.may_reuse_factor && increment.is_none();
         // The remainder changes with every state.
         let is_chord = may_be_chord && contracts && equations.sums.remainder.is_empty();

@@ -1,7 +1,6 @@
 //! The solver of a step: its equations, its linear systems, and the steps that all methods share.
 
 use super::equations::Equations;
-use super::forcing_term::ForcingTerm;
 use super::iteration::{IterationReport, OnIteration};
 use super::linear_system::LinearSystem;
 use super::newton_settings::NewtonSettings;
@@ -15,7 +14,6 @@ pub struct NonlinearSolver {
     pub settings: NewtonSettings,
     pub equations: Equations,
     pub linear: LinearSystem,
-    pub(super) forcing: ForcingTerm,
     /// Iterations of Newton's method so far, those of failed solves included
     pub iterations: usize,
     /// Receives every iteration of Newton's method, and every contact correction
@@ -32,8 +30,7 @@ impl NonlinearSolver {
     /// With this choice between direct and iterative linear solvers; `length` \[m\] is that of the body.
     pub fn with_method(method: Method, system: &System, settings: NewtonSettings, length: f64) -> Self {
         let (equations, linear) = (Equations::new(system, length), LinearSystem::new(method, system));
-        let forcing = ForcingTerm::default();
-        Self { settings, equations, linear, forcing, iterations: 0, on_iteration: None, has_reused_factor: false }
+        Self { settings, equations, linear, iterations: 0, on_iteration: None, has_reused_factor: false }
     }
 
     /// The same as [`NonlinearSolver::solve`] with a factor of its own in every iteration.

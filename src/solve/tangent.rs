@@ -33,8 +33,8 @@ pub(super) fn solve(factor: &mut Factor, sums: &Assembled, columns: &mut [f64]) 
             factor.solve(&sums.k, &mut z)?;
             Ok(z)
         };
-        let solved = gmres(multiply, precondition, column, tolerance * norm(column), most)?;
-        column.copy_from_slice(&solved.x);
+        let (x, _) = gmres(multiply, precondition, column, tolerance * norm(column), most)?;
+        column.copy_from_slice(&x);
     }
     Ok(())
 }

@@ -49,8 +49,8 @@ pub struct Factor {
 }
 
 /// Entries of a column of L, on average, for which a factorisation takes as long as one back-substitution (measured on bodies
-/// of 12 000 to 25 000 unknowns; 20 to 30 are as good within the scatter).
-const ENTRIES_PER_SOLVE: f64 = 25.0;
+/// of 12 000 to 25 000 unknowns).
+const ENTRIES_PER_SOLVE: f64 = 45.0;
 /// Applications of a hierarchy that take as long as its set-up (measured on bodies of 45 000 to 290 000 unknowns).
 const CYCLES_PER_SET_UP: f64 = 20.0;
 /// Memory of a set-up per entry of the tangent (84 measured on tet4, a million cells; 77 on tet10 with pressures, 200 000 cells).

@@ -126,7 +126,7 @@ impl Body {
             z
         };
         let (outcome, iterations) = pcg(|v| self.times(v), precondition, &weight, 1e-9 * norm(&weight), 500);
-        assert!(matches!(outcome, Outcome::Solved { .. }), "{outcome:?}");
+        assert!(matches!(outcome, Outcome::Solved(_)), "{outcome:?}");
         iterations
     }
 }

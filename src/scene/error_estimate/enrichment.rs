@@ -285,7 +285,7 @@ impl EnrichedScene {
         };
         let left: Vec<f64> = of.iter().map(|&k| sums.r[system.dofs.free[k] as usize]).collect();
         let bound = RELAXED * norm(&left);
-        if let (Outcome::Solved { x: change, .. }, _) = pcg(multiply, <[f64]>::to_vec, &left, bound, MOST_PRODUCTS) {
+        if let (Outcome::Solved(change), _) = pcg(multiply, <[f64]>::to_vec, &left, bound, MOST_PRODUCTS) {
             of.iter().zip(change).for_each(|(&k, p)| state.x[system.dofs.free[k] as usize] += p);
         }
     }
