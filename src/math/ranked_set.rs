@@ -28,7 +28,7 @@ impl RankedSet {
         Self { start, words, before }
     }
 
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.before[self.words.len()] as usize
     }
 
@@ -41,7 +41,7 @@ impl RankedSet {
 
     /// All members, ascending.
     pub fn members(&self) -> Vec<u32> {
-        let mut out = Vec::with_capacity(self.len());
+        let mut out = Vec::with_capacity(self.count());
         for (first, &word) in (self.start..).step_by(BITS as usize).zip(&self.words) {
             let mut left = word;
             while left != 0 {
@@ -68,7 +68,7 @@ mod tests {
             sorted.sort_unstable();
             sorted.dedup();
             let set = RankedSet::new(list.iter().copied());
-            assert_eq!((set.members(), set.len()), (sorted.clone(), sorted.len()));
+            assert_eq!((set.members(), set.count()), (sorted.clone(), sorted.len()));
             assert!(sorted.iter().enumerate().all(|(k, &member)| set.rank(member) == k));
         }
     }
@@ -76,6 +76,6 @@ mod tests {
     #[test]
     fn an_empty_set_has_no_members() {
         let set = RankedSet::new(std::iter::empty());
-        assert_eq!((set.members(), set.len()), (vec![], 0));
+        assert_eq!((set.members(), set.count()), (vec![], 0));
     }
 }

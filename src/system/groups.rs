@@ -64,14 +64,14 @@ impl Group {
     fn all(blocks: &Blocks, range: Range<usize>, slots: &(impl Fn(Range<usize>) -> Vec<u32> + Sync)) -> Vec<Self> {
         let entries = slots(range.clone());
         let different = RankedSet::new(entries.iter().copied().filter(|slot| *slot != Dofs::FIXED));
-        if different.len() > MOST.1 && range.len() > LANES {
+        if different.count() > MOST.1 && range.len() > LANES {
             let middle = range.start + (range.len() / 2).div_ceil(LANES) * LANES;
             let halves = [range.start..middle, middle..range.end];
             return halves.into_iter().flat_map(|half| Self::all(blocks, half, slots)).collect();
         }
         let unknowns: Vec<u32> = range.clone().flat_map(|b| blocks.dofs(b)).collect();
         let dofs = RankedSet::new(unknowns.iter().copied());
-        let place = |slot: u32| if slot == Dofs::FIXED { different.len() } else { different.rank(slot) };
+        let place = |slot: u32| if slot == Dofs::FIXED { different.count() } else { different.rank(slot) };
         let of_entries = entries.iter().map(|&slot| place(slot) as u16).collect();
         let of_unknowns = unknowns.iter().map(|&dof| dofs.rank(dof) as u16).collect();
         let largest = range.clone().map(|b| blocks.size(b)).max().unwrap_or(0);
