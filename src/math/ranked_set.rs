@@ -1,5 +1,6 @@
-//! Sets of integers that know the rank of each member: a bit for every integer of the range, and counts by words. Both building and asking
-//! take constant time for each integer, where sorting and searching take logarithmic time.
+//! Sets of integers that know the rank of each member: a bit for every integer of the range, and counts by words. A rank takes constant
+//! time, where a search in a sorted list takes logarithmic time. Building takes constant time for each integer and for each 64 of the range,
+//! so that the range should not be many times as large as the set.
 
 /// Bits of a word.
 const BITS: u32 = u64::BITS;
@@ -28,11 +29,12 @@ impl RankedSet {
         Self { start, words, before }
     }
 
+    /// Number of members.
     pub fn count(&self) -> usize {
         self.before[self.words.len()] as usize
     }
 
-    /// Members that are smaller than this one.
+    /// Number of members that are smaller than this one, which has to be a member.
     pub fn rank(&self, member: u32) -> usize {
         let at = ((member - self.start) / BITS) as usize;
         let smaller = self.words[at] & ((1 << (member % BITS)) - 1);
