@@ -136,3 +136,4 @@ pub mod solve;
 pub mod storage;
 pub mod study;
 pub mod system;
+mod wording;

@@ -2,15 +2,11 @@
 
 use super::constant_format::stretch_text;
 use super::{Mode, UnknownMode};
+use crate::wording::lines;
 use std::path::PathBuf;
 
 fn list<T: std::fmt::Display>(items: &[T]) -> String {
     items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
-}
-
-fn lines(numbers: &[u64]) -> String {
-    let more = if numbers.len() > 8 { format!(" and {} more", numbers.len() - 8) } else { String::new() };
-    format!("line {}{more}", list(&numbers[..numbers.len().min(8)]))
 }
 
 #[derive(Debug, thiserror::Error)]

@@ -5,9 +5,11 @@ use super::{body_figure, files, region_table};
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
+use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use durometer::study::run::task::Task;
 use durometer::system::ConstraintKind;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -42,11 +44,15 @@ pub fn main(args: Args) -> CommandResult {
         return study(&Study::read(&file, &changes)?, args.figure.as_deref());
     }
     let (spec, text) = read_scene(&file, &changes)?;
-    let scene = build(&file, spec, text, &mut BTreeMap::new())?;
+    let body = body(&file, &spec, &mut BTreeMap::new()).map_err(|e| -> Box<dyn std::error::Error> { e })?;
+    let scene = Scene::build(&file, spec, text, body)?;
     durometer::study::overlay::markers::read(&scene)?;
     describe(&scene);
     picture(args.figure.as_deref(), &scene)
 }
+
+/// Cases that are built at the same time.
+const AT_ONCE: usize = 8;
 
 fn picture(file: Option<&Path>, scene: &Scene) -> CommandResult {
     if let Some(file) = file {
@@ -60,19 +66,31 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
     println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
     println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
-    let (mut bodies, mut first) = (BTreeMap::new(), None);
-    for case in &study.cases {
-        let scene = build(&case.scene_file, case.spec.clone(), case.text.clone(), &mut bodies)?;
-        Task::new(study, case.clone(), vec![], false).check(&scene)?;
-        println!(
-            "  {:32} {:11} {:>8} {:>9} {:>6}",
-            case.id,
-            case.spec.formulation(),
-            scene.body.mesh.cell_count(),
-            scene.system.dofs.free.len(),
-            steps(&scene)
-        );
-        first.get_or_insert((&case.id, scene));
+    let (mut bodies, mut first, mut refused) = (BTreeMap::new(), None, vec![]);
+    for cases in study.cases.chunks(AT_ONCE) {
+        let on: Vec<_> = cases.iter().map(|case| body(&case.scene_file, &case.spec, &mut bodies)).collect();
+        let scenes: Vec<_> = cases.par_iter().zip(on).map(|(case, body)| checked(study, case, body?)).collect();
+        for (case, scene) in cases.iter().zip(scenes) {
+            let scene = match scene {
+                Ok(scene) => scene,
+                Err(error) => {
+                    refused.push((&case.id, error));
+                    continue;
+                }
+            };
+            println!(
+                "  {:32} {:11} {:>8} {:>9} {:>6}",
+                case.id,
+                case.spec.formulation(),
+                scene.body.mesh.cell_count(),
+                scene.system.dofs.free.len(),
+                steps(&scene)
+            );
+            first.get_or_insert((&case.id, scene));
+        }
+    }
+    if let Some(error) = refusal(refused) {
+        return Err(error);
     }
     for (variant, quantities) in &study.record.quantities {
         let names: Vec<&str> = quantities.iter().map(|q| q.name.as_str()).collect();
@@ -86,20 +104,46 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     Ok(Outcome::Complete)
 }
 
-/// The scene on its mesh; meshes are kept by what they are made of.
-fn build(
-    file: &Path,
-    spec: SceneSpec,
-    text: String,
-    bodies: &mut BTreeMap<String, Arc<Body>>,
-) -> Result<Scene, Box<dyn std::error::Error>> {
+/// Why a scene cannot be run.
+type Refusal = Box<dyn std::error::Error + Send + Sync>;
+
+/// The mesh of a scene; meshes are kept by what they are made of.
+fn body(file: &Path, spec: &SceneSpec, bodies: &mut BTreeMap<String, Arc<Body>>) -> Result<Arc<Body>, Refusal> {
     let key = format!("{:?}", spec.mesh);
-    let body = match bodies.get(&key) {
-        Some(body) => body.clone(),
-        None => Arc::new(Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}"))?),
-    };
+    if let Some(body) = bodies.get(&key) {
+        return Ok(body.clone());
+    }
+    let body = Arc::new(Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}"))?);
     bodies.insert(key, body.clone());
-    Ok(Scene::build(file, spec, text, body)?)
+    Ok(body)
+}
+
+/// The scene of a case, which can be run.
+fn checked(study: &Study, case: &Case, body: Arc<Body>) -> Result<Scene, Refusal> {
+    let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body)?;
+    Task::new(study, case.clone(), vec![], false).check(&scene)?;
+    Ok(scene)
+}
+
+/// One error for all cases that are refused: a fact that several of them share is said once.
+fn refusal(refused: Vec<(&String, Refusal)>) -> Option<Box<dyn std::error::Error>> {
+    let mut facts: Vec<(String, Vec<&str>)> = vec![];
+    for (id, error) in &refused {
+        let fact = error.to_string();
+        match facts.iter_mut().find(|(known, _)| *known == fact) {
+            Some((_, cases)) => cases.push(id),
+            None => facts.push((fact, vec![id])),
+        }
+    }
+    if facts.len() < 2 {
+        return refused.into_iter().next().map(|(_, error)| -> Box<dyn std::error::Error> { error });
+    }
+    let lines = facts.iter().map(|(fact, cases)| match cases[..] {
+        [case] => format!("\n  {case}: {fact}"),
+        [first, ..] => format!("\n  {first} and {} more: {fact}", cases.len() - 1),
+        [] => String::new(),
+    });
+    Some(format!("{} cases cannot be run:{}", refused.len(), lines.collect::<String>()).into())
 }
 
 fn steps(scene: &Scene) -> usize {

@@ -1,6 +1,6 @@
 //! Refusals of measured motion, with fact, place and remedy.
 
-use crate::calibrate::intake::roles::{first, numbers};
+use crate::wording::first;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ pub enum MotionError {
     Decimal { file: String, cell: String },
     #[error("{file}: {} cells are no numbers: {}; leave a cell empty where a marker was not seen", cells.len(), first(cells))]
     Cells { file: String, cells: Vec<String> },
-    #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), numbers(lines))]
+    #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), first(lines))]
     Times { file: String, lines: Vec<u64> },
     #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.map_or(String::new(), |t| format!(" at {t} s")))]
     Twice { file: String, name: String, at: Option<f64> },
@@ -69,7 +69,7 @@ pub enum MotionError {
     NotFinite { what: String },
     #[error("{} lists of {what} have different lengths: {}", lengths.len(), lengths.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))]
     Lengths { what: &'static str, lengths: Vec<usize> },
-    #[error("{} markers exchange their positions: {}; name the tracks anew in the recording program from these frames on", swaps.len(), first(&swaps.iter().map(Swap::to_string).collect::<Vec<_>>()))]
+    #[error("{} markers exchange their positions: {}; name the tracks anew in the recording program from these frames on", swaps.len(), first(swaps))]
     Swapped { swaps: Vec<Swap> },
     #[error("markers {} are never seen at the same time; a rigid motion needs three of them at once", names.join(", "))]
     NeverSeen { names: Vec<String> },

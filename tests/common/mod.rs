@@ -1,15 +1,19 @@
-//! What the physics tests share: seeded numbers, distorted blocks, a dead load, one-call solves.
+//! Shared by the test programs: seeded numbers, distorted blocks, a dead load, one-call solves; in files of their own what belongs to one subject.
 
-// Each test binary uses a part of it.
+// Each test program uses a part of it.
 #![allow(dead_code)]
 
 pub mod cook;
+pub mod disk;
 pub mod field;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
 pub mod sensitivities;
+pub mod stores;
+pub mod synthetic;
 pub mod tables;
+pub mod tools;
 
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};

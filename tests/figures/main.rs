@@ -1,5 +1,11 @@
 //! Every kind of figure in every style: type of the chosen size, nothing beyond the sheet, no text over another.
 
+#[path = "../common/mod.rs"]
+mod common;
+
+mod latex;
+mod pdf;
+
 use durometer::report::style::{STYLES, Style};
 use resvg::usvg;
 use std::collections::BTreeSet;

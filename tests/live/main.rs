@@ -1,10 +1,10 @@
 //! The live view: it changes no bit of a run, whatever its clients do; values that a page sets are recorded and set again; and who is refused.
 
 mod client;
+#[path = "../common/mod.rs"]
+mod common;
 mod recording;
 mod strangers;
-#[path = "../tools/mod.rs"]
-mod tools;
 
 use client::{BY_HAND, Live, PATIENCE, ROOT, SIGNAL, folders, run, text};
 use serde_json::{Value, json};
@@ -161,7 +161,7 @@ fn a_page_hears_why_a_run_fails() {
 #[test]
 fn a_browser_drives_a_run() {
     let is_there = |program: &str| Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
-    if tools::is_missing(is_there("chromium") && is_there("node"), "chromium with node") {
+    if common::tools::is_missing(is_there("chromium") && is_there("node"), "chromium with node") {
         return;
     }
     let (_folder, [out]) = folders();

@@ -4,6 +4,10 @@
 //! Files are parsed, and paths are followed through imports and re-exports to the file that defines the item.
 
 mod cycles;
+mod dependencies;
+mod docs;
+mod gallery;
+mod language;
 mod names;
 mod source;
 
@@ -15,7 +19,8 @@ use source::{Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module may use those before it. `cli`, with `main`, may use the library only.
-const ORDER: [&str; 16] = [
+const ORDER: [&str; 17] = [
+    "wording",
     "storage",
     "schema",
     "catalogue",

@@ -3,4 +3,7 @@
 mod algebraic;
 mod beam;
 mod intervals;
+mod markers;
+mod motion;
+mod motion_files;
 mod tracks;

@@ -1,5 +1,6 @@
 //! The log of everything that was found in a table and of what was done about it.
 
+use crate::wording::lines;
 use serde::Serialize;
 use std::fmt;
 
@@ -30,7 +31,6 @@ pub struct AuditEntry {
 
 impl fmt::Display for AuditEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const SHOWN: usize = 8;
         let kind = match self.kind {
             AuditKind::Intake => "read",
             AuditKind::LeftOut => "left out",
@@ -40,13 +40,7 @@ impl fmt::Display for AuditEntry {
         };
         write!(f, "{kind}: {}", self.message)?;
         if !self.lines.is_empty() {
-            let shown: Vec<_> = self.lines.iter().take(SHOWN).map(u64::to_string).collect();
-            let plural = if self.lines.len() == 1 { "line" } else { "lines" };
-            write!(f, " ({plural} {}", shown.join(", "))?;
-            if self.lines.len() > SHOWN {
-                write!(f, " and {} more", self.lines.len() - SHOWN)?;
-            }
-            write!(f, ")")?;
+            write!(f, " ({})", lines(&self.lines))?;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::names::{self, StrainKind};
 use super::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
+use crate::wording::first;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -120,20 +121,6 @@ pub enum ColumnError {
     Decimal { file: String, cell: String },
     #[error("{file}: {} cells are no numbers: {}; remove or mend these lines", cells.len(), first(cells))]
     Cells { file: String, cells: Vec<String> },
-}
-
-/// Entries of a list that are shown
-const SHOWN: usize = 8;
-
-/// The first entries of a list.
-pub fn first(items: &[String]) -> String {
-    let more = if items.len() > SHOWN { format!(" and {} more", items.len() - SHOWN) } else { String::new() };
-    items.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ") + &more
-}
-
-/// The first of some lines.
-pub fn numbers(lines: &[u64]) -> String {
-    first(&lines.iter().map(u64::to_string).collect::<Vec<_>>())
 }
 
 /// The columns that a test needs, with what was said about them.

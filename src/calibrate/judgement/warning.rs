@@ -2,6 +2,7 @@
 
 use super::estimate::Direction;
 use crate::calibrate::{Mode, Treatment};
+use crate::wording;
 use serde::Serialize;
 use std::fmt;
 
@@ -222,11 +223,9 @@ fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(&str, f64)], reach: f64, 
 }
 
 fn write_outliers(f: &mut fmt::Formatter<'_>, lines: &[u64]) -> fmt::Result {
-    let shown: Vec<_> = lines.iter().take(8).map(u64::to_string).collect();
-    let more = if lines.len() > 8 { format!(" and {} more", lines.len() - 8) } else { String::new() };
     write!(
         f,
-        "data points far from their neighbours influence the fit (lines {}{more}); pass --loss huber, or leave them out",
-        shown.join(", ")
+        "data points far from their neighbours influence the fit ({}); pass --loss huber, or leave them out",
+        wording::lines(lines)
     )
 }

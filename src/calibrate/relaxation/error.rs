@@ -1,9 +1,10 @@
 //! Refusals of a fit of a Prony series, with fact, place and remedy.
 
-use crate::calibrate::intake::roles::{ColumnError, numbers};
+use crate::calibrate::intake::roles::ColumnError;
 use crate::calibrate::{FitError, stretch_text};
 use crate::material::LawSpecError;
 use crate::math::units::UnitError;
+use crate::wording::first;
 use std::path::PathBuf;
 
 /// Why no Prony series was fitted.
@@ -11,11 +12,11 @@ use std::path::PathBuf;
 pub enum RelaxationError {
     #[error("{}: cannot be written: {source}", path.display())]
     Write { path: PathBuf, source: std::io::Error },
-    #[error("{file}: the times do not increase in {} lines: {}; a test is one run in the order of time", lines.len(), numbers(lines))]
+    #[error("{file}: the times do not increase in {} lines: {}; a test is one run in the order of time", lines.len(), first(lines))]
     Times { file: String, lines: Vec<u64> },
-    #[error("{file}: the frequency is not positive in {} lines: {}; remove them", lines.len(), numbers(lines))]
+    #[error("{file}: the frequency is not positive in {} lines: {}; remove them", lines.len(), first(lines))]
     Frequency { file: String, lines: Vec<u64> },
-    #[error("{file}: the {what} is not positive in {} lines: {}; {remedy}", lines.len(), numbers(lines))]
+    #[error("{file}: the {what} is not positive in {} lines: {}; {remedy}", lines.len(), first(lines))]
     Sign { file: String, what: &'static str, lines: Vec<u64>, remedy: &'static str },
     #[error(
         "{file}: the duration of the loading is not known, and the early relaxation depends on it; pass --ramp \"0.5 s\", or \"0 s\" for an ideal step"

@@ -1,6 +1,7 @@
 //! Refusals of a fit of the change of volume, with fact, place and remedy.
 
-use crate::calibrate::intake::roles::{ColumnError, numbers};
+use crate::calibrate::intake::roles::ColumnError;
+use crate::wording::first;
 use std::path::PathBuf;
 
 /// Why neither Poisson's ratio nor the bulk modulus was fitted.
@@ -12,7 +13,7 @@ pub enum VolumeError {
     Write { path: PathBuf, source: std::io::Error },
     #[error("{file}: {rows} data points, and a fit needs at least 4; measure more")]
     TooFewRows { file: String, rows: usize },
-    #[error("{file}: the {what} is not above −100 % in {} lines: {}; check its kind and unit", lines.len(), numbers(lines))]
+    #[error("{file}: the {what} is not above −100 % in {} lines: {}; check its kind and unit", lines.len(), first(lines))]
     Impossible { file: String, what: &'static str, lines: Vec<u64> },
     #[error("{file}: the {what} does not vary, so that nothing follows from it; check the column")]
     Constant { file: String, what: &'static str },

@@ -6,6 +6,7 @@ use crate::report::fit::stored::{Entry, StoredFit};
 use crate::report::numbers::capital;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::table::Table;
+use crate::wording;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {
@@ -103,7 +104,6 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
 
 /// An entry of the audit log.
 fn line(e: &Entry) -> String {
-    const SHOWN: usize = 12;
     let kind = match e.kind.as_str() {
         "intake" => "Read",
         "left_out" => "Left out",
@@ -112,9 +112,6 @@ fn line(e: &Entry) -> String {
         "doubt" => "Doubt",
         other => other,
     };
-    let shown: Vec<String> = e.lines.iter().take(SHOWN).map(u64::to_string).collect();
-    let more = if e.lines.len() > SHOWN { format!(" and {} more", e.lines.len() - SHOWN) } else { String::new() };
-    let plural = if e.lines.len() == 1 { "line" } else { "lines" };
-    let lines = if shown.is_empty() { String::new() } else { format!(" ({plural} {}{more})", shown.join(", ")) };
+    let lines = if e.lines.is_empty() { String::new() } else { format!(" ({})", wording::lines(&e.lines)) };
     format!("{kind}: {}{lines}.", e.message)
 }

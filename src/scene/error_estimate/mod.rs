@@ -12,7 +12,7 @@
 //! Where the state depends on the path (inertia, viscosity, friction, contact of deformable surfaces) the whole protocol is run in the
 //! enriched space, and e is taken at the same time.
 //!
-//! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/error_estimate.rs` compares them with the truth.
+//! The order q is not known from one run: [`Enrichment::factors`] has bounds of c. `tests/estimates/error_estimate.rs` compares them with the truth.
 //!
 //! Both spaces are on the facets of the mesh. Where these cut a curved boundary, the enriched equilibrium is solved once more with its new
 //! boundary nodes on a smooth surface ([`on_smooth_surface`](crate::mesh::smooth_surface::on_smooth_surface)); the change g is the error of

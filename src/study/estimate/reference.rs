@@ -8,7 +8,7 @@
 //! No fourth mesh has checked the order of three, so the smallest claim is not the best evidence. The limits of all defensible families
 //! (which excludes those that lock, diverge, or do not resolve their walls) enter, whether or not the intervals overlap: two limits of one
 //! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not
-//! change it. `tests/coverage_of_estimates.rs` measures how often the interval holds.
+//! change it. `tests/estimates/coverage_of_estimates.rs` measures how often the interval holds.
 
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::ROUNDING;

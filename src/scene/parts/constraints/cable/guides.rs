@@ -7,11 +7,9 @@
 use crate::math::tensor::Vec3;
 use crate::scene::error::hint;
 use crate::storage::{self, DATA_LIMIT};
+use crate::wording;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-
-/// Faults that a message lists; more are counted.
-const LISTED: usize = 12;
 
 /// Points \[unit of the file\] of one cable, with its name if the file has one.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +27,7 @@ pub(super) enum GuideFileError {
     Encoding { file: PathBuf, line: usize },
     #[error("{}: this is no file of guides that is read; give a .csv or a .json", file.display())]
     Format { file: PathBuf },
-    #[error("{}: {}; {remedy}", file.display(), list(faults))]
+    #[error("{}: {}; {remedy}", file.display(), wording::first(faults))]
     Rows { file: PathBuf, faults: Vec<String>, remedy: &'static str },
     #[error("{}: it has no cable \"{name}\"; {hint}", file.display())]
     NoCable { file: PathBuf, name: String, hint: String },
@@ -40,12 +38,6 @@ fn path_remedy(file: &Path) -> &'static str {
         true => "write / in place of \\ in paths: a scene is the same on every system",
         false => "check the path, which is relative to the scene",
     }
-}
-
-fn list(faults: &[String]) -> String {
-    let more = faults.len().saturating_sub(LISTED);
-    let shown = faults[..faults.len() - more].join(", ");
-    if more == 0 { shown } else { format!("{shown}, and {more} more") }
 }
 
 /// Reads a file; all faults of its rows are in one error. With `only`, the cable of this name alone.

@@ -1,0 +1,185 @@
+//! Coverage of the 95 % intervals of direct fits, and false verdicts, in synthetic tests with known constants.
+//!
+//! Every scenario is a binomial count: of 200 draws with probability 0.95 the standard deviation is 3.1, and 95 ± 3 % are 184 to 196, widened by two
+//! standard deviations, so that a row between 93.5 and 96.5 % passes with 99 % and one of 88 % fails with 97 %. The table of 2 000 draws in
+//! `docs/verification.md` is that of the ignored test, within 95 ± 3 % itself.
+
+use crate::common::Random;
+use crate::common::made::table;
+use durometer::calibrate::{
+    Accuracy, ErrorModel, Experiment, FitOptions, FitResult, FitWarning, Mode, Model, Sample, SlackChoice,
+    fit_experiment,
+};
+use rayon::prelude::*;
+
+/// Errors of a scenario.
+#[derive(Clone, Copy)]
+enum Errors {
+    /// Standard deviation \[Pa\]
+    Independent(f64),
+    /// AR(1): correlation of neighbours, standard deviation \[Pa\]
+    Correlated(f64, f64),
+    /// Specimens, relative standard deviation of the stiffness, standard deviation of a stress \[Pa\]
+    Between(usize, f64, f64),
+    /// Slack of strain, standard deviation \[Pa\]
+    Slack(f64, f64),
+    /// Standard deviations that the user states, of the zero of the stress \[Pa\] and of the scales of stress and strain, and one that the residuals show
+    /// \[Pa\]
+    Shared([f64; 3], f64),
+}
+
+struct Scenario {
+    name: &'static str,
+    law: &'static str,
+    values: &'static [f64],
+    rows: usize,
+    stretch: [f64; 2],
+    errors: Errors,
+    slack: SlackChoice,
+}
+
+const MU: &[f64] = &[0.1e6];
+const MOONEY: &[f64] = &[0.04e6, 0.01e6];
+const YEOH: &[f64] = &[0.05e6, -8e2, 30.0];
+
+fn scenarios() -> Vec<Scenario> {
+    use Errors::{Between, Correlated, Independent, Shared, Slack};
+    use SlackChoice::{Auto, Yes};
+    let of =
+        |name, law, values, rows, stretch, errors, slack| Scenario { name, law, values, rows, stretch, errors, slack };
+    vec![
+        of("independent, 100 rows", "neo_hookean", MU, 100, [1.01, 2.0], Independent(2e3), Auto),
+        of("independent, 100 rows", "yeoh", YEOH, 100, [1.01, 3.5], Independent(2e3), Auto),
+        of("independent, 20 rows", "neo_hookean", MU, 20, [1.05, 2.0], Independent(2e3), Auto),
+        of("independent, 20 rows", "yeoh", YEOH, 20, [1.05, 3.5], Independent(2e3), Auto),
+        of("AR(1) 0.9, 300 rows", "neo_hookean", MU, 300, [1.01, 2.0], Correlated(0.9, 2e3), Auto),
+        of("AR(1) 0.9, 300 rows", "yeoh", YEOH, 300, [1.01, 3.5], Correlated(0.9, 2e3), Auto),
+        of("2 % scatter, 5 specimens", "neo_hookean", MU, 60, [1.01, 2.0], Between(5, 0.02, 50.0), Auto),
+        of("2 % scatter, 5 specimens", "mooney_rivlin", MOONEY, 60, [1.01, 2.0], Between(5, 0.02, 50.0), Auto),
+        of("3 % slack, by itself", "neo_hookean", MU, 100, [1.0, 2.0], Slack(0.03, 500.0), Auto),
+        of("3 % slack, by itself", "mooney_rivlin", MOONEY, 100, [1.0, 2.0], Slack(0.03, 500.0), Auto),
+        of("stated zero and scales", "neo_hookean", MU, 100, [1.01, 2.0], Shared([1e3, 0.01, 0.01], 500.0), Auto),
+        of("stated zero and scales", "yeoh", YEOH, 100, [1.01, 3.5], Shared([1e3, 0.01, 0.01], 500.0), Auto),
+        of("3 % slack, --slack yes", "neo_hookean", MU, 100, [1.0, 2.0], Slack(0.03, 500.0), Yes),
+        of("3 % slack, --slack yes", "mooney_rivlin", MOONEY, 100, [1.0, 2.0], Slack(0.03, 500.0), Yes),
+    ]
+}
+
+impl Scenario {
+    fn model(&self) -> Model {
+        let terms = if self.law == "neo_hookean" { 1 } else { self.values.len() };
+        Model::new(self.law, Some(terms)).expect("registered")
+    }
+
+    fn draw(&self, seed: u64) -> Experiment {
+        let mut random = Random(1 + 7919 * seed);
+        (0..40).for_each(|_| {
+            random.unit();
+        });
+        let specimens = if let Errors::Between(k, ..) = self.errors { k } else { 1 };
+        let [low, high] = self.stretch;
+        let mut samples = vec![];
+        for specimen in 0..specimens {
+            let level = if let Errors::Between(_, s, _) = self.errors { 1.0 + s * random.normal() } else { 1.0 };
+            let mut before = random.normal();
+            let shared =
+                if let Errors::Shared(sizes, _) = self.errors { sizes.map(|s| s * random.normal()) } else { [0.0; 3] };
+            for k in 0..self.rows {
+                let stretch = low + (high - low) * k as f64 / (self.rows - 1) as f64;
+                let z = random.normal();
+                let (real, error) = match self.errors {
+                    Errors::Independent(size) | Errors::Between(_, _, size) => (stretch, size * z),
+                    Errors::Shared(_, size) => (1.0 + (stretch - 1.0) / (1.0 + shared[2]), size * z + shared[0]),
+                    Errors::Slack(e, size) => ((stretch - e).max(1.0), size * z),
+                    Errors::Correlated(rho, size) => {
+                        before = rho * before + (1.0 - rho * rho).sqrt() * z;
+                        (stretch, size * before)
+                    }
+                };
+                let stress = level * (1.0 + shared[1]) * self.model().stress(self.values, Mode::Uniaxial, real) + error;
+                let line = k as u64 + 2;
+                samples.push(Sample { mode: Mode::Uniaxial, stretch, stress, line, specimen, second: 1.0 });
+            }
+        }
+        let mut e = table(samples);
+        e.specimens = (0..specimens).map(|k| format!("{k}.csv")).collect();
+        e
+    }
+
+    fn fit(&self, seed: u64) -> FitResult {
+        let mut o = FitOptions::new(self.law);
+        (o.terms, o.slack) = (Some(self.model().terms), self.slack);
+        if let Errors::Shared([zero, stress, strain], _) = self.errors {
+            let stated = [
+                format!("stress_zero={} Pa", 1.96 * zero),
+                format!("stress_scale={}", 1.96 * stress),
+                format!("strain_scale={}", 1.96 * strain),
+            ];
+            o.accuracy = stated
+                .iter()
+                .map(|text| text.parse().expect("valid"))
+                .fold(Accuracy::default(), |a, b: Accuracy| b.or(&a));
+        }
+        fit_experiment(&self.draw(seed), &o).unwrap_or_else(|e| panic!("{}: {e}", self.name))
+    }
+
+    /// Percentages of draws: each constant covered, covered by the interval for use, pattern reported, slack fitted, errors correlated; and the mean
+    /// relative error of the first constant \[%\].
+    fn count(&self, draws: u64) -> (Vec<f64>, f64, f64, f64, f64, f64) {
+        let one = |seed: u64| {
+            let r = self.fit(seed);
+            let holds = |[a, b]: [f64; 2], v: f64| f64::from(u8::from(a <= v && v <= b));
+            let mut row: Vec<f64> = r.parameters.iter().zip(self.values).map(|(e, v)| holds(e.interval, *v)).collect();
+            row.push(holds(r.in_use[0], self.values[0]));
+            row.push(f64::from(u8::from(r.warnings.iter().any(|w| matches!(w, FitWarning::Systematic { .. })))));
+            row.push(f64::from(u8::from(!r.slack.is_empty())));
+            row.push(f64::from(u8::from(matches!(r.errors, ErrorModel::Correlated { .. }))));
+            row.push(r.parameters[0].value / self.values[0] - 1.0);
+            row
+        };
+        let add = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(b).map(|(a, b)| a + b).collect::<Vec<f64>>();
+        let n = self.values.len();
+        let sum = (0..draws).into_par_iter().map(one).reduce(|| vec![0.0; n + 5], add);
+        let all: Vec<f64> = sum.iter().map(|s| 100.0 * s / draws as f64).collect();
+        (all[..n].to_vec(), all[n], all[n + 1], all[n + 2], all[n + 3], all[n + 4])
+    }
+}
+
+fn study(scenarios: Vec<Scenario>, draws: u64, tolerance: f64, false_alarms: f64) {
+    println!(
+        "| errors | law | covered [%] | in use [%] | pattern reported [%] | slack fitted [%] | correlated [%] | mean error of the first [%] |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    let mut wrong = vec![];
+    for s in scenarios {
+        let (covered, in_use, pattern, slack, correlated, bias) = s.count(draws);
+        let words: Vec<_> = covered.iter().map(|c| format!("{c:.1}")).collect();
+        println!(
+            "| {} | {} | {} | {in_use:.1} | {pattern:.1} | {slack:.1} | {correlated:.1} | {bias:+.2} |",
+            s.name,
+            s.model().label(),
+            words.join(", ")
+        );
+        // A shared zero is in the residuals too, and counts as scatter once more
+        let more = if matches!(s.errors, Errors::Shared(..)) { 1.0 } else { 0.0 };
+        let is_off = |c: &f64| *c < 95.0 - tolerance || *c > 95.0 + tolerance + more;
+        if covered.iter().any(is_off) || pattern > false_alarms {
+            wrong.push(format!("{} {}: {words:?}, pattern {pattern}", s.name, s.law));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// 3 % and two standard deviations of 200 draws, √(0.95·0.05/200) = 1.54 %; false alarms 5 % and two of them.
+#[test]
+fn the_headline_covers_in_95_of_100_tests() {
+    // The second law of each kind of errors, slack by itself
+    study(scenarios().into_iter().skip(1).step_by(2).take(6).collect(), 200, 3.0 + 2.0 * 1.54, 5.0 + 2.0 * 1.54);
+}
+
+/// The published table.
+#[test]
+#[ignore = "2 000 draws of every scenario"]
+fn the_published_table_of_coverage() {
+    study(scenarios(), 2000, 3.0, 5.0 + 2.0 * 0.49);
+}

@@ -1,0 +1,148 @@
+//! Data that cannot carry the law: too few rows, one mode, outliers, other use than fit.
+
+use crate::common::Random;
+use crate::common::made::{fitted, models, options, samples, table, truth};
+use durometer::calibrate::{
+    FitOptions, FitResult, FitWarning, Loss, Mode, Model, Sample, SolverCheck, StretchRange, fit_experiment,
+};
+
+/// Reference case 21b: two rows and six constants. No standard error is finite, and the directions are named.
+#[test]
+fn two_points_do_not_determine_ogden() {
+    let model = Model::new("ogden", Some(3)).expect("registered");
+    let clean = samples(model, &truth("ogden", 3), &[Mode::Uniaxial], [1.3, 1.9], 2, |p| p);
+    let r = fitted(model, &[Mode::Uniaxial], clean);
+    assert!(!r.is_determined() && r.parameters.iter().all(|e| e.std_error.is_infinite()), "{:?}", r.parameters);
+    assert!(r.unidentified.len() >= 4, "two rows see two directions of six: {:?}", r.unidentified);
+    let words: String = r.warnings.iter().map(|w| format!("{w}\n")).collect();
+    assert!(words.contains("unidentifiable: the data are insensitive to") && words.contains("α"), "{words}");
+}
+
+/// Planar tests see C10 + C01 alone (I₁ = I₂): the direction and what is determined are named.
+#[test]
+fn planar_tests_see_the_sum_of_mooney_rivlin() {
+    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let clean = samples(model, &[0.1e6, 0.1e6], &[Mode::Planar], [1.05, 2.0], 12, |p| p);
+    let r = fitted(model, &[Mode::Planar], clean);
+    assert!(r.parameters.iter().all(|e| e.std_error.is_infinite()));
+    let [d] = &r.unidentified[..] else { panic!("{:?}", r.unidentified) };
+    assert_eq!((d.deviation, d.known.as_deref()), (None, Some("C10 + 1.000 C01")));
+    let sum: f64 = r.parameters.iter().map(|e| e.value).sum();
+    assert!((sum / 0.2e6 - 1.0).abs() < 1e-9, "the sum is determined: {sum}");
+}
+
+/// Reference case 21c: 5 % of the rows ten times too large. Huber's loss keeps the constants within 2 %, squares do not, and say which
+/// rows pull.
+#[test]
+fn outliers_pull_at_squares_and_not_at_huber() {
+    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let values = [0.17e6, 4e3];
+    let mut noise = Random(5);
+    let mut rows = samples(model, &values, &[Mode::Uniaxial], [1.05, 2.5], 100, |p| p * (1.0 + 0.005 * noise.normal()));
+    let wrong: Vec<usize> = (0..5).map(|k| 7 + 20 * k).collect();
+    wrong.iter().for_each(|k| rows[*k].stress *= 10.0);
+    let e = table(rows);
+    let mut o = options(model, &[Mode::Uniaxial]);
+    let squares = fit_experiment(&e, &o).expect("fits");
+    let lines: Vec<u64> = wrong.iter().map(|k| *k as u64 + 2).collect();
+    assert!(squares.warnings.contains(&FitWarning::Outliers { lines }), "{:?}", squares.warnings);
+    o.loss = Loss::Huber;
+    let huber = fit_experiment(&e, &o).expect("fits");
+    let off =
+        |r: &FitResult| r.parameters.iter().zip(values).map(|(e, t)| (e.value / t - 1.0).abs()).fold(0.0, f64::max);
+    assert!(off(&huber) < 0.02 && off(&squares) > 0.1, "{} and {}", off(&huber), off(&squares));
+}
+
+/// Reference case 21e: uniaxial data that give C01 < 0. The law is kept stable where it was fitted, the loss in equibiaxial tension is
+/// warned of at the stretch at which C10, C01 lose it, and --stable removes it.
+#[test]
+fn uniaxial_data_warn_of_biaxial_use() {
+    let model = Model::new("mooney_rivlin", Some(2)).expect("registered");
+    let (c10, c01) = (0.2e6, -0.03e6);
+    let e = table(samples(model, &[c10, c01], &[Mode::Uniaxial], [1.02, 2.0], 30, |p| p));
+    let mut o = options(model, &[Mode::Uniaxial]);
+    let r = fit_experiment(&e, &o).expect("fits");
+    assert!((r.parameters[1].value / c01 - 1.0).abs() < 1e-6, "stable in tension, nothing holds it back");
+    let lost = r.warnings.iter().find_map(|w| match w {
+        FitWarning::Unstable { lost, .. } => lost.iter().find(|(mode, _)| *mode == "equibiaxial").map(|(_, at)| *at),
+        _ => None,
+    });
+    // Independent: the largest Cauchy stress (λ² − λ⁻⁴)(C10 + C01λ²) in equibiaxial tension
+    let tau = |l: f64| (l * l - l.powi(-4)) * (c10 + c01 * l * l);
+    let peak = (0..20_000).map(|k| 1.0 + 1e-4 * f64::from(k)).max_by(|a, b| tau(*a).total_cmp(&tau(*b))).expect("some");
+    let at = lost.unwrap_or_else(|| panic!("no warning: {:?}", r.warnings));
+    assert!((at / peak - 1.0).abs() < 1e-3, "{at}, not {peak}");
+    assert!(r.warnings.iter().any(|w| matches!(w, FitWarning::OneMode { .. })));
+    o.stable = Some(StretchRange { from: 0.5, to: 2.0 });
+    let kept = fit_experiment(&e, &o).expect("fits");
+    assert_eq!(kept.solver_check, Some(SolverCheck::Constrained));
+    assert!(kept.warnings.iter().any(|w| matches!(w, FitWarning::Held { mode: Mode::Equibiaxial, .. })));
+    let unstable = |w: &FitWarning| matches!(w, FitWarning::Unstable { .. });
+    assert!(!kept.warnings.iter().any(unstable), "{:?}", kept.warnings);
+    assert!(kept.misfit.rms_relative > r.misfit.rms_relative && kept.parameters[1].value > c01);
+}
+
+/// Reference case 21g: three terms stay three. No two exponents are alike and no factor is zero.
+#[test]
+fn three_ogden_terms_do_not_collapse() {
+    let model = Model::new("ogden", Some(3)).expect("registered");
+    let clean = samples(model, &truth("ogden", 3), &[Mode::Uniaxial], [1.05, 7.0], 30, |p| p);
+    let r = fitted(model, &[Mode::Uniaxial], clean);
+    let alpha: Vec<f64> = r.parameters.iter().skip(1).step_by(2).map(|e| e.value).collect();
+    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+        assert!((alpha[a] - alpha[b]).abs() > 0.5, "{alpha:?}");
+    }
+    assert!(r.parameters.iter().all(|e| e.value != 0.0) && r.misfit.rms_relative < 1e-6, "{}", r.misfit.rms_relative);
+}
+
+#[test]
+fn terms_and_volumetric_parts_are_checked() {
+    let e = table(samples(models()[0], &[0.3e6], &[Mode::Uniaxial], [1.1, 2.0], 9, |p| p));
+    let refuse = |law: &str, terms: Option<usize>, volumetric: Option<&str>| {
+        let mut o = FitOptions::new(law);
+        (o.terms, o.volumetric) = (terms, volumetric.map(Into::into));
+        fit_experiment(&e, &o).expect_err("must be refused").to_string()
+    };
+    assert!(refuse("mooney_rivlin", Some(4), None).contains("4 terms; pass --terms with one of 2, 3, 5"));
+    assert!(refuse("gent", None, Some("cubic")).contains("take one of quadratic, logarithmic"));
+    assert!(refuse("neo_hookean", None, Some("quadratic")).contains("omit it"));
+}
+
+/// A Neo-Hookean rubber with noise, fitted by Yeoh's three constants: C30 is zero, and its 95 % interval says so in 38 of 40 tables, give or
+/// take 4√(40·0.95·0.05) = 5.5. C10 of the same fit and μ of the right law are never named.
+#[test]
+fn constants_that_may_be_zero_are_named() {
+    let model = |law: &str| Model::new(law, None).expect("registered");
+    let named = |law: &str, seed: u64| {
+        let mut noise = Random(seed);
+        let rows =
+            samples(model("neo_hookean"), &[0.3e6], &[Mode::Uniaxial], [1.05, 2.0], 40, |p| p + 5e3 * noise.normal());
+        let warnings = fitted(model(law), &[Mode::Uniaxial], rows).warnings;
+        let found = warnings.into_iter().find_map(|w| match w {
+            FitWarning::MayBeZero { symbols } => Some(symbols),
+            _ => None,
+        });
+        found.unwrap_or_default()
+    };
+    assert!((0..5).all(|seed| named("neo_hookean", seed).is_empty()));
+    let yeoh: Vec<_> = (0..40).map(|seed| named("yeoh", seed)).collect();
+    assert!(yeoh.iter().all(|n| !n.contains(&"C10")));
+    let count = yeoh.iter().filter(|n| n.contains(&"C30")).count();
+    assert!(count >= 32, "{count} of 40: {yeoh:?}");
+}
+
+/// A wild data point in one of two specimens drives the Gent law to its end there; no other data point sees the constants. The fit says so.
+#[test]
+fn a_wild_data_point_of_a_specimen_is_no_panic() {
+    let model = Model::new("gent", None).expect("registered");
+    let mut rows = vec![];
+    for specimen in 0..2 {
+        let of = samples(model, &[0.1e6, 80.0], &[Mode::Uniaxial], [1.1, 1.5], 5, |p| p);
+        rows.extend(of.into_iter().map(|s| Sample { specimen, ..s }));
+    }
+    rows[9].stress = 1.4e13;
+    let mut e = table(rows);
+    e.specimens = ["a.csv", "b.csv"].map(String::from).to_vec();
+    let r = fit_experiment(&e, &options(model, &[Mode::Uniaxial])).expect("fitted");
+    assert!(!r.is_determined() && !r.warnings.is_empty(), "{r}");
+}

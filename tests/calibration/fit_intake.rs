@@ -1,0 +1,203 @@
+//! What tables may look like: dialects, unusual rows, refusals, cards, silicone tables.
+
+use crate::common::tables::{fitted, log_of, parsed, refusal, table};
+use crate::common::tools;
+use durometer::calibrate::{
+    AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitWarning, Mode, Partner, StretchRange, fit,
+    fit_experiment,
+};
+
+#[test]
+fn every_dialect_of_a_table_reads_alike() {
+    let expected = [(1.1, 0.1e6), (1.25, 0.2e6), (1.5, 0.3e6)];
+    for text in [
+        "stretch,nominal stress (MPa)\n1.1,0.1\n1.25,0.2\n1.5,0.3\n",
+        "\u{feff}stretch;stress (MPa)\r\n1,1;0,1\r\n1,25;0,2\r\n1,5;0,3\r\n",
+        "Specimen\tA\nTime (s)\tEngineering Strain (%)\tTrue Stress (MPa)\tEngineering Stress (MPa)\n0\t10\t9\t0.1\n1\t25\t9\t0.2\n2\t50\t9\t0.3\n",
+        "stretch,stress (MPa)\n\"1,1\",\"0,1\"\n\"1,25\",\"0,2\"\n\"1,5\",\"0,3\"\n",
+        "strain,true strain,stress/kPa\n0.1,7,100\n0.25,7,200\n0.5,7,300\n",
+        "Zeit;Dehnung;Spannung\ns;%;MPa\n0;10;0,1\n1;25;0,2\n2;50;0,3\n",
+        "Nennspannung in MPa\ttechnische Dehnung in %\n0,1\t10\n0,2\t25\n0,3\t50\n",
+        "Control;Displacement;Load\nstretch;stress (Pa)\n1.1;100,000.0\n1.25;200,000.0\n1.5;300,000.0\n",
+    ] {
+        let e = parsed(text);
+        assert_eq!(e.samples.len(), 3, "{text}");
+        for (s, (stretch, stress)) in e.samples.iter().zip(expected) {
+            assert!(
+                (s.stretch / stretch - 1.0).abs() < 1e-14 && (s.stress / stress - 1.0).abs() < 1e-14,
+                "{s:?} {text}"
+            );
+        }
+    }
+    let e = parsed("strain,stress (MPa)\n0.1,0.1\n0.2,0.2\n");
+    let log = log_of(&e, AuditKind::Intake);
+    assert!(log.contains("taken as engineering strain") && log.contains("taken as nominal stress"), "{log}");
+}
+
+#[test]
+fn unusual_rows_are_logged_and_unreadable_rows_named() {
+    let e = parsed(
+        "stretch,nominal stress (MPa)\n1,0.01\n1.1,0.1\n1.2,NaN\n1.3,\n1.4,0.3\n1.2,0.2\n1.2,0.2\n1.2,0.21\n1.5,-0.1\n-0.1,1\n1.6\nend,of\n",
+    );
+    let left_out = log_of(&e, AuditKind::LeftOut);
+    for fact in [
+        "line 4: column \"nominal stress (MPa)\" holds \"NaN\"",
+        "line 5: column \"nominal stress (MPa)\" is empty",
+        "line 11: stretch -0.1 is not positive",
+        "line 12: column \"nominal stress (MPa)\" is empty",
+        "line 13: column \"stretch\" holds \"end\", which is not a number",
+    ] {
+        assert!(left_out.contains(fact), "{fact} not in:\n{left_out}");
+    }
+    let kept = log_of(&e, AuditKind::Kept);
+    for fact in [
+        "each occurrence counts (line 8)",
+        "both count (line 9)",
+        "smaller than in the data point before (order of the file or unloading); the order does not enter the fit, unloading would (line 7)",
+        "under tension) (line 10)",
+        "offset was not subtracted (line 2)",
+    ] {
+        assert!(kept.contains(fact), "{fact} not in:\n{kept}");
+    }
+    assert_eq!(e.samples.len(), 7);
+    assert!(log_of(&e, AuditKind::Doubt).contains("5 of 12 data points could not be read"));
+}
+
+#[test]
+fn bad_tables_are_refused_with_fact_and_remedy() {
+    for (text, facts) in [
+        ("stretch,nominal stress (MPa)\n1.1,0\n1.2,0\n", &["every stress", "zero", "check the stress column"][..]),
+        ("stretch,nominal stress (MPa)\n1.1,-1\n1.2,-2\n", &["against the stretch", "check the sign"]),
+        ("Displacement (mm),Force (N)\n1,2\n2,3\n", &["\"Displacement (mm)\" is a displacement", "--gauge-length"]),
+        ("strain,Force (N)\n1,2\n2,3\n", &["\"Force (N)\" is a force", "--width and --thickness", "[specimen]"]),
+        ("Time (s),Temperature\n1,2\n2,3\n", &["\"Time (s)\", \"Temperature\"", "--strain-column"]),
+        ("Extension,Load (N)\n1,2\n2,3\n", &["\"Extension\" has no unit", "--strain-unit mm"]),
+        ("a;b\n1,5;2,5\n", &["the columns are: \"a\", \"b\""]),
+        (
+            "engineering strain,stress (MPa)\n10,0.1\n50,0.3\n100,0.5\n",
+            &["a stretch of 101", "percent", "--strain-unit %"],
+        ),
+        ("stretch,stress (MPa)\n1,0.1\n81,0.3\n", &["a stretch of 81", "--strain-unit 1"]),
+        ("strain;stress (MPa)\n1,250;1,125\n2,500;2,250\n", &["\"1,250\" may be a decimal", "--decimal comma"]),
+        ("strain,stress (MPa)\n0,1,0,5\n0,2,0,9\n", &["line 2 has 4 cells under 2 names", "export it with ;"]),
+        ("shear strain,stress (MPa),mode\n0.1,0.5,biaxial\n", &["biaxial data points need --mode biaxial"]),
+        ("stretch,nominal stress\n1.1,0.1\n", &["\"nominal stress\" has no unit", "--stress-unit MPa"]),
+        ("stretch,nominal stress (mpa)\n1.1,0.1\n", &["unit \"mpa\"", "MPa"]),
+        ("stretch,stress (MPa),stress 2 (MPa)\n1.1,0.1,1\n", &["may be any of", "--stress-column"]),
+        ("stretch,nominal stress (MPa)\n", &["no data below the column names"]),
+        ("stretch,nominal stress (MPa)\nx,1\n", &["line 2", "not a number"]),
+        ("stretch,nominal stress (MPa)\n1.1,0.1\n", &["holds 1 data points", "2 are needed"]),
+        ("stretch,nominal stress (MPa)\n1,0.1\n1,0.2\n", &["holds 0 data points"]),
+        ("mode,stretch,nominal stress (MPa)\ntorsion,1.1,0.1\n", &["line 2", "\"torsion\" is not a mode"]),
+        ("", &["the file is empty"]),
+    ] {
+        let message = refusal(text);
+        for fact in facts {
+            assert!(message.contains(fact), "\"{fact}\" not in \"{message}\"");
+        }
+    }
+}
+
+#[test]
+fn requests_that_cannot_be_met_are_refused() {
+    let two = parsed("mode,stretch,nominal stress (MPa)\nuniaxial,1.1,0.1\nuniaxial,1.2,0.2\npure_shear,1.1,0.1\n");
+    let ask = |change: &dyn Fn(&mut FitOptions)| {
+        let mut options = FitOptions::new("neo_hookean");
+        change(&mut options);
+        fit_experiment(&two, &options).expect_err("must be refused").to_string()
+    };
+    assert!(ask(&|_| {}).contains("several modes (uniaxial, planar); pass --mode"));
+    assert!(ask(&|o| o.modes = vec![Mode::Equibiaxial]).contains("no equibiaxial data; present: uniaxial, planar"));
+    assert!(ask(&|o| o.law = "neo_hokean".into()).contains("did you mean \"neo_hookean\"?"));
+    let half = Some(Partner::Nu(0.5));
+    assert!(ask(&|o| (o.modes, o.partner) = (vec![Mode::Uniaxial], half)).contains("below 0.5"));
+    let narrow = Some(StretchRange { from: 1.5, to: 1.6 });
+    let message = ask(&|o| (o.modes, o.range) = (vec![Mode::Uniaxial], narrow));
+    assert!(message.contains("the data reach from 1.1 to 1.2: widen --range"), "{message}");
+    let text = b"stretch,nominal stress (MPa)\n1.1,0.1\n1.2,0.2\n";
+    let unknown = Experiment::parse("t.csv", text, None, &ColumnChoice::default(), None).expect_err("no mode");
+    assert!(unknown.to_string().contains("pass --mode uniaxial"));
+    let absent = fit(&FitRequest::new("no-such-file.csv", "neo_hookean")).expect_err("absent").to_string();
+    assert!(absent.contains("no-such-file.csv"), "{absent}");
+}
+
+#[test]
+fn a_misread_unit_is_doubted() {
+    let unit_of = |header: &str, unit: f64| {
+        let warnings = fitted(&table(Mode::Uniaxial, header, unit)).warnings;
+        warnings.into_iter().find_map(|w| match w {
+            FitWarning::Stiffness { instead, .. } => Some(instead),
+            _ => None,
+        })
+    };
+    // Numbers in kPa under a column that says MPa, and the other way round
+    assert_eq!(unit_of("stretch,stress (MPa)", 1e3), Some(Some("kPa")));
+    assert_eq!(unit_of("stretch,stress (kPa)", 1e6), Some(Some("MPa")));
+    assert_eq!(unit_of("stretch,stress (kPa)", 1e3), None);
+}
+
+#[test]
+fn columns_and_units_may_be_stated() {
+    let text = b"e,f\n10,100\n20,200\n30,280\n";
+    let choice = ColumnChoice {
+        strain: Some("e".into()),
+        strain_kind: Some("engineering".parse().expect("known")),
+        strain_unit: Some("%".into()),
+        stress: Some("f".into()),
+        stress_unit: Some("kPa".into()),
+        ..ColumnChoice::default()
+    };
+    let e = Experiment::parse("t.csv", text, None, &choice, Some(Mode::Planar)).expect("all is stated");
+    assert_eq!((e.samples[0].stretch, e.samples[0].stress), (1.1, 100e3));
+    let untold = ColumnChoice { strain_kind: None, ..choice };
+    let message = Experiment::parse("t.csv", text, None, &untold, None).expect_err("kind unknown").to_string();
+    assert!(message.contains("--strain-kind"), "{message}");
+}
+
+#[test]
+fn a_card_with_an_unknown_key_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let table = folder.path().join("t.csv");
+    std::fs::write(&table, "stretch,stress\n1.1,0.1\n1.2,0.2\n").expect("writable");
+    let card =
+        "name = \"t\"\nfile = \"t.csv\"\nstatus = \"own\"\nmode = \"uniaxial\"\nstrain_measurement = \"crosshead\"\n";
+    let write =
+        |more: &str| std::fs::write(folder.path().join("card.toml"), format!("{card}{more}")).expect("writable");
+    write("[columns]\nstress_unit = \"MPa\"\n");
+    let r = fit(&FitRequest::new(&table, "neo_hookean")).expect("the card says what the table does not");
+    let crosshead = |w: &FitWarning| matches!(w, FitWarning::Data { message } if message.contains("crosshead"));
+    assert!(r.warnings.iter().any(crosshead), "{:?}", r.warnings);
+    write("[columns]\nstress_units = \"MPa\"\n");
+    let message = fit(&FitRequest::new(&table, "neo_hookean")).expect_err("unknown key").to_string();
+    assert!(message.contains("card.toml") && message.contains("stress_units"), "{message}");
+}
+
+/// Tensile tables of seven silicones.
+#[test]
+#[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]
+fn silicone_tables_go_through_untouched() {
+    let folder = tools::shared("data/tensile");
+    for (name, rows) in [
+        ("dragon-skin-20", 404),
+        ("dragon-skin-30", 311),
+        ("dragon-skin-fx-pro-slacker", 798),
+        ("ecoflex-00-30", 705),
+        ("ecoflex-00-50", 721),
+        ("mold-star-16-fast", 359),
+        ("rtv615", 84),
+    ] {
+        let mut request = FitRequest::new(folder.join(format!("{name}.csv")), "neo_hookean");
+        request.options.range = Some(StretchRange { from: 1.0, to: 1.6 });
+        let r = fit(&request).unwrap_or_else(|e| panic!("{e}"));
+        println!("{name}: {} ({:.1} % rms, {} rows)", r.answer(), 100.0 * r.misfit.rms_relative, r.rows);
+        let e = Experiment::read(&request.data, None, &ColumnChoice::default(), None).expect("read before");
+        assert_eq!(e.samples.len(), rows, "{name}");
+        assert_eq!(e.modes(), [Mode::Uniaxial], "ASTM D412 is a tensile test");
+        assert!(log_of(&e, AuditKind::Doubt).contains("crosshead travel"), "{name}");
+        assert!(log_of(&e, AuditKind::LeftOut).is_empty(), "{name}");
+        assert!((1e3..1e6).contains(&r.parameters[0].value), "{name}");
+        if name == "ecoflex-00-50" {
+            assert!(log_of(&e, AuditKind::Kept).contains("under tension) (line 19)"));
+        }
+    }
+}

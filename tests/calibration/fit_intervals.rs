@@ -1,0 +1,246 @@
+//! Intervals of a fit by every error model, against closed forms and dense matrices.
+
+use crate::common::Random;
+use durometer::calibrate::{
+    ColumnChoice, ErrorModel, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Model, Sample,
+    SlackChoice, Treatment, fit, fit_experiment,
+};
+use nalgebra::{DMatrix, DVector};
+
+/// A table of uniaxial rows at evenly spread λ with these errors [Pa].
+fn table(model: Model, values: &[f64], [low, high]: [f64; 2], errors: &[f64]) -> Experiment {
+    let text = b"stretch,nominal stress (Pa)\n1.1,1\n1.2,1\n";
+    let mut e =
+        Experiment::parse("made.csv", text, None, &ColumnChoice::default(), Some(Mode::Uniaxial)).expect("valid");
+    let sample = |(k, error): (usize, &f64)| {
+        let stretch = low + (high - low) * k as f64 / (errors.len() - 1) as f64;
+        let stress = model.stress(values, Mode::Uniaxial, stretch) + error;
+        Sample { mode: Mode::Uniaxial, stretch, stress, line: k as u64 + 2, specimen: 0, second: 1.0 }
+    };
+    e.samples = errors.iter().enumerate().map(sample).collect();
+    e
+}
+
+fn fitted(e: &Experiment, model: Model) -> FitResult {
+    let mut o = FitOptions::new(model.name());
+    o.terms = Some(model.terms);
+    fit_experiment(e, &o).unwrap_or_else(|e| panic!("{}: {e}", model.label()))
+}
+
+fn white(seed: u64, n: usize, size: f64) -> Vec<f64> {
+    let mut noise = Random(seed);
+    (0..n).map(|_| size * noise.normal()).collect()
+}
+
+/// eₖ = 0.9 eₖ₋₁ + √(1 − 0.81) zₖ: variance 1, correlated over ten rows.
+fn correlated(seed: u64, n: usize, size: f64) -> Vec<f64> {
+    let mut noise = Random(seed);
+    let mut e = noise.normal();
+    let next = |_| {
+        e = 0.9 * e + 0.19_f64.sqrt() * noise.normal();
+        size * e
+    };
+    (0..n).map(next).collect()
+}
+
+/// Gent, by another way: with J_m fixed μ is a quotient of two sums. S at both ends of J_m is Ŝ(1 + t²/(n − p)), t₀.₉₇₅(38) = 2.02439 as
+/// tabulated. The interval is skewed: J_m is seen less the larger it is.
+#[test]
+fn the_profile_of_gent_ends_where_the_likelihood_says() {
+    let model = Model::new("gent", None).expect("registered");
+    let e = table(model, &[0.3e6, 60.0], [1.05, 5.0], &white(11, 40, 1e4));
+    let r = fitted(&e, model);
+    let square = |jm: f64| {
+        let rows: Vec<(f64, f64)> =
+            e.samples.iter().map(|s| (model.stress(&[1.0, jm], Mode::Uniaxial, s.stretch), s.stress)).collect();
+        let mu = rows.iter().map(|(a, b)| a * b).sum::<f64>() / rows.iter().map(|(a, _)| a * a).sum::<f64>();
+        rows.iter().map(|(a, b)| (b - mu * a).powi(2)).sum::<f64>()
+    };
+    let (jm, least) = (r.parameters[1].value, square(r.parameters[1].value));
+    let [low, high] = r.parameters[1].interval;
+    assert_eq!(r.errors, ErrorModel::Independent);
+    for end in [low, high] {
+        let ratio = (square(end) / least - 1.0) * 38.0 / 2.02439_f64.powi(2);
+        // t to six digits, √ratio to 1e-6
+        assert!((ratio - 1.0).abs() < 2e-5, "{end}: {ratio}");
+    }
+    assert!(high - jm > 1.02 * (jm - low), "{low} {jm} {high}");
+}
+
+/// Rows that soften show no upturn: J_m may grow without end, which a symmetric interval cannot say.
+#[test]
+fn a_constant_without_a_limit_has_an_open_profile() {
+    let model = Model::new("gent", None).expect("registered");
+    let e = table(model, &[0.3e6, 400.0], [1.05, 2.0], &white(2, 40, 3e4));
+    let r = fitted(&e, model);
+    let [low, high] = r.parameters[1].interval;
+    assert!(high == f64::INFINITY && low > 0.0, "{low} {high}");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    r.write_json(&folder.path().join("fit.json")).expect("writable");
+    durometer::report::fit::write(folder.path()).expect("a report");
+    let csv = std::fs::read_to_string(folder.path().join("tables/parameters.csv")).expect("the table");
+    assert!(csv.contains(",open,") && !r.is_determined(), "{csv}");
+}
+
+/// The covariance of correlated errors by dense matrices: Σ, its inverse and its determinant in full, on the same correlations. The sums over neighbours
+/// lose no more than 1e-9 of it.
+#[test]
+fn correlated_errors_are_those_of_the_dense_matrices() {
+    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let (n, p) = (40, 2);
+    let e = table(model, &[0.17e6, 4e3], [1.05, 2.5], &correlated(4, n, 5e3));
+    let r = fitted(&e, model);
+    let ErrorModel::Correlated { rho: mean, effective } = r.errors else { panic!("{}", r.errors) };
+    let x = DMatrix::from_fn(n, p, |i, k| {
+        let mut unit = [0.0; 2];
+        unit[k] = 1.0;
+        model.stress(&unit, Mode::Uniaxial, e.samples[i].stretch)
+    });
+    let y = DVector::from_fn(n, |i, _| e.samples[i].stress);
+    let plain = (x.transpose() * &x).try_inverse().expect("regular");
+    let by = &plain * x.transpose();
+    let residual = &y - &x * (&by * &y);
+    let root = |k: f64| (40.0 - 4.0) / (40.0 + 4.0) * (k / 45.0).sqrt();
+    let one = |k: usize| {
+        let (k, rho) = (k as f64, root(k as f64));
+        let wide = root((k + 0.5).min(45.0)) - root((k - 0.5).max(0.0));
+        let sigma = DMatrix::from_fn(n, n, |i, j| rho.powi(i.abs_diff(j) as i32));
+        let inverse = sigma.clone().try_inverse().expect("regular");
+        let columns = x.transpose() * &inverse * &x;
+        let best = columns.clone().try_inverse().expect("regular") * x.transpose() * &inverse * &y;
+        let off = &y - &x * best;
+        let square = (off.transpose() * &inverse * &off)[(0, 0)];
+        let log = sigma.clone().lu().determinant().ln() + columns.determinant().ln();
+        let hat = &x * &by;
+        let whole = residual.norm_squared() / (n as f64 - (&hat * &sigma * &hat).trace());
+        let s2 = (square / (n - p) as f64).max(whole);
+        (rho, wide, -0.5 * (log + (n - p) as f64 * square.ln()), &by * sigma * by.transpose() * s2)
+    };
+    let grid: Vec<_> = (0..46).map(one).collect();
+    let most = grid.iter().map(|g| g.2).fold(f64::NEG_INFINITY, f64::max);
+    let sum: f64 = grid.iter().map(|g| g.1 * (g.2 - most).exp()).sum();
+    type AtCorrelation = (f64, f64, f64, DMatrix<f64>);
+    let mean_of =
+        |of: &dyn Fn(&AtCorrelation) -> f64| grid.iter().map(|g| g.1 * (g.2 - most).exp() / sum * of(g)).sum::<f64>();
+    assert!((mean_of(&|g| g.0) - mean).abs() < 1e-9);
+    assert!((mean_of(&|g| 40.0 * (1.0 - g.0) / (1.0 + g.0)) - effective).abs() < 1e-7);
+    for (k, e) in r.parameters.iter().enumerate() {
+        let by_hand = mean_of(&|g| g.3[(k, k)]).sqrt();
+        // Correlations with a weight below 1e-5 are left out
+        assert!((e.std_error / by_hand - 1.0).abs() < 1e-3, "{}: {} {by_hand}", e.symbol, e.std_error);
+    }
+    assert_eq!(r.degrees, (effective - 2.0) as usize);
+}
+
+/// A specimen that was recorded ten times as densely has the weight of the others: constants and intervals stay.
+#[test]
+fn a_specimen_counts_once() {
+    let model = Model::new("neo_hookean", None).expect("registered");
+    let own = |mu: f64, specimen: usize| {
+        let e = table(model, &[mu], [1.05, 2.0], &white(mu as u64, 20, 500.0));
+        e.samples.into_iter().map(move |s| Sample { specimen, ..s }).collect::<Vec<_>>()
+    };
+    let [a, b, c] = [own(0.3e6, 0), own(0.31e6, 1), own(0.29e6, 2)];
+    let of = |all: Vec<Sample>| {
+        let mut e = table(model, &[0.3e6], [1.05, 2.0], &white(1, 20, 500.0));
+        (e.samples, e.specimens) = (all, vec!["a".into(), "b".into(), "c".into()]);
+        fitted(&e, model)
+    };
+    let dense: Vec<Sample> = a.iter().flat_map(|s| [*s; 10]).collect();
+    let [one, ten] =
+        [of([a, b.clone(), c.clone()].concat()), of([dense, b, c].concat())].map(|r| r.parameters[0].clone());
+    assert!((one.value / ten.value - 1.0).abs() < 1e-12 && (one.std_error / ten.std_error - 1.0).abs() < 1e-9);
+}
+
+/// Slack of 3 % of strain and noise of 100 Pa: the offset is found by itself, and named with its data points; a preload only if it is asked for. A curve
+/// that begins after the slack has no data points without stress: its errors count as correlated, and the interval holds the truth. A biaxial test refuses.
+#[test]
+fn slack_is_fitted_where_it_shows() {
+    let model = Model::new("neo_hookean", None).expect("registered");
+    let made = |from: f64, e0: f64| {
+        let mut e = table(model, &[0.3e6], [from, 2.0], &white(7, 100, 100.0));
+        for s in &mut e.samples {
+            let moved = (s.stretch - e0).max(1.0);
+            s.stress +=
+                model.stress(&[0.3e6], Mode::Uniaxial, moved) - model.stress(&[0.3e6], Mode::Uniaxial, s.stretch);
+        }
+        e
+    };
+    let ask = |e: &Experiment, slack: SlackChoice| {
+        let mut o = FitOptions::new("neo_hookean");
+        o.slack = slack;
+        fit_experiment(e, &o).expect("fits")
+    };
+    let r = ask(&made(1.0, 0.03), SlackChoice::Auto);
+    let [slack] = &r.slack[..] else { panic!("{:?}", r.slack) };
+    // Rows at 1, 1.0101 and 1.0202
+    assert_eq!((slack.rows, slack.asked), (3, false));
+    assert!((slack.strain - 0.03).abs() < 5e-4 && slack.interval[0] < 0.03 && 0.03 < slack.interval[1], "{slack:?}");
+    assert!((r.parameters[0].value / 0.3e6 - 1.0).abs() < 1e-3, "{:?}", r.parameters);
+    let without = r.otherwise.iter().find(|o| o.treatment == Treatment::WithoutSlack).expect("shown");
+    assert!(without.parameters[0].value < 0.3e6 * 0.975, "{without:?}");
+    assert!(
+        r.to_string().contains("slack of made.csv (uniaxial): 0.0") && r.law_text().contains("slack = [0.0"),
+        "{r}"
+    );
+    let [preload] = &ask(&made(1.0, -0.02), SlackChoice::Yes).slack[..] else { panic!("asked for") };
+    assert!((preload.strain + 0.02).abs() < 5e-4 && preload.asked, "{preload:?}");
+    let late = ask(&made(1.05, 0.03), SlackChoice::Auto);
+    assert!(late.slack.is_empty());
+    let [low, high] = late.parameters[0].interval;
+    assert!(low < 0.3e6 && 0.3e6 < high && !matches!(late.errors, ErrorModel::Independent), "{late}");
+    let mut biaxial = made(1.0, 0.03);
+    biaxial.samples.iter_mut().for_each(|s| (s.mode, s.second) = (Mode::Biaxial, 1.1));
+    let mut o = FitOptions::new("neo_hookean");
+    (o.modes, o.slack) = (vec![Mode::Biaxial], SlackChoice::Yes);
+    let message = fit_experiment(&biaxial, &o).expect_err("two strains").to_string();
+    assert!(message.contains("a biaxial test has two strains"), "{message}");
+}
+
+/// Five specimens whose stiffness scatters by 3 %, the last one 40 % stiffer. Each constant alone is Σ gP/Σg² of its rows; mean, deviation
+/// and t₀.₉₇₅(4) = 2.776 by hand.
+#[test]
+fn specimens_scatter_and_one_is_an_outlier() {
+    let model = Model::new("neo_hookean", None).expect("registered");
+    let moduli = [0.297e6, 0.309e6, 0.3e6, 0.294e6, 0.42e6];
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let files: Vec<_> = (0..5).map(|k| folder.path().join(format!("{}.csv", ["a", "b", "c", "d", "e"][k]))).collect();
+    for (file, mu) in files.iter().zip(moduli) {
+        let e = table(model, &[mu], [1.05, 2.0], &white(mu as u64, 20, 500.0));
+        let rows: String = e.samples.iter().map(|s| format!("{},{}\n", s.stretch, s.stress)).collect();
+        std::fs::write(file, format!("stretch,nominal stress (Pa)\n{rows}")).expect("writable");
+    }
+    let ask = |files: &[std::path::PathBuf]| {
+        let mut request = FitRequest::new(&files[0], "neo_hookean");
+        (request.more, request.options.modes) = (files[1..].to_vec(), vec![Mode::Uniaxial]);
+        fit(&request)
+    };
+    let r = ask(&files).expect("fits");
+    let s = r.scatter.as_ref().expect("five specimens");
+    assert_eq!((r.rows, s.specimens.len(), s.outlier.as_deref()), (100, 5, Some("e.csv")));
+    // Noise of 500 Pa moves μ of 20 rows by about 1e2 Pa
+    assert!(s.specimens.iter().zip(moduli).all(|(one, mu)| (one.parameters[0].value - mu).abs() < 1e3));
+    let all: Vec<f64> = s.specimens.iter().map(|one| one.parameters[0].value).collect();
+    let mean = all.iter().sum::<f64>() / 5.0;
+    let deviation = (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 4.0).sqrt();
+    assert!((s.means[0] / mean - 1.0).abs() < 1e-12 && (s.deviations[0] / deviation - 1.0).abs() < 1e-12);
+    // Tables with the same stretches: the interval of the fit is the one of the mean; t to four digits
+    assert!((r.parameters[0].value / mean - 1.0).abs() < 1e-9 && r.errors == ErrorModel::Specimens { specimens: 5 });
+    let half = r.parameters[0].interval[1] - mean;
+    assert!((half / (2.776 * deviation / 5.0_f64.sqrt()) - 1.0).abs() < 2e-4);
+    let last = s.next.last().expect("a band");
+    let factor = last.mean / mean;
+    let half = 0.5 * (last.interval[1] - last.interval[0]);
+    assert!((half / (2.776 * deviation * factor * 1.2_f64.sqrt()) - 1.0).abs() < 2e-4, "{last:?}");
+    let named = |w: &FitWarning| matches!(w, FitWarning::Specimen { file, level } if file == "e.csv" && *level > 1.2);
+    assert!(r.warnings.iter().any(named), "{:?}", r.warnings);
+    assert!(r.audit.0.iter().any(|e| e.message.starts_with("c.csv: delimiter")));
+    let four = ask(&files[..4]).expect("fits");
+    assert_eq!(four.scatter.as_ref().expect("four").outlier, None);
+    let twice = ask(&[files[0].clone(), files[1].clone(), files[0].clone()]).expect_err("the same file").to_string();
+    assert!(twice.contains("a.csv and a.csv hold the same bytes; give each specimen once"), "{twice}");
+    r.write_json(&folder.path().join("fit.json")).expect("writable");
+    durometer::report::fit::write(folder.path()).expect("a report");
+    let csv = std::fs::read_to_string(folder.path().join("tables/specimens.csv")).expect("the table");
+    assert!(csv.contains("e.csv,20,1.") && csv.contains("standard deviation"), "{csv}");
+}

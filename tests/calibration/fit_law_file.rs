@@ -1,0 +1,155 @@
+//! Treloar's table at moderate stretch, and the files that a fit writes.
+
+use durometer::calibrate::{
+    FitCurves, FitRequest, FitResult, FitWarning, Mode, Partner, PredictionKind, fit, read_law_file, read_law_table,
+};
+use std::path::{Path, PathBuf};
+
+fn data(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(name)
+}
+
+fn treloar(modes: &[Mode], range: Option<&str>) -> FitResult {
+    let mut request = FitRequest::new(data("treloar-1944/treloar-1944.csv"), "neo_hookean");
+    request.options.modes = modes.to_vec();
+    request.options.range = range.map(|r| r.parse().expect("valid range"));
+    fit(&request).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// μ against Σ g P/Σ g² written out by hand for the five uniaxial rows up to stretch 1.6.
+#[test]
+fn treloar_at_moderate_stretch() {
+    let r = treloar(&[Mode::Uniaxial], Some("1..1.6"));
+    println!("{r}\n{}", r.audit.0.iter().map(|e| format!("{e}\n")).collect::<String>());
+    for row in &r.range_dependence {
+        let e = &row.parameters[0];
+        println!(
+            "to {:5}: {:2} rows, mu = {:.4} MPa, rms {:.2} %",
+            row.to,
+            row.rows,
+            e.value / 1e6,
+            100.0 * row.rms_relative
+        );
+    }
+    let rows = [(1.02, 0.0255), (1.125, 0.13435), (1.24, 0.22555), (1.39, 0.31675), (1.585, 0.40796)];
+    let g = |l: f64| l - 1.0 / (l * l);
+    let top: f64 = rows.iter().map(|(l, p)| g(*l) * p * 1e6).sum();
+    let bottom: f64 = rows.iter().map(|(l, _)| g(*l).powi(2)).sum();
+    let mu = &r.parameters[0];
+    assert!((mu.value / (top / bottom) - 1.0).abs() < 1e-10);
+    assert!((0.3e6..0.4e6).contains(&mu.value));
+    assert_eq!(r.rows, 5);
+    // The law that ends at stretch 1.125 lies outside the 95 % interval: the range matters more than the scatter.
+    let [low, high] = r.range_spread[0];
+    assert!(low == mu.value && high > mu.interval[1], "{:?} {:?}", r.range_spread, mu.interval);
+    // The table softens with stretch as every unfilled rubber does: the secant stiffness P/g falls row by row.
+    let secant: Vec<f64> = r.residuals.iter().map(|x| x.measured / g(x.stretch)).collect();
+    assert!(secant.windows(2).all(|w| w[1] < w[0]), "{secant:?}");
+    assert!(r.warnings.iter().any(|w| matches!(w, FitWarning::Systematic { .. })), "{:?}", r.warnings);
+    let kinds: Vec<_> = r.predictions.iter().map(|p| (p.mode, p.kind)).collect();
+    assert_eq!(
+        kinds,
+        [
+            (Mode::Uniaxial, PredictionKind::OutsideRange),
+            (Mode::Equibiaxial, PredictionKind::OtherModeInRange),
+            (Mode::Equibiaxial, PredictionKind::OtherMode),
+            (Mode::Planar, PredictionKind::OtherModeInRange),
+            (Mode::Planar, PredictionKind::OtherMode),
+        ]
+    );
+}
+
+#[test]
+fn treloar_over_every_stretch_is_not_neo_hookean() {
+    let r = treloar(&[Mode::Uniaxial], None);
+    println!("{r}");
+    assert_eq!(r.rows, 24, "the row at stretch 1 says nothing");
+    let has = |f: fn(&FitWarning) -> bool| r.warnings.iter().any(f);
+    assert!(has(|w| matches!(w, FitWarning::Systematic { .. })));
+    assert!(has(|w| matches!(w, FitWarning::Misfit { .. })));
+    let together = treloar(&Mode::PULLED, Some("1..1.6"));
+    println!("{together}");
+    assert_eq!(together.modes, Mode::PULLED);
+    assert_eq!(together.curves.modes.len(), 3);
+    let curve = &together.curves.modes[1];
+    assert_eq!((curve.mode, curve.curve[0], curve.curve.len()), (Mode::Equibiaxial, [1.0, 0.0], 201));
+    assert!((curve.curve[200][0] - 4.45).abs() < 1e-12);
+    assert_eq!(curve.fitted.len() + curve.held_out.len(), 17);
+}
+
+fn assert_alike(a: &toml::Value, b: &toml::Value, at: &str) {
+    let number = |v: &toml::Value| match v {
+        toml::Value::String(s) => s.split(' ').next().and_then(|n| n.parse::<f64>().ok()),
+        toml::Value::Float(x) => Some(*x),
+        _ => None,
+    };
+    match (a, b) {
+        (toml::Value::Table(x), toml::Value::Table(y)) => {
+            assert_eq!(x.keys().collect::<Vec<_>>(), y.keys().collect::<Vec<_>>(), "{at}");
+            for key in x.keys().filter(|k| *k != "durometer") {
+                assert_alike(&x[key], &y[key], &format!("{at}.{key}"));
+            }
+        }
+        (toml::Value::Array(x), toml::Value::Array(y)) => {
+            assert_eq!(x.len(), y.len(), "{at}");
+            x.iter().zip(y).for_each(|(x, y)| assert_alike(x, y, at));
+        }
+        _ => match (number(a), number(b)) {
+            (Some(x), Some(y)) => assert!((x - y).abs() <= 1e-9 * x.abs().max(y.abs()), "{at}: {x} against {y}"),
+            _ => assert_eq!(a, b, "{at}"),
+        },
+    }
+}
+
+/// The committed law is what the code writes. After a deliberate change: DUROMETER_BLESS=1 cargo test --test calibration fit_law_file::
+#[test]
+fn the_committed_law_of_treloar_is_reproduced() {
+    let kept = data("treloar-1944/neo-hookean.toml");
+    let r = treloar(&[Mode::Uniaxial], Some("1..1.6"));
+    if std::env::var_os("DUROMETER_BLESS").is_some() {
+        r.write_law(&kept).expect("the folder is there");
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let fresh = folder.path().join("law.toml");
+    r.write_law(&fresh).expect("writable");
+    let read = |path: &Path| {
+        let text = std::fs::read_to_string(path).expect("readable");
+        toml::Value::Table(toml::from_str(&text).expect("valid TOML"))
+    };
+    assert_alike(&read(&fresh), &read(&kept), "law");
+    let law = read_law_table(&kept).expect("a law file");
+    assert_eq!(law.keys().collect::<Vec<_>>(), ["law", "mu"], "no partner was given, none is written");
+}
+
+#[test]
+fn a_law_file_reads_back_to_the_last_digit() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("law.toml");
+    let mut request = FitRequest::new(data("treloar-1944/treloar-1944.csv"), "neo_hookean");
+    request.options.modes = vec![Mode::Planar];
+    request.options.partner = Some(Partner::Nu(0.45));
+    let r = fit(&request).expect("fits");
+    assert!(!r.warnings.iter().any(|w| matches!(w, FitWarning::NoPartner { .. })));
+    // 2(1 + 0.45)/3 − 1 = −1/30
+    let slope = |w: &FitWarning| matches!(w, FitWarning::Compressible { slope_relative: s, .. } if (s + 1.0 / 30.0).abs() < 1e-12);
+    assert!(r.warnings.iter().any(slope), "{:?}", r.warnings);
+    r.write_law(&path).expect("writable");
+    let (law, provenance) = read_law_file(&path).expect("just written");
+    assert_eq!(law["nu"].as_float(), Some(0.45));
+    let mu = law["mu"].as_str().and_then(|t| t.strip_suffix(" Pa")).and_then(|t| t.parse().ok());
+    assert_eq!(mu, Some(r.parameters[0].value));
+    assert_eq!(provenance["sha256"].as_str(), Some(r.data_sha256.as_str()));
+    assert!(provenance["source"].as_str().is_some_and(|s| s.contains("Treloar") && s.contains("1944")));
+    let json = folder.path().join("fit.json");
+    r.write_json(&json).expect("writable");
+    let text = std::fs::read_to_string(&json).expect("readable");
+    let value: serde_json::Value = serde_json::from_str(&text).expect("valid JSON");
+    assert_eq!(value["parameters"][0]["value"].as_f64(), Some(r.parameters[0].value));
+    let curves: FitCurves = serde_json::from_value(value["curves"].clone()).expect("a figure is drawn from the file");
+    assert_eq!(curves, r.curves);
+    assert_eq!(value["messages"].as_array().map(Vec::len), Some(r.warnings.len()));
+    let missing = folder.path().join("absent").join("law.toml");
+    assert!(r.write_law(&missing).expect_err("no folder").to_string().contains("cannot be written"));
+    std::fs::write(&path, "mu = \"1 Pa\"\n").expect("writable");
+    assert!(read_law_table(&path).expect_err("no law").to_string().contains("has no law"));
+}

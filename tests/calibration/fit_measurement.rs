@@ -1,0 +1,174 @@
+//! Errors of the measurement that all data points share: their part in the intervals, and the compliance of the machine.
+
+use crate::common::made::{models, table, truth};
+use durometer::calibrate::{
+    Accuracy, ColumnChoice, Experiment, FitError, FitOptions, FitResult, Mode, Model, Sample, SlackChoice,
+    fit_experiment,
+};
+
+const LENGTH: f64 = 0.033;
+const AREA: f64 = 18e-6;
+
+/// Data points with a small pattern, so that the fit is no rounding.
+fn pull(model: Model, values: &[f64], mode: Mode) -> Vec<Sample> {
+    let one = |k: u64| {
+        let stretch = 1.05 + 0.9 * k as f64 / 39.0;
+        let stress = model.stress(values, mode, stretch) * (1.0 + 1e-5 * (5.0 * k as f64).sin());
+        Sample { mode, stretch, stress, line: k + 2, specimen: 0, second: 1.0 }
+    };
+    (0..40).map(one).collect()
+}
+
+fn options(model: Model, mode: Mode, accuracy: &[&str]) -> FitOptions {
+    let mut o = FitOptions::new(model.name());
+    (o.terms, o.modes, o.slack) = (Some(model.terms), vec![mode], SlackChoice::No);
+    o.accuracy =
+        accuracy.iter().fold(Accuracy::default(), |all, text| text.parse::<Accuracy>().expect("valid").or(&all));
+    o
+}
+
+fn fitted(samples: Vec<Sample>, options: &FitOptions) -> FitResult {
+    let mut e = table(samples);
+    (e.dimensions.gauge_length, e.dimensions.area) = (Some(LENGTH), Some(AREA));
+    fit_experiment(&e, options).expect("fitted")
+}
+
+/// What a stated error does to the constants equals the change of the answer when the data have it: ± h, central differences.
+#[test]
+fn a_contribution_is_the_change_of_the_answer() {
+    type Change = fn(&Sample, f64) -> Sample;
+    let changes: [(&str, &str, Change); 6] = [
+        ("stress_zero", "Pa", |s, by| Sample { stress: s.stress + by, ..*s }),
+        ("force_zero", "N", |s, by| Sample { stress: s.stress + by / AREA, ..*s }),
+        ("stress_scale", "", |s, by| Sample { stress: s.stress * (1.0 + by), ..*s }),
+        ("strain_zero", "", |s, by| Sample { stretch: s.stretch + by, ..*s }),
+        ("strain_scale", "", |s, by| Sample { stretch: 1.0 + (s.stretch - 1.0) * (1.0 + by), ..*s }),
+        ("compliance", " m/N", |s, by| Sample { stretch: s.stretch - by * s.stress * AREA / LENGTH, ..*s }),
+    ];
+    let sizes = [1.0, 2e-5, 1e-5, 1e-6, 1e-5, 1e-8];
+    // Two terms of Ogden are hardly determined by these data
+    let most = |m: &Model| if m.name() == "ogden" { 1 } else { 2 };
+    for model in models()
+        .into_iter()
+        .filter(|m| ["neo_hookean", "yeoh", "gent", "ogden"].contains(&m.name()) && m.terms <= most(m))
+    {
+        let samples = pull(model, &truth(model.name(), model.terms), Mode::Uniaxial);
+        for ((key, unit, change), size) in changes.iter().zip(sizes) {
+            let stated = format!("{key}={size}{unit}");
+            let r = fitted(samples.clone(), &options(model, Mode::Uniaxial, &[&stated]));
+            let plain = options(model, Mode::Uniaxial, &[]);
+            let ends = [size, -size].map(|h| fitted(samples.iter().map(|s| change(s, h)).collect(), &plain));
+            for (k, by) in r.measurement[0].moves.iter().enumerate() {
+                let real = 0.5 * (ends[0].parameters[k].value - ends[1].parameters[k].value).abs();
+                // The second derivative of the sum of squares, which is left out, is of the size of the misfit, 1e-5, times the conditioning
+                assert!(
+                    (by - real).abs() < 5e-3 * real + 1e-9 * r.parameters[k].value.abs(),
+                    "{} {key} {k}: {by} {real}",
+                    model.label()
+                );
+            }
+        }
+    }
+}
+
+/// Half-widths are added in quadrature, and stated in every output.
+#[test]
+fn stated_errors_widen_the_interval() {
+    let model = Model::new("neo_hookean", None).expect("registered");
+    let samples = pull(model, &[0.1e6], Mode::Uniaxial);
+    let plain = fitted(samples.clone(), &options(model, Mode::Uniaxial, &[]));
+    let wide = fitted(samples, &options(model, Mode::Uniaxial, &["stress_scale=2%", "strain_scale=1%"]));
+    let half = |r: &FitResult| 0.5 * (r.parameters[0].interval[1] - r.parameters[0].interval[0]);
+    assert_eq!(wide.measurement.len(), 2);
+    // A scale of the stress is one of the modulus
+    let value = wide.parameters[0].value;
+    assert!((wide.measurement[0].moves[0] - 0.02 * value).abs() < 1e-9 * value);
+    let sum = wide.measurement.iter().map(|c| c.moves[0].powi(2)).sum::<f64>() + half(&plain).powi(2);
+    assert!((half(&wide) - sum.sqrt()).abs() < 1e-9 * half(&wide));
+    assert_eq!(wide.parameters[0].value, plain.parameters[0].value);
+    let said = wide.to_string();
+    assert!(said.contains("of which the scale of the stress: μ ± 2.0 kPa"), "{said}");
+    assert!(
+        wide.interval_assumption.contains("with the stated errors of the scale of the stress, the scale of the strain")
+    );
+    assert!(wide.law_text().contains("scale of the stress ± 2e-2 –"));
+}
+
+/// The zeros of several specimens are in their scatter; the common scale is not.
+#[test]
+fn zeros_of_specimens_count_once() {
+    let model = Model::new("neo_hookean", None).expect("registered");
+    let mut samples = vec![];
+    for specimen in 0..3 {
+        let values = [0.1e6 * (1.0 + 0.02 * (specimen as f64 - 1.0))];
+        samples.extend(pull(model, &values, Mode::Uniaxial).into_iter().map(|s| Sample { specimen, ..s }));
+    }
+    let mut e = table(samples);
+    e.specimens = (0..3).map(|k| format!("{k}.csv")).collect();
+    let stated = ["stress_zero=1kPa", "strain_zero=1%", "stress_scale=1%"];
+    let r = fit_experiment(&e, &options(model, Mode::Uniaxial, &stated)).expect("fitted");
+    assert_eq!(r.measurement.iter().map(|c| c.error.name()).collect::<Vec<_>>(), ["scale of the stress"]);
+}
+
+/// Travel of a crosshead with a compliant machine gives the constants of the piece, of a force and of a true stress.
+#[test]
+fn the_compliance_of_the_machine_is_taken_out() {
+    let model = Model::new("yeoh", Some(2)).expect("registered");
+    let values = [0.3e6, -2e3];
+    let compliance = 2e-4;
+    let mut texts = ["displacement [mm];force [N]\n".to_string(), "displacement [mm];true stress [Pa]\n".to_string()];
+    for k in 1..40 {
+        let stretch = 1.0 + 0.02 * f64::from(k);
+        let stress = model.stress(&values, Mode::Uniaxial, stretch);
+        let force = stress * AREA;
+        let travel = 1e3 * ((stretch - 1.0) * LENGTH + compliance * force);
+        texts[0] += &format!("{travel:.17};{force:.17}\n");
+        texts[1] += &format!("{travel:.17};{:.17}\n", stress * stretch);
+    }
+    let mut choice = ColumnChoice::default();
+    for (key, text) in [("gauge_length", "33 mm"), ("area", "18 mm^2"), ("compliance", "0.2 mm/N")] {
+        choice.dimensions.set(key, text).expect("valid");
+    }
+    for text in texts {
+        let read =
+            |choice: &ColumnChoice| Experiment::parse("a.csv", text.as_bytes(), None, choice, Some(Mode::Uniaxial));
+        let e = read(&choice).expect("valid");
+        assert!(
+            e.audit.0.iter().any(|a| a.message.contains("compliance of the machine, 0.200000 mm/N")),
+            "{:?}",
+            e.audit
+        );
+        let r = fit_experiment(&e, &options(model, Mode::Uniaxial, &[])).expect("fitted");
+        for (p, v) in r.parameters.iter().zip(values) {
+            assert!((p.value / v - 1.0).abs() < 1e-8, "{}: {} {v}", p.name, p.value);
+        }
+        let on_the_piece = ColumnChoice { strain_measurement: Some("extensometer".into()), ..choice.clone() };
+        assert!(matches!(read(&on_the_piece), Err(FitError::Compliance { .. })));
+        let mut blunt = choice.clone();
+        (blunt.dimensions.area, blunt.dimensions.width) = (None, None);
+        if text.contains("true") {
+            assert!(read(&blunt).expect_err("no section").to_string().contains("--area"));
+        }
+    }
+}
+
+#[test]
+fn a_stated_error_that_makes_no_sense_is_refused() {
+    for (text, fact) in [
+        ("stress_zero", "write KEY=VALUE"),
+        ("tare=1kPa", "there is no such error; known: stress_zero, force_zero"),
+        ("stress_zero=1 mm", "--accuracy stress_zero"),
+        ("stress_scale=-1%", "above zero"),
+        ("stress_scale=0", "above zero"),
+        ("stress_scale=nan", "--accuracy stress_scale"),
+    ] {
+        let message = text.parse::<Accuracy>().expect_err(text).to_string();
+        assert!(message.contains(fact), "{text}: {message}");
+    }
+    let model = Model::new("neo_hookean", None).expect("registered");
+    let e = table(pull(model, &[0.1e6], Mode::Uniaxial));
+    for (text, fact) in [("force_zero=1N", "--area"), ("compliance=1 mm/N", "--area")] {
+        let message = fit_experiment(&e, &options(model, Mode::Uniaxial, &[text])).expect_err(text).to_string();
+        assert!(message.contains(fact), "{text}: {message}");
+    }
+}

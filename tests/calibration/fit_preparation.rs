@@ -1,0 +1,204 @@
+//! What becomes of rows before a fit: conversion of true and raw columns, order, cycles, zero and toe, and what each did to the answer.
+
+use crate::common::Random;
+use crate::common::tables::{MU, log_of, stress};
+use durometer::calibrate::{
+    AuditKind, ColumnChoice, Cycle, Experiment, FitError, FitOptions, FitRequest, FitResult, FitWarning, Mode,
+    Preparation, Treatment, fit, fit_experiment,
+};
+use std::fmt::Write;
+
+fn stretches() -> Vec<f64> {
+    (0..40).map(|k| 1.02 + 0.03 * f64::from(k)).collect()
+}
+
+fn read(text: &str, choice: &ColumnChoice) -> Result<Experiment, FitError> {
+    Experiment::parse("made.csv", text.as_bytes(), None, choice, Some(Mode::Uniaxial))
+}
+
+fn prepared(text: &str, asked: &Preparation) -> Experiment {
+    read(text, &ColumnChoice::default()).and_then(|e| e.prepare(asked)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn refused(text: &str, asked: &Preparation) -> String {
+    let answer = read(text, &ColumnChoice::default()).and_then(|e| e.prepare(asked));
+    answer.expect_err("must be refused").to_string()
+}
+
+fn mu(e: &Experiment) -> f64 {
+    fitted(e).parameters[0].value
+}
+
+fn fitted(e: &Experiment) -> FitResult {
+    fit_experiment(e, &FitOptions::new("neo_hookean")).expect("well posed")
+}
+
+fn table(header: &str, rows: impl IntoIterator<Item = (f64, f64)>) -> String {
+    let mut text = header.to_string() + "\n";
+    rows.into_iter().for_each(|(x, y)| writeln!(text, "{x},{y}").expect("a string"));
+    text
+}
+
+/// The same test written in four ways: nominal, true (σ = λP, e = ln λ), and as a machine records it (a piece of 33 × 6 × 3 mm, and a
+/// cylinder), each gives the constant back to rounding. The log names the conversion.
+#[test]
+fn true_and_raw_columns_become_nominal() {
+    let p = |l: f64| stress(Mode::Uniaxial, l);
+    let of = |header: &str, row: &dyn Fn(f64) -> (f64, f64)| table(header, stretches().into_iter().map(row));
+    let strip = ["33 mm", "6 mm", "3 mm"];
+    let text = of("true strain,true stress (Pa)", &|l| (l.ln(), l * p(l)));
+    let e = read(&text, &ColumnChoice::default()).expect("readable");
+    assert!((mu(&e) / MU - 1.0).abs() < 1e-12);
+    let log = log_of(&e, AuditKind::Intake);
+    assert!(log.contains("λ = exp(true strain)") && log.contains("P = σ/λ"), "{log}");
+
+    let mut choice = ColumnChoice::default();
+    for (key, value) in ["gauge_length", "width", "thickness"].into_iter().zip(strip) {
+        choice.dimensions.set(key, value).expect("valid");
+    }
+    let raw = of("Traversenweg [mm],Standardkraft [N]", &|l| (33.0 * (l - 1.0), p(l) * 18e-6));
+    let e = read(&raw, &choice).expect("readable");
+    assert!((mu(&e) / MU - 1.0).abs() < 1e-12);
+    let log = log_of(&e, AuditKind::Intake);
+    assert!(log.contains("gauge length 33.0") && log.contains("18.000000 mm² (6 mm × 3 mm)"), "{log}");
+    assert!(log_of(&e, AuditKind::Doubt).contains("--strain-from extensometer"));
+    let row = e.raw[3];
+    let l = stretches()[3];
+    assert!((row.displacement.expect("recorded") / (33e-3 * (l - 1.0)) - 1.0).abs() < 1e-12);
+    assert!((row.force.expect("recorded") / (18e-6 * p(l)) - 1.0).abs() < 1e-12);
+    choice.strain_measurement = Some("extensometer".into());
+    let measured = read(&raw, &choice).expect("readable");
+    assert!(log_of(&measured, AuditKind::Doubt).is_empty());
+
+    let area = std::f64::consts::PI * 0.25 * 1e-4;
+    let with_header = "Diameter (mm),10\nGauge length,2 cm\n".to_string()
+        + &of("Extension (mm),Load (kN)", &|l| (20.0 * (l - 1.0), 1e-3 * p(l) * area));
+    let e = read(&with_header, &ColumnChoice::default()).expect("the header has the dimensions");
+    assert!((mu(&e) / MU - 1.0).abs() < 1e-12);
+
+    choice.dimensions.set("area", "20 mm^2").expect("valid");
+    let message = read(&raw, &choice).expect_err("6 × 3 is not 20").to_string();
+    assert!(message.contains("20.0000 mm² from one set of dimensions and 18.0000 mm² from another"), "{message}");
+    let message = choice.dimensions.set("width", "-3 mm").expect_err("negative").to_string();
+    assert!(message.contains("width") && message.contains("above zero"), "{message}");
+}
+
+/// Dimensions, measurement and preparation of a card; a force and its strain in one table.
+#[test]
+fn a_card_gives_dimensions_and_preparation() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let rows = stretches().into_iter().map(|l| (100.0 * (l - 1.0 + 0.01), stress(Mode::Uniaxial, l) * 18e-6));
+    let data = folder.path().join("t.csv");
+    std::fs::write(&data, table("Dehnung (%),Kraft (N)", rows)).expect("writable");
+    let card = "name = \"t\"\nfile = \"t.csv\"\nstatus = \"own\"\nmode = \"uniaxial\"\nstrain_measurement = \"extensometer\"\n\
+                [specimen]\nwidth = \"6 mm\"\nthickness = \"3 mm\"\n[preparation]\ntoe = \"30 kPa\"\n";
+    std::fs::write(folder.path().join("card.toml"), card).expect("writable");
+    let r = fit(&FitRequest::new(&data, "neo_hookean")).expect("fits");
+    let toe = r.otherwise.iter().find(|o| o.treatment == Treatment::WithoutToe).expect("asked by the card");
+    assert!((r.parameters[0].value / MU - 1.0).abs() < (toe.parameters[0].value / MU - 1.0).abs());
+    std::fs::write(folder.path().join("card.toml"), card.replace("6 mm", "6 kPa")).expect("writable");
+    let message = fit(&FitRequest::new(&data, "neo_hookean")).expect_err("a width in kPa").to_string();
+    assert!(message.contains("width = \"6 kPa\"") && message.contains("wrong dimension"), "{message}");
+}
+
+/// Reference case 21f. Slack of 0.05, noise of 200 Pa before the piece carries, an offset of 700 Pa, no origin row. The line through the rows
+/// between p = 4 kPa and 3p moves the zero by −3(p/E)² = −4e-5 (E = 3μ) and noise by about 200 Pa/E/√3 = 1e-4: 1e-3 holds both tenfold.
+#[test]
+fn toe_and_offset_are_handled_and_logged() {
+    let mut noise = Random(21);
+    let slack = 0.05;
+    let row = |k: u32| {
+        let e = 0.001 * f64::from(k + 1);
+        let p = if e > slack { stress(Mode::Uniaxial, 1.0 + e - slack) } else { 0.0 };
+        (e, p + 700.0 + 200.0 * noise.normal())
+    };
+    let text = table("engineering strain,nominal stress (Pa)", (0..400).map(row));
+    let asked = Preparation { zero: Some(30), toe: Some("4 kPa".into()), cycle: None };
+    let e = prepared(&text, &asked);
+    let first = e.samples[0];
+    let raw = 0.001 * (first.line - 1) as f64;
+    let shift = raw - (first.stretch - 1.0);
+    assert!((shift - slack).abs() < 1e-3, "{shift}");
+    let changed = log_of(&e, AuditKind::Changed);
+    assert!(changed.contains("first 30 data points") && changed.contains("reaches zero stress at 0.0"), "{changed}");
+    assert!(log_of(&e, AuditKind::LeftOut).contains("uniaxial data points of the toe"));
+    // Of μ: noise 200 Pa over 350 rows of up to 200 kPa, 1e-4, and the offset of 700 Pa, known to 200/√30 = 37 Pa: 1e-3 of μ at most
+    let r = fitted(&e);
+    assert!((r.parameters[0].value / MU - 1.0).abs() < 5e-3, "{}", r.parameters[0].value / MU);
+    let without = |t: Treatment| r.otherwise.iter().find(|o| o.treatment == t).expect("tried").clone();
+    let toe = without(Treatment::WithoutToe);
+    assert!((toe.parameters[0].value / MU - 1.0).abs() > 0.05 && toe.change > 0.05, "{toe:?}");
+    assert!(without(Treatment::WithoutZero).change < toe.change);
+    let said = r.to_string();
+    assert!(said.contains("without toe compensation (") && said.contains("without zeroing ("), "{said}");
+    assert!(r.law_text().contains("was shifted by"), "the law file says so too");
+
+    let ask = |zero, toe: Option<&str>| Preparation { zero, toe: toe.map(Into::into), cycle: None };
+    assert!(refused(&text, &ask(Some(201), None)).contains("from 1 to half of them"));
+    assert!(refused(&text, &ask(None, Some("9 MPa"))).contains("give a lower level"));
+    assert!(refused(&text, &ask(None, Some("4"))).contains("4 has no unit"));
+    assert!(refused(&text, &ask(None, Some("0 Pa"))).contains("above zero"));
+}
+
+/// Two cycles to a stretch of 2, the second 30 % softer, unloading softer still (as in Mullins' tests). Each choice gives the constant of its
+/// loading back; without one the first is fitted, and the warning says what the last gives.
+#[test]
+fn cycles_are_told_apart() {
+    let up: Vec<f64> = (1..=20).map(|k| 1.0 + 0.05 * f64::from(k)).collect();
+    let branch = |factor: f64, reverse: bool| {
+        let mut rows: Vec<(f64, f64)> = up.iter().map(|l| (*l, factor * stress(Mode::Uniaxial, *l))).collect();
+        if reverse {
+            rows.pop();
+            rows.reverse();
+        }
+        rows
+    };
+    let rows = [branch(1.0, false), branch(0.6, true), branch(0.7, false), branch(0.6, true)].concat();
+    let text = table("stretch,nominal stress (Pa)", rows);
+    let with = |cycle| prepared(&text, &Preparation { cycle, ..Preparation::default() });
+    for (cycle, factor, rows) in [
+        (None, 1.0, 20),
+        (Some(Cycle::FirstLoading), 1.0, 20),
+        (Some(Cycle::LastLoading), 0.7, 19),
+        (Some(Cycle::Loading(2)), 0.7, 19),
+    ] {
+        let e = with(cycle);
+        assert_eq!(e.samples.len(), rows, "{cycle:?}");
+        assert!((mu(&e) / (factor * MU) - 1.0).abs() < 1e-12, "{cycle:?}");
+        assert!(log_of(&e, AuditKind::LeftOut).contains("data points of other branches"));
+    }
+    assert_eq!(with(Some(Cycle::All)).samples.len(), 78);
+    let warned = |e: &Experiment| fitted(e).warnings.into_iter().find(|w| matches!(w, FitWarning::Cycles { .. }));
+    let Some(FitWarning::Cycles { treatment: Treatment::LastLoading, change, answer }) = warned(&with(None)) else {
+        panic!("no warning")
+    };
+    assert!((change - 0.3).abs() < 1e-12 && answer.contains("μ = 259.7 kPa"), "{change} {answer}");
+    assert_eq!(warned(&with(Some(Cycle::LastLoading))), None, "asked for");
+    let message = refused(&text, &Preparation { cycle: Some(Cycle::Loading(3)), ..Preparation::default() });
+    assert!(message.contains("--cycle 3 asks for a loading that is not there: the table has 2"), "{message}");
+    assert!("0".parse::<Cycle>().expect_err("counted from 1").contains("first-loading"));
+}
+
+/// Rows of a cyclic test out of order are put into the order of time; a time column that goes back over a stretch that does not is not
+/// believed, as where 40.9 is followed by 40.10.
+#[test]
+fn the_order_of_time_is_taken_where_it_is_one() {
+    let row = |k: usize| {
+        let l = 1.05 + 0.05 * (if k < 20 { k } else { 39 - k }) as f64;
+        (k, l, stress(Mode::Uniaxial, l))
+    };
+    let text = |order: &dyn Fn(usize) -> usize, time: &dyn Fn(usize) -> f64| {
+        let mut text = "time (s),stretch,nominal stress (Pa)\n".to_string();
+        for (k, l, p) in (0..40).map(order).map(row) {
+            writeln!(text, "{},{l},{p}", time(k)).expect("a string");
+        }
+        text
+    };
+    let e = prepared(&text(&|k| k * 17 % 40, &|k| k as f64), &Preparation::default());
+    assert!(log_of(&e, AuditKind::Changed).contains("order of the time column"));
+    assert_eq!(e.samples.len(), 21, "the loading, with both rows at its end");
+    assert!(e.samples.windows(2).all(|w| w[0].stretch <= w[1].stretch));
+    let e = prepared(&text(&|k| k, &|k| if k < 10 { k as f64 } else { 0.1 * k as f64 }), &Preparation::default());
+    assert!(log_of(&e, AuditKind::Kept).contains("the order was kept"));
+    assert!(log_of(&e, AuditKind::Changed).is_empty());
+}

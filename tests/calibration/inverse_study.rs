@@ -1,0 +1,428 @@
+//! Calibrations as studies: what the element and the mesh do to a constant and where it is said, dimensions at their worst ends, a search
+//! that has no time left, several curves.
+
+use crate::common;
+use crate::common::Random;
+use durometer::scene::{Body, Scene, read_scene};
+use durometer::study::expand::Study;
+use durometer::study::report::{self, Summary};
+use durometer::study::run::runner::{self, Isolation, Options, RunError, Watch};
+use durometer::study::store::record::{CaseRecord, NOT_DETERMINED, OUT_OF_TIME};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+use toml::{Table, Value};
+
+/// A cantilever that is bent at its end, or pulled.
+const SCENE: &str = r#"
+title = "A bar"
+[mesh]
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [18, 3, 3] }
+element = "tet10"
+[laws.rubber]
+law = "neo_hookean"
+mu = "150 kPa"
+nu = 0.499
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "mixed"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+components = "xyz"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "AXIS"
+displacement = { kind = "ramp", from = "0 mm", to = "12 mm", start = "0 s", end = "1 s" }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+[[probe]]
+kind = "reaction"
+region = "xmax"
+"#;
+
+const STUDY: &str = r#"
+kind = "calibration"
+question = "How stiff is the bar?"
+expectation = "150 kPa."
+scene = "scene.toml"
+tolerance = "3 %"
+[[variant]]
+name = "bend"
+quantity = [{ name = "xmax_reaction_z_N", label = "force", symbol = "F", unit = "N" }]
+[variant.measured]
+file = "bend.csv"
+x = { column = "u", unit = "m", is = "xmax_z_displacement_m" }
+y = { column = "F", unit = "N", is = "xmax_reaction_z_N" }
+"#;
+
+const CALIBRATION: &str = "[calibration]\nunknown = [\"laws.rubber.mu\"]\nweighting = \"absolute\"\n";
+
+#[derive(Default)]
+struct Silent;
+impl Watch for Silent {}
+
+/// Displacement and force of the bar of 150 kPa on a mesh that is finer than those of the studies, along an axis.
+fn truth(axis: &str) -> Vec<(f64, f64)> {
+    static BOTH: OnceLock<[Vec<(f64, f64)>; 2]> = OnceLock::new();
+    let both = BOTH.get_or_init(|| {
+        ["x", "z"].map(|axis| {
+            let folder = tempfile::tempdir().expect("a temporary folder");
+            let file = folder.path().join("scene.toml");
+            let text = SCENE.replace("AXIS", axis).replace("[18, 3, 3]", "[24, 4, 4]");
+            std::fs::write(&file, text).expect("writable");
+            let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+            let body = Body::load(&file, &spec.mesh, &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+            let scene = Scene::build(&file, spec, text, body.into()).unwrap_or_else(|e| panic!("{e}"));
+            let force = common::column(&common::run(&scene), &format!("xmax_reaction_{axis}_N"));
+            force.into_iter().enumerate().map(|(k, f)| (0.003 * k as f64, f)).collect()
+        })
+    });
+    both[usize::from(axis == "z")].clone()
+}
+
+/// A folder with a study of these keys, whose scene begins at 100 kPa, and six tests of the true bar, with errors of 0.5 % of the largest force.
+fn folder(keys: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
+    let mut random = Random(21);
+    for (name, scene, axis) in [("bend", "scene", "z"), ("pull", "pull", "x")] {
+        let rows = truth(axis);
+        let largest = rows.iter().fold(0.0_f64, |m, (_, f)| m.max(f.abs()));
+        let rows = rows.iter().skip(1).flat_map(|row| std::iter::repeat_n(row, 6));
+        let rows: String = rows.map(|(u, f)| format!("{u:?},{:?}\n", f + 0.005 * largest * random.normal())).collect();
+        write(&format!("{name}.csv"), &format!("u,F\n{rows}"));
+        write(&format!("{scene}.toml"), &SCENE.replace("AXIS", axis).replace("150 kPa", "100 kPa"));
+    }
+    write("study.toml", &format!("{STUDY}{keys}"));
+    folder
+}
+
+fn run(folder: &Path) -> Result<Vec<CaseRecord>, RunError> {
+    run_watched(folder, &AtomicBool::new(false), &Silent)
+}
+
+fn run_watched(folder: &Path, stop: &AtomicBool, watch: &impl Watch) -> Result<Vec<CaseRecord>, RunError> {
+    let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let options = Options {
+        jobs: 2,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        memory: None,
+        stop,
+    };
+    runner::run(&study, &folder.join("out"), &options, watch)
+}
+
+fn told(folder: &Path) -> (Summary, Table) {
+    let out = folder.join("out");
+    let summary = report::write(&out).unwrap_or_else(|e| panic!("{e}"));
+    let law = std::fs::read_to_string(out.join("law.toml")).expect("written").parse().expect("TOML");
+    (summary, law)
+}
+
+fn sizes(set: &str, members: &str) -> String {
+    format!("[[family]]\nname = \"mesh\"\nrole = \"sizes\"\nset = {{ {set} }}\n[family.members]\n{members}")
+}
+
+/// Linear tetrahedra at ν = 0.499 are too stiff, so that the constant comes out too soft: everything that carries it says so, and no interval is
+/// stated. Quadratic ones with pressures of their own give 150 kPa within their interval.
+#[test]
+fn a_locking_mesh_is_named_wherever_the_constant_is() {
+    let grids = "coarse = { \"mesh.grid.divisions\" = [12, 2, 2] }\nfine = { \"mesh.grid.divisions\" = [18, 3, 3] }\n";
+    let set = "\"mesh.element\" = \"tet4\", \"effect.0.formulation\" = \"displacement\"";
+    let locking = folder(&format!("{CALIBRATION}{}", sizes(set, grids)));
+    run(locking.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(locking.path());
+    let found = &summary.analysis["bend"]["constants"][0];
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    assert!(found["value"].as_f64().expect("a number") < 120e3, "it locks: {found}");
+    assert!(found["interval"].is_null() && summary.analysis["bend"]["locking"].as_f64().is_some());
+    let provenance = law["provenance"].as_table().expect("a table");
+    assert_eq!(provenance["locking"], Value::from(true));
+    assert!(!provenance.contains_key("mu_interval") && provenance.contains_key("mu_without_interval"));
+    for words in [&summary.verdict, provenance["mesh"].as_str().expect("words")] {
+        assert!(words.contains("locks") && words.contains("too soft"), "{words}");
+    }
+    assert!(summary.warnings.iter().any(|w| w.contains("locks")), "{:?}", summary.warnings);
+    let page = std::fs::read_to_string(locking.path().join("out/index.html")).expect("written");
+    assert!(page.contains("too soft"));
+
+    let sound = folder(&format!("{CALIBRATION}{}", sizes("", grids)));
+    run(sound.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(sound.path());
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    let found = &summary.analysis["bend"]["constants"][0];
+    let [low, high] = [0, 1].map(|k| found["interval"][k].as_f64().expect("an interval"));
+    assert!(low < 150e3 && 150e3 < high && high - low < 0.15 * 150e3, "{found}");
+    assert!(found["mesh"].as_f64().expect("a number") > 0.0);
+    assert_eq!(law["provenance"]["locking"], Value::from(false));
+    assert!(law["provenance"]["mesh"].as_str().expect("words").contains("the error of the mesh"));
+}
+
+/// Two dimensions known within ranges: their worst ends add up, on the finest mesh.
+#[test]
+fn dimensions_are_taken_at_their_worst_ends_together() {
+    let nuisance = |name: &str, size: [&str; 2]| {
+        let member = |k: usize| format!("m{k} = {{ \"mesh.grid.size\" = {} }}\n", size[k]);
+        format!("[[family]]\nname = \"{name}\"\nrole = \"nuisance\"\n[family.members]\n{}{}", member(0), member(1))
+    };
+    let thick = nuisance("thick", ["[\"60 mm\", \"10 mm\", \"9.8 mm\"]", "[\"60 mm\", \"10 mm\", \"10.2 mm\"]"]);
+    let long = nuisance("long", ["[\"59 mm\", \"10 mm\", \"10 mm\"]", "[\"61 mm\", \"10 mm\", \"10 mm\"]"]);
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let set = |text: String| {
+        text.replace("role = \"nuisance\"\n", "role = \"nuisance\"\nset = { \"mesh.grid.divisions\" = [6, 1, 1] }\n")
+    };
+    let study = folder(&format!("{CALIBRATION}{one}{}{}", set(thick), set(long)));
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, _) = told(study.path());
+    let found = &summary.analysis["bend"]["constants"][0];
+    let value = found["value"].as_f64().expect("a number");
+    let of = |family: &str| {
+        let cases = found["cases"].as_array().expect("a list").iter().filter(|c| c["family"] == family);
+        let changes: Vec<f64> = cases.map(|c| c["value"].as_f64().expect("a number") - value).collect();
+        let least = changes.iter().copied().fold(0.0, f64::min);
+        [least, changes.iter().copied().fold(0.0, f64::max)]
+    };
+    let (thick, long) = (of("thick"), of("long"));
+    let [low, high] = [0, 1].map(|k| found["nuisance"][k].as_f64().expect("a corner"));
+    println!("{thick:?} {long:?}: {low} to {high} around {value}");
+    // F ∝ b h³/L³: ±2 % of h and ±1.7 % of L are 6 % and 5 % of μ
+    assert!(thick[1] > 0.04 * value && long[1] > 0.03 * value);
+    // The sum below and the product above are the wider ends; 0.3 % of the range between them is no warning
+    let product = value * (1.0 + thick[1] / value) * (1.0 + long[1] / value);
+    assert!((low - value - thick[0] - long[0]).abs() < 1e-9 * value && (high - product).abs() < 1e-9 * value);
+    assert!(found["corners"].is_null(), "{}", found["corners"]);
+    assert!(summary.verdict.contains("one mesh only"), "{}", summary.verdict);
+}
+
+/// μ ∝ 1/(h³(1 + ν)) of a bending bar whose height is known to a quarter: the corners do not add up. The estimate from the single dimensions says so; runs of
+/// the corners replace it.
+#[test]
+fn corners_of_a_curved_answer_are_named_or_run() {
+    let on = "set = { \"mesh.grid.divisions\" = [6, 1, 1] }";
+    let nuisance = |name: &str, key: &str, values: [&str; 2]| {
+        let member = |k: usize| format!("{name}{k} = {{ \"{key}\" = {} }}\n", values[k]);
+        format!(
+            "[[family]]\nname = \"{name}\"\nrole = \"nuisance\"\n{on}\n[family.members]\n{}{}",
+            member(0),
+            member(1)
+        )
+    };
+    let heights = ["[\"60 mm\", \"10 mm\", \"7.5 mm\"]", "[\"60 mm\", \"10 mm\", \"12.5 mm\"]"];
+    let thick = nuisance("thick", "mesh.grid.size", heights);
+    let both = format!("{thick}{}", nuisance("ratio", "laws.rubber.nu", ["0.25", "0.4999"]));
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1], \"laws.rubber.nu\" = 0.38", "only = {}\n");
+    let of = |more: &str| {
+        let study = folder(&format!("{CALIBRATION}{more}{one}{both}"));
+        run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+        let (summary, _) = told(study.path());
+        let found = &summary.analysis["bend"]["constants"][0];
+        let ends = [0, 1].map(|k| found["nuisance"][k].as_f64().expect("a corner"));
+        (found["value"].as_f64().expect("a number"), ends, summary.warnings.join("\n"), found["cases"].clone())
+    };
+    let (value, estimated, warned, _) = of("");
+    let (_, run, said, cases) = of("corners = true\n");
+    println!("{value}: {estimated:?} estimated, {run:?} run\n{warned}\n{said}");
+    assert!(warned.contains("do not simply add up") && warned.contains("corners = true"), "{warned}");
+    assert!(said.contains("their corners, which were run"), "{said}");
+    let corners = cases.as_array().expect("a list").iter().filter(|c| c["family"] == "corners").count();
+    assert_eq!(corners, 4);
+    // On a mesh of one cell across, height and ratio act through its error too: the products are off by a sixth of the range, which is why they are warned of
+    let range = run[1] - run[0];
+    assert!((estimated[0] - run[0]).abs() < 0.2 * range && (estimated[1] - run[1]).abs() < 0.2 * range);
+    let values = || cases.as_array().expect("a list").iter().map(|c| c["value"].as_f64().expect("a number"));
+    let ends = [values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max)];
+    assert!((ends[0] - run[0]).abs() < 1e-9 * value && (ends[1] - run[1]).abs() < 1e-9 * value, "{ends:?}");
+    let message = |keys: String| {
+        let study = folder(&keys);
+        let why = Study::read(&study.path().join("study.toml"), &[]).map(|_| ()).expect_err("no corners");
+        let all = std::iter::successors(Some(&why as &dyn std::error::Error), |e| e.source());
+        all.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+    };
+    let alone = message(format!("{CALIBRATION}corners = true\n{one}{thick}"));
+    assert!(alone.contains("one dimension has no corners"), "{alone}");
+    let twice = format!("{thick}{}", nuisance("wide", "mesh.grid.size", heights));
+    let twice = message(format!("{CALIBRATION}corners = true\n{one}{twice}"));
+    assert!(twice.contains("two dimensions change `mesh.grid.size`"), "{twice}");
+}
+
+/// A search of one step per run has a status of its own, is gone on with by the next run, and ends like one in one go.
+#[test]
+fn a_search_that_has_no_time_goes_on_in_the_next_run() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let short = folder(&format!("{CALIBRATION}time_budget = \"1e-6 s\"\n{one}"));
+    let mut ends = vec![];
+    for _ in 0..12 {
+        let records = run(short.path()).unwrap_or_else(|e| panic!("{e}"));
+        ends.push(records[0].status.clone());
+        if records[0].converged() {
+            break;
+        }
+        let (summary, law) = told(short.path());
+        assert!(summary.warnings.iter().any(|w| w.contains("run again to go on")), "{:?}", summary.warnings);
+        assert!(law.contains_key("mu"));
+    }
+    println!("{ends:?}");
+    assert!(ends.len() > 1 && ends[0] == OUT_OF_TIME && ends.last().is_some_and(|e| e == "Converged"), "{ends:?}");
+    let whole = folder(&format!("{CALIBRATION}{one}"));
+    run(whole.path()).unwrap_or_else(|e| panic!("{e}"));
+    let mu = |folder: &Path| told(folder).0.analysis["bend"]["constants"][0]["value"].as_f64().expect("a number");
+    assert!((mu(short.path()) / mu(whole.path()) - 1.0).abs() < 1e-4);
+}
+
+/// Stops a run once a search has kept a better point.
+struct UntilBetter<'a> {
+    folder: PathBuf,
+    stop: &'a AtomicBool,
+}
+
+impl Watch for UntilBetter<'_> {
+    fn progress(&self, _: &str, _: durometer::scene::Progress) {
+        if kept(&self.folder).is_some() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The file of a search that is under way.
+fn kept(folder: &Path) -> Option<PathBuf> {
+    let files = std::fs::read_dir(folder.join("out/cases")).ok()?.flatten().map(|e| e.path());
+    files.into_iter().find(|p| p.to_string_lossy().ends_with(".search.json"))
+}
+
+/// A search that is stopped in its second step, as by Ctrl-C, has no record, keeps its best values, and the next run needs a step less; it ends where an
+/// undisturbed one ends, and the file is gone. Values of another scene are not taken.
+#[test]
+fn a_search_that_is_stopped_goes_on_in_the_next_run() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let found = |folder: &Path| {
+        let analysis = told(folder).0.analysis;
+        let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+        (number(&analysis["bend"]["constants"][0]["value"]), number(&analysis["bend"]["solves"]))
+    };
+    let whole = folder(&format!("{CALIBRATION}{one}"));
+    run(whole.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (mu, solves) = found(whole.path());
+    let stopped = |study: &Path| {
+        let stop = AtomicBool::new(false);
+        let watch = UntilBetter { folder: study.into(), stop: &stop };
+        let records = run_watched(study, &stop, &watch).unwrap_or_else(|e| panic!("{e}"));
+        assert!(records.is_empty(), "it was stopped: {records:?}");
+        kept(study).expect("the best values so far")
+    };
+    let study = folder(&format!("{CALIBRATION}{one}"));
+    let file = stopped(study.path());
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (again, after) = found(study.path());
+    println!("{mu} Pa in {solves} forward solves, {again} Pa in {after} after a stop");
+    assert!((again / mu - 1.0).abs() < 1e-4 && after < solves && !file.exists());
+    // Another scene: its search begins at its own values
+    let other = folder(&format!("{CALIBRATION}{one}"));
+    stopped(other.path());
+    let scene = std::fs::read_to_string(other.path().join("scene.toml")).expect("read");
+    std::fs::write(other.path().join("scene.toml"), scene.replace("100 kPa", "101 kPa")).expect("written");
+    run(other.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(found(other.path()).1 >= solves);
+}
+
+/// Bending and tension of two scenes give one μ and one ν, where bending alone leaves them open and says E.
+#[test]
+fn a_second_curve_is_a_scene_of_its_own() {
+    let two = CALIBRATION.replace("\"laws.rubber.mu\"", "\"laws.rubber.mu\", \"laws.rubber.nu\"");
+    let bounds = "[calibration.bounds]\n\"laws.rubber.nu\" = [0.4, 0.4995]\n";
+    let one = sizes("\"mesh.grid.divisions\" = [12, 2, 2]", "only = {}\n");
+    let curve = r#"
+[[variant.curve]]
+name = "pull"
+scene = "pull.toml"
+set = { "mesh.grid.divisions" = [12, 2, 2] }
+[variant.curve.measured]
+file = "pull.csv"
+x = { column = "u", unit = "m", is = "xmax_x_displacement_m" }
+y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
+"#;
+    let alone = folder(&format!("{two}{bounds}{one}"));
+    let records = run(alone.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(records[0].status, NOT_DETERMINED);
+    let (summary, _) = told(alone.path());
+    assert!(summary.warnings.iter().any(|w| w.contains("they determine E")), "{:?}", summary.warnings);
+    // Errors of 2 % that no constants explain, as of a scene that is not quite the test: the constants are no better determined where they drift to
+    let drifts = folder(&format!("{two}{}", sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n")));
+    let rows = (1..17).map(|k| {
+        format!("{},{}\n", 7.5e-4 * f64::from(k), 0.4 * f64::from(k) * (1.0 + 0.005 * f64::from(k * 7 % 5 - 2)))
+    });
+    std::fs::write(drifts.path().join("bend.csv"), format!("u,F\n{}", rows.collect::<String>())).expect("writable");
+    let records = run(drifts.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(records[0].status, NOT_DETERMINED, "{:?}", records[0].status_detail);
+    let both = folder(&format!("{curve}{CALIBRATION}{one}"));
+    run(both.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(both.path());
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    let mu = summary.analysis["bend"]["constants"][0]["value"].as_f64().expect("a number");
+    assert!((mu / 150e3 - 1.0).abs() < 0.03, "{mu}");
+    assert_eq!(law["provenance"]["data"].as_array().expect("both tables").len(), 2);
+    assert_eq!(summary.analysis["bend"]["rms_relative"].as_array().expect("both curves").len(), 2);
+}
+
+/// Of two variants each law file has the warnings of its own material, and the summary those of both.
+#[test]
+fn a_law_file_has_the_warnings_of_its_own_variant() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let (_, variant) = STUDY.split_once("[[variant]]").expect("a variant");
+    let odd = format!("[[variant]]{}", variant.replace("\"bend\"", "\"odd\"").replace("bend.csv", "odd.csv"));
+    let study = folder(&format!("{odd}{CALIBRATION}{one}"));
+    // The force of a bar that becomes stiffer, which no μ describes, without noise: the residuals have a pattern
+    let row = |k: i32| (3e-4 * f64::from(k), 0.4 * f64::from(k) * (1.0 + 0.02 * f64::from(k)));
+    let rows: String = (1..=40).map(row).map(|(u, f)| format!("{u},{f}\n")).collect();
+    std::fs::write(study.path().join("odd.csv"), format!("u,F\n{rows}")).expect("writable");
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let summary = report::write(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
+    let warnings = |variant: &str| -> Vec<String> {
+        let path = study.path().join(format!("out/law-{variant}.toml"));
+        let law: Table = std::fs::read_to_string(path).expect("written").parse().expect("TOML");
+        let all = law["provenance"]["warnings"].as_array().expect("a list");
+        all.iter().map(|w| w.as_str().expect("words").to_string()).collect()
+    };
+    let (bend, odd) = (warnings("bend"), warnings("odd"));
+    println!("{bend:#?}\n{odd:#?}");
+    assert!(bend.iter().any(|w| w.starts_with("bend: ")) && odd.iter().any(|w| w.starts_with("odd: ")));
+    let pattern = |w: &&String| w.contains("the residuals have a pattern");
+    assert!(odd.iter().any(|w| pattern(&w)) && !bend.iter().any(|w| pattern(&w)));
+    assert!(!bend.iter().any(|w| w.contains("odd")) && !odd.iter().any(|w| w.contains("bend")));
+    assert!(summary.warnings.iter().filter(pattern).count() == 1 && summary.warnings.len() > bend.len());
+}
+
+/// Bounds that exclude the start stop the run as bad input.
+#[test]
+fn bounds_that_exclude_the_start_are_bad_input() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let study =
+        folder(&format!("{CALIBRATION}[calibration.bounds]\n\"laws.rubber.mu\" = [\"1 MPa\", \"2 MPa\"]\n{one}"));
+    let Err(why) = run(study.path()) else { panic!("the start is not within the bounds") };
+    assert!(why.to_string().contains("exclude it"), "{why}");
+}
+
+/// Settings that make no sense are refused before anything is run.
+#[test]
+fn settings_out_of_range_are_bad_input() {
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", "only = {}\n");
+    let refused = |keys: String, words: &str| {
+        let study = folder(&keys);
+        let Err(why) = Study::read(&study.path().join("study.toml"), &[]) else { panic!("{keys}") };
+        let all = std::iter::successors(Some(&why as &dyn std::error::Error), |e| e.source());
+        let text: Vec<String> = all.map(ToString::to_string).collect();
+        assert!(text.join(": ").contains(words), "{text:?}");
+    };
+    refused(format!("{CALIBRATION}accuracy = \"200 %\"\n{one}"), "determines nothing");
+    refused(format!("{CALIBRATION}time_budget = \"0 s\"\n{one}"), "above zero");
+    refused(format!("offsets = [\"slack\", \"slack\"]\n{CALIBRATION}{one}"), "each of slack and zero once");
+}

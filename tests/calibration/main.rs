@@ -1,0 +1,22 @@
+//! Calibration: direct fits from tables, inverse analysis, and the intervals and verdicts of both.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod fit_coverage;
+mod fit_ill_posed;
+mod fit_intake;
+mod fit_intervals;
+mod fit_law_file;
+mod fit_laws;
+mod fit_measurement;
+mod fit_preparation;
+mod fit_report;
+mod fit_treloar;
+mod fit_verdicts;
+mod inverse;
+mod inverse_keys;
+mod inverse_study;
+mod neo_hookean;
+mod prony;
+mod volume;

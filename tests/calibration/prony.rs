@@ -1,0 +1,477 @@
+//! Prony series from data: recovery from closed forms and noise, evidence for the number of terms, coverage of intervals, refusals, files, and a
+//! scene that relaxes as the fitted series says.
+
+use crate::common;
+use crate::common::{Random, column, run, scene};
+use durometer::calibrate::Role;
+use durometer::calibrate::relaxation::{
+    Record, RelaxationError, RelaxationFit, RelaxationRequest, RelaxationWarning, TermChoice, TestKind, fit_record,
+    fit_relaxation,
+};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::scene::read_scene;
+use durometer::solve::Status;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+/// G∞ [Pa], then (G, τ [s]).
+const LONG: f64 = 60e3;
+const TERMS: [(f64, f64); 2] = [(25e3, 0.4), (15e3, 12.0)];
+
+fn modulus(t: f64) -> f64 {
+    LONG + TERMS.iter().map(|(g, tau)| g * (-t / tau).exp()).sum::<f64>()
+}
+
+/// Stress of the strain t/r up to r, held then, by the integral ∫ G(t − s) ds/r in closed form.
+fn after_ramp(t: f64, r: f64) -> f64 {
+    let end = t.min(r);
+    let one = |(g, tau): &(f64, f64)| g * tau / r * ((-(t - end) / tau).exp() - (-t / tau).exp());
+    LONG * end / r + TERMS.iter().map(one).sum::<f64>()
+}
+
+fn spaced(from: f64, to: f64, n: usize) -> Vec<f64> {
+    (0..n).map(|k| from * (to / from).powf(k as f64 / (n - 1) as f64)).collect()
+}
+
+fn record(kind: TestKind, x: Vec<f64>, y: Vec<f64>, ramp: f64) -> Record {
+    let file = "synthetic.csv".into();
+    let sha256 = String::new();
+    Record {
+        kind,
+        file,
+        sha256,
+        x,
+        y,
+        ramp,
+        driven: None,
+        unit: "Pa".into(),
+        stress: None,
+        notes: vec![],
+        more: vec![],
+    }
+}
+
+fn folder(name: &str) -> PathBuf {
+    common::folder(&format!("prony-{name}"))
+}
+
+fn table(name: &str, header: &str, rows: impl Iterator<Item = Vec<f64>>) -> PathBuf {
+    let line = |row: Vec<f64>| row.iter().map(f64::to_string).collect::<Vec<_>>().join(";") + "\n";
+    let path = folder(name).join(format!("{name}.csv"));
+    std::fs::write(&path, format!("{header}\n") + &rows.map(line).collect::<String>()).expect("written");
+    path
+}
+
+/// The series of the truth within `tolerance`, relative.
+fn assert_recovered(fit: &RelaxationFit, scale: f64, tolerance: f64) {
+    let instant = LONG + TERMS[0].0 + TERMS[1].0;
+    assert_eq!(fit.terms.len(), 2, "{fit}");
+    assert!((fit.instantaneous.value / scale / instant - 1.0).abs() < tolerance, "{fit}");
+    assert!((fit.long_term_share.value * instant / LONG - 1.0).abs() < tolerance, "{fit}");
+    for (found, (g, tau)) in fit.terms.iter().zip(TERMS) {
+        assert!((found.g.value * instant / g - 1.0).abs() < tolerance, "{fit}");
+        assert!((found.tau.value / tau - 1.0).abs() < tolerance, "{fit}");
+    }
+}
+
+/// Data of the closed forms without noise: the truth comes back to the accuracy of the search, 1e-5 of the times.
+#[test]
+fn closed_forms_of_every_test_give_the_series_back() {
+    let t = spaced(0.02, 200.0, 90);
+    let of = |f: &dyn Fn(f64) -> f64| t.iter().map(|t| f(*t)).collect::<Vec<f64>>();
+    let step = record(TestKind::Relaxation, t.clone(), of(&modulus), 0.0);
+    assert_recovered(&fit_record(&step, &TermChoice::Evidence).expect("a step"), 1.0, 1e-5);
+    let ramp = record(TestKind::Relaxation, t.clone(), of(&|t| after_ramp(t, 0.7)), 0.7);
+    assert_recovered(&fit_record(&ramp, &TermChoice::Evidence).expect("a ramp"), 1.0, 1e-5);
+    // The ramp taken for a step gives another early relaxation
+    let late: Vec<f64> = t.iter().copied().filter(|t| *t > 0.7).collect();
+    let y = late.iter().map(|t| after_ramp(*t, 0.7)).collect();
+    let wrong = record(TestKind::Relaxation, late, y, 0.0);
+    let fit = fit_record(&wrong, &TermChoice::Number(2)).expect("a fit");
+    assert!((fit.terms[0].g.value * (LONG + 40e3) / 25e3 - 1.0).abs() > 0.2, "{fit}");
+    let omega: Vec<f64> = spaced(0.01, 300.0, 40);
+    let storage =
+        |w: f64| LONG + TERMS.iter().map(|(g, tau)| g * (w * tau).powi(2) / (1.0 + (w * tau).powi(2))).sum::<f64>();
+    let loss = |w: f64| TERMS.iter().map(|(g, tau)| g * w * tau / (1.0 + (w * tau).powi(2))).sum::<f64>();
+    let y = omega.iter().map(|w| storage(*w)).chain(omega.iter().map(|w| loss(*w))).collect();
+    let dynamic = record(TestKind::Dynamic, omega, y, 0.0);
+    assert_recovered(&fit_record(&dynamic, &TermChoice::Evidence).expect("dynamic"), 1.0, 1e-5);
+}
+
+/// Creep of the same solid: the compliances from G(t) ∗ J(t) = t by Volterra's equation, solved on a fine grid without any closed form of ours.
+/// Trapezoids of 1e-3 of the shortest time leave an error of 1e-6 of J.
+#[test]
+fn creep_gives_the_series_of_the_moduli() {
+    let dt = 4e-4;
+    let n = 60_000;
+    // ∫ G(t − s) dJ(s) = 1 with J jumping to 1/G₀: states hᵢ = ∫ e^{−(t−s)/τᵢ} dJ, G∞ J + Σ Gᵢ hᵢ = 1
+    let instant = LONG + TERMS[0].0 + TERMS[1].0;
+    let (mut j, mut h) = (1.0 / instant, [1.0 / instant; 2]);
+    let (mut x, mut y) = (vec![], vec![]);
+    for k in 1..=n {
+        let decay = TERMS.map(|(_, tau)| (-dt / tau).exp());
+        let mean = [0, 1].map(|i| (1.0 - decay[i]) * TERMS[i].1 / dt);
+        let kept = LONG * j + (0..2).map(|i| TERMS[i].0 * decay[i] * h[i]).sum::<f64>();
+        let stiff = LONG + (0..2).map(|i| TERMS[i].0 * mean[i]).sum::<f64>();
+        let step = (1.0 - kept) / stiff;
+        j += step;
+        (0..2).for_each(|i| h[i] = decay[i] * h[i] + mean[i] * step);
+        if k % (1 + k / 40) == 0 {
+            x.push(k as f64 * dt);
+            y.push(20e3 * j);
+        }
+    }
+    // Later than 24 s by the same recursion with longer steps
+    let dt = 0.02;
+    for k in 1..=15_000 {
+        let decay = TERMS.map(|(_, tau)| (-dt / tau).exp());
+        let mean = [0, 1].map(|i| (1.0 - decay[i]) * TERMS[i].1 / dt);
+        let kept = LONG * j + (0..2).map(|i| TERMS[i].0 * decay[i] * h[i]).sum::<f64>();
+        let stiff = LONG + (0..2).map(|i| TERMS[i].0 * mean[i]).sum::<f64>();
+        let step = (1.0 - kept) / stiff;
+        j += step;
+        (0..2).for_each(|i| h[i] = decay[i] * h[i] + mean[i] * step);
+        if k % 200 == 0 {
+            x.push(24.0 + f64::from(k) * dt);
+            y.push(20e3 * j);
+        }
+    }
+    let creep = Record { stress: Some(20e3), ..record(TestKind::Creep, x, y, 0.0) };
+    let fit = fit_record(&creep, &TermChoice::Number(2)).expect("creep");
+    assert_recovered(&fit, 1.0, 1e-3);
+}
+
+/// Noise of 0.5 %: the number of terms is that of the truth, which lies inside the intervals; the misfit is the noise. Of 20 draws, 19 at least.
+#[test]
+fn evidence_finds_the_number_of_terms() {
+    let t = spaced(0.02, 200.0, 200);
+    let two = |seed: &u64| {
+        let fit = fit_record(&noisy(&t, 300.0, 0.0, *seed), &TermChoice::Evidence).expect("a fit");
+        fit.terms.len() == 2 && (fit.terms[0].tau.value / 0.4 - 1.0).abs() < 0.3
+    };
+    let right = (1..=20_u64).into_par_iter().filter(two).count();
+    assert!(right >= 18, "{right} of 20 draws have two terms");
+    // A rubber that does not relax
+    let elastic = |seed: u64| {
+        let mut random = Random(seed);
+        let y = t.iter().map(|_| 60e3 + 300.0 * random.normal()).collect();
+        let fit = fit_record(&record(TestKind::Relaxation, t.clone(), y, 0.0), &TermChoice::Evidence);
+        matches!(fit, Err(RelaxationError::Elastic { .. }))
+    };
+    let right = (1..=20).filter(|seed| elastic(*seed)).count();
+    assert!(right >= 18, "{right} of 20 draws are elastic");
+}
+
+/// Relaxation of the truth with errors of this deviation [Pa] and correlation of neighbours.
+fn noisy(t: &[f64], deviation: f64, rho: f64, seed: u64) -> Record {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+    let mut error = random.normal();
+    let mut next = || {
+        let own = error;
+        error = rho * error + (1.0 - rho * rho).sqrt() * random.normal();
+        deviation * own
+    };
+    let y = t.iter().map(|t| modulus(*t) + next()).collect();
+    record(TestKind::Relaxation, t.to_vec(), y, 0.0)
+}
+
+/// Draws in which the interval of each quantity holds the truth: long-term modulus, share, g₁, τ₁, g₂, τ₂.
+fn covered(draws: u64, rho: f64) -> [f64; 6] {
+    let t = spaced(0.02, 200.0, 150);
+    let instant = LONG + TERMS[0].0 + TERMS[1].0;
+    let one = |seed: u64| {
+        let fit = fit_record(&noisy(&t, 500.0, rho, seed), &TermChoice::Number(2)).expect("a fit");
+        let terms: Vec<_> = fit.terms.iter().flat_map(|a| [a.g, a.tau]).collect();
+        let found = [vec![fit.long_term, fit.long_term_share], terms].concat();
+        let truth = [LONG, LONG / instant, TERMS[0].0 / instant, TERMS[0].1, TERMS[1].0 / instant, TERMS[1].1];
+        let inside = |k: usize| found.get(k).is_some_and(|b| b.interval[0] <= truth[k] && truth[k] <= b.interval[1]);
+        std::array::from_fn(|k| f64::from(u8::from(inside(k))))
+    };
+    let sum = |a: [f64; 6], b: [f64; 6]| std::array::from_fn(|k| a[k] + b[k]);
+    let all = (1..=draws).into_par_iter().map(one).reduce(|| [0.0; 6], sum);
+    all.map(|n| n / draws as f64)
+}
+
+/// 95 % intervals of 200 draws: three standard deviations of the count are 4.6 %. Correlated errors (0.8 between neighbours) leave 17 independent
+/// ones of 150; their intervals, which are linearised, have to hold the truth in nine tenths of the draws.
+#[test]
+fn intervals_cover_the_truth() {
+    let (plain, correlated) = (covered(200, 0.0), covered(200, 0.8));
+    println!("coverage of 200 draws: independent {plain:.3?}, correlated {correlated:.3?}");
+    assert!(plain.iter().all(|c| (c - 0.95).abs() <= 0.046), "{plain:?}");
+    assert!(correlated.iter().all(|c| *c >= 0.90), "{correlated:?}");
+}
+
+/// The same with 2 000 draws, for docs/verification.md.
+#[test]
+#[ignore = "a minute; its numbers are in docs/verification.md"]
+fn coverage_of_2000_draws() {
+    for rho in [0.0, 0.8] {
+        println!("correlation {rho}: {:.3?}", covered(2000, rho));
+    }
+}
+
+/// Specimens whose moduli and times scatter by these parts around the truth, with errors of 200 Pa.
+fn specimens(count: usize, scatter: [f64; 2], seed: u64) -> Record {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 3);
+    let t = spaced(0.02, 200.0, 120);
+    let one = |_| {
+        let mut factor = |part: f64| 1.0 + part * random.normal();
+        let (level, long) = (factor(scatter[0]), LONG * factor(scatter[1]));
+        let terms = TERMS.map(|(g, tau)| (g * factor(scatter[1]), tau * factor(scatter[1])));
+        let mut value = |t: &f64| {
+            let sum = long + terms.iter().map(|(g, tau)| g * (-t / tau).exp()).sum::<f64>();
+            level * sum + 200.0 * random.normal()
+        };
+        record(TestKind::Relaxation, t.clone(), t.iter().map(&mut value).collect(), 0.0)
+    };
+    let mut all: Vec<Record> = (0..count).map(one).collect();
+    let more = all.split_off(1);
+    Record { more, ..all.swap_remove(0) }
+}
+
+/// Five specimens whose constants scatter by 4 %: the interval between them holds the means in 95 ± 4.6 % of 200 draws. The rows of one specimen alone, 120
+/// times as many as specimens, would say a fifth of that.
+#[test]
+fn specimens_are_repeats_of_the_series() {
+    let instant = LONG + TERMS[0].0 + TERMS[1].0;
+    let truth = [instant, LONG, TERMS[0].1, TERMS[1].1];
+    let one = |seed: u64| {
+        let fit = fit_record(&specimens(5, [0.0, 0.04], seed), &TermChoice::Number(2)).expect("a fit");
+        let found = [fit.instantaneous, fit.long_term, fit.terms[0].tau, fit.terms[1].tau];
+        std::array::from_fn(|k| {
+            let [low, high]: [f64; 2] = found[k].interval;
+            f64::from(u8::from(low <= truth[k] && truth[k] <= high))
+        })
+    };
+    let sum = |a: [f64; 4], b: [f64; 4]| std::array::from_fn(|k| a[k] + b[k]);
+    let covered = (1..=200_u64).into_par_iter().map(one).reduce(|| [0.0; 4], sum).map(|n: f64| n / 200.0);
+    println!("coverage of G0, G-infinity and both times over 5 specimens in 200 draws: {covered:.3?}");
+    assert!(covered.iter().all(|c| (c - 0.95).abs() <= 0.046), "{covered:?}");
+    let all = specimens(4, [0.0, 0.04], 1);
+    let (several, alone) = (
+        fit_record(&all, &TermChoice::Number(2)).expect("a fit"),
+        fit_record(&Record { more: vec![], ..all }, &TermChoice::Number(2)).expect("a fit"),
+    );
+    assert!(several.to_string().contains("scatter between 4 specimens") && several.rows == 480, "{several}");
+    assert!(several.long_term.half_width() > 3.0 * alone.long_term.half_width(), "{several}\n{alone}");
+    assert_eq!(several.summary.curves.sets.len(), 4);
+}
+
+/// Specimens that are stiffer and softer by 15 % are not taken for relaxation, and hide no term: two terms are found in at least 18 of 20 draws.
+#[test]
+fn the_stiffness_of_specimens_is_no_term() {
+    let two = |seed: &u64| {
+        let fit = fit_record(&specimens(4, [0.15, 0.0], *seed), &TermChoice::Evidence).expect("a fit");
+        fit.terms.len() == 2 && (fit.terms[1].tau.value / TERMS[1].1 - 1.0).abs() < 0.3
+    };
+    let right = (1..=20_u64).into_par_iter().filter(two).count();
+    assert!(right >= 18, "{right} of 20 draws have two terms");
+}
+
+/// Files of several specimens are read together; the same file twice, and another unit, are refused.
+#[test]
+fn files_of_specimens_are_read_together() {
+    let rows = |by: f64| spaced(0.1, 100.0, 40).into_iter().map(move |t| vec![t, by * modulus(t) / 1e3]);
+    let (one, two) = (
+        table("specimen-one", "time [s];stress [kPa]", rows(0.97)),
+        table("specimen-two", "time [s];stress [kPa]", rows(1.03)),
+    );
+    let force = table("specimen-force", "time [s];force [N]", rows(1.0));
+    let request = |more: Vec<PathBuf>| RelaxationRequest {
+        ramp: Some(0.0),
+        more,
+        terms: TermChoice::Number(2),
+        ..RelaxationRequest::new(&one, TestKind::Relaxation)
+    };
+    let fit = fit_relaxation(&request(vec![two])).expect("a fit");
+    assert!(fit.data == "specimen-one.csv, specimen-two.csv" && fit.rows == 80, "{fit}");
+    assert_recovered(&fit, 1.0, 1e-5);
+    let refused = |more: PathBuf, says: &str| {
+        let message = fit_relaxation(&request(vec![more])).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    };
+    refused(one.clone(), "would count as two specimens");
+    refused(force, "specimens of one test have one unit");
+}
+
+/// Without a plateau the long-term modulus is a named limit, whatever the misfit.
+#[test]
+fn relaxation_without_a_plateau_is_named() {
+    let t = spaced(0.02, 6.0, 80);
+    let fit = fit_record(&noisy(&t, 50.0, 0.0, 7), &TermChoice::Evidence).expect("a fit");
+    assert!(!fit.is_determined() && matches!(fit.warnings[0], RelaxationWarning::NoPlateau { .. }), "{fit}");
+    assert!(fit.to_string().contains("do not determine the long-term modulus: they end at 6.0000 s"), "{fit}");
+    let long = fit_record(&noisy(&spaced(0.02, 200.0, 80), 50.0, 0.0, 7), &TermChoice::Evidence).expect("a fit");
+    assert!(long.is_determined(), "{long}");
+}
+
+/// Times that are given keep their values; those that the data contradict get no share and are named.
+#[test]
+fn given_times_are_kept() {
+    let t = spaced(0.02, 200.0, 90);
+    let fit = fit_record(&noisy(&t, 100.0, 0.0, 3), &TermChoice::Times(vec![0.4, 2.0, 12.0, 3000.0])).expect("a fit");
+    let times: Vec<f64> = fit.terms.iter().map(|a| a.tau.value).chain(fit.dropped.clone()).collect();
+    assert_eq!(times.len(), 4);
+    assert!(fit.terms.iter().all(|a| a.tau.interval == [a.tau.value; 2]), "{fit}");
+    assert!((fit.share_at(0.0) - 1.0).abs() < 1e-12 && (fit.terms[0].g.value / 0.25 - 1.0).abs() < 0.05, "{fit}");
+    let spread = fit_record(&noisy(&t, 100.0, 0.0, 3), &TermChoice::PerDecade(1)).expect("a fit");
+    assert_eq!(spread.terms.len() + spread.dropped.len(), 5, "four decades: {spread}");
+}
+
+/// (name, header, rows, what is asked, part of the message)
+#[test]
+fn bad_tables_are_refused_with_place_and_remedy() {
+    let good = |t: f64| vec![t, 5e4 + 2e4 * (-t).exp()];
+    let times = || spaced(0.1, 10.0, 20);
+    let relaxation = |path: PathBuf| {
+        let mut request = RelaxationRequest::new(path, TestKind::Relaxation);
+        request.ramp = Some(0.0);
+        request
+    };
+    let refused = |request: &RelaxationRequest, says: &str| {
+        let message = fit_relaxation(request).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    };
+    let fine = table("fine", "time [s];stress [kPa]", times().into_iter().map(good));
+    assert!(fit_relaxation(&relaxation(fine.clone())).is_ok());
+    refused(&RelaxationRequest::new(&fine, TestKind::Relaxation), "the duration of the loading is not known");
+    refused(&RelaxationRequest::new(&fine, TestKind::Creep), "no line names columns of strain");
+    let law = RelaxationRequest { law: Some("law.toml".into()), ..relaxation(fine.clone()) };
+    refused(&law, "--law does not go with --experiment relaxation");
+    let none = RelaxationRequest { terms: TermChoice::Number(0), ..relaxation(fine.clone()) };
+    refused(&none, "a series has at least one term");
+    let late = RelaxationRequest { start: 9.0, ..relaxation(fine) };
+    refused(&late, "a fit needs at least two more than constants");
+    let back = table("back", "time [s];stress [kPa]", times().into_iter().rev().map(good));
+    refused(&relaxation(back), "the times do not increase in 19 lines: 3, 4, 5, 6, 7, 8, 9, 10 and 11 more");
+    let unit = table("unit", "time [mm];stress [kPa]", times().into_iter().map(good));
+    refused(&relaxation(unit.clone()), "\"mm\" is no unit of time");
+    let stated = RelaxationRequest { units: [(Role::Time, "min".into())].into(), ..relaxation(unit) };
+    assert!((fit_relaxation(&stated).expect("in minutes").terms[0].tau.value / 60.0 - 1.0).abs() < 1e-6);
+    let bare = table("bare", "time;stress [kPa]", times().into_iter().map(good));
+    refused(&relaxation(bare), "column \"time\" has no unit; pass --unit time=… such as --unit time=s");
+    let two =
+        table("two", "time [s];stress [kPa];force [N]", times().into_iter().map(|t| [good(t), vec![1.0]].concat()));
+    refused(&relaxation(two), "could be the column of stress; choose one");
+    let sign = table("sign", "time [s];stress [kPa]", times().into_iter().map(|t| vec![t, 3.0 - t.ln()]));
+    assert!(fit_relaxation(&relaxation(sign)).is_ok());
+    let below = table("below", "time [s];stress [kPa]", times().into_iter().map(|t| vec![t, 1.0 - t.ln()]));
+    refused(&relaxation(below), "the stress is not positive in");
+    let path = folder("cells").join("cells.csv");
+    std::fs::write(&path, "time [s],stress [kPa]\n1,5\n2,x\n3,\n4,nan\n").expect("written");
+    refused(&relaxation(path), "3 cells are no numbers: line 3 \"x\", line 4 \"\", line 5 \"nan\"");
+    let dynamic = |w: f64| vec![w, 1.0 + w * w / (1.0 + w * w), 0.1 + w / (1.0 + w * w)];
+    let zero = table("zero", "frequency (Hz);E' (MPa);E'' (MPa)", (0..9).map(|k| dynamic(f64::from(k) - 2.0)));
+    refused(&RelaxationRequest::new(zero, TestKind::Dynamic), "the frequency is not positive in 3 lines: 2, 3, 4");
+    let wrong = table("wrong", "frequency (s);E' (MPa);tan delta", (1..9).map(|k| dynamic(f64::from(k))));
+    refused(&RelaxationRequest::new(wrong, TestKind::Dynamic), "\"s\" is no unit of frequency");
+    let half = table("half", "frequency (Hz);E' (MPa)", (1..9).map(|k| dynamic(f64::from(k))));
+    refused(&RelaxationRequest::new(half, TestKind::Dynamic), "loss or tan_delta");
+}
+
+/// A table of a DMA in MPa with tan δ over rising and falling frequencies in Hz is the one of the moduli.
+#[test]
+fn dynamic_tables_are_read() {
+    let row = |f: f64| {
+        let w = TAU * f;
+        let storage = 2.0 + (w * 0.1).powi(2) / (1.0 + (w * 0.1).powi(2));
+        let loss = w * 0.1 / (1.0 + (w * 0.1).powi(2));
+        vec![f, storage, loss / storage]
+    };
+    let path = table(
+        "dma",
+        "Frequency;Storage Modulus;Tan(delta)\nHz;MPa;-",
+        spaced(0.01, 100.0, 25).into_iter().rev().map(row),
+    );
+    let fit = fit_relaxation(&RelaxationRequest::new(path, TestKind::Dynamic)).expect("a fit");
+    assert_eq!(fit.terms.len(), 1, "{fit}");
+    assert!(
+        (fit.terms[0].tau.value / 0.1 - 1.0).abs() < 1e-6 && (fit.terms[0].g.value * 3.0 - 1.0).abs() < 1e-6,
+        "{fit}"
+    );
+    assert!((fit.long_term.value / 2e6 - 1.0).abs() < 1e-6 && fit.is_determined(), "{fit}");
+}
+
+/// A block of 1 cm pulled to 1.6 within 0.5 s and held for 4 s in steps of 10 ms, with these terms. Times, strains and nominal stresses [kPa].
+fn pulled(prony: &str, folder: &std::path::Path) -> Vec<Vec<f64>> {
+    let lateral = 1.6_f64.powf(-0.5);
+    let faces = [("x", 1.6), ("y", lateral), ("z", lateral)].map(|(c, _)| {
+        let rest = format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{c}min\"\ncomponents = \"{c}\"\n");
+        let pull = "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\ndisplacement = { kind = \"ramp\", from = \"0 mm\", to = \"6 mm\", end = \"0.5 s\" }\n";
+        if c == "x" { rest + pull } else { rest }
+    });
+    let text = format!(
+        "[mesh]\nbody = \"block\"\n[laws.rubber]\nlaw = \"yeoh\"\nC10 = \"30 kPa\"\nC20 = \"2 kPa\"\nnu = 0.4999\nvolumetric = \"quadratic\"\n\
+         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\nformulation = \"mixed\"\n\
+         [[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"long_term\"\nprony = {prony}\n{}\
+         [[stage]]\nintegrator = \"implicit_euler\"\nduration = \"4.5 s\"\ndt = \"10 ms\"\n\
+         [[probe]]\nkind = \"reaction\"\nregion = \"xmax\"\n[numerics]\ntolerance = 1e-9\n",
+        faces.concat()
+    );
+    let path = folder.join("scene.toml");
+    std::fs::write(&path, text).expect("written");
+    let (_, text) = read_scene(&path, &[]).expect("a scene");
+    let result = run(&scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text));
+    assert_eq!(result.status, Status::Converged);
+    let t = column(&result, "t_s");
+    let force = column(&result, "xmax_reaction_x_N");
+    t.iter().zip(force).map(|(t, f)| vec![*t, 100.0 * 0.6 * (t / 0.5).min(1.0), f / 1e-4 / 1e3]).collect()
+}
+
+/// What a scene with a series does is measured, fitted with the elastic law, and the file of the fit is included by another scene: the series
+/// comes back, and the scene relaxes as measured. Steps of 10 ms of τ = 0.2 s leave (Δt/τ)²/24 = 1e-4 of a term, ν = 0.4999 3 (1 − 2ν) = 6e-4 of the stress.
+#[test]
+fn a_scene_relaxes_as_the_fitted_series_says() {
+    let dir = folder("scene");
+    let truth = "[{ g = 0.3, tau = \"0.2 s\" }, { g = 0.2, tau = \"1.5 s\" }]";
+    let measured = pulled(truth, &dir);
+    let data = table("pulled", "time [s];strain [%];stress [kPa]", measured.iter().cloned());
+    let law = dir.join("law.toml");
+    std::fs::write(&law, "law = \"yeoh\"\nC10 = \"30 kPa\"\nC20 = \"2 kPa\"\n").expect("written");
+    let request = RelaxationRequest { law: Some(law), ..RelaxationRequest::new(&data, TestKind::History) };
+    let fit = fit_relaxation(&RelaxationRequest { terms: TermChoice::Number(2), ..request.clone() }).expect("a fit");
+    for (found, (g, tau)) in fit.terms.iter().zip([(0.3, 0.2), (0.2, 1.5)]) {
+        assert!((found.g.value / g - 1.0).abs() < 5e-3 && (found.tau.value / tau - 1.0).abs() < 5e-3, "{fit}");
+    }
+    assert!((fit.long_term.value - 1.0).abs() < 2e-3, "the constants of the law are those of the long term: {fit}");
+    // Without the law the strain stiffens nothing, and the misfit shows it
+    let linear =
+        fit_relaxation(&RelaxationRequest { law: None, terms: TermChoice::Number(2), ..request }).expect("a fit");
+    assert!(linear.misfit > 20.0 * fit.misfit, "{linear}");
+    fit.write_series(&dir.join("prony.toml")).expect("written");
+    let again = pulled("{ include = \"prony.toml\" }", &dir);
+    let largest = measured.iter().map(|m| m[2]).fold(0.0, f64::max);
+    let difference = measured.iter().zip(&again).map(|(a, b)| (a[2] - b[2]).abs()).fold(0.0, f64::max) / largest;
+    println!("largest difference of the scenes {difference:.1e} of the stress");
+    assert!(difference < 2e-3, "{difference:e}");
+}
+
+/// An included file without the key, or none at all, is named with the effect.
+#[test]
+fn includes_of_an_effect_are_refused_with_their_place() {
+    let dir = folder("include");
+    let path = dir.join("scene.toml");
+    let write = |prony: &str| {
+        let text = format!(
+            "[mesh]\nbody = \"block\"\n[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"long_term\"\n{prony}\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
+        );
+        std::fs::write(&path, text).expect("written");
+        read_scene(&path, &[]).map(|_| ()).expect_err(prony).to_string()
+    };
+    std::fs::write(dir.join("empty.toml"), "law = \"yeoh\"\n").expect("written");
+    for (prony, says) in [
+        ("prony = { include = \"empty.toml\" }", "effect 1: empty.toml has no `prony`"),
+        ("prony = { include = \"absent.toml\" }", "absent.toml"),
+        ("prony = { inclde = \"empty.toml\" }", "unknown key `inclde`"),
+        ("prony = { include = 3 }", "string"),
+        ("prony = 3", "a list of terms such as"),
+        ("prony = [{ g = 0.2, tu = \"1 s\" }]", "unknown key `tu`"),
+    ] {
+        let message = write(prony);
+        assert!(message.contains(says), "{prony} gave: {message}");
+    }
+}

@@ -1,0 +1,171 @@
+//! Poisson's ratio from lateral strain and the bulk modulus from pressure over volume: closed forms, coverage of intervals, refusals.
+
+use crate::common;
+use crate::common::Random;
+use durometer::calibrate::Role;
+use durometer::calibrate::volume::{VolumeError, VolumeFit, VolumeRequest, VolumeTest, fit_volume};
+use durometer::material::{Volumetric, VolumetricKind};
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+fn table(name: &str, header: &str, rows: impl Iterator<Item = [f64; 2]>) -> PathBuf {
+    let path = common::folder("volume").join(format!("{name}.csv"));
+    let lines: String = rows.map(|r| format!("{},{}\n", r[0], r[1])).collect();
+    std::fs::write(&path, format!("{header}\n{lines}")).expect("written");
+    path
+}
+
+fn request(path: PathBuf, test: VolumeTest) -> VolumeRequest {
+    VolumeRequest::new(path, test)
+}
+
+fn lateral(name: &str, nu: f64, noise: f64, seed: u64) -> Result<VolumeFit, VolumeError> {
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9));
+    let row = |k: u32| {
+        let e = 0.01 * f64::from(k);
+        [100.0 * e, 100.0 * ((1.0 + e).powf(-nu) - 1.0 + noise * random.normal())]
+    };
+    let path = table(name, "strain [%],transverse strain [%]", (0..60).map(row));
+    fit_volume(&request(path, VolumeTest::Lateral))
+}
+
+/// λ_t = λ^−ν is a line through the origin; the digits of the table are those of the numbers.
+#[test]
+fn a_constant_ratio_comes_back() {
+    let fit = lateral("exact", 0.43, 0.0, 1).expect("a fit");
+    assert!((fit.value.value - 0.43).abs() < 1e-12 && fit.offsets[0].value.abs() < 1e-12, "{fit}");
+    assert!(fit.is_determined() && fit.summary.messages.is_empty(), "{fit}");
+    // The same as stretches, in compression
+    let rows = (0..20).map(|k| 1.0 - 0.02 * f64::from(k)).map(|l| [l, l.powf(-0.43)]);
+    let path = table("stretches", "stretch,lateral stretch", rows);
+    let mut stretches = request(path, VolumeTest::Lateral);
+    stretches.units = [(Role::Lateral, "1".into())].into();
+    assert!((fit_volume(&stretches).expect("a fit").value.value - 0.43).abs() < 1e-12);
+}
+
+/// 200 draws with errors of 0.1 % strain: 95 ± 4.6 % of the intervals hold the truth.
+#[test]
+fn intervals_of_the_ratio_cover_it() {
+    let holds = |seed: &u64| {
+        let fit = lateral(&format!("noisy-{seed}"), 0.45, 1e-3, *seed).expect("a fit");
+        fit.value.interval[0] <= 0.45 && 0.45 <= fit.value.interval[1]
+    };
+    let covered = (1..=200_u64).into_par_iter().filter(holds).count() as f64 / 200.0;
+    println!("coverage of nu in 200 draws: {covered:.3}");
+    assert!((covered - 0.95).abs() <= 0.046, "{covered}");
+}
+
+/// Specimens whose ratio scatters by 0.02, with an offset each: the interval between three and six of them holds the mean in 95 ± 4.6 % of 200 draws, and the
+/// rows of all together, which know nothing of the scatter, are no substitute.
+#[test]
+fn specimens_are_repeats_of_the_ratio() {
+    let drawn = |seed: u64, count: u32| {
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 11);
+        let one = |specimen: u32| {
+            let (nu, offset) = (0.35 + 0.02 * random.normal(), 0.002 * random.normal());
+            let row = |k: u32| {
+                let e = 0.01 * f64::from(k);
+                [100.0 * e, 100.0 * ((offset - nu * e.ln_1p()).exp() - 1.0 + 5e-4 * random.normal())]
+            };
+            let rows: Vec<[f64; 2]> = (0..40).map(row).collect();
+            table(&format!("specimen-{seed}-{count}-{specimen}"), "strain [%],transverse strain [%]", rows.into_iter())
+        };
+        let mut files: Vec<PathBuf> = (0..count).map(one).collect();
+        let mut request = request(files.remove(0), VolumeTest::Lateral);
+        request.more = files;
+        fit_volume(&request).expect("a fit")
+    };
+    for count in [3, 6] {
+        let holds = |seed: &u64| {
+            let [low, high] = drawn(*seed, count).value.interval;
+            low <= 0.35 && 0.35 <= high
+        };
+        let covered = (1..=200_u64).into_par_iter().filter(holds).count() as f64 / 200.0;
+        println!("coverage of nu over {count} specimens in 200 draws: {covered:.3}");
+        assert!((covered - 0.95).abs() <= 0.046, "{count}: {covered}");
+    }
+    let fit = drawn(1, 4);
+    assert!(fit.offsets.len() == 4 && fit.rows == 160, "{fit}");
+    assert!(fit.to_string().contains("scatter between 4 specimens"), "{fit}");
+    let mut twice = request(
+        table("twice", "strain [%],lateral strain [%]", (0..9).map(|k| [f64::from(k), -0.4 * f64::from(k)])),
+        VolumeTest::Lateral,
+    );
+    twice.more = vec![twice.data.clone()];
+    let message = fit_volume(&twice).expect_err("the same file").to_string();
+    assert!(message.contains("would count as two specimens"), "{message}");
+}
+
+/// A table of a press counts compression as positive, and a range leaves out what is beyond.
+#[test]
+fn compression_and_ranges_are_understood() {
+    let rows = || (0..40).map(|k| 0.01 * f64::from(k)).map(|e| [100.0 * e, 100.0 * ((1.0 - e).powf(-0.2) - 1.0)]);
+    let fit =
+        fit_volume(&request(table("press", "compressive strain [%],lateral strain [%]", rows()), VolumeTest::Lateral));
+    assert!((fit.expect("a fit").value.value - 0.2).abs() < 1e-12);
+    let mut stated = request(table("turned", "strain [%],lateral strain [%]", rows()), VolumeTest::Lateral);
+    assert!(fit_volume(&stated).is_err(), "it grows with the strain");
+    stated.positive = Some(durometer::calibrate::Sign::Compression);
+    stated.range = Some("0.8..1".parse().expect("a range"));
+    let fit = fit_volume(&stated).expect("a fit");
+    assert!((fit.value.value - 0.2).abs() < 1e-12 && fit.rows == 21, "{fit}");
+}
+
+/// A nearly incompressible rubber: the interval reaches ½, and the answer is a bound.
+#[test]
+fn an_incompressible_rubber_gives_a_bound() {
+    let fit = lateral("bound", 0.4999, 2e-3, 3).expect("a fit");
+    assert!(fit.bound_only && !fit.is_determined(), "{fit}");
+    assert!(fit.to_string().contains("gives no bulk modulus, only nu ≥ 0.49"), "{fit}");
+}
+
+/// Data of each volumetric part give its κ, and the part itself where none is asked for; errors of 0.1 % of the pressure leave κ to 0.1 %.
+#[test]
+fn every_volumetric_part_comes_back() {
+    for kind in VolumetricKind::ALL {
+        let law = Volumetric { kind, kappa: 1.3e9 };
+        let rows = || (0..40).map(|k| 1.0 - 0.01 * f64::from(k)).map(|j| [-law.du(j) / 1e6 + 0.2, 100.0 * (j - 1.0)]);
+        let path = table(kind.name(), "Pressure [MPa],volume change [%]", rows());
+        let fit = fit_volume(&request(path.clone(), VolumeTest::Bulk)).expect("a fit");
+        assert_eq!(fit.volumetric, Some(kind.name()), "{fit}");
+        assert!(
+            (fit.value.value / 1.3e9 - 1.0).abs() < 1e-9 && (fit.offsets[0].value / 0.2e6 - 1.0).abs() < 1e-6,
+            "{fit}"
+        );
+        let asked = VolumeRequest { volumetric: Some("quadratic".into()), ..request(path, VolumeTest::Bulk) };
+        let fit = fit_volume(&asked).expect("a fit");
+        assert_eq!(fit.volumetric, Some("quadratic"));
+        assert_eq!(fit.summary.messages.is_empty(), kind == VolumetricKind::Quadratic, "a wrong part bends: {fit}");
+    }
+}
+
+/// (table, what the message must say)
+#[test]
+fn bad_tables_of_volume_are_refused() {
+    let refused = |request: &VolumeRequest, says: &str| {
+        let message = fit_volume(request).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    };
+    let rows = |nu: f64| (0..20).map(move |k| [f64::from(k), -nu * f64::from(k)]);
+    let of = |name: &str, header: &str, rows: Vec<[f64; 2]>| table(name, header, rows.into_iter());
+    let sign = of("sign", "strain [%],lateral strain [%]", rows(-0.45).collect());
+    refused(&request(sign.clone(), VolumeTest::Lateral), "the lateral strain grows with the axial one");
+    refused(&request(sign.clone(), VolumeTest::Bulk), "no line names columns of pressure, volume");
+    let part = VolumeRequest { volumetric: Some("quadratic".into()), ..request(sign.clone(), VolumeTest::Lateral) };
+    refused(&part, "a lateral strain gives Poisson's ratio");
+    let bulk =
+        of("bulk", "pressure [MPa],volume ratio", (0..9).map(|k| [f64::from(k), 1.0 + 0.01 * f64::from(k)]).collect());
+    let unit = VolumeRequest { units: [(Role::Volume, "1".into())].into(), ..request(bulk.clone(), VolumeTest::Bulk) };
+    refused(&unit, "the volume grows with the pressure");
+    refused(&request(bulk.clone(), VolumeTest::Bulk), "column \"volume ratio\" has no unit");
+    let named = VolumeRequest { volumetric: Some("cubic".into()), ..unit };
+    refused(&named, "\"cubic\" is no volumetric part");
+    let wrong = of("wrong", "pressure [mm],volume ratio [%]", rows(1.0).collect());
+    refused(&request(wrong, VolumeTest::Bulk), "\"mm\" is no unit of pressure");
+    let few = of("few", "strain [%],lateral strain [%]", rows(0.4).take(3).collect());
+    refused(&request(few, VolumeTest::Lateral), "3 data points, and a fit needs at least 4");
+    let still = of("still", "strain [%],lateral strain [%]", (0..9).map(|k| [1.0, f64::from(k)]).collect());
+    refused(&request(still, VolumeTest::Lateral), "the strain does not vary");
+    let gone = of("gone", "strain [%],lateral strain [%]", rows(9.0).collect());
+    refused(&request(gone, VolumeTest::Lateral), "the lateral strain is not above −100 % in 8 lines: 14, 15, 16");
+}

@@ -1,0 +1,16 @@
+//! Contact with rigid obstacles: derivatives, patch test, no crossing, and closed forms.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod deformable;
+mod derivatives;
+mod dynamics;
+mod hertz;
+mod limits;
+mod loops;
+mod motion;
+mod rigid;
+mod setup;
+mod statics;
+mod surface;

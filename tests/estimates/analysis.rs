@@ -1,0 +1,455 @@
+//! Convergence analysis against manufactured sequences, and the report from synthetic cases.
+
+use crate::common::synthetic::{SIZES, size, store, study};
+use durometer::study::analysis::Analysis;
+use durometer::study::curve::{Curve, peak};
+use durometer::study::estimate::curve::compare;
+use durometer::study::estimate::family::{Estimate, Level, estimate};
+use durometer::study::estimate::least_squares::least_squares;
+use durometer::study::estimate::richardson::{Convergence, Triple};
+use durometer::study::estimate::tolerance::Tolerance;
+use durometer::study::kinds::convergence::analysis::analyse;
+use durometer::study::kinds::convergence::errors::StepCause;
+use durometer::study::kinds::convergence::findings::ConvergenceFindings;
+use durometer::study::locking;
+use durometer::study::report;
+use durometer::study::store::record::*;
+use std::f64::consts::PI;
+use std::path::Path;
+
+#[test]
+fn a_power_law_is_recovered_with_unequal_ratios() {
+    for (f0, alpha, p) in [(61.3, -4.0e5, 2.0), (5.2, 900.0, 1.37), (-7.0, 3.0, 0.62), (1.0, 2.0e9, 3.9)] {
+        let h = [36_600, 16_200, 9_300].map(size);
+        let f = h.map(|h: f64| f0 + alpha * h.powf(p));
+        let t = Triple::new(h, f);
+        let found = t.p.expect("monotone");
+        // Rounding of f, eps·|f|, enters p through ln(ε₃₂/ε₂₁) over ln r ≈ 0.2, and two differences
+        let noise = 40.0 * f64::EPSILON * f[0].abs().max(f[2].abs()) / (f[1] - f[0]).abs();
+        assert!((found / p - 1.0).abs() < noise.max(1e-12), "p = {found}, not {p} (allowed {noise:e})");
+        let star = f[0] + t.correction(found);
+        // f* − f₁ = (f₁ − f₂)/(r^p − 1) inherits it, amplified by at most 1/(p ln r)
+        let allowed = (noise * 20.0 / p * (f[1] - f[0]).abs()).max(1e-12 * f0.abs());
+        assert!((star - f0).abs() < allowed, "f* = {star}, not {f0}");
+    }
+}
+
+#[test]
+fn the_limit_of_a_monotone_ratio_is_the_one_of_unequal_sizes() {
+    let h = [36_600, 16_200, 9_300].map(size);
+    let limit = Triple::new(h, [0.0, 1.0, 2.0]).ratio_limit;
+    assert!((limit - 1.47).abs() < 5e-3, "ln r21/ln r32 = {limit}, design says 1.47");
+    let class = |ratio: f64| Triple::new(h, [0.0, ratio, ratio + 1.0]).class;
+    // R = 1.4 > 1 is still monotone here; just above the limit no p > 0 exists
+    assert_eq!(class(1.4), Convergence::Monotone);
+    assert_eq!(class(limit * (1.0 + 1e-9)), Convergence::Diverging);
+    assert_eq!(class(-0.5), Convergence::Oscillatory);
+    assert_eq!(class(-1.0), Convergence::Diverging);
+    assert_eq!(Triple::new(h, [3.0; 3]).class, Convergence::Exact);
+    let p = Triple::new(h, [0.0, 1.4, 2.4]).p.expect("monotone");
+    assert!(p > 0.0 && p < 0.5, "R near the limit means p near 0, not {p}");
+}
+
+#[test]
+fn least_squares_recovers_exact_data_and_falls_back_on_insane_orders() {
+    let h = SIZES.map(size);
+    let fit =
+        |p: f64| least_squares(&h, &h.map(|h: f64| 61.0 + 20.0 * (h / size(4500)).powf(p)), 2.0).expect("4 meshes");
+    let f = fit(1.6);
+    assert_eq!(f.model, "αh^p");
+    assert!(f.good && f.fs == 1.25);
+    // The golden section stops at Δp ≈ 1e-9, f₀ follows with ∂f₀/∂p ≈ 20
+    assert!((f.p - 1.6).abs() < 1e-7 && (f.f0 - 61.0).abs() < 1e-5, "p = {}, f0 = {}", f.p, f.f0);
+    let above = fit(3.5);
+    assert!(above.model == "αh²" && !above.good && above.fs == 3.0, "{above:?}");
+    let below = fit(0.2);
+    assert!(["αh", "αh²", "αh+βh²"].contains(&below.model.as_str()) && !below.good, "{below:?}");
+    let scatter = least_squares(&h, &[61.0, 62.0, 60.9, 62.1], 2.0).expect("4 meshes");
+    assert!(!scatter.good && scatter.uncertainty[0] > 1.0, "{scatter:?}");
+}
+
+fn of_family(role: Role, f: &[f64], scatter: Option<f64>) -> Estimate {
+    let levels =
+        f.iter().zip(SIZES).map(|(f, n)| Level { id: n.to_string(), h: size(n), f: *f, ..Level::default() }).collect();
+    estimate(("family", role, "tet4"), levels, scatter, 0.05).expect("two or more meshes")
+}
+
+#[test]
+fn uncertainty_covers_the_truth_and_poor_data_are_not_defensible() {
+    let power = |h: f64| 60.0 + 6.0 * (h / size(4500)).powf(1.8) + 0.3 * (h / size(4500)).powi(3);
+    let e = of_family(Role::Sizes, &SIZES.map(|n| power(size(n))), None);
+    assert!(e.defensible && (e.extrapolated - 60.0).abs() <= e.uncertainty, "{e:?}");
+    assert!(e.reasons[0].contains("Roache"), "ratios below 1.3 are said: {:?}", e.reasons);
+    for (name, f) in [("oscillating", [60.0, 63.0, 58.0, 64.0]), ("diverging", [60.0, 66.0, 68.0, 69.0])] {
+        let e = of_family(Role::Sizes, &f, None);
+        assert!(!e.defensible && e.reasons.len() > 1, "{name}: {e:?}");
+    }
+    // The same clean sequence under a scatter larger than its differences, which a nested family does not have
+    let f = SIZES.map(|n| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8));
+    let noisy = of_family(Role::Sizes, &f, Some(3.0));
+    assert!(!noisy.defensible && noisy.reasons.iter().any(|r| r.contains("mesh noise")), "{noisy:?}");
+    assert!(of_family(Role::Nested, &f, Some(3.0)).defensible);
+    // Two meshes: Fs = 3
+    let two = of_family(Role::Element, &f[..2], None);
+    assert!(two.fs == 3.0 && (two.extrapolated - 60.0).abs() < two.uncertainty, "{two:?}");
+}
+
+#[test]
+fn curves_give_one_order_their_limit_and_their_lag() {
+    let t: Vec<f64> = (0..=80).map(|k| f64::from(k) * 0.05).collect();
+    let theta = |t: f64, late: f64| 30.0 * (1.0 - (PI * (t - late)).cos());
+    let member = |n: usize, amplitude: f64, late: f64| {
+        let f = t.iter().map(|t| amplitude * theta(*t, late)).collect();
+        (n.to_string(), size(n), Curve { t: t.clone(), f })
+    };
+    let a = |n: usize| 1.0 + 0.1 * (size(n) / size(4500)).powf(1.5);
+    let c = compare(&SIZES.map(|n| member(n, a(n), 0.0)), 2.0).expect("curves");
+    // Same shape, so the norms follow the amplitude exactly
+    assert!((c.observed_order.expect("monotone") - 1.5).abs() < 1e-9);
+    assert!(c.t.iter().zip(&c.star).all(|(t, f)| (f - theta(*t, 0.0)).abs() < 1e-9));
+    assert_eq!(c.interpolation_error, 0.0);
+    // Two full cycles of 2 s
+    assert!(c.norms[0].cycle_defect.expect("two cycles") < 1e-12);
+    // Differences that do not shrink, and imposed curves: nothing is extrapolated
+    let wild: Vec<_> = SIZES.iter().zip([1.0, 1.3, 1.4, 1.42]).map(|(n, a)| member(*n, a, 0.0)).collect();
+    let w = compare(&wild, 2.0).expect("curves");
+    assert!(w.observed_order.is_none() && w.order_used.is_none() && w.star.is_empty());
+    let imposed = compare(&SIZES.map(|n| member(n, 1.0, 0.0)), 2.0).expect("curves");
+    assert!(imposed.star.is_empty() && imposed.order_used.is_none());
+    // Lag of 10 ms: first order in ωτ = 0.03 and finite differences over ωΔt = 0.16, both squared: 1 %
+    let lagging = compare(&[member(36_600, 1.0, 0.0), member(16_200, 1.0, 0.01)], 2.0).expect("curves");
+    assert!((lagging.norms[1].lag_s / 0.01 - 1.0).abs() < 0.01, "{}", lagging.norms[1].lag_s);
+    // Another grid: linear interpolation, whose error Δt²·|θ̈|/8 = 0.05²·30π²/8 is reported
+    let mut other = member(16_200, 1.0, 0.0);
+    let fine: Vec<f64> = (0..=80).map(|k| f64::from(k) * 0.05 + if k == 0 || k == 80 { 0.0 } else { 0.02 }).collect();
+    other.2 = Curve { f: fine.iter().map(|t| theta(*t, 0.0)).collect(), t: fine };
+    let c = compare(&[member(36_600, 1.0, 0.0), other], 2.0).expect("curves");
+    let bound = 0.05_f64.powi(2) * 30.0 * PI * PI / 8.0;
+    assert!(c.interpolation_error > 0.5 * bound && c.interpolation_error < 2.0 * bound);
+    assert!(c.norms[1].linf_to_finer < 2.0 * bound);
+}
+
+#[test]
+fn what_does_not_start_at_zero_is_judged_by_its_change() {
+    let (_, mut cases) = study();
+    let wave = cases[0].series.columns["bending_angle_deg"].clone();
+    let top = wave.iter().copied().fold(0.0, f64::max);
+    let length = wave.iter().map(|w| 0.1 - 0.016 * w / top).collect();
+    cases[0].series.columns.insert("cable_length_m".into(), length);
+    let change = peak(&cases[0], "cable_length_m").expect("column");
+    assert!((change + 0.016).abs() < 1e-15, "{change}");
+    assert_eq!(peak(&cases[0], "bending_angle_deg"), Some(top));
+}
+
+fn refused(a: &Analysis<ConvergenceFindings>, why: &str) {
+    assert!(a.recommended.is_none() && a.verdict.starts_with("No verdict") && a.verdict.contains(why), "{}", a.verdict);
+}
+
+#[test]
+fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
+    let (study, cases) = study();
+    let a = analyse(&study, &cases);
+    let r = a.recommended.as_ref().unwrap_or_else(|| panic!("{}", a.verdict));
+    // tet10 at 1100 cells is off by 0.013·(4500/1100)^(2.6/3) = 4.4 %, at 2200 by 2.4 %; U(f*) adds the 1.3 % of the finest
+    assert_eq!(r.label, "tet10, 2200 cells", "{}", a.verdict);
+    assert_eq!(r.case, "element-tension-2200");
+    assert!(a.verdict.contains("the bending angle moves by") && a.verdict.contains("tension limits"));
+    let tension = a.find("length", "cable_tension_N").expect("listed");
+    let reference = tension.reference.as_ref().expect("families");
+    assert!((reference.value - 6.4).abs() <= reference.uncertainty, "{reference:?}");
+    assert!(tension.step.as_ref().expect("family").negligible);
+    assert!(a.warnings.iter().any(|w| w.contains("family sizes") || w.contains("Family sizes")));
+    assert_eq!(a.headline().expect("one").variant, "tension");
+}
+
+/// Every mesh of a grid has the source "grid".
+#[test]
+fn finer_meshes_of_one_source_are_settings_of_their_own() {
+    let (study, mut cases) = study();
+    let before = analyse(&study, &cases);
+    cases.iter_mut().for_each(|c| c.record.mesh.source = "grid".into());
+    let labels = |a: &Analysis<ConvergenceFindings>| a.settings.iter().map(|s| s.label.clone()).collect::<Vec<_>>();
+    assert_eq!(labels(&analyse(&study, &cases)), labels(&before));
+    assert_eq!(analyse(&study, &cases).verdict, before.verdict);
+}
+
+/// The edge of the coarse meshes is longer than similar meshes would have it: the two limits differ, and U(f*) holds both.
+#[test]
+fn meshes_that_are_not_similar_have_a_wider_uncertainty() {
+    let power = |n: usize| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8);
+    let of = |grows: [f64; 4]| {
+        let levels = SIZES.iter().zip(grows);
+        let level = |(n, g): (&usize, f64)| Level {
+            id: n.to_string(),
+            h: size(*n),
+            edge: Some(g * size(*n)),
+            f: power(*n),
+            ..Level::default()
+        };
+        estimate(("family", Role::Sizes, "tet4"), levels.map(level).collect(), None, 0.05).expect("four meshes")
+    };
+    let (similar, dissimilar) = (of([2.0; 4]), of([1.8, 2.0, 2.3, 2.9]));
+    let (_, limit) = dissimilar.by_edge.expect("edges are given");
+    assert!((similar.by_edge.expect("edges are given").1 - similar.extrapolated).abs() < 1e-6);
+    assert!(dissimilar.uncertainty >= similar.uncertainty + 0.9 * (limit - similar.extrapolated).abs());
+    assert!((limit - dissimilar.extrapolated).abs() > 0.1, "{limit}");
+}
+
+#[test]
+fn locked_cases_are_named_and_the_verdict_says_when_it_recommends_one() {
+    let (study, mut cases) = study();
+    assert!(locking::sentence(&cases).is_none());
+    let raise = |c: &mut StoredCase| {
+        c.record.locking = Some(LockingRecord { pressure_scatter: 0.81, volumetric_share: 0.2, alarm: true });
+    };
+    cases.iter_mut().filter(|c| c.record.formulation == "tet4").for_each(raise);
+    let a = analyse(&study, &cases);
+    let sentence = locking::sentence(&cases).expect("flagged cases");
+    assert!(sentence.contains("tet4") && !sentence.contains("tet10") && sentence.contains("mixed"), "{sentence}");
+    assert!(!a.verdict.contains("alarm"), "{}", a.verdict);
+    let of_tet4 = a.quantities.iter().flat_map(|q| &q.estimates).filter(|e| e.formulation == "tet4");
+    assert!(of_tet4.clone().count() > 0 && of_tet4.clone().all(|e| !e.defensible), "a locked family is no reference");
+    // A mesh that locks may still meet the tolerance against a finer one that does not
+    cases.iter_mut().filter(|c| c.record.formulation == "tet10" && c.record.mesh.cells < 4_000).for_each(raise);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("raises the locking alarm (pressure scatter 0.81)"), "{}", a.verdict);
+    cases.iter_mut().for_each(raise);
+    refused(&analyse(&study, &cases), "its finest mesh raises the locking alarm");
+}
+
+#[test]
+fn a_recommendation_names_unstable_states_and_references_of_unknown_scatter() {
+    let (study, mut cases) = study();
+    let a = analyse(&study, &cases);
+    assert!(!a.verdict.contains("unstable"), "{}", a.verdict);
+    assert!(
+        a.warnings.iter().any(|w| w.contains("A reference is of tet10") && w.contains("seeds")),
+        "{:?}",
+        a.warnings
+    );
+    cases.iter_mut().filter(|c| c.record.formulation == "tet10").for_each(|c| c.record.solver.unstable_steps = 2);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("states of") && a.verdict.contains("are unstable"), "{}", a.verdict);
+}
+
+/// The verdict says which quantities decide, and what bars the others have.
+#[test]
+fn quantities_that_do_not_decide_are_named_with_their_bars() {
+    let (mut study, cases) = study();
+    let a = analyse(&study, &cases);
+    assert!(!a.verdict.contains("of those that decide") && !a.verdict.contains("Not decided by"), "{}", a.verdict);
+    // The tension alone limits the element; without it a coarser mesh will do, whose tension is off
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().filter(|q| q.name == "cable_tension_N").for_each(|q| q.deciding = false);
+    let a = analyse(&study, &cases);
+    assert!(a.verdict.contains("in the worst quantity of those that decide"), "{}", a.verdict);
+    let rest = a.verdict.split("Not decided by: ").nth(1).unwrap_or_else(|| panic!("{}", a.verdict));
+    assert!(rest.starts_with("maximum cable tension, length control ("), "{}", a.verdict);
+    let r = a.recommended.as_ref().expect("a verdict");
+    let setting = a.settings.iter().find(|s| s.label == r.label).expect("a setting");
+    let bar = setting.bars.iter().find(|b| b.quantity == "cable_tension_N" && b.variant == "length").expect("a bar");
+    assert_eq!(rest.contains("above the tolerance"), bar.bar > study.tolerance, "{}", a.verdict);
+    assert!(bar.bar > study.tolerance, "the example is to show an excess: {}", bar.bar);
+}
+
+/// The same cells across a wall at every size: a clean order that means nothing.
+#[test]
+fn orders_over_unresolved_walls_are_refused() {
+    let clean = |n: usize| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8);
+    let of = |walls: [f64; 4]| {
+        let level = |(n, wall): (&usize, f64)| Level {
+            id: n.to_string(),
+            h: size(*n),
+            f: clean(*n),
+            wall: Some(wall),
+            ..Level::default()
+        };
+        let levels = SIZES.iter().zip(walls).map(level).collect();
+        estimate(("family", Role::Sizes, "tet4"), levels, None, 0.05).expect("four meshes")
+    };
+    let why = |e: &Estimate| e.reasons.join("; ");
+    assert!(of([4.0, 3.05, 2.5, 2.0]).defensible);
+    let thin = of([1.0, 1.0, 1.0, 1.0]);
+    assert!(
+        !thin.defensible && why(&thin).contains("1.0, 1.0, 1.0, 1.0 cells across the thinnest wall"),
+        "{}",
+        why(&thin)
+    );
+    let same = of([3.0, 3.0, 3.0, 3.0]);
+    assert!(!same.defensible && why(&same).contains("hardly change"), "{}", why(&same));
+}
+
+#[test]
+fn a_diverging_family_is_no_reference_and_an_oscillating_one_has_its_spread() {
+    let diverging = of_family(Role::Sizes, &[60.0, 60.3, 60.4, 60.42], None);
+    assert_eq!(diverging.class, Convergence::Diverging);
+    assert!(!diverging.defensible && diverging.reasons.iter().any(|r| r.contains("diverges")), "{diverging:?}");
+    assert!(of_family(Role::Sizes, &[60.0, 60.3, 60.4, 60.42], Some(0.2)).defensible, "the scatter explains it");
+    assert!(of_family(Role::Sizes, &[60.0, 60.003, 60.004, 60.0042], None).defensible, "0.02 % of a tolerance of 5 %");
+    let oscillating = of_family(Role::Sizes, &[60.0, 60.2, 59.9, 60.3], None);
+    assert_eq!(oscillating.class, Convergence::Oscillatory);
+    assert!(oscillating.defensible && (oscillating.uncertainty - 3.0 * 0.4).abs() < 1e-9, "{oscillating:?}");
+}
+
+/// A relative tolerance of a value near zero means nothing.
+#[test]
+fn a_quantity_near_zero_asks_for_an_absolute_tolerance() {
+    let f = SIZES.map(|n| 0.002 - 0.02 * (size(n) / size(4500)).powf(1.8));
+    let of = |tolerance: Tolerance| {
+        let level = |(n, f): (&usize, &f64)| Level { id: n.to_string(), h: size(*n), f: *f, ..Level::default() };
+        let levels = SIZES.iter().zip(&f).map(level).collect();
+        estimate(("family", Role::Sizes, "tet4"), levels, None, tolerance).expect("four meshes")
+    };
+    let relative = of(0.05.into());
+    assert!(!relative.defensible && relative.reasons.iter().any(|r| r.contains("absolute_tolerance")), "{relative:?}");
+    assert!(of(Tolerance { relative: 0.05, absolute: 0.01 }).defensible);
+    assert!(!of(Tolerance { relative: 0.05, absolute: 1e-4 }).defensible);
+
+    let (mut study, mut cases) = study();
+    for c in cases.iter_mut().filter(|c| c.record.variant == "length") {
+        c.record.probes.get_mut("bending_angle_deg").expect("probe").peak -= 74.0;
+        c.series.columns.remove("bending_angle_deg");
+    }
+    refused(&analyse(&study, &cases), "absolute_tolerance");
+    let listed = study.quantities.get_mut("length").expect("variant");
+    listed.iter_mut().filter(|q| q.name == "bending_angle_deg").for_each(|q| q.absolute_tolerance = Some(1.0));
+    let a = analyse(&study, &cases);
+    assert!(a.recommended.is_some(), "{}", a.verdict);
+}
+
+/// Time steps of static states that do not depend on the path measure the solver.
+#[test]
+fn differences_between_idle_time_steps_are_algebraic_error() {
+    let (study, mut cases) = study();
+    cases.iter_mut().for_each(|c| c.record.steps_matter = Some(false));
+    let off = |c: &&mut StoredCase| c.record.family == "time_step" && c.record.variant == "length";
+    let tension = "cable_tension_N";
+    let before = analyse(&study, &cases);
+    for c in cases.iter_mut().filter(off) {
+        c.record.probes.get_mut(tension).expect("probe").peak += 0.05;
+    }
+    let a = analyse(&study, &cases);
+    let step =
+        |a: &Analysis<ConvergenceFindings>| a.find("length", tension).expect("listed").step.clone().expect("family");
+    assert_eq!(step(&before).cause, StepCause::Algebraic);
+    assert!((step(&a).error - step(&before).error - 0.05).abs() < 1e-9 && !step(&a).negligible, "{:?}", step(&a));
+    assert!(a.warnings.iter().any(|w| w.contains("nothing depends on the time steps")), "{:?}", a.warnings);
+    assert!(a.warnings.iter().any(|w| w.contains("algebraic error 5.00e-2 N")), "{:?}", a.warnings);
+    let bar = |a: &Analysis<ConvergenceFindings>| a.find("length", tension).expect("listed").errors[0].bar;
+    let reference = a.find("length", tension).and_then(|q| q.reference.clone()).expect("a reference");
+    assert!((bar(&a) - bar(&before) - 0.05 / reference.scale).abs() < 1e-9, "it is part of the bar");
+}
+
+#[test]
+fn verdicts_are_refused_with_the_reason() {
+    let (study, cases) = study();
+    let without = |drop: &dyn Fn(&CaseRecord) -> bool| -> Vec<StoredCase> {
+        cases.iter().filter(|c| !drop(&c.record)).cloned().collect()
+    };
+    let few = without(&|r| r.family != "sizes" || r.mesh.cells != 4_500);
+    refused(&analyse(&study, &few), "no family of meshes has two converged cases");
+    let mut stopped = cases.clone();
+    for c in stopped.iter_mut().filter(|c| c.record.family != "sizes") {
+        c.record.status = "StepTooSmall".into();
+        c.record.status_detail = Some("at t = 0.6 s".into());
+    }
+    let a = analyse(&study, &stopped);
+    assert!(a.incomplete.iter().any(|(id, what)| id == "element-length-1100" && what.contains("at t = 0.6 s")));
+    let mut point = cases.clone();
+    point[0].record.no_limit = Some("the cable acts through points".into());
+    refused(&analyse(&study, &point), "through points");
+    let mut strict = study.clone();
+    strict.tolerance = 1e-5;
+    refused(&analyse(&strict, &cases), "above the tolerance");
+    let mut noisy = without(&|r| r.family == "nested" || r.family == "element");
+    for (k, c) in noisy.iter_mut().filter(|c| c.record.family == "seeds" && c.record.variant == "length").enumerate() {
+        c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 + 0.5 * k as f64;
+    }
+    refused(&analyse(&study, &noisy), "mesh noise");
+}
+
+// --- the report --------------------------------------------------------------------------------------------------
+
+#[test]
+fn a_report_is_complete_and_can_be_redrawn() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    store(dir.path(), &study());
+    // REPORT_EXAMPLE=DIR leaves the stored study and its report there, to look at the pictures
+    if let Ok(keep) = std::env::var("REPORT_EXAMPLE") {
+        let keep = Path::new(&keep);
+        if !keep.join("study.json").exists() {
+            store(keep, &study());
+        }
+        report::write(keep).unwrap_or_else(|e| panic!("{e}"));
+    }
+    let first = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let (page, summary) = (read("index.html"), read("summary.json"));
+    assert!(page.contains(&first.verdict) && page.contains("<svg"));
+    assert!(!page.contains("src=") && !page.contains("http-equiv"), "nothing outside of the page");
+    let json: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let analysis = &json["analysis"];
+    assert_eq!(analysis["variant"], "tension");
+    assert_eq!(analysis["recommended_case"], "element-tension-2200");
+    for key in ["observed_order", "richardson_peak", "gci_percent", "convergence_ratio"] {
+        assert!(analysis[key].is_f64(), "{key}: {}", analysis[key]);
+    }
+    assert!(analysis["cable_tension_N"]["length"]["reference"]["value"].is_f64());
+    let case = &json["cases"][0];
+    for key in ["id", "formulation", "law", "dt_s", "status", "wall_s", "steps", "newton_iterations", "effects"] {
+        assert!(!case[key].is_null(), "{key}");
+    }
+    assert!(case["mesh"]["h_m"].is_f64() && case["probes"]["bending_angle_deg"]["final"].is_f64());
+    assert!(read("tables/cases.csv").lines().count() > 30 && read("tables/quantities.tex").contains("\\toprule"));
+    let svg = read("figures/curves-length.svg");
+    assert!(svg.contains("Liberation Sans, Arial") && !svg.contains('\u{e000}'));
+    for e in std::fs::read_dir(dir.path().join("figures")).expect("folder").flatten() {
+        let least = if e.path().extension().is_some_and(|e| e == "tex") { 200 } else { 1000 };
+        assert!(e.metadata().expect("file").len() > least, "{:?} is empty", e.path());
+    }
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(summary, read("summary.json"), "redrawing changes nothing");
+    assert_eq!(page, read("index.html"), "redrawing changes nothing");
+}
+
+#[test]
+fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let message = || report::write(dir.path()).expect_err("must be refused").to_string();
+    assert!(message().contains("study.json does not exist") && message().contains("durometer run"));
+    store(dir.path(), &study());
+    let path = |name: &str| dir.path().join(name);
+    for e in std::fs::read_dir(path("cases")).expect("folder").flatten() {
+        if !e.file_name().to_string_lossy().starts_with("sizes-length") {
+            std::fs::remove_file(e.path()).expect("file");
+        }
+    }
+    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(summary.verdict.starts_with("No verdict"), "{}", summary.verdict);
+    let not_run: Vec<&String> = summary.warnings.iter().filter(|w| w.contains("no result")).collect();
+    assert!(not_run.len() == 1 && not_run[0].contains(" cases have no result yet: "), "{not_run:?}");
+    assert!(not_run[0].ends_with(" more.") && summary.verdict.contains(" more."), "{not_run:?}: {}", summary.verdict);
+    std::fs::write(path("cases/sizes-length-4500.csv"), "t_s,bending_angle_deg\n0,0\n0.1,fast\n").expect("file");
+    assert!(message().contains("line 3: bending_angle_deg is \"fast\""), "{}", message());
+    std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
+    assert!(message().contains("sizes-length-9300.json is not a valid record"), "{}", message());
+    for (provenance, wrote) in [
+        (r#"{"version": "0.1.0", "scene": ""}"#, "an earlier build of durometer 0.1.0"),
+        (
+            r#"{"scene": "", "build": {"version": "0.0.7", "source_sha256": "4f2a00112233", "compiler": "rustc 1.70", "cpu": "x86_64"}}"#,
+            "durometer 0.0.7, sources 4f2a00112233, rustc 1.70",
+        ),
+    ] {
+        let text = format!(r#"{{"id": "sizes-length-9300", "provenance": {provenance}}}"#);
+        std::fs::write(path("cases/sizes-length-9300.json"), text).expect("file");
+        let said = message();
+        assert!(
+            said.contains(wrote) && said.contains("missing field") && said.contains("run the study again"),
+            "{said}"
+        );
+    }
+    store(dir.path(), &study());
+    std::fs::remove_dir_all(path("figures")).expect("folder");
+    std::fs::write(path("figures"), "in the way").expect("file");
+    assert!(message().contains("cannot write") && message().contains("figures"), "{}", message());
+}

@@ -1,0 +1,311 @@
+//! `durometer import`: files of many formats, their tables and starter scenes.
+
+use crate::common::tools;
+use durometer::mesh::generate::MeshStore;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn durometer(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    command.args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("the program starts")
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn mesher_is_missing() -> bool {
+    let store = MeshStore::find().expect("the project");
+    let works =
+        Command::new(&store.python).args(["-c", "import gmsh, meshio"]).output().is_ok_and(|o| o.status.success());
+    tools::is_missing(works, "the mesher (durometer doctor --setup)")
+}
+
+/// A folder with the same bar in many formats.
+fn files() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files/import/make_files.py");
+    let made = Command::new(MeshStore::find().expect("the project").python)
+        .arg(script)
+        .arg(folder.path())
+        .output()
+        .expect("Python starts");
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    folder
+}
+
+/// Rows of the table by file: format, cells, parts, regions, run.
+fn rows(text: &str) -> BTreeMap<String, [String; 5]> {
+    let field = |line: &str, from: usize, to: usize| {
+        line.chars().skip(from).take(to - from).collect::<String>().trim().to_string()
+    };
+    let lines = text.lines().skip(1).filter(|l| l.chars().nth(32) == Some(' ') && !l.starts_with("refused: "));
+    lines
+        .map(|l| {
+            let cells = [(33, 53), (54, 62), (63, 68), (69, 77), (78, 100)].map(|(a, b)| field(l, a, b));
+            (field(l, 0, 32), cells)
+        })
+        .filter(|(_, row)| !row[1].is_empty())
+        .collect()
+}
+
+/// Every file becomes a mesh of the same bar and runs under its own weight; damaged ones are refused with their reason.
+#[test]
+fn a_folder_of_files_in_many_formats_is_imported_and_run() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = files();
+    let output = durometer(&["import", folder.path().to_str().expect("ASCII")]);
+    let text = stdout(&output);
+    println!("{text}");
+    assert_eq!(output.status.code(), Some(3), "some files are bad: {}", String::from_utf8_lossy(&output.stderr));
+    let rows = rows(&text);
+    let (bad, good): (Vec<_>, Vec<_>) = rows.iter().partition(|(name, _)| name.starts_with("bad-"));
+    assert_eq!(bad.len(), 4);
+    assert!(bad.iter().all(|(_, row)| row[4] == "refused"), "{bad:?}");
+    let formats: std::collections::BTreeSet<&str> = good.iter().map(|(_, row)| row[0].as_str()).collect();
+    assert!(good.len() >= 20 && formats.len() >= 8, "{} files of {formats:?}", good.len());
+    for (name, row) in good {
+        assert_eq!(row[4], "Converged", "{name}: {row:?}");
+        assert_eq!(row[2], "1", "{name}: one body");
+        assert!(row[1].parse::<usize>().is_ok_and(|cells| cells > 100), "{name}: {row:?}");
+    }
+    // 8 x 2 x 2 boxes: six tetrahedra of each hexahedron, three of each wedge, two of each pyramid
+    for (name, cells) in [("bricks.vtk", 192), ("bricks.inp", 192), ("wedges.vtu", 192), ("pyramids.vtu", 384)] {
+        assert_eq!(rows[name][1], cells.to_string(), "{name}");
+    }
+    let cells = &rows["new.msh"][1];
+    for (name, row) in &rows {
+        let same =
+            ["new", "old", "between", "plain", "groups", "sets", "packed", "xml", "orphans", "doubled", "metres"];
+        if same.iter().any(|start| name.starts_with(start)) {
+            assert_eq!(&row[1], cells, "{name}");
+        }
+    }
+    assert!(text.contains("passed over: notes.txt"), "{text}");
+    for reason in
+        ["this is text in UTF-16; save it as UTF-8", "its XML is not well formed", "the file is empty", "is inverted"]
+    {
+        assert!(text.contains(reason), "{reason}: {text}");
+    }
+}
+
+/// One file in words, and the scene that is written for it.
+#[test]
+fn a_file_is_described_and_its_starter_scene_runs() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = files();
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    let describe = |name: &str, scene: &str| {
+        let output = durometer(&["import", &at(name), "--scene", &at(scene)]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        (stdout(&output), std::fs::read_to_string(at(scene)).expect("written"))
+    };
+    let (text, scene) = describe("sets.inp", "sets.toml");
+    for line in [
+        "format       Abaqus input",
+        "bounds       (0, 0, 0) to (40, 10, 10) in units of the file",
+        "unit         mm (guessed",
+        "fixture      region root, by its name",
+        "region       half: ",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+    assert!(scene.contains("region = \"root\"") && scene.contains("EXAMPLE"), "{scene}");
+    let (text, scene) = describe("doubled.vtk", "doubled.toml");
+    assert!(text.contains("nodes are at the place of another one") && scene.contains("merge = "), "{text}{scene}");
+    let (text, scene) = describe("wedges.vtu", "wedges.toml");
+    assert!(text.contains("needs        split = true") && scene.contains("split = true"), "{text}{scene}");
+    assert!(text.contains("fixture      the wider end"), "{text}");
+    assert!(describe("metres.vtu", "metres.toml").1.contains("unit = \"m\""));
+    assert!(describe("orphans.vtu", "orphans.toml").0.contains("defect       2 nodes belong to no cell"));
+    assert!(describe("quadratic.msh", "quadratic.toml").1.contains("element = \"tet10\""));
+    // The weight of the bar is what holds it.
+    let out = at("out");
+    let run = durometer(&["simulate", &at("sets.toml"), "--out", &out, "--json"]);
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+    let record: serde_json::Value = serde_json::from_str(&stdout(&run)).expect("JSON");
+    let force = record["probes"]["root_reaction_z_N"]["peak"].as_f64().expect("a number");
+    let weight = 40e-3 * 10e-3 * 10e-3 * 1070.0 * 9.81;
+    assert!((force.abs() / weight - 1.0).abs() < 1e-6, "{force} against {weight}");
+    // A scene of a wrong unit is warned of.
+    let scene = std::fs::read_to_string(at("sets.toml")).expect("there").replace("unit = \"mm\"", "unit = \"m\"");
+    std::fs::write(at("huge.toml"), scene).expect("writable");
+    let text = stdout(&durometer(&["check", &at("huge.toml")]));
+    let warned =
+        |text: &str| text.lines().any(|l| l.starts_with("warning ") && l.ends_with("unit = \"mm\" would be plausible"));
+    assert!(warned(&text), "{text}");
+    assert!(warned(&stdout(&durometer(&["import", &at("sets.inp"), "--unit", "m"]))));
+}
+
+#[test]
+fn what_cannot_be_imported_is_refused_with_its_reason() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    std::fs::write(at("a.txt"), "hello").expect("writable");
+    for (arguments, says) in [
+        (vec!["import".to_string(), at("a.txt")], "neither the content nor the name is that of a known format"),
+        (vec!["import".into(), at("absent.msh")], "cannot be read"),
+        (vec!["import".into(), at(""), "--scene".into(), at("b.toml")], "--scene needs one file"),
+        (vec!["mesh".into(), "tests/bad/good/boxes.msh".into()], "this is a mesh or a body (MSH), not a scene"),
+        (vec!["check".into(), "tests/bad/good/boxes-order2-binary.vtk".into()], "durometer import"),
+    ] {
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let output = durometer(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(said.contains(says), "{arguments:?}: {said}");
+        assert!(said.matches("a.txt").count() <= 1 && said.matches("absent.msh").count() <= 1, "{said}");
+    }
+    std::fs::write(
+        at("cut.vtk"),
+        "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0\n",
+    )
+    .expect("writable");
+    let said = String::from_utf8_lossy(&durometer(&["import", &at("cut.vtk")]).stderr).into_owned();
+    assert!(said.contains("the file ends where") && said.matches("cut.vtk").count() == 1, "{said}");
+}
+
+/// Counts the cells of a file in a box as SOFA's BoxROI does, with meshio alone: `strict` wants all corners inside, otherwise the mean of the corners.
+const BOX_ROI: &str = "
+import json, sys
+import meshio, numpy as np
+raw = meshio.read(sys.argv[1])
+points, cells = raw.points.astype(float), np.concatenate([c.data[:, :4] for c in raw.cells if c.type in ('tetra', 'tetra10')])
+corners = points[np.unique(cells)]
+low, high = corners.min(axis=0), corners.max(axis=0)
+least, most = low - 0.05 * (high - low), low + 0.61 * (high - low)
+inside = lambda p: ((p >= least) & (p <= most)).all(axis=-1)
+strict, centroid = inside(points[cells]).all(axis=1), inside(points[cells].mean(axis=1))
+print(json.dumps([list(least), list(most), int(strict.sum()), int(centroid.sum())]))
+";
+
+/// The cells of a box by the rules `all` and `centroid` are those of SOFA's BoxROI with `strict` and without; the number by the second.
+#[track_caller]
+fn same_box_as_sofa(file: &Path, unit: &str) -> u64 {
+    let python = MeshStore::find().expect("the project").python;
+    let counted = Command::new(python).args(["-c", BOX_ROI]).arg(file).output().expect("Python starts");
+    assert!(counted.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&counted.stderr));
+    // meshio may say something before
+    let line = stdout(&counted).lines().last().unwrap_or_default().to_string();
+    let (least, most, strict, centroid): ([f64; 3], [f64; 3], u64, u64) = serde_json::from_str(&line).expect("JSON");
+    let corner = |p: [f64; 3]| p.map(|x| format!("\"{x:?} {unit}\"")).join(", ");
+    let region = |name: &str, rule: &str| {
+        let (least, most) = (corner(least), corner(most));
+        format!("mesh.regions.{name}={{kind=\"box\",min=[{least}],max=[{most}],pick=\"cells\",rule=\"{rule}\"}}")
+    };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("scene.toml").to_str().expect("ASCII").to_string();
+    let made = durometer(&["import", file.to_str().expect("UTF-8"), "--unit", unit, "--scene", &scene]);
+    assert!(made.status.success(), "{}: {}", file.display(), String::from_utf8_lossy(&made.stderr));
+    let changes = [region("roi_strict", "all"), region("roi_middle", "centroid")];
+    let text = stdout(&durometer(&["check", &scene, "--set", &changes[0], "--set", &changes[1]]));
+    let cells = |name: &str| -> u64 {
+        let line = text.lines().find(|l| l.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}: {text}"));
+        line.split_whitespace().nth(3).and_then(|n| n.parse().ok()).unwrap_or_else(|| panic!("{line}"))
+    };
+    assert_eq!((cells("roi_strict"), cells("roi_middle")), (strict, centroid), "{}", file.display());
+    centroid
+}
+
+/// In files of eight formats a box holds the same cells by the rules of this program and by those of SOFA.
+#[test]
+fn boxes_hold_the_cells_of_sofa() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = files();
+    let names = [
+        "new.vtk",
+        "plain.mesh",
+        "plain.inp",
+        "plain.bdf",
+        "plain.vol",
+        "plain.su2",
+        "plain.avs",
+        "plain.vtu",
+        "quadratic.msh",
+    ];
+    for name in names {
+        let count = same_box_as_sofa(&folder.path().join(name), "mm");
+        println!("{name}: {count} cells");
+        assert!(count > 10, "{name}: {count}");
+    }
+}
+
+/// The robots of the SoftRobots examples: every file is imported, and the volume meshes run under their own weight.
+#[test]
+#[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]
+fn public_robots_are_imported_and_run() {
+    let output = durometer(&["import", tools::shared("data/robots").to_str().expect("UTF-8")]);
+    let text = stdout(&output);
+    println!("{text}");
+    let rows = rows(&text);
+    for (name, cells) in
+        [("Springy.vtu", 2743), ("diamond.vtk", 4147), ("pneunetCut.vtk", 0), ("soft-finger-design.msh", 560)]
+    {
+        let row = &rows[name];
+        assert!(cells == 0 || row[1] == cells.to_string(), "{name}: {row:?}");
+        assert_eq!(row[4], "Converged", "{name}: {row:?}");
+    }
+    for name in ["Springy.vtu", "diamond.vtk", "pneunetCut.vtk"] {
+        println!("{name}: {} cells in the box", same_box_as_sofa(&tools::shared("data/robots").join(name), "mm"));
+    }
+}
+
+/// A comb of many thin teeth as STL: no mesh of it has so few cells as a project asks for at first. The project takes the number that comes nearest, and
+/// its study finer ones.
+#[test]
+fn a_shape_that_needs_many_cells_becomes_a_project() {
+    const TEETH: usize = 130;
+    if mesher_is_missing() {
+        return;
+    }
+    // Rectangles of the outline, [x, x + 1] × [0, 1] and every second [x, x + 1] × [1, 3], between z = 0 and z = 2
+    let is_filled = |x: i64, y: i64| (0..2 * TEETH as i64 - 1).contains(&x) && (y == 0 || y == 1 && x % 2 == 0);
+    let height = |y: i64| [0, 1, 3][y as usize];
+    let mut text = "solid comb\n".to_string();
+    let mut quad = |corners: [[i64; 3]; 4]| {
+        for triangle in [[0, 1, 2], [0, 2, 3]] {
+            text += "facet normal 0 0 0\nouter loop\n";
+            triangle.map(|k| corners[k]).iter().for_each(|[x, y, z]| text += &format!("vertex {x} {y} {z}\n"));
+            text += "endloop\nendfacet\n";
+        }
+    };
+    for (x, y) in (0..2 * TEETH as i64 - 1).flat_map(|x| [(x, 0), (x, 1)]).filter(|&(x, y)| is_filled(x, y)) {
+        let ([x0, x1], [y0, y1]) = ([x, x + 1], [height(y), height(y + 1)]);
+        quad([[x0, y0, 0], [x0, y1, 0], [x1, y1, 0], [x1, y0, 0]]);
+        quad([[x0, y0, 2], [x1, y0, 2], [x1, y1, 2], [x0, y1, 2]]);
+        let sides = [
+            ((x, y - 1), [[x0, y0], [x1, y0]]),
+            ((x + 1, y), [[x1, y0], [x1, y1]]),
+            ((x, y + 1), [[x1, y1], [x0, y1]]),
+            ((x - 1, y), [[x0, y1], [x0, y0]]),
+        ];
+        for (_, [a, b]) in sides.into_iter().filter(|((x, y), _)| !is_filled(*x, *y)) {
+            quad([[a[0], a[1], 0], [b[0], b[1], 0], [b[0], b[1], 2], [a[0], a[1], 2]]);
+        }
+    }
+    text += "endsolid comb\n";
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (file, project) = (folder.path().join("comb.stl"), folder.path().join("comb"));
+    std::fs::write(&file, text).expect("room");
+    let [file, at] = [&file, &project].map(|path| path.to_str().expect("ASCII"));
+    let made = durometer(&["new", file, at, "--unit", "mm"]);
+    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    let table = |name: &str| -> toml::Table {
+        std::fs::read_to_string(project.join(name)).expect("written").parse().expect("TOML")
+    };
+    let cells = table("scene.toml")["mesh"]["cells"].as_integer().expect("a number");
+    assert!(cells > 2200, "{cells}: the first number of cells would do");
+    let members = &table("study.toml")["family"][0]["members"];
+    let sizes: Vec<i64> =
+        members.as_table().expect("sizes").values().filter_map(|set| set["mesh.cells"].as_integer()).collect();
+    assert_eq!(sizes, [cells, 5 * cells / 2, 6 * cells]);
+    let checked = durometer(&["check", project.join("scene.toml").to_str().expect("ASCII")]);
+    assert_eq!(checked.status.code(), Some(0), "{}", String::from_utf8_lossy(&checked.stderr));
+}

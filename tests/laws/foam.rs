@@ -1,0 +1,251 @@
+//! Foams: the law in scenes, and its fit to stress and lateral strain.
+
+use crate::common;
+use crate::common::{Random, column, run, scene};
+use durometer::calibrate::{
+    FitError, FitOptions, FitRequest, FitResult, Mode, Model, Partner, Sample, fit, fit_experiment,
+};
+use durometer::material::{LoadCase, Want};
+use durometer::math::tensor::Mat3;
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+/// μ [Pa] and α of a soft foam that densifies in compression.
+const ONE: &[f64] = &[20e3, 5.0];
+const TWO: &[f64] = &[20e3, 8.0, 6e3, -2.0];
+const NU: f64 = 0.12;
+
+fn model(terms: usize, nu: f64) -> Model {
+    Model::new("hyperfoam", Some(terms)).expect("registered").with_poisson(nu)
+}
+
+/// The stresses of the fit are those of the law of scenes, whose lateral stretches are solved from zero lateral stress, in every mode; the
+/// sensitivities are their differences.
+#[test]
+fn stresses_are_those_of_the_scenes_law() {
+    let cases = [
+        (Mode::Uniaxial, LoadCase::Uniaxial),
+        (Mode::Equibiaxial, LoadCase::Equibiaxial),
+        (Mode::Planar, LoadCase::Planar),
+        (Mode::SimpleShear, LoadCase::SimpleShear),
+    ];
+    for (nu, values) in [0.0, NU, 0.4].into_iter().flat_map(|nu| [(nu, ONE), (nu, TWO)]) {
+        let model = model(values.len() / 2, nu);
+        let law = model.law(values, 0.0).expect("a foam");
+        assert!((law.small_strain().nu - nu).abs() < 1e-12 && law.split().is_none());
+        for ((mode, case), stretch) in cases.into_iter().flat_map(|c| [0.3, 0.8, 1.02, 1.7].map(|l| (c, l))) {
+            let amount = if mode == Mode::SimpleShear { mode.strain(stretch) } else { stretch };
+            let state = case.state(law.as_ref(), amount).expect("an equilibrium");
+            let r = law.eval(&state.f, Want::Residual).expect("J > 0");
+            let own = if mode == Mode::SimpleShear { r.p[(0, 1)] } else { r.p[(0, 0)] };
+            let p = model.stress(values, mode, stretch);
+            assert!((p / own - 1.0).abs() < 1e-8, "{mode} {stretch} ν = {nu}: {p} not {own}");
+            let sample = Sample { mode, stretch, second: 1.0, stress: 0.0, line: 1, specimen: 0 };
+            for (k, s) in model.sensitivities(values, &sample).into_iter().enumerate() {
+                let h = 1e-5 * values[k].abs();
+                let moved = |d: f64| {
+                    let mut v = values.to_vec();
+                    v[k] += d;
+                    model.stress(&v, mode, stretch)
+                };
+                let slope = (moved(h) - moved(-h)) / (2.0 * h);
+                assert!((s - slope).abs() < 1e-7 * (p / values[k]).abs().max(slope.abs()), "{mode} {k}");
+            }
+        }
+        // Two stresses of a biaxial test, with the third direction free
+        let sample = Sample { mode: Mode::Biaxial, stretch: 1.3, second: 0.8, stress: 0.0, line: 1, specimen: 0 };
+        let f = Mat3::from_diagonal(&Vector3::from(sample.stretches(nu)));
+        let p = law.eval(&f, Want::Residual).expect("J > 0").p;
+        assert!(p[(2, 2)].abs() < 1e-9 * p[(0, 0)].abs());
+        assert!((model.at(values, &sample) / p[(0, 0)] - 1.0).abs() < 1e-9);
+    }
+}
+
+/// A table of a press: compressive strain and stress are positive, the lateral strain is that of expansion. Noise as deviations of the stress [Pa] and
+/// of the lateral strain.
+fn press(name: &str, values: &[f64], nu: f64, noise: [f64; 2], seed: u64) -> FitRequest {
+    let model = model(values.len() / 2, nu);
+    let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 5);
+    let row = |k: u32| {
+        let e = 0.012 * f64::from(k);
+        let (stress, lateral) = (model.stress(values, Mode::Uniaxial, 1.0 - e), (1.0 - e).powf(-nu) - 1.0);
+        let (p, t) = (-stress + noise[0] * random.normal(), lateral + noise[1] * random.normal());
+        format!("{},{},{}\n", 100.0 * e, p / 1e3, 100.0 * t)
+    };
+    let path = common::folder("foam").join(format!("{name}.csv"));
+    let rows: String = (1..=50).map(row).collect();
+    let head = "compressive strain [%],compressive stress [kPa],lateral strain [%]\n";
+    std::fs::write(&path, format!("{head}{rows}")).expect("written");
+    let mut request = FitRequest::new(path, "hyperfoam");
+    request.options.modes = vec![Mode::Uniaxial];
+    request.options.terms = Some(values.len() / 2);
+    request
+}
+
+fn fitted(request: &FitRequest) -> FitResult {
+    fit(request).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Without noise constants and ratio come back, whatever the number of terms; the law file is a law of scenes with ν in every term.
+#[test]
+fn a_table_of_a_press_gives_the_foam_back() {
+    for (name, values, nu) in [("one", ONE, NU), ("two", TWO, NU), ("cork", ONE, 0.0), ("tight", ONE, 0.4)] {
+        let r = fitted(&press(name, values, nu, [0.0; 2], 1));
+        let poisson = r.poisson.as_ref().expect("measured");
+        assert!(poisson.measured && (poisson.ratio.value - nu).abs() < 1e-10, "{r}");
+        for (e, truth) in r.parameters.iter().zip(values) {
+            assert!((e.value / truth - 1.0).abs() < 1e-5, "{name}: {e:?} not {truth}\n{r}");
+        }
+        let said = r.to_string();
+        assert!(r.partner.is_none() && said.contains("Poisson's ratio by the lateral strain"), "{r}");
+        // The test is one of compression, and reaches 60 %
+        assert!(
+            said.contains("rms of the data from stretch 1 down to 0.4") && !said.contains("small for a test"),
+            "{r}"
+        );
+        let law = durometer::material::law_from_table(&{
+            let mut table: toml::Table = r.law_text().parse().expect("TOML");
+            table.remove("provenance").expect("with its origin");
+            table
+        })
+        .expect("a law");
+        assert_eq!(law.values().len(), 3 * values.len() / 2);
+        let state = LoadCase::Uniaxial.state(law.as_ref(), 0.5).expect("an equilibrium");
+        let expected = model(values.len() / 2, nu).stress(values, Mode::Uniaxial, 0.5);
+        let p = law.eval(&state.f, Want::Residual).expect("J > 0").p[(0, 0)];
+        assert!((p / expected - 1.0).abs() < 1e-6, "{p} not {expected}");
+    }
+}
+
+/// 200 draws with errors of 1 % of the largest stress and of 0.3 % lateral strain: the intervals of μ, α and ν hold the truth in 95 ± 3 %, and two standard
+/// deviations of the count, 3.1 %, are allowed for. The error of ν is a part of that of μ.
+#[test]
+fn intervals_of_a_foam_cover_the_truth() {
+    let one = |seed: u64| {
+        let r = fitted(&press(&format!("draw-{seed}"), ONE, NU, [250.0, 3e-3], seed));
+        let poisson = r.poisson.as_ref().expect("measured").ratio;
+        let ends = r.parameters.iter().map(|e| e.interval).chain([poisson.interval]);
+        let truths = ONE.iter().chain([&NU]);
+        ends.zip(truths).map(|([a, b], t)| f64::from(u8::from(a <= *t && *t <= b))).collect::<Vec<f64>>()
+    };
+    let draws: Vec<Vec<f64>> = (1..=200_u64).into_par_iter().map(one).collect();
+    let covered: Vec<f64> = (0..3).map(|k| draws.iter().map(|d| d[k]).sum::<f64>() / 200.0).collect();
+    println!("coverage of mu, alpha, nu in 200 draws: {covered:.3?}");
+    assert!(covered.iter().all(|c| (c - 0.95).abs() <= 0.03 + 0.016), "{covered:?}");
+}
+
+/// The contribution of ν to the intervals is the change of the answer with ν; a given ν is exact unless its accuracy is stated.
+#[test]
+fn the_error_of_the_ratio_is_in_the_intervals() {
+    // Little noise: the second derivatives of the sum of squares, which the contribution leaves out, are of the size of the misfit
+    let request = press("accuracy", ONE, NU, [2.0, 0.0], 3);
+    let given = |nu: f64, half: Option<&str>| {
+        let mut request = request.clone();
+        request.options.partner = Some(Partner::Nu(nu));
+        if let Some(half) = half {
+            request.options.accuracy = format!("poisson={half}").parse().expect("a half-width");
+        }
+        fitted(&request)
+    };
+    let exact = given(NU, None);
+    assert!(exact.measurement.is_empty() && exact.to_string().contains("0.12 as given, taken as exact"), "{exact}");
+    let wide = given(NU, Some("0.05"));
+    let ends = [given(NU + 1e-3, None), given(NU - 1e-3, None)];
+    for (k, by) in wide.measurement[0].moves.iter().enumerate() {
+        let real = 0.5 * 50.0 * (ends[0].parameters[k].value - ends[1].parameters[k].value).abs();
+        assert!((by / real - 1.0).abs() < 0.02, "{k}: {by} not {real}");
+        let half = |r: &FitResult| 0.5 * (r.parameters[k].interval[1] - r.parameters[k].interval[0]);
+        assert!(half(&wide) > half(&exact).hypot(0.9 * by), "{k}");
+    }
+    assert!(wide.to_string().contains("of which the Poisson's ratio: "), "{wide}");
+}
+
+/// Poisson's ratio is never assumed, and what makes no sense is refused.
+#[test]
+fn a_foam_without_its_ratio_is_refused() {
+    let refused = |request: &FitRequest, says: &str| {
+        let message = fit(request).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    };
+    let measured = press("measured", ONE, NU, [0.0; 2], 1);
+    let text = std::fs::read_to_string(&measured.data).expect("read");
+    let bare: String = text.lines().map(|l| l.rsplit_once(',').expect("three cells").0.to_string() + "\n").collect();
+    let path = measured.data.with_file_name("bare.csv");
+    std::fs::write(&path, bare).expect("written");
+    let bare = FitRequest { data: path, ..measured.clone() };
+    refused(&bare, "needs Poisson's ratio: a column of lateral strain next to the strain, or --nu");
+    refused(&bare, "no line names columns of lateral");
+    let mut kappa = measured.clone();
+    kappa.options.partner = Some(Partner::Kappa(1e6));
+    refused(&kappa, "--kappa does not give it");
+    let mut rubber = measured.clone();
+    rubber.options.law = "ogden".into();
+    rubber.options.accuracy = "poisson=0.01".parse().expect("a half-width");
+    refused(&rubber, "fitted as incompressible and has no such error");
+    refused(&press("rubber", ONE, 0.4995, [0.0, 2e-3], 1), "keeps its volume");
+    let mut parts = measured.clone();
+    parts.options.volumetric = Some("quadratic".into());
+    refused(&parts, "has no choice of a volumetric part");
+    let experiment = common::made::table(vec![]);
+    let message = fit_experiment(&experiment, &FitOptions::new("hyperfoam")).expect_err("no ratio");
+    assert!(matches!(message, FitError::NoPoisson { .. }), "{message}");
+    // Softening has no isochoric part to act on
+    let mut cyclic = measured;
+    cyclic.options.partner = Some(Partner::Nu(NU));
+    assert!(durometer::calibrate::softening::fit_softening(&cyclic).is_err());
+}
+
+/// A block of foam that a scene compresses to half its height between smooth plates has the stress of the fit.
+#[test]
+fn a_scene_compresses_the_foam() {
+    let text = r#"
+[mesh]
+body = "block"
+[laws.foam]
+law = "hyperfoam"
+mu1 = "20 kPa"
+alpha1 = 8
+nu1 = 0.12
+mu2 = "6 kPa"
+alpha2 = -2
+nu2 = 0.12
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "foam"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+components = "x"
+[[constraint]]
+kind = "fixed"
+region = "ymin"
+components = "y"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+components = "z"
+[[constraint]]
+kind = "prescribed"
+region = "zmax"
+components = "z"
+displacement = { kind = "ramp", from = "0 mm", to = "-10 mm", start = "0 s", end = "1 s" }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.1 s"
+[[probe]]
+kind = "reaction"
+region = "zmax"
+"#;
+    let result = run(&scene(block(2, 2, 2, 0.02, 0.02, 0.02, Order::Linear), text));
+    let force = column(&result, "zmax_reaction_z_N");
+    for (k, f) in force.iter().enumerate().skip(1) {
+        let expected = model(2, NU).stress(TWO, Mode::Uniaxial, 1.0 - 0.05 * k as f64) * 4e-4;
+        // The run accepts a correction of 1e-6 of the displacement
+        assert!((f / expected - 1.0).abs() < 1e-5, "step {k}: {f} not {expected}");
+    }
+    assert_eq!(force.len(), 11);
+}

@@ -1,0 +1,339 @@
+//! The command line as a user meets it: what it says, what it leaves on disk, its exit codes.
+
+use crate::common::stores::{assert_same, contents};
+use crate::common::tools;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+const SCENE: &str = "tests/cli/scene.toml";
+const STUDY: &str = "tests/cli/study.toml";
+/// Shortens the cable beyond its length in one case: that one cannot complete.
+const OVERPULL: &str = "tests/cli/overpull/study.toml";
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    // No mesher: what is tested here works without one.
+    command.args(arguments).current_dir(ROOT).env("DUROMETER_PYTHON", "no-such-python");
+    command
+}
+
+fn durometer(arguments: &[&str]) -> Output {
+    command(arguments).output().expect("the program starts")
+}
+
+/// Standard output of a call that must end with `code`.
+fn call(arguments: &[&str], code: i32) -> String {
+    let output = durometer(arguments);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{errors}");
+    String::from_utf8(output.stdout).expect("UTF-8")
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|e| panic!("{e}: {text}"))
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// A temporary folder and its path as text.
+fn folder() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().to_str().expect("UTF-8").to_string();
+    (folder, path)
+}
+
+/// Columns of a CSV by name.
+fn table(path: &Path) -> BTreeMap<String, Vec<f64>> {
+    let text = read(path);
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let mut columns: BTreeMap<String, Vec<f64>> = names.iter().map(|n| (n.to_string(), Vec::new())).collect();
+    for line in lines {
+        let values: Vec<f64> = line.split(',').map(|x| x.parse().expect("a number")).collect();
+        assert_eq!(values.len(), names.len(), "{line}");
+        names.iter().zip(values).for_each(|(n, v)| columns.get_mut(*n).expect("named").push(v));
+    }
+    columns
+}
+
+/// A case whose right end is a stated reason is done, not incomplete; a map counts an inaccurate answer as what it looks for.
+#[test]
+fn an_expected_end_is_complete() {
+    let (_keep, out) = folder();
+    let said = call(&["robustness", "--quick", "--only", "crumpled-refused", "--out", &out], 0);
+    assert!(said.contains("2 stop with a stated reason, which is accepted there, 0 fail"), "{said}");
+}
+
+#[test]
+fn help_names_every_command_and_each_has_an_example() {
+    let help = call(&["--help"], 0);
+    for name in ["run", "cases", "simulate", "mesh", "fit", "check", "report", "store", "doctor"] {
+        assert!(help.lines().any(|l| l.trim_start().starts_with(&format!("{name} "))), "{name} in {help}");
+        let own = call(&[name, "--help"], 0);
+        assert!(own.contains("Example") && own.contains(&format!("durometer {name}")), "{own}");
+        let options = own.split("Options:").nth(1).expect("options").split("Example").next().expect("a part");
+        let (mut lines, mut bare) = (options.lines().peekable(), Vec::new());
+        while let Some(line) = lines.next().map(str::trim) {
+            // The words are next to the option or below it.
+            let words =
+                line.split("  ").nth(1).is_some() || lines.peek().is_some_and(|next| next.starts_with("      "));
+            if line.starts_with("--") && !words {
+                bare.push(line.to_string());
+            }
+        }
+        assert!(bare.is_empty(), "{name}: options without a word of help: {bare:?}");
+    }
+    assert!(help.contains("Exit codes"));
+}
+
+#[test]
+fn check_says_what_is_assembled_and_nothing_more() {
+    let said = call(&["check", SCENE], 0);
+    let line = |word: &str| said.lines().find(|l| l.starts_with(word)).unwrap_or_else(|| panic!("{word}: {said}"));
+    assert_eq!(said.lines().filter(|l| l.starts_with("effect ")).count(), 1, "{said}");
+    assert!(line("effect ").contains("elastic (48 blocks)"));
+    assert!(line("constraint ").contains("cable"));
+    assert!(line("stage ").ends_with("4 steps of 0.25 s"), "{}", line("stage "));
+    assert!(
+        line("unknowns ").split_whitespace().nth(1).is_some_and(|n| n.trim_end_matches(',').parse::<usize>().is_ok())
+    );
+    assert!(line("signal ").contains("cable_shortening_m between 0 and 0.002"), "{}", line("signal "));
+    assert!(said.contains("nothing else is assembled"));
+    // What check announces is what simulate records.
+    let (_keep, out) = folder();
+    call(&["simulate", SCENE, "--out", &out], 0);
+    let header = read(&Path::new(&out).join("scene.csv"));
+    for column in header.lines().next().expect("a header").split(',') {
+        assert!(said.contains(column), "{column} is recorded, but not announced");
+    }
+    let study = call(&["check", STUDY], 0);
+    for case in ["sizes-length-nominal", "dt-length-coarse", "dt-length-fine"] {
+        assert!(study.lines().any(|l| l.trim_start().starts_with(case)), "{study}");
+    }
+    assert!(!study.contains("dt-length-nominal"), "the same scene is one case");
+}
+
+#[test]
+fn simulate_writes_series_signals_record_and_fields() {
+    let (_keep, out) = folder();
+    let said = call(&["simulate", SCENE, "--out", &out, "--vtu", "--json"], 0);
+    let record = json(&said);
+    assert_eq!(record["status"], "Converged");
+    assert_eq!(record["steps"], 4);
+    let out = PathBuf::from(out);
+    assert_eq!(json(&read(&out.join("scene.json"))), record);
+    let series = table(&out.join("scene.csv"));
+    assert_eq!(series["t_s"], [0.0, 0.25, 0.5, 0.75, 1.0]);
+    assert!(series["bending_angle_deg"][2] > 5.0 && series["cable_tension_N"][2] > 0.0);
+    assert!(series["cable_tension_N"].iter().all(|t| *t >= 0.0), "a cable cannot push");
+    for (name, probe) in record["probes"].as_object().expect("probes") {
+        // The peak is the sample farthest from the start.
+        let (first, peak) = (series[name][0], probe["peak"].as_f64().expect("a number"));
+        assert!(series[name].contains(&peak), "{name}");
+        assert!(series[name].iter().all(|v| (v - first).abs() <= (peak - first).abs()), "{name}");
+    }
+    // The signal is ½A(1 − cos 2πft), and the length follows it while the cable is taut.
+    let signals = table(&out.join("scene.signals.csv"));
+    for (k, d) in signals["cable_shortening_m"].iter().enumerate() {
+        let exact = 1e-3 * (1.0 - (std::f64::consts::TAU * signals["t_s"][k]).cos());
+        assert!((d - exact).abs() < 1e-15);
+        let length = series["cable_length_m"][k];
+        let taut = series["cable_tension_N"][k] > 0.0;
+        assert!(!taut || (series["cable_length_m"][0] - d - length).abs() < 1e-8 * length);
+    }
+    let pvd = read(&out.join("scene.pvd"));
+    for k in 0..5 {
+        let frame = format!("scene-{k:04}.vtu");
+        assert!(pvd.contains(&frame) && out.join(&frame).is_file(), "{frame}");
+    }
+}
+
+#[test]
+fn a_change_on_the_command_line_changes_the_result() {
+    let tension = |set: &[&str]| {
+        let (_keep, out) = folder();
+        let mut arguments = vec!["simulate", SCENE, "--out", &out, "--json"];
+        set.iter().for_each(|s| arguments.extend(["--set", s]));
+        json(&call(&arguments, 0))["probes"]["cable_tension_N"]["peak"].as_f64().expect("a number")
+    };
+    // Statics under an imposed length: the tension is proportional to the stiffness.
+    let (soft, stiff) = (tension(&[]), tension(&["laws.rubber.E=200 kPa"]));
+    assert!((stiff / soft - 2.0).abs() < 1e-6, "{soft} {stiff}");
+    let imposed =
+        tension(&[r#"constraint.cable.drive={ kind = "tension", signal = "0.05 N" }"#, "numerics.tolerance=1e-9"]);
+    assert_eq!(imposed, 0.05);
+}
+
+/// C10 + C01λ² falls below zero at λ = 1.58, and in equibiaxial tension stability ends before, within the stretches that are looked at.
+#[test]
+fn a_law_that_loses_stability_is_noted() {
+    let law =
+        r#"laws.rubber={ law = "mooney_rivlin", C10 = "20 kPa", C01 = "-8 kPa", nu = 0.49, volumetric = "quadratic" }"#;
+    let said = call(&["check", SCENE, "--set", law], 0);
+    assert!(said.contains("note         laws.rubber (mooney_rivlin) is not stable"), "{said}");
+    assert!(said.contains("equibiaxial at 1.2") || said.contains("equibiaxial at 1.3"), "{said}");
+    assert!(!call(&["check", SCENE], 0).contains("is not stable"));
+}
+
+/// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
+#[test]
+fn an_undetermined_fit_ends_with_code_3() {
+    let (_keep, out) = folder();
+    let csv = PathBuf::from(&out).join("two.csv");
+    std::fs::create_dir_all(&out).expect("a folder");
+    std::fs::write(&csv, "stretch,nominal stress (MPa)\n1.2,0.1\n1.5,0.2\n").expect("writable");
+    let csv = csv.display().to_string();
+    let said = call(&["fit", &csv, "--law", "ogden", "--terms", "3", "--mode", "uniaxial", "--out", &out], 3);
+    assert!(said.contains("not determined by the data") && said.contains("unidentifiable"), "{said}");
+    let page = read(&PathBuf::from(&out).join("index.html"));
+    assert!(page.contains("not determined"));
+    let all =
+        call(&["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out], 0);
+    assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");
+}
+
+#[test]
+fn finished_cases_are_kept_and_done_again_only_when_asked() {
+    let (_keep, out) = folder();
+    let dir = PathBuf::from(&out);
+    let run = |more: &[&str]| json(&call(&[&["run", STUDY, "--out", &out, "--json"], more].concat(), 0));
+    let files = || {
+        let cases = std::fs::read_dir(dir.join("cases")).expect("cases").flatten();
+        let stamp = |e: std::fs::DirEntry| (e.file_name(), e.metadata().and_then(|m| m.modified()).expect("a time"));
+        cases.map(stamp).collect::<BTreeMap<_, _>>()
+    };
+    // One case first: the report shows what exists.
+    let some = run(&["--only", "coarse"]);
+    assert_eq!(some["cases"].as_array().map(Vec::len), Some(1));
+    let summary = run(&[]);
+    assert_eq!(summary["cases"].as_array().map(Vec::len), Some(3));
+    for name in ["index.html", "summary.json", "study.json"] {
+        assert!(dir.join(name).is_file(), "{name}");
+    }
+    let before = files();
+    assert_eq!(before.len(), 9, "series, surface and record of three cases: {before:?}");
+    let again = call(&["run", STUDY, "--out", &out], 0);
+    assert!(again.contains("report:"));
+    assert_eq!(files(), before, "nothing is done again");
+    run(&["--redo", "--only", "fine"]);
+    let after = files();
+    for (name, time) in &after {
+        let redone = name.to_string_lossy().starts_with("dt-length-fine");
+        assert_eq!(before[name] != *time, redone, "{name:?}");
+    }
+    // Another scene: its cases are run, and results of the old one are not mixed with them.
+    let changed = run(&["--set", "laws.rubber.nu=0.2", "--only", "coarse"]);
+    assert_eq!(changed["cases"].as_array().map(Vec::len), Some(1), "{changed}");
+    // The report can be drawn again from what is stored, without a mesher or a solver.
+    std::fs::remove_file(dir.join("index.html")).expect("there");
+    call(&["report", &out], 0);
+    assert!(dir.join("index.html").is_file());
+    let drawn = json(&call(&["report", &out, "--json"], 0));
+    assert_eq!(drawn, json(&read(&dir.join("summary.json"))));
+}
+
+#[test]
+fn the_number_of_jobs_does_not_change_a_bit() {
+    let (_one, first) = folder();
+    let (_two, second) = folder();
+    call(&["run", STUDY, "--jobs", "1", "--out", &first], 0);
+    call(&["run", STUDY, "--jobs", "2", "--out", &second], 0);
+    assert_eq!(contents(Path::new(&first)).len(), 9);
+    assert_same(Path::new(&first), Path::new(&second));
+}
+
+#[test]
+fn a_case_that_cannot_be_solved_stops_no_other() {
+    let (_keep, out) = folder();
+    let dir = PathBuf::from(&out);
+    let output = durometer(&["run", OVERPULL, "--out", &out]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{errors}");
+    assert!(errors.contains("not complete: dt-length-overpull"), "{errors}");
+    let record = |case: &str| json(&read(&dir.join(format!("cases/{case}.json"))));
+    for case in ["dt-length-coarse", "dt-length-nominal"] {
+        assert_eq!(record(case)["status"], "Converged");
+    }
+    let failed = record("dt-length-overpull");
+    assert_ne!(failed["status"], "Converged");
+    assert!(failed["status_detail"].as_str().is_some_and(|d| d.contains("t = ")), "{failed}");
+    let stop = &failed["solver"]["stop"];
+    assert!(stop["t_s"].as_f64().is_some_and(|t| t > 0.0 && t < 1.0), "{stop}");
+    assert!(["fact", "remedy"].iter().all(|key| stop[key].as_str().is_some_and(|text| text.len() > 10)), "{stop}");
+    // What was reached before is there, and finite.
+    let series = table(&dir.join("cases/dt-length-overpull.csv"));
+    let reached = series["t_s"].last().copied().expect("a row");
+    assert!(reached > 0.0 && reached < 1.0 && series.values().flatten().all(|v| v.is_finite()), "{series:?}");
+    assert!(dir.join("index.html").is_file(), "the report is written");
+    let summary = json(&read(&dir.join("summary.json")));
+    assert_eq!(summary["cases"].as_array().map(Vec::len), Some(3));
+    let told = summary["cases"].as_array().into_iter().flatten().find(|c| c["id"] == "dt-length-overpull");
+    assert_eq!(told.map(|c| &c["solver"]["stop"]), Some(stop));
+    // The incomplete case is not tried again for nothing, and still counts.
+    let again = durometer(&["run", OVERPULL, "--out", &out]);
+    assert_eq!(again.status.code(), Some(3));
+    let alone = durometer(&["simulate", "tests/cli/overpull/scene.toml", "--out", &out]);
+    assert_eq!(alone.status.code(), Some(3));
+    assert!(table(&dir.join("scene.csv"))["t_s"].len() > 1);
+}
+
+/// Ctrl-C: what runs is dropped, what is finished is kept, the next run goes on.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_goes_on_where_it_stopped() {
+    let (_keep, out) = folder();
+    let cases = Path::new(&out).join("cases");
+    let done = || {
+        let names = std::fs::read_dir(&cases).into_iter().flatten().flatten().map(|e| e.file_name());
+        let records = names.filter_map(|n| n.into_string().ok());
+        records.filter(|n| n.ends_with(".json") && !n.ends_with(".skin.json")).count()
+    };
+    // Steps enough that the last case is still running when the first is done.
+    let long = ["run", STUDY, "--jobs", "1", "--out", &out, "--set", "stage.0.duration=4000 s"];
+    let mut child = command(&long).stderr(std::process::Stdio::null()).spawn().expect("the program starts");
+    let start = std::time::Instant::now();
+    while done() == 0 {
+        assert!(start.elapsed().as_secs() < 60 && child.try_wait().expect("ours").is_none(), "no case is finished");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
+    let status = child.wait().expect("it ends");
+    let kept = done();
+    assert_eq!(status.code(), Some(3));
+    assert!((1..3).contains(&kept), "{kept} of 3 cases are finished");
+    assert!(!Path::new(&out).join("index.html").exists());
+    let parts = std::fs::read_dir(&cases)
+        .expect("there")
+        .flatten()
+        .filter(|e| e.path().extension().is_some_and(|x| x == "part"));
+    assert_eq!(parts.count(), 0, "no half-written file is left");
+}
+
+/// The finger of the SoftRobots plugin: with guide patches and with points.
+#[test]
+#[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]
+fn the_plugins_finger_runs_with_its_cable_and_root_box() {
+    let mesh = tools::shared("data/finger/finger.vtk");
+    let mesh = format!("mesh.file={}", std::path::absolute(mesh).expect("a path").display());
+    let (_keep, out) = folder();
+    let peak = |radius: &str, probe: &str| {
+        let radius = format!("constraint.cable.guide_radius={radius}");
+        let scene = "tests/scenes/sofa-finger.toml";
+        let record = json(&call(&["simulate", scene, "--set", &mesh, "--set", &radius, "--out", &out, "--json"], 0));
+        assert_eq!(record["mesh"]["nodes"], 158);
+        record["probes"][probe]["peak"].as_f64().expect("a number")
+    };
+    // It bends towards the cable, which lies above the middle of the section (y = 7.5 mm), and works against the rubber.
+    assert!(peak("4 mm", "chord_angle_deg") > 5.0 && peak("4 mm", "tip_y_m") > 0.015);
+    let (ball, point) = (peak("4 mm", "cable_tension_N"), peak("point", "cable_tension_N"));
+    // The cells are larger than the ball, so the two see nearly the same field; equal they are not.
+    assert!(ball > 0.0 && ball != point && (ball / point - 1.0).abs() < 0.05, "{ball} {point}");
+    let length = table(&Path::new(&out).join("sofa-finger.csv"))["cable_length_m"].clone();
+    let shortest = length.iter().fold(f64::INFINITY, |m, l| m.min(*l));
+    assert!((length[0] - shortest - 0.015).abs() < 1e-9, "the cable is shortened by its amplitude");
+}

@@ -1,0 +1,11 @@
+//! Reduced models: equal to the full model where nothing is left out, near to it where little is, with bars that hold.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod constants;
+mod dynamics;
+mod fallback;
+mod greedy;
+mod statics;
+mod study;

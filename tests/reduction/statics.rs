@@ -1,0 +1,327 @@
+//! Reduced models: equal to the full model where nothing is left out, near to it where little is, with bars that hold.
+
+use crate::common::{Random, scene};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::{FullState, ReducedModel, StepError, Training, Twin, errors};
+use durometer::scene::control::{ControlError, Controller, Observation, Reply};
+use durometer::scene::{RunOptions, Scene};
+use durometer::solve::Status;
+use durometer::system::State;
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// A bar of 40 mm, bent by a cable and by its weight across it.
+fn bar(order: Order, formulation: &str, points: usize, law: &str) -> Scene {
+    let text = format!(
+        r#"
+[mesh]
+body = "block"
+[laws.rubber]
+{law}
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "{formulation}"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1100 kg/m^3"
+direction = [0, 1, 0]
+acceleration = {{ kind = "controlled", initial = "0 m/s^2", range = ["-20 m/s^2", "20 m/s^2"] }}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]
+pull_point = ["-10 mm", "5 mm", "2 mm"]
+guide_radius = "5 mm"
+drive = {{ kind = "length", signal = {{ kind = "controlled", initial = "0 mm", range = ["0 mm", "4 mm"] }} }}
+[[stage]]
+integrator = "static"
+duration = "{points} s"
+dt = "1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+[[probe]]
+kind = "bending_angle"
+root = "xmin"
+tip = "xmax"
+"#
+    );
+    scene(block(8, 2, 2, 0.04, 0.01, 0.01, order), &text)
+}
+
+const SOFT: &str = "law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = 0.45";
+const NEARLY_INCOMPRESSIBLE: &str = "law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = 0.499";
+/// Inputs are the acceleration, then the shortening: the order of the scene.
+const RANGES: [[f64; 2]; 2] = [[-20.0, 20.0], [0.0, 4e-3]];
+
+/// Sets the inputs point after point.
+struct Way(std::vec::IntoIter<Vec<f64>>);
+
+impl Controller for Way {
+    fn step(&mut self, _: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
+        if let Some(point) = self.0.next() {
+            signals.copy_from_slice(&point);
+        }
+        Ok(Reply::default())
+    }
+}
+
+/// The states of the full model at these points.
+fn states(build: impl Fn(usize) -> Scene, points: Vec<Vec<f64>>, names: &[String]) -> Vec<FullState> {
+    let scene = build(points.len());
+    let mut all: Vec<State> = vec![];
+    let mut on_state = |state: &State| all.push(state.clone());
+    let mut way = Way(points.clone().into_iter());
+    let options = RunOptions { on_state: Some(&mut on_state), controller: Some(&mut way), ..RunOptions::default() };
+    let run = scene.run_with(options);
+    assert_eq!(run.status, Status::Converged);
+    let columns: Vec<Vec<f64>> = names.iter().map(|n| run.column(n).expect("it is recorded")).collect();
+    let state = |(k, state): (usize, &State)| FullState {
+        inputs: points[k - 1].clone(),
+        x: state.x.clone(),
+        lambda: state.lambda.clone(),
+        values: columns.iter().map(|c| c[k]).collect(),
+    };
+    all.iter().enumerate().skip(1).map(state).collect()
+}
+
+/// Random points in the ranges, along a way of short steps.
+fn points(count: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut random = Random(seed);
+    let mut at = |range: [f64; 2]| range[0] + random.unit() * (range[1] - range[0]);
+    let mut all: Vec<Vec<f64>> = (0..count).map(|_| RANGES.map(&mut at).to_vec()).collect();
+    all.sort_by(|a, b| a[1].total_cmp(&b[1]));
+    all
+}
+
+fn names() -> Vec<String> {
+    ["xmax_z_m", "bending_angle_deg", "cable_tension_N", "cable_length_m"].map(String::from).to_vec()
+}
+
+/// States of the nearly incompressible bar for training and held back, and a model of them.
+fn trained() -> &'static (Scene, Vec<FullState>, Vec<FullState>, ReducedModel) {
+    static ALL: OnceLock<(Scene, Vec<FullState>, Vec<FullState>, ReducedModel)> = OnceLock::new();
+    ALL.get_or_init(|| {
+        let build = |n: usize| bar(Order::Quadratic, "mixed", n, NEARLY_INCOMPRESSIBLE);
+        let (known, others) = (states(build, points(60, 1), &names()), states(build, points(62, 2), &names()));
+        let scene = build(1);
+        let model = Training::new(&scene, &known, &names())
+            .and_then(|t| t.model(8, Some(1e-3), &others))
+            .unwrap_or_else(|e| panic!("{e}"));
+        (scene, known, others, model)
+    })
+}
+
+/// With as many modes as the states have, at a state of the training, and with all points, a reduced equilibrium is the full one: the
+/// solver leaves 1e-8 of the forces, which bending turns into 1e-6 of the motion at most.
+#[test]
+fn all_modes_and_all_points_give_the_full_model() {
+    for (order, formulation, law) in [
+        (Order::Linear, "displacement", SOFT),
+        (Order::Quadratic, "displacement", SOFT),
+        (Order::Quadratic, "mixed", NEARLY_INCOMPRESSIBLE),
+    ] {
+        let build = |n: usize| bar(order, formulation, n, law);
+        let known = states(build, points(12, 3), &names());
+        let scene = build(1);
+        let training = Training::new(&scene, &known, &names()).unwrap_or_else(|e| panic!("{e}"));
+        let model = training.model(12, None, &[]).unwrap_or_else(|e| panic!("{e}"));
+        let sizes = &model.largest;
+        for (state, row) in known.iter().zip(errors(&model, &known).expect("a law of the library")) {
+            for ((error, _), (size, name)) in row.iter().zip(sizes.iter().zip(names())) {
+                assert!(error.abs() < 1e-6 * size, "{formulation} {name}: {error:e} of {size:e} at {:?}", state.inputs);
+            }
+        }
+    }
+}
+
+/// Few modes and points are near to states that the model has not seen, and nearer with more of them.
+#[test]
+fn errors_fall_with_modes_and_points() {
+    let (scene, known, others, _) = trained();
+    let training = Training::new(scene, known, &names()).unwrap_or_else(|e| panic!("{e}"));
+    let largest = |modes: usize, sampling: f64| {
+        let model = training.model(modes, Some(sampling), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let points: usize = model.points.iter().map(|p| p.weights.len()).sum();
+        let all = errors(&model, others).expect("a law of the library");
+        let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest[k]).fold(0.0, f64::max);
+        ((0..names().len()).map(of).fold(0.0, f64::max), points)
+    };
+    let [(coarse, few), (fine, more)] = [largest(3, 1e-2), largest(8, 1e-3)];
+    println!("3 modes, {few} points: {coarse:.1e}; 8 modes, {more} points: {fine:.1e}");
+    assert!(fine < 0.01 && fine < 0.2 * coarse && few < more, "{coarse:e} {fine:e} {few} {more}");
+    assert!(more < known[0].x.len() / 10, "{more} points of {}", known[0].x.len());
+}
+
+/// A body of ν = 0.499 bends in the reduced space as it does in the full one: it does not lock, and its pressures are determined.
+#[test]
+fn pressures_neither_lock_nor_are_lost() {
+    let (_, _, others, model) = trained();
+    assert!(model.sizes.pressures > 0 && model.sizes.displacements >= 2 * model.sizes.pressures);
+    let all = errors(model, others).expect("a law of the library");
+    let angle = all.iter().map(|row| row[1].0.abs()).fold(0.0, f64::max);
+    assert!(angle < 0.01 * model.largest[1], "{angle} of {}", model.largest[1]);
+}
+
+/// 200 states that neither the modes nor the bars have seen: the bars are made to contain 95 % with 95 % confidence, so that fewer than 91 %
+/// of 200 happen once in 200 (binomial, 95 % − 2.6 σ). The estimates follow the errors, and the bars are no wider than five errors in the median.
+#[test]
+fn bars_contain_the_error_and_are_not_wide() {
+    let (_, _, _, model) = trained();
+    let build = |n: usize| bar(Order::Quadratic, "mixed", n, NEARLY_INCOMPRESSIBLE);
+    let fresh = states(build, points(200, 7), &names());
+    let mut twin = Twin::new(model.clone()).expect("a law of the library");
+    let mut inside = vec![0; names().len()];
+    let mut ratios = vec![vec![]; names().len()];
+    for state in &fresh {
+        twin.step(&state.inputs).expect("an equilibrium in the ranges");
+        for k in 0..names().len() {
+            let (error, bar) = ((state.values[k] - twin.values()[k]).abs(), twin.bars()[k]);
+            inside[k] += usize::from(error <= bar);
+            ratios[k].push(bar / error);
+        }
+    }
+    for (k, name) in names().iter().enumerate() {
+        ratios[k].sort_by(f64::total_cmp);
+        let median = ratios[k][fresh.len() / 2];
+        println!("{name}: {} of {} inside, bar/error {median:.1} in the median", inside[k], fresh.len());
+        assert!(inside[k] >= 182, "{name}: {} of {}", inside[k], fresh.len());
+        // The length of a taut cable is exact: its error is what the solver leaves
+        assert!(median < 5.0 || name == "cable_length_m", "{name}: {median}");
+    }
+}
+
+/// Central differences of 1e-4 of the ranges: their truncation is 1e-8, and the equilibria are known to 1e-10.
+#[test]
+fn sensitivities_are_those_of_differences() {
+    let (_, _, _, model) = trained();
+    let mut twin = Twin::new(model.clone()).expect("a law of the library");
+    let at = [7.0, 2.5e-3];
+    twin.step(&at).expect("an equilibrium");
+    let mut exact = vec![0.0; names().len() * 2];
+    twin.sensitivities(&mut exact);
+    for k in 0..2 {
+        let h = 1e-4 * (RANGES[k][1] - RANGES[k][0]);
+        let mut value = |sign: f64| {
+            let mut u = at;
+            u[k] += sign * h;
+            twin.step(&u).expect("an equilibrium");
+            twin.values().to_vec()
+        };
+        let (plus, minus) = (value(1.0), value(-1.0));
+        for (q, name) in names().iter().enumerate() {
+            let difference = (plus[q] - minus[q]) / (2.0 * h);
+            let size = model.largest[q] / (RANGES[k][1] - RANGES[k][0]);
+            let error = (exact[2 * q + k] - difference).abs();
+            assert!(error < 1e-5 * size, "∂{name}/∂u{k}: {} and {difference}", exact[2 * q + k]);
+        }
+    }
+}
+
+/// Inputs for an angle and a height; an angle that the ranges do not contain ends at their edge.
+#[test]
+fn inputs_are_found_for_targets() {
+    let (_, _, _, model) = trained();
+    let mut twin = Twin::new(model.clone()).expect("a law of the library");
+    twin.step(&[-6.0, 3e-3]).expect("an equilibrium");
+    let wanted = [twin.values()[1], twin.values()[0]];
+    twin.reset();
+    let target = |quantity: usize, value: f64| Target { quantity, value, tolerance: 1e-6 * model.largest[quantity] };
+    let found = reach(&mut twin, &[target(1, wanted[0]), target(0, wanted[1])]).expect("an equilibrium");
+    assert!(found.met, "{found:?}");
+    let beyond = reach(&mut twin, &[target(1, 10.0 * model.largest[1])]).expect("an equilibrium");
+    assert!(!beyond.met && twin.in_range(), "{beyond:?}");
+}
+
+/// 10 000 random inputs, half of them up to twice the ranges away: each step ends, with finite numbers or with a reason, and
+/// says whether it is in range; replayed, they give the same bits.
+#[test]
+fn any_input_ends_and_is_replayed() {
+    let (_, _, _, model) = trained();
+    let mut random = Random(11);
+    let mut draw = |k: usize| {
+        let (centre, half) = (0.5 * (RANGES[k][0] + RANGES[k][1]), 0.5 * (RANGES[k][1] - RANGES[k][0]));
+        centre + random.around(2.0 * half)
+    };
+    let inputs: Vec<[f64; 2]> = (0..10_000).map(|_| [draw(0), draw(1)]).collect();
+    let run = || {
+        let mut twin = Twin::new(model.clone()).expect("a law of the library");
+        let step = |u: &[f64; 2]| {
+            let done = twin.step(u);
+            assert!(twin.values().iter().all(|v| v.is_finite()));
+            if done.is_ok() {
+                let inside = (0..2).all(|k| (RANGES[k][0]..=RANGES[k][1]).contains(&u[k]));
+                assert_eq!(twin.in_range(), inside);
+                assert!(inside || twin.bars().iter().all(|bar| bar.is_infinite()));
+                assert!(!inside || twin.bars().iter().all(|bar| !bar.is_nan()));
+            }
+            (done, twin.values().iter().map(|v| v.to_bits()).collect::<Vec<_>>())
+        };
+        inputs.iter().map(step).collect::<Vec<_>>()
+    };
+    let first = run();
+    assert!(first.iter().filter(|(done, _)| done.is_ok()).count() > 9_500);
+    assert_eq!(first, run());
+    let mut twin = Twin::new(model.clone()).expect("a law of the library");
+    assert_eq!(twin.step(&[f64::NAN, 0.0]), Err(StepError::NotFinite(0)));
+    assert_eq!(twin.step(&[0.0]), Err(StepError::Count { given: 1, wanted: 2 }));
+}
+
+/// A file gives the model back bit for bit; one that is cut, changed in any byte, or of another format is refused with a reason.
+#[test]
+fn a_file_is_the_model_or_is_refused() {
+    let (_, _, _, model) = trained();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("bar.durom");
+    let size = model.write(&file).expect("room");
+    assert_eq!(ReducedModel::read(&file).expect("sound"), *model);
+    let bytes = model.to_bytes();
+    assert_eq!(bytes.len(), size);
+    let refused = |bytes: &[u8]| ReducedModel::from_bytes(Path::new("x"), bytes).expect_err("refused").to_string();
+    let end = bytes.iter().position(|b| *b == b'\n').expect("a first line");
+    for cut in [0, 10, end, end + 1, bytes.len() / 2, bytes.len() - 1] {
+        let why = refused(&bytes[..cut]);
+        assert!(why.contains("no reduced model") || why.contains("damaged"), "{cut}: {why}");
+    }
+    let mut random = Random(5);
+    for _ in 0..200 {
+        let mut other = bytes.clone();
+        let place = end + 1 + (random.unit() * (bytes.len() - end - 1) as f64) as usize;
+        other[place] ^= 1 << (random.unit() * 8.0) as u32;
+        assert!(refused(&other).contains("damaged"));
+    }
+    let newer = [b"durometer reduced model 99 ", &bytes[end - 64..]].concat();
+    assert!(refused(&newer).contains("format 99"));
+    assert!(ReducedModel::read(&folder.path().join("none.durom")).is_err());
+}
+
+/// Parts of a scene without a reduced form are named, with a remedy.
+#[test]
+fn what_is_not_reduced_is_refused() {
+    let (_, known, _, _) = trained();
+    let dynamic = bar(Order::Quadratic, "mixed", 1, NEARLY_INCOMPRESSIBLE);
+    let mean = bar(Order::Quadratic, "mean_dilatation", 1, NEARLY_INCOMPRESSIBLE);
+    let why = |scene: &Scene, names: &[String]| match Training::new(scene, known, names).map(|t| t.model(2, None, &[]))
+    {
+        Ok(Ok(_)) => String::new(),
+        Ok(Err(why)) | Err(why) => why.to_string(),
+    };
+    let words = why(&mean, &names());
+    assert!(words.contains("mixed") || words.contains("unknowns"), "{words}");
+    // A hundred times beyond the ranges there is no equilibrium, and a bar without a bound is none
+    let (scene, _, others, _) = trained();
+    let beyond = |s: &FullState| FullState { inputs: s.inputs.iter().map(|u| 100.0 * u).collect(), ..s.clone() };
+    let others: Vec<FullState> = others.iter().map(beyond).collect();
+    let made = Training::new(scene, known, &names()).and_then(|t| t.model(2, Some(1e-3), &others));
+    let words = made.expect_err("no equilibrium").to_string();
+    assert!(words.contains("no equilibrium") && words.contains("held back"), "{words}");
+    let words = why(&dynamic, &["none_m".into()]);
+    assert!(words.contains("none_m") && words.contains("bending_angle_deg"), "{words}");
+}

@@ -1,0 +1,16 @@
+//! The solver: accuracy, fast paths, threads, hard cases, stability, time integration, and control of a run.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod accuracy;
+mod control;
+mod dynamics;
+mod fast_paths;
+mod hard_cases;
+mod instability;
+mod iterative;
+mod random_scenes;
+mod robust;
+mod threads;
+mod time_error;

@@ -1,0 +1,72 @@
+//! Threads within a case: runs on several of them have the bits of a run on one.
+
+use crate::common::run_with_states;
+use durometer::math::threads::use_threads;
+use durometer::scene::{Body, Scene, overrides, read_scene};
+use durometer::solve::Status;
+use std::path::Path;
+use std::sync::Mutex;
+
+/// Every state of a run of a scene of the studies, with these changes.
+fn states(scene: &str, changes: &[&str]) -> Vec<f64> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies").join(scene).join("scene.toml");
+    let changes: Vec<_> = changes.iter().map(|change| overrides::parse(change).expect("key=value")).collect();
+    let (spec, text) = read_scene(&file, &changes).expect("a scene of the studies");
+    let body = Body::load(&file, &spec.mesh, &mut |_| {}).expect("its meshes are committed");
+    let scene = Scene::build(&file, spec, text, body.into()).expect("a scene of the studies");
+    let mut states = Vec::new();
+    let run = run_with_states(&scene, &mut |state| {
+        states.extend(state.x.iter().chain(&state.v).chain(&state.lambda).chain(&state.history));
+    });
+    assert_eq!(run.status, Status::Converged);
+    states
+}
+
+fn have_the_same_bits(scene: &str, changes: &[&str]) {
+    // The number of threads is that of the process.
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _one = ONE_AT_A_TIME.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    use_threads(1);
+    let of_one = states(scene, changes);
+    assert!(of_one.len() > 1000);
+    for threads in [2, 3, 8] {
+        use_threads(threads);
+        let of_more = states(scene, changes);
+        let same =
+            of_one.len() == of_more.len() && of_one.iter().zip(&of_more).all(|(a, b)| a.to_bits() == b.to_bits());
+        assert!(same, "{scene} {changes:?}: {threads} threads");
+    }
+}
+
+const THREE_STEPS: [&str; 2] = ["stage.0.duration=\"0.3 s\"", "stage.0.dt=\"0.1 s\""];
+
+#[test]
+fn with_a_cable_and_a_lagged_factor() {
+    have_the_same_bits("finger-convergence", &[&THREE_STEPS[..], &["mesh.cells=16200"]].concat());
+}
+
+#[test]
+fn with_pressures() {
+    let changes = ["mesh.cells=1100", "mesh.element=tet10", "effect.elastic.formulation=mixed"];
+    have_the_same_bits("finger-convergence", &[&THREE_STEPS[..], &changes].concat());
+}
+
+#[test]
+fn with_the_iterative_method() {
+    let changes = ["mesh.cells=16200", "numerics.linear=iterative"];
+    have_the_same_bits("finger-convergence", &[&THREE_STEPS[..], &changes].concat());
+}
+
+#[test]
+fn with_pressures_and_the_iterative_method() {
+    // 8 177 nodes: the finest level has several parts
+    let changes =
+        ["mesh.cells=4500", "mesh.element=tet10", "effect.elastic.formulation=mixed", "numerics.linear=iterative"];
+    have_the_same_bits("finger-convergence", &[&THREE_STEPS[..], &changes].concat());
+}
+
+#[test]
+fn in_time_with_friction() {
+    let changes = ["mesh.cells=1770", "stage.0.duration=\"0.05 s\""];
+    have_the_same_bits("finger-cube", &changes);
+}

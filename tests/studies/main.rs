@@ -1,0 +1,18 @@
+//! Studies: kinds without a program of their own, the store of results, and those who run them side by side.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bundle;
+mod compare;
+mod cost;
+mod engines;
+mod identity;
+mod locks;
+mod materials;
+mod outage;
+mod parts;
+mod plan;
+mod processes;
+mod store;
+mod sweep;

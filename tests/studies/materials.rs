@@ -1,0 +1,206 @@
+//! Comparison of members with a reference: curves with known differences, loops with a known area, refusals.
+
+// It serves the tests of another kind of study too.
+#[allow(dead_code)]
+use crate::common::synthetic;
+use durometer::report::canvas;
+use durometer::report::style::{self, STYLES};
+use durometer::study::analysis::Analysis;
+use durometer::study::curve::Curve;
+use durometer::study::expand::Study;
+use durometer::study::kinds::comparison::analysis::{self, ComparedMember, ComparisonFindings, ComparisonRecord};
+use durometer::study::report;
+use durometer::study::store::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Three cycles; the tension follows the length L = 0.05 + 0.01 cos φ [m] with T = a (1 − cos(φ − δ)) [N].
+fn case(family: &str, member: &str, a: f64, delta: f64, template: &StoredCase) -> StoredCase {
+    let mut c = template.clone();
+    let n = 600;
+    let phase = |k: usize| 6.0 * PI * k as f64 / n as f64;
+    let of = |f: &dyn Fn(f64) -> f64| (0..=n).map(|k| f(phase(k))).collect::<Vec<f64>>();
+    let length = of(&|phi| 0.05 + 0.01 * phi.cos());
+    let tension = of(&|phi| a * (1.0 - (phi - delta).cos()));
+    c.record.id = format!("{family}-length-{member}");
+    (c.record.family, c.record.variant, c.record.member) = (family.into(), "length".into(), member.into());
+    c.record.status = "Converged".into();
+    c.record.cpu_s = a;
+    c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 2.0 * a;
+    let columns = BTreeMap::from([("cable_tension_N".into(), tension), ("cable_length_m".into(), length)]);
+    c.series = Series { t_s: (0..=n).map(|k| k as f64 / 200.0).collect(), columns };
+    c
+}
+
+fn study() -> (StudyRecord, Vec<StoredCase>) {
+    let (mut study, cases) = synthetic::study();
+    let template = &cases[0];
+    let stored = vec![
+        case("laws", "base", 2.0, 0.0, template),
+        case("laws", "stiff", 2.4, 0.0, template),
+        case("laws", "near", 2.02, 0.0, template),
+        case("laws", "lossy", 2.0, 0.3, template),
+        case("fine", "base", 1.9, 0.0, template),
+        case("fine", "stiff", 2.318, 0.0, template),
+    ];
+    let ids = |family: &str| stored.iter().filter(|c| c.record.family == family).map(|c| c.record.id.clone()).collect();
+    let family =
+        |name: &str, role| FamilyRecord { name: name.into(), role, formulation: "tet10".into(), cases: ids(name) };
+    study.kind = "comparison".into();
+    study.details = serde_json::json!({ "reference": "base" });
+    study.variants = vec!["length".into()];
+    study.families = vec![family("laws", Role::Members), family("fine", Role::Finer)];
+    let q = |name: &str, against| Quantity {
+        name: name.into(),
+        label: name[..name.rfind('_').unwrap_or(0)].replace('_', " "),
+        symbol: "q".into(),
+        unit: "N".into(),
+        against,
+        ..Quantity::default()
+    };
+    let length = q("cable_length_m", None);
+    // The imposed length is the same under every law and is left out.
+    let tension = q("cable_tension_N", Some(Box::new(length.clone())));
+    study.quantities = BTreeMap::from([("length".into(), vec![tension, length])]);
+    (study, stored)
+}
+
+fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ComparisonFindings> {
+    analysis::analyse(study, &ComparisonRecord { reference: "base".into() }, stored)
+}
+
+/// The sums over 200 samples a cycle are exact for sines up to rounding, the interpolation of a peak between them is
+/// not needed: every difference is that of two samples.
+#[test]
+fn differences_and_loops_have_their_closed_forms() {
+    let (study, stored) = study();
+    let a = analyse(&study, &stored);
+    assert_eq!(a.quantities.len(), 1, "the length is imposed: {:?}", a.quantities);
+    let law = |member: &str| -> &ComparedMember {
+        a.quantities[0].members.iter().find(|c| c.member == member).expect(member)
+    };
+    let close = |got: f64, want: f64, tolerance: f64| assert!((got - want).abs() <= tolerance, "{got} is not {want}");
+    close(law("stiff").peak_difference, 0.2, 1e-12);
+    close(law("stiff").distance, 0.2, 1e-12);
+    close(law("stiff").largest, 0.2, 1e-12);
+    // 0.22 on the finer mesh, 0.2 on the other
+    close(law("stiff").mesh_drift.expect("both"), 0.02, 1e-12);
+    assert_eq!(law("lossy").mesh_drift, None);
+    // max |cos(φ − δ) − cos φ| = 2 sin(δ/2), of the peak 2; the samples miss the top by (Δφ)²/8 at most
+    close(law("lossy").largest, (0.3_f64 / 2.0).sin(), (2.0 * PI / 200.0).powi(2) / 8.0);
+    // ∮ T dL = π a b sin δ over a cycle, with the sign of L; polygons of 200 sides have sin(Δφ)/Δφ of an ellipse
+    let polygon = (2.0 * PI / 200.0).sin() / (2.0 * PI / 200.0);
+    close(law("lossy").loop_area.expect("a cycle").abs(), PI * 2.0 * 0.01 * 0.3_f64.sin() * polygon, 1e-12);
+    close(law("base").loop_area.expect("a cycle"), 0.0, 1e-12);
+    // Ranges 2a and 2b; the samples may miss the ends of the range of T by (Δφ)²/8
+    let box_error = (2.0 * PI / 200.0).powi(2) / 4.0;
+    close(law("lossy").loop_share.expect("a cycle"), PI / 4.0 * 0.3_f64.sin() * polygon, box_error);
+    // First order in the lag: tan δ for δ, over ω = 2π
+    close(law("lossy").lag_s, 0.3_f64.sin() / (2.0 * PI), 1e-3);
+    let cost = a.costs.iter().find(|p| p.member == "stiff").expect("a cost");
+    close(cost.ratio, 1.2, 1e-12);
+    for words in ["near", "can replace base", "stiff by 20 %", "lossy by 15 %"] {
+        assert!(a.verdict.contains(words), "{words}: {}", a.verdict);
+    }
+    assert!(a.quantities[0].sentence.contains("at most 2 %"), "{}", a.quantities[0].sentence);
+}
+
+/// A cable that is slack at the end does not come back to where its cycle began. Half a percent of the range off, the loop
+/// is that of the closed cycle up to the piece that is cut off, 0.005 of the box and less, and the samples between.
+#[test]
+fn a_loop_may_miss_its_start_by_half_a_percent() {
+    let n = 200;
+    let curve = |f: &dyn Fn(f64) -> f64| Curve {
+        t: (0..=n).map(f64::from).collect(),
+        f: (0..=n).map(|k| f(4.0 * PI * f64::from(k) / f64::from(n))).collect(),
+    };
+    let mut x = curve(&|phi| 0.5 * (1.0 + phi.cos()));
+    *x.f.last_mut().expect("samples") -= 0.005;
+    let (_, share) = curve(&|phi| (phi - 0.3).cos()).hysteresis(&x).expect("a cycle");
+    assert!((share - PI / 4.0 * 0.3_f64.sin()).abs() < 0.01, "{share}");
+}
+
+#[test]
+fn the_report_holds_both_figures() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &study());
+    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(summary.kind, "comparison");
+    assert!(summary.analysis["cable_tension_N"]["length"]["members"].is_array());
+    for file in
+        ["figures/comparison-length.svg", "figures/loops-length.pdf", "tables/costs.csv", "tables/comparison.tex"]
+    {
+        assert!(dir.path().join(file).is_file(), "{file}");
+    }
+}
+
+/// In every style the type has the size of the style, and no word of a legend ends outside of the figure, however long the name of a member is.
+#[test]
+fn figures_of_every_style_keep_their_type_and_their_legends() {
+    let (mut study, stored) = study();
+    study.members.insert("base".into(), "a law with a name of more than forty letters".into());
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    for (name, style) in STYLES {
+        style::within(style, || report::write(dir.path())).unwrap_or_else(|e| panic!("{e}"));
+        let svg = std::fs::read_to_string(dir.path().join("figures/comparison-length.svg")).expect("a figure");
+        let (_, view) = svg.split_once("viewBox=\"0 0 ").expect("a view box");
+        let units: f64 = view.split(' ').next().and_then(|w| w.parse().ok()).expect("a width");
+        // A label has 80 units of a tenth of a point at eight points
+        let zoom = canvas::width_mm(&svg) * 720.0 / 25.4 / units;
+        assert!(zoom >= 0.999 * style.font_pt / 8.0, "{name}: type is shrunk to {zoom} of its size");
+        let entry = svg.split("<text ").find(|t| t.contains("forty letters")).expect("a legend");
+        let x: f64 = entry.split('"').nth(1).and_then(|x| x.parse().ok()).expect("a place");
+        let words = "a law with a name of more than forty letters (reference)";
+        assert!(x + f64::from(canvas::width(words, canvas::SMALL)) <= units, "{name}: the legend ends outside");
+    }
+}
+
+#[test]
+fn without_a_pair_there_is_no_verdict() {
+    let (study, mut stored) = study();
+    for c in stored.iter_mut().filter(|c| c.record.member == "base") {
+        c.record.status = "StepTooSmall".into();
+    }
+    let a = analyse(&study, &stored);
+    assert!(a.verdict.starts_with("No verdict"), "{}", a.verdict);
+    assert!(a.warnings.iter().any(|w| w.contains("laws-length-base: StepTooSmall")), "{:?}", a.warnings);
+}
+
+#[test]
+fn roles_and_reference_must_fit_the_kind() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    std::fs::copy("tests/cli/scene.toml", dir.path().join("scene.toml")).expect("copied");
+    let refuse = |change: &dyn Fn(String) -> String| {
+        let text = "kind = \"comparison\"\nquestion = \"?\"\nexpectation = \"!\"\nscene = \"scene.toml\"\ntolerance = \"5 %\"\nreference = \"soft\"\n\
+            [[variant]]\nname = \"length\"\nquantity = [{ name = \"cable_tension_N\", label = \"T\", symbol = \"T\", unit = \"N\" }]\n\
+            [[family]]\nname = \"laws\"\nrole = \"members\"\n[family.members]\nsoft = {}\nstiff = { \"stage.0.dt\" = \"0.5 s\" }\n";
+        let file = dir.path().join("study.toml");
+        std::fs::write(&file, change(text.into())).expect("written");
+        Study::read(&file, &[]).map(|s| s.cases.len()).map_err(|e| e.to_string())
+    };
+    assert_eq!(refuse(&|t| t), Ok(2));
+    let cases: [(&dyn Fn(String) -> String, &str); 5] = [
+        (
+            &|t| t.replace("reference = \"soft\"\n", ""),
+            "name the member that the others are compared with: soft, stiff",
+        ),
+        (&|t| t.replace("reference = \"soft\"", "reference = \"sotf\""), "did you mean `soft`?"),
+        (
+            &|t| t.replace("role = \"members\"", "role = \"sizes\""),
+            "has no role \"sizes\"; the roles are members, finer, cumulative",
+        ),
+        (&|t| t.replace("role = \"members\"", "role = \"finer\""), "0 families have the role \"members\""),
+        (
+            &|t| {
+                t.replace("kind = \"comparison\"", "kind = \"convergence\"")
+                    .replace("role = \"members\"", "role = \"sizes\"")
+            },
+            "unknown key `reference`",
+        ),
+    ];
+    for (change, message) in cases {
+        let error = refuse(change).expect_err(message);
+        assert!(error.contains(message), "{error}\ndoes not say: {message}");
+    }
+}

@@ -1,0 +1,260 @@
+//! Upkeep of a folder of results: damage is named, what nothing uses is removed, and results move between machines unchanged.
+
+use crate::common::stores;
+use crate::common::stores::{assert_same, call, program, said, write_study};
+use flate2::{Compression, write::GzEncoder};
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+use tar::{Builder, EntryType, Header};
+
+/// A study of four cases with its results in `r`.
+fn results() -> (tempfile::TempDir, PathBuf) {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path().to_path_buf();
+    write_study(&at, 4);
+    call(&at, &["run", "study.toml", "--out", "r"], 0);
+    (keep, at)
+}
+
+fn case(k: usize, end: &str) -> String {
+    format!("sweep-press-E{}kPa.{end}", 100 + k)
+}
+
+fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) {
+    std::fs::write(path, bytes).expect("room");
+}
+
+#[test]
+fn damage_is_named() {
+    let (_keep, at) = results();
+    let (sound, _) = call(&at, &["store", "verify", "r"], 0);
+    assert!(sound.contains("4 cases are sound, 0 have no result"), "{sound}");
+    let cases = at.join("r/cases");
+    let csv = std::fs::read(cases.join(case(0, "csv"))).expect("stored");
+    let mut flipped = csv.clone();
+    *flipped.last_mut().expect("not empty") ^= 1;
+    write(cases.join(case(0, "csv")), flipped);
+    write(cases.join(case(1, "json")), "{");
+    std::fs::remove_file(cases.join(case(2, "skin.json.gz"))).expect("stored");
+    let (found, errors) = call(&at, &["store", "verify", "r", "--json"], 3);
+    let found: Value = serde_json::from_str(&found).expect("JSON");
+    let files: Vec<&str> =
+        found["damaged"].as_array().expect("a list").iter().filter_map(|d| d["file"].as_str()).collect();
+    let named = [case(0, "csv"), case(1, "json"), case(2, "skin.json.gz")].map(|name| format!("cases/{name}"));
+    assert_eq!(files, named);
+    assert!(named.iter().all(|name| errors.contains(name)), "{errors}");
+    assert_eq!(found["sound"], 1);
+    call(&at, &["run", "study.toml", "--out", "r"], 0);
+    call(&at, &["store", "verify", "r"], 0);
+    for (folder, words) in [(".", "there is no such file"), ("none", "there is no such file")] {
+        let (_, errors) = call(&at, &["store", "verify", folder], 2);
+        assert!(errors.contains(words), "{errors}");
+    }
+}
+
+#[test]
+fn what_nothing_uses_is_removed_and_the_rest_stays() {
+    let (_keep, at) = results();
+    let cases = at.join("r/cases");
+    call(&at, &["run", "study.toml", "--out", "s"], 0);
+    for (name, text) in [("old-case.json", "{}"), ("old-case.csv", "t_s\n"), (".x.part", "half"), ("notes.txt", "mine")]
+    {
+        write(cases.join(name), text);
+    }
+    write(at.join("r/.y.part"), "half");
+    let hour = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
+    for name in ["runs/dead.json", "runs/alive.json", "locks/a.json", "locks/b.json", "locks/c.json"] {
+        let owner = if name.contains('b') { "alive" } else { "dead" };
+        write(
+            at.join("r").join(name),
+            json!({ "name": owner, "host": "h", "machine": "", "pid": 1, "pid_started": 0,
+            "started_unix_s": 0, "study_sha256": "" })
+            .to_string(),
+        );
+        let file = std::fs::File::options().write(true).open(at.join("r").join(name)).expect("there");
+        file.set_modified(if name.contains("alive") { std::time::SystemTime::now() } else { hour }).expect("own file");
+    }
+    std::fs::create_dir(cases.join("old-case")).expect("room");
+    write(cases.join("old-case/old-case.pvd"), "<VTKFile/>");
+    let left = || std::fs::read_dir(&cases).expect("there").count();
+    let all = left();
+    let (young, _) = call(&at, &["store", "gc", "r", "--dry-run"], 0);
+    assert!(young.contains("old-case.json") && !young.contains(".part"), "a file of a run that goes on stays: {young}");
+    assert_eq!(left(), all, "a dry run removes nothing");
+    let (done, _) = call(&at, &["store", "gc", "r", "--older-than", "0 s"], 0);
+    let gone = [
+        "old-case.json",
+        "old-case.csv",
+        "cases/old-case ",
+        "cases/.x.part",
+        ".y.part",
+        "runs/dead",
+        "locks/a",
+        "locks/c",
+    ];
+    for name in gone {
+        assert!(done.contains(name), "{name}: {done}");
+    }
+    assert!(
+        at.join("r/locks/b.json").is_file() && at.join("r/runs/alive.json").is_file(),
+        "a run that lives keeps its lock"
+    );
+    assert!(done.contains("unknown, stays: cases/notes.txt"), "{done}");
+    std::fs::remove_file(cases.join("notes.txt")).expect("it stayed");
+    assert_same(&at.join("s"), &at.join("r"));
+    assert!(!at.join("r/.y.part").exists() && !cases.join("old-case").exists());
+    let (_, errors) = call(&at, &["store", "gc", "r", "--older-than=-1 s"], 2);
+    assert!(errors.contains("--older-than"), "{errors}");
+}
+
+/// Two machines with one half each: archives that are the same bytes each time, and a merged folder that is the whole study.
+#[test]
+fn halves_of_two_machines_are_merged() {
+    let (_keep, at) = results();
+    for k in ["1", "2"] {
+        call(&at, &["run", "study.toml", "--out", k, "--partition", &format!("{k}/2")], 0);
+        call(&at, &["store", "export", k, &format!("{k}.tar.gz")], 0);
+        call(&at, &["store", "export", k, &format!("{k}-again.tar.gz")], 0);
+        let bytes = |name: String| std::fs::read(at.join(name)).expect("written");
+        assert!(bytes(format!("{k}.tar.gz")) == bytes(format!("{k}-again.tar.gz")));
+        call(&at, &["store", "import", &format!("{k}.tar.gz"), "merged"], 0);
+    }
+    assert_same(&at.join("r"), &at.join("merged"));
+    let (again, _) = call(&at, &["store", "import", "1.tar.gz", "merged", "--json"], 0);
+    let again: Value = serde_json::from_str(&again).expect("JSON");
+    assert!(
+        again["added"] == json!([]) && again["conflicts"] == json!([]) && again["kept"].as_u64() > Some(0),
+        "{again}"
+    );
+    call(&at, &["report", "merged"], 0);
+    let kept = call(&at, &["run", "study.toml", "--out", "merged"], 0).1;
+    assert_eq!(kept.lines().filter(|l| l.starts_with("kept")).count(), 4, "{kept}");
+}
+
+#[test]
+fn results_that_differ_are_conflicts() {
+    let (_keep, at) = results();
+    let set = ["--set", "laws.rubber.nu=0.31"];
+    call(&at, &[&["run", "study.toml", "--out", "other"], &set[..]].concat(), 0);
+    call(&at, &["store", "export", "other", "other.tar.gz"], 0);
+    let before = stores::contents(&at.join("r"));
+    let (_, errors) = call(&at, &["store", "import", "other.tar.gz", "r"], 3);
+    for k in 0..4 {
+        let id = case(k, "").trim_end_matches('.').to_string();
+        assert!(errors.contains(&format!("conflict: {id}: the archive has a result of other inputs")), "{errors}");
+    }
+    assert_eq!(before, stores::contents(&at.join("r")), "nothing was changed");
+    // A damaged result is no result: that of the archive takes its place
+    call(&at, &["store", "export", "r", "r.tar.gz"], 0);
+    write(at.join("r/cases").join(case(1, "csv")), "t_s\n");
+    let (said, errors) = call(&at, &["store", "export", "r", "part.tar.gz"], 3);
+    assert!(said.contains("3 cases") && errors.contains(&case(1, "csv")), "{said}{errors}");
+    let (said, _) = call(&at, &["store", "import", "r.tar.gz", "r"], 0);
+    assert!(said.contains("1 cases added, 3 kept"), "{said}");
+    assert_eq!(before, stores::contents(&at.join("r")));
+    call(&at, &["store", "import", "other.tar.gz", "r", "--replace"], 0);
+    assert_same(&at.join("other"), &at.join("r"));
+    std::fs::create_dir(at.join("b")).expect("room");
+    write_study(&at.join("b"), 4);
+    call(&at, &["run", "b/study.toml", "--out", "b/r"], 0);
+    let (_, errors) = call(&at, &["store", "import", "r.tar.gz", "b/r"], 2);
+    assert!(errors.contains("it holds results of the study"), "{errors}");
+}
+
+/// An entry of a made archive: name, type, contents.
+type Made<'a> = (&'a str, EntryType, &'a [u8]);
+
+fn archive(path: &Path, entries: &[Made]) {
+    let mut archive = Builder::new(GzEncoder::new(Vec::new(), Compression::fast()));
+    for (name, kind, bytes) in entries {
+        let mut header = Header::new_gnu();
+        // The checks of the writer are those of an honest one
+        header.as_old_mut().name[..name.len()].copy_from_slice(name.as_bytes());
+        header.set_entry_type(*kind);
+        header.set_size(bytes.len() as u64);
+        header.set_mode(0o644);
+        if *kind == EntryType::Symlink {
+            header.set_link_name("/etc/passwd").expect("short");
+        }
+        header.set_cksum();
+        archive.append(&header, *bytes).expect("memory");
+    }
+    write(path, archive.into_inner().expect("memory").finish().expect("memory"));
+}
+
+fn digest(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// The list of an archive.
+fn c(bytes: &[u8]) -> Made<'_> {
+    ("contents.json", EntryType::Regular, bytes)
+}
+
+/// Archives that were made to do harm: nothing is written, inside or outside of the folder, and each is refused with its reason.
+#[test]
+fn a_hostile_archive_is_refused() {
+    let (_keep, at) = results();
+    let study = std::fs::read(at.join("r/study.json")).expect("stored");
+    let (own, x) = (digest(&study), digest(b"x"));
+    let first = json!({ "case": null, "bytes": study.len(), "sha256": own });
+    let list = |files: &[Value]| {
+        let files: Vec<&Value> = std::iter::once(&first).chain(files).collect();
+        json!({ "format": 1, "study": "s", "files": files }).to_string().into_bytes()
+    };
+    let file = |id: &str, end: &str| json!({ "case": [id, end], "bytes": 1, "sha256": x });
+    let regular = EntryType::Regular;
+    let s: Made = ("study.json", regular, &study);
+    let traversal = list(&[file("../../evil", "csv")]);
+    let absolute = list(&[file("/tmp/evil", "csv")]);
+    let strange = list(&[file("a", "sh")]);
+    let twice = list(&[file("a", "csv"), file("a", "csv")]);
+    let torn = list(&[file("a", "csv"), file("b", "csv"), file("a", "json")]);
+    let one = list(&[file("a", "csv")]);
+    let none = list(&[]);
+    let large = json!({ "format": 1, "study": "s", "files": [{ "case": null, "bytes": 1u64 << 50, "sha256": "" }] });
+    let (large, newer) =
+        (large.to_string().into_bytes(), json!({ "format": 2, "study": "s", "files": [] }).to_string());
+    let cases: [(&str, Vec<Made>); 14] = [
+        ("is no file of a case", vec![c(&traversal), s, ("cases/../../evil.csv", regular, b"x")]),
+        ("is no file of a case", vec![c(&absolute), s, ("/tmp/evil.csv", regular, b"x")]),
+        ("is no file of a case", vec![c(&strange), s]),
+        ("is listed twice", vec![c(&twice), s]),
+        ("are not together", vec![c(&torn), s]),
+        ("is not a regular file", vec![c(&one), s, ("cases/a.csv", EntryType::Symlink, b"")]),
+        ("is not a regular file", vec![c(&one), s, ("cases/a.csv", EntryType::Link, b"")]),
+        ("are not those of the list", vec![c(&one), s, ("../evil", regular, b"x")]),
+        ("are not those of the list", vec![c(&one), s, ("cases/a.csv", regular, b"y")]),
+        ("has more than", vec![c(&one), s, ("cases/a.csv", regular, b"xxxxxxx")]),
+        ("it ends before its list does", vec![c(&one), s]),
+        ("entries that are not in its list", vec![c(&none), s, ("cases/a.csv", regular, b"x")]),
+        ("more than 65536 MiB", vec![c(&large)]),
+        ("it has form 2", vec![c(newer.as_bytes())]),
+    ];
+    for (words, entries) in cases {
+        archive(&at.join("bad.tar.gz"), &entries);
+        let (_, errors) = call(&at, &["store", "import", "bad.tar.gz", "new/results"], 2);
+        assert!(errors.contains(words), "{words}: {errors}");
+        assert!(!at.join("new").exists() && !Path::new("/tmp/evil.csv").exists() && !at.join("evil.csv").exists());
+    }
+    call(&at, &["store", "export", "r", "r.tar.gz"], 0);
+    let sound = std::fs::read(at.join("r.tar.gz")).expect("written");
+    // Every 97th byte, of 20 to 40 kB, and every cut at one of them
+    for k in (0..sound.len()).step_by(sound.len() / 97) {
+        let mut flipped = sound.clone();
+        flipped[k] ^= 0x10;
+        for bytes in [&flipped[..], &sound[..k]] {
+            write(at.join("bad.tar.gz"), bytes);
+            let output = program(&at, &["store", "import", "bad.tar.gz", "new"]).output().expect("it starts");
+            if output.status.code() == Some(0) {
+                // A byte of the head of the stream that nothing reads
+                assert_same(&at.join("r"), &at.join("new"));
+                std::fs::remove_dir_all(at.join("new")).expect("made");
+                continue;
+            }
+            said(&output, "a damaged archive", 2);
+            assert!(!at.join("new").exists(), "byte {k}");
+        }
+    }
+}

@@ -1,0 +1,287 @@
+//! Sweeps and cumulative comparisons: closed forms of trend and elasticity, the points that axes make, refusals, a run from end to end.
+
+// It serves the tests of another kind of study too.
+#[allow(dead_code)]
+use crate::common::synthetic;
+use durometer::study::analysis::Analysis;
+use durometer::study::axis::AxisRecord;
+use durometer::study::expand::Study;
+use durometer::study::kinds::comparison;
+use durometer::study::kinds::sweep::analysis::{self, Along, Judged, SweepFindings, SweepRecord, Trend};
+use durometer::study::report;
+use durometer::study::store::record::{EffectRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+fn sweep_of(study: &StudyRecord) -> SweepRecord {
+    serde_json::from_value(study.details.clone()).expect("the record of a sweep")
+}
+
+fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
+    analysis::analyse(study, &sweep_of(study), stored)
+}
+
+fn axis(name: &str, values: &[f64]) -> AxisRecord {
+    AxisRecord {
+        name: name.into(),
+        keys: vec!["laws.rubber.E".into()],
+        label: format!("key {name}"),
+        symbol: name.into(),
+        unit: "kPa".into(),
+        values: values.iter().map(|v| format!("{v} kPa")).collect(),
+        numbers: values.to_vec(),
+    }
+}
+
+/// A grid over p and q with the peak y(p, q), from the cases of the made-up study.
+fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec<StoredCase>) {
+    let (mut study, cases) = synthetic::study();
+    let (mut points, mut stored) = (BTreeMap::new(), vec![]);
+    for (i, p) in p.iter().enumerate() {
+        for (j, q) in q.iter().enumerate() {
+            let mut c = cases[0].clone();
+            let member = format!("p{i}_q{j}");
+            c.record.id = format!("sweep-length-{member}");
+            (c.record.family, c.record.variant, c.record.member) = ("sweep".into(), "length".into(), member.clone());
+            c.record.status = "Converged".into();
+            let probe = c.record.probes.get_mut("cable_tension_N").expect("probe");
+            probe.peak = y(*p, *q);
+            let n = c.series.t_s.len() - 1;
+            let wave = (0..=n).map(|k| y(*p, *q) * k as f64 / n as f64).collect();
+            c.series.columns.insert("cable_tension_N".into(), wave);
+            points.insert(member, vec![i, j]);
+            stored.push(c);
+        }
+    }
+    let ids = stored.iter().map(|c| c.record.id.clone()).collect();
+    study.kind = "sweep".into();
+    study.variants = vec!["length".into()];
+    study.families =
+        vec![FamilyRecord { name: "sweep".into(), role: Role::Grid, formulation: "tet10".into(), cases: ids }];
+    let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points, judged: Judged::Peak };
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let tension = Quantity {
+        name: "cable_tension_N".into(),
+        label: "cable tension".into(),
+        symbol: "T".into(),
+        unit: "N".into(),
+        ..Quantity::default()
+    };
+    study.quantities = BTreeMap::from([("length".into(), vec![tension])]);
+    (study, stored)
+}
+
+const P: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
+const Q: [f64; 3] = [1.0, 3.0, 4.0];
+
+fn along<'a>(all: &'a [Along], name: &str) -> &'a Along {
+    all.iter().find(|a| a.axis == name).expect(name)
+}
+
+/// y = 3 p^0.7/q²: the elasticities are the exponents between any two points, to the rounding of logarithms.
+#[test]
+fn a_power_law_has_its_exponents() {
+    let (study, stored) = study(&P, &Q, |p, q| 3.0 * p.powf(0.7) / (q * q));
+    let a = analyse(&study, &stored);
+    let all = &a.quantities[0].along;
+    for (name, exponent, trend) in [("p", 0.7, Trend::Rising), ("q", -2.0, Trend::Falling)] {
+        let x = along(all, name);
+        assert_eq!(x.trend, trend, "{name}");
+        for e in x.elasticity.expect("positive values") {
+            assert!((e - exponent).abs() < 1e-12, "{name}: {e}");
+        }
+    }
+    // (max − min)/max along q: 1 − (1/4)²; along p: 1 − 10^−0.7
+    assert!((along(all, "q").change - (1.0 - 1.0 / 16.0)).abs() < 1e-12);
+    assert!((along(all, "p").change - (1.0 - 10f64.powf(-0.7))).abs() < 1e-12);
+    assert!(a.verdict.contains("key q q (up to 94 %), then key p p (up to 80 %)"), "{}", a.verdict);
+    let sentence = &a.quantities[0].sentence;
+    assert!(sentence.contains("falls with key q q, whatever the others are"), "{sentence}");
+}
+
+/// What turns around, what depends on the other axis, what does not move, and a change of sign are told apart.
+#[test]
+fn trends_are_told_apart() {
+    let trend = |y: &dyn Fn(f64, f64) -> f64, name: &str| {
+        let (study, stored) = study(&P, &Q, y);
+        let a = analyse(&study, &stored);
+        let found = along(&a.quantities[0].along, name).clone();
+        (found.trend, found.elasticity.is_some())
+    };
+    assert_eq!(trend(&|p, _| 10.0 - (p - 4.0) * (p - 4.0) / 10.0, "p"), (Trend::Turning, true));
+    assert_eq!(trend(&|p, q| 10.0 + p * (q - 2.0), "p").0, Trend::Mixed);
+    assert_eq!(trend(&|p, _| p, "q"), (Trend::Constant, false), "no elasticity out of rounding");
+    // 1e-7 of the value is less than a solver leaves
+    assert_eq!(trend(&|p, q| p + 1e-8 * q, "q").0, Trend::Constant);
+    assert_eq!(trend(&|p, _| p - 3.0, "p"), (Trend::Rising, false), "no logarithm of a change of sign");
+}
+
+#[test]
+fn a_missing_point_is_named_and_the_report_is_written() {
+    let (study, mut stored) = study(&P, &Q, |p, q| p / q);
+    stored[5].record.status = "StepTooSmall".into();
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert!(summary.warnings.iter().any(|w| w.contains("p1_q2: StepTooSmall")), "{:?}", summary.warnings);
+    let points = &summary.analysis["cable_tension_N"]["length"]["points"];
+    assert_eq!(points.as_array().map(Vec::len), Some(11));
+    for file in [
+        "figures/against-cable_tension_N-length.svg",
+        "figures/map-length.pdf",
+        "figures/sweep-length.png",
+        "tables/dependence.csv",
+        "tables/points.tex",
+        "tables/effects.csv",
+    ] {
+        assert!(dir.path().join(file).is_file(), "{file}");
+    }
+}
+
+/// A study of the small scene of the command line's tests.
+fn written(text: &str) -> (tempfile::TempDir, Result<Study, String>) {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/scene.toml");
+    let head = format!(
+        "question = \"?\"\nexpectation = \"!\"\nscene = {:?}\ntolerance = \"2 %\"\n{text}\n[[variant]]\nname = \"length\"\nquantity = [{{ name = \"bending_angle_deg\", label = \"bending angle\", symbol = \"θ\", unit = \"°\" }}, {{ name = \"cable_tension_N\", label = \"cable tension\", symbol = \"T\", unit = \"N\" }}]\n",
+        scene.display().to_string()
+    );
+    let file = dir.path().join("study.toml");
+    std::fs::write(&file, head).expect("temporary file");
+    let study = Study::read(&file, &[]).map_err(|e| e.to_string());
+    (dir, study)
+}
+
+const E: &str = "[[axis]]\nname = \"E\"\nkeys = [\"laws.rubber.E\"]\nlabel = \"Young's modulus\"\nsymbol = \"E\"\nunit = \"kPa\"\nvalues = [\"50 kPa\", \"0.1 MPa\"]\n";
+const NU: &str = "[[axis]]\nname = \"nu\"\nkeys = [\"laws.rubber.nu\"]\nlabel = \"Poisson's ratio\"\nsymbol = \"ν\"\nvalues = [0.2, 0.3]\n";
+
+#[test]
+fn a_grid_combines_and_a_list_goes_along() {
+    let (_keep, study) = written(&format!("kind = \"sweep\"\n{E}{NU}"));
+    let study = study.expect("a grid");
+    let members: Vec<&str> = study.cases.iter().map(|c| c.member.as_str()).collect();
+    assert_eq!(members, ["E50kPa_nu0.2", "E50kPa_nu0.3", "E0.1MPa_nu0.2", "E0.1MPa_nu0.3"]);
+    assert_eq!(sweep_of(&study.record).axes[0].numbers, [50.0, 100.0]);
+    assert_eq!(sweep_of(&study.record).points["E0.1MPa_nu0.2"], [1, 0]);
+    assert!(study.cases[2].text.contains("E = \"0.1 MPa\"") && study.cases[2].text.contains("nu = 0.2"));
+    let (_keep, study) = written(&format!("kind = \"sweep\"\ncombine = \"list\"\n{E}{NU}"));
+    let members: Vec<String> = study.expect("a list").cases.into_iter().map(|c| c.member).collect();
+    assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.3"]);
+}
+
+#[test]
+fn mistakes_in_axes_are_named() {
+    let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));
+    let family = "[[family]]\nname = \"f\"\nrole = \"cumulative\"\n[family.members]\na = {}\n";
+    for (text, words) in [
+        ("kind = \"sweep\"".to_string(), "study: the sweep has no axis; add an [[axis]]"),
+        (format!("kind = \"sweep\"\n{E}{family}"), "unknown key `family`"),
+        (format!("kind = \"comparison\"\n{NU}{family}"), "unknown key `axis`"),
+        (format!("kind = \"sweep\"\n{E}{E}"), "axis 2: another one is called \"E\" too"),
+        (format!("kind = \"sweep\"\n{}", E.replace("0.1 MPa", "2 mm")), "axis E: \"2 mm\" has the wrong dimension"),
+        (
+            format!("kind = \"sweep\"\n{}", NU.replace("[0.2, 0.3]", "[0.2]")),
+            "axis nu: it has 1 value(s); give at least",
+        ),
+        (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.2]")), "axis nu: the value 0.2 is given twice"),
+        (format!("kind = \"sweep\"\n{}", NU.replace("0.3]", "0.3, 0.1]")), "axis nu: the values neither rise nor fall"),
+        (format!("kind = \"sweep\"\n{}", NU.replace("[\"laws.rubber.nu\"]", "[]")), "axis nu: it changes no key"),
+        (format!("kind = \"sweep\"\n{}", NU.replace("rubber.nu", "ruber.nu")), "there is no \"ruber\"; did you mean"),
+        (
+            format!("kind = \"sweep\"\ncombine = \"list\"\n{E}{}", NU.replace("0.3]", "0.3, 0.4]")),
+            "axis nu: it has 3 values and the first axis 2; in a list",
+        ),
+        (
+            format!("kind = \"comparison\"\n{family}{}", family.replace("\"f\"", "\"g\"")),
+            "variant length: two families are run in it; a variant has one cumulative family",
+        ),
+        (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "unknown key `reference`"),
+    ] {
+        let said = refused(&text);
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+/// Under length control without other loads the angle of a homogeneous body does not depend on E, and the tension is
+/// proportional to it: an elasticity of 1, at the residual of Newton's method (1e-8) over ln 2.
+#[test]
+fn a_sweep_runs_from_end_to_end() {
+    let (dir, study) = written(&format!("kind = \"sweep\"\n{E}"));
+    study.expect("a sweep");
+    let out = dir.path().join("out");
+    let output = Command::new(env!("CARGO_BIN_EXE_durometer"))
+        .args(["run", "--json", "--out"])
+        .args([&out, &dir.path().join("study.toml")])
+        .output()
+        .expect("the program starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let tension = &summary["analysis"]["cable_tension_N"]["length"]["along"][0];
+    let e = tension["elasticity"][2].as_f64().expect("a number");
+    assert!((e - 1.0).abs() < 1e-6, "{e}");
+    let angle = &summary["analysis"]["bending_angle_deg"]["length"]["along"][0];
+    assert_eq!(angle["trend"], "constant", "{angle}");
+    assert!(out.join("index.html").is_file());
+}
+
+/// The changes of a cumulative family add up; two members of known times have known costs.
+#[test]
+fn a_cumulative_family_adds_up() {
+    let gravity = "{ kind = \"gravity\", region = \"body\", density = \"1 g/cm^3\", direction = [0, 0, -1], acceleration = \"1 m/s^2\" }";
+    let (_keep, study) = written(&format!(
+        "kind = \"comparison\"\n[[family]]\nname = \"f\"\nrole = \"cumulative\"\n[family.members]\na = {{}}\nb = {{ \"effect.+\" = {gravity} }}\nc = {{ \"numerics.cuts\" = 3 }}\n"
+    ));
+    let study = study.expect("a cumulative family");
+    let effects: Vec<usize> = study.cases.iter().map(|c| c.spec.effects.len()).collect();
+    assert_eq!(effects, [1, 2, 2], "a member keeps what the one before has added");
+    let (_, cases) = synthetic::study();
+    let timed = |k: usize, seconds: f64, effects: &[(&str, f64)]| {
+        let mut c = cases[0].clone();
+        c.record.id.clone_from(&study.cases[k].id);
+        (c.record.variant, c.record.member) = ("length".into(), study.cases[k].member.clone());
+        (c.record.status, c.record.cpu_s, c.record.steps) = ("Converged".into(), seconds, 10);
+        // Twice as long by the clock, with as much of it in every part
+        c.record.wall_s = 2.0 * seconds;
+        c.record.shared = false;
+        let record = |(name, s): &(&str, f64)| EffectRecord { name: name.to_string(), role: None, wall_s: 2.0 * s };
+        c.record.effects = effects.iter().map(record).collect();
+        c
+    };
+    let stored = [timed(0, 1.0, &[("elastic", 0.5)]), timed(1, 1.4, &[("elastic", 0.6), ("gravity", 0.1)])];
+    let a = comparison::analysis::analyse(&study.record, &Default::default(), &stored);
+    let added = &a.sequences[0].additions;
+    assert_eq!(added.len(), 2, "{added:?}");
+    assert_eq!(added[1].new, ["gravity"]);
+    assert!(
+        (added[1].step_s - 0.14).abs() < 1e-15 && (added[1].added_s.expect("a member before") - 0.04).abs() < 1e-15
+    );
+    assert!((added[1].new_evaluation_s() - 0.01).abs() < 1e-15);
+    assert!(a.warnings.iter().any(|w| w.contains("f-length-c: has no result")), "{:?}", a.warnings);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study.record.clone(), stored.to_vec()));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    for file in
+        ["figures/sequence-length.pdf", "tables/sequence-costs.csv", "tables/evaluations.csv", "tables/answers.csv"]
+    {
+        assert!(dir.path().join(file).is_file(), "{file}");
+    }
+}
+
+/// y turns back before the end, by a half: the peaks are twice the final values, and the words say which is meant.
+#[test]
+fn a_sweep_can_judge_the_end() {
+    let (mut study, mut stored) = study(&P, &Q, |p, q| 2.0 * p * q);
+    for c in &mut stored {
+        let probe = c.record.probes.get_mut("cable_tension_N").expect("probe");
+        probe.last = 0.5 * probe.peak;
+    }
+    let peaks = analyse(&study, &stored);
+    study.details["judged"] = "final".into();
+    let ends = analyse(&study, &stored);
+    for (peak, end) in peaks.quantities[0].points.iter().zip(&ends.quantities[0].points) {
+        assert!((peak.value, 0.5 * peak.value) == (2.0 * end.value, end.value), "{peak:?} {end:?}");
+    }
+    assert!(ends.quantities[0].sentence.starts_with("Final cable tension"), "{}", ends.quantities[0].sentence);
+    assert!(ends.verdict.contains("the final cable tension") && !peaks.verdict.contains("final"), "{}", ends.verdict);
+}
