@@ -50,7 +50,7 @@ def members() -> list[tuple[str, object]]:
         item = getattr(durometer, name)
         found.append((name, item))
         if inspect.isclass(item):
-            own = [(k, v) for k, v in vars(item).items() if not k.startswith("_")]
+            own = [(k, v) for k, v in sorted(vars(item).items()) if not k.startswith("_")]
             found += [(f"{name}.{k}", getattr(item, k)) for k, v in own if callable(v) or inspect.isdatadescriptor(v)]
     return found
 

@@ -62,6 +62,29 @@ fn table(path: &Path) -> BTreeMap<String, Vec<f64>> {
 }
 
 /// A case whose right end is a stated reason is done, not incomplete; a map counts an inaccurate answer as what it looks for.
+/// Of cases that cannot be run `check` says each fact, and the others are listed.
+#[test]
+fn check_names_every_refused_case() {
+    let (keep, _) = folder();
+    let scene = Path::new(ROOT).join(SCENE);
+    let study = read(&Path::new(ROOT).join(STUDY)).replace("scene.toml", scene.to_str().expect("UTF-8"));
+    let members = r#"
+far = { "constraint.1.drive.signal.amplitude" = "200 mm" }
+far_in_fine_steps = { "constraint.1.drive.signal.amplitude" = "200 mm", "stage.0.dt" = "0.125 s" }
+nowhere = { "probe.0.tip" = "nowhere" }
+"#;
+    let file = keep.path().join("study.toml");
+    std::fs::write(&file, study.trim_end().to_string() + members).expect("room");
+    let output = durometer(&["check", file.to_str().expect("UTF-8")]);
+    let (out, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(2), "{out}\n{errors}");
+    let said: Vec<&str> = errors.lines().collect();
+    assert_eq!(said[0], "error: 3 cases cannot be run:");
+    assert!(said[1].starts_with("  dt-length-far and 1 more: ") && said[1].contains("only 27.0000 mm"), "{errors}");
+    assert!(said[2].starts_with("  dt-length-nowhere: ") && said[2].contains("no region \"nowhere\""), "{errors}");
+    assert!(out.contains("dt-length-fine"), "{out}");
+}
+
 #[test]
 fn an_expected_end_is_complete() {
     let (_keep, out) = folder();

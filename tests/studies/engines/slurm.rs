@@ -149,7 +149,7 @@ SlurmdPort={node}
 SlurmUser=root
 SlurmdUser=root
 AuthType=auth/munge
-AuthInfo=socket={d}/munge.sock,cred_expire=3
+AuthInfo=socket={d}/munge.sock,cred_expire=5
 CredType=cred/munge
 StateSaveLocation={d}/state
 SlurmdSpoolDir={d}/spool
