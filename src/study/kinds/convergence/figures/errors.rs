@@ -91,7 +91,7 @@ fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, b
     let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.scale);
     let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
     let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
-    let room = (top / lowest).powf(0.04 * lines as f64);
+    let room = (top / lowest).powf(0.065 * lines as f64);
     Axis::log([lowest, tolerance, top, room * top].into_iter(), "error [%]")
 }
 
@@ -124,6 +124,27 @@ fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
     (e.fs < CAUTIOUS_FACTOR).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
 }
 
+/// The parts of |y(x)| above the lower edge of a logarithmic axis. Each ends at the edge where the curve goes on below it; y may change its sign.
+fn parts_above(curve: &[(f64, f64)], edge: f64) -> Vec<Vec<(f64, f64)>> {
+    let mut parts: Vec<Vec<(f64, f64)>> = vec![];
+    for pair in curve.windows(2) {
+        for sign in [1.0, -1.0] {
+            let [(xa, ya), (xb, yb)] = [pair[0], pair[1]].map(|(x, y)| (x, sign * y));
+            if ya < edge && yb < edge {
+                continue;
+            }
+            let at_edge = (xa + (xb - xa) * (edge - ya) / (yb - ya), edge);
+            let from = if ya < edge { at_edge } else { (xa, ya) };
+            let to = if yb < edge { at_edge } else { (xb, yb) };
+            match parts.last_mut() {
+                Some(part) if part.last() == Some(&from) => part.push(to),
+                _ => parts.push(vec![from, to]),
+            }
+        }
+    }
+    parts
+}
+
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let extra = vec![
@@ -144,12 +165,14 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
             let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
             let hs: Vec<f64> = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0)).collect();
             let y: Vec<Option<(f64, f64)>> = hs.iter().map(|h| model(e, *h)).collect();
-            let path: Vec<_> = (hs.iter().zip(&y))
-                .filter_map(|(h, y)| Some((1e3 * h, 100.0 * ((*y)?.0 - reference).abs() / scale)))
-                .filter(|(_, y)| *y >= plot.y.lo && *y <= plot.y.hi)
-                .map(|(h, y)| plot.at(h, y))
+            let curve: Vec<_> = (hs.iter().zip(&y))
+                .filter_map(|(h, y)| Some((1e3 * h, 100.0 * ((*y)?.0 - reference) / scale)))
+                .filter(|(_, y)| y.abs() <= plot.y.hi)
                 .collect();
-            line(area, &path, style(family).1, 7);
+            for part in parts_above(&curve, plot.y.lo) {
+                let path: Vec<_> = part.into_iter().map(|(h, y)| plot.at(h, y)).collect();
+                line(area, &path, style(family).1, 7);
+            }
             if let Some((_, p)) = y[0] {
                 orders.push((format!("{p:.2} ({})", e.family), style(family).1));
             }
@@ -226,4 +249,18 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis."
     );
     Some(Figure { name: "work-precision".into(), svg, caption })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_ends_at_the_lower_edge_on_both_sides_of_its_zero() {
+        let parts = parts_above(&[(0.0, 4.0), (1.0, 2.0), (2.0, -2.0), (3.0, -0.5), (4.0, -0.25)], 1.0);
+        let left = vec![(0.0, 4.0), (1.0, 2.0), (1.25, 1.0)];
+        let right = vec![(1.75, 1.0), (2.0, 2.0), (2.0 + 1.0 / 1.5, 1.0)];
+        assert_eq!(parts, [left, right]);
+        assert!(parts_above(&[(0.0, 0.1), (1.0, 0.2)], 1.0).is_empty());
+    }
 }
