@@ -275,6 +275,6 @@ mod tests {
         let windows = read_guides(Path::new("..\\no\\guides.csv"), None).expect_err("no file").to_string();
         assert!(windows.contains("write / in place of \\"), "{windows}");
         let many = "1,2\n".repeat(40);
-        says("a.csv", format!("1,2,3\n{many}").as_bytes(), &["line 13 has 2 columns", "and 28 more"]);
+        says("a.csv", format!("1,2,3\n{many}").as_bytes(), &["line 9 has 2 columns", "and 32 more"]);
     }
 }
