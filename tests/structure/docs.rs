@@ -345,6 +345,40 @@ fn command_lines_parse() {
     assert!(pages_with_calls > 3);
 }
 
+/// A call of single tests, as `cargo test --test effects cable::`, names programs and files of tests.
+#[test]
+fn calls_of_tests_name_tests_that_exist() {
+    let program = regex::Regex::new(r"--test (\w+)").expect("a pattern");
+    let module = regex::Regex::new(r"(?:^| )((?:\w+::)+)").expect("a pattern");
+    let (mut all, mut calls) = (Vec::new(), 0);
+    pages(root(), &mut all);
+    for page in all {
+        let text = text(&page);
+        let code = text.split('`').skip(1).step_by(2);
+        for call in code.filter(|code| code.starts_with("--test ") || code.contains("cargo test")) {
+            let programs: Vec<&str> =
+                program.captures_iter(call).filter_map(|found| found.get(1)).map(|m| m.as_str()).collect();
+            // `--test N` of `durometer fit`
+            for name in programs.iter().filter(|name| !name.chars().all(|c| c.is_ascii_digit() || c == 'N')) {
+                let place = root().join("tests").join(name);
+                assert!(
+                    place.join("main.rs").is_file() || place.with_extension("rs").is_file(),
+                    "{}: {call}",
+                    page.display()
+                );
+                calls += 1;
+            }
+            for name in module.captures_iter(call).filter(|_| !call.contains("--lib")).filter_map(|found| found.get(1))
+            {
+                let file = format!("{}.rs", name.as_str().trim_end_matches(':').replace("::", "/"));
+                let is_there = programs.iter().any(|program| root().join("tests").join(program).join(&file).is_file());
+                assert!(is_there, "{}: {call}: there is no {file}", page.display());
+            }
+        }
+    }
+    assert!(calls > 50, "{calls}");
+}
+
 #[test]
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
