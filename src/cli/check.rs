@@ -69,24 +69,20 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     let (mut bodies, mut first, mut refused) = (BTreeMap::new(), None, vec![]);
     for cases in study.cases.chunks(AT_ONCE) {
         let on: Vec<_> = cases.iter().map(|case| body(&case.scene_file, &case.spec, &mut bodies)).collect();
-        let scenes: Vec<_> = cases.par_iter().zip(on).map(|(case, body)| checked(study, case, body?)).collect();
-        for (case, scene) in cases.iter().zip(scenes) {
-            let scene = match scene {
-                Ok(scene) => scene,
-                Err(error) => {
-                    refused.push((&case.id, error));
-                    continue;
+        // Of large scenes only one is held
+        let rows: Vec<_> = (cases.par_iter().zip(on).enumerate())
+            .map(|(k, (case, body))| {
+                checked(study, case, body?).map(|scene| (row(case, &scene), (k == 0).then_some(scene)))
+            })
+            .collect();
+        for (case, row) in cases.iter().zip(rows) {
+            match row {
+                Ok((row, scene)) => {
+                    println!("{row}");
+                    first = first.or(scene.map(|scene| (&case.id, scene)));
                 }
-            };
-            println!(
-                "  {:32} {:11} {:>8} {:>9} {:>6}",
-                case.id,
-                case.spec.formulation(),
-                scene.body.mesh.cell_count(),
-                scene.system.dofs.free.len(),
-                steps(&scene)
-            );
-            first.get_or_insert((&case.id, scene));
+                Err(error) => refused.push((&case.id, error)),
+            }
         }
     }
     if let Some(error) = refusal(refused) {
@@ -123,6 +119,18 @@ fn checked(study: &Study, case: &Case, body: Arc<Body>) -> Result<Scene, Refusal
     let scene = Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body)?;
     Task::new(study, case.clone(), vec![], false).check(&scene)?;
     Ok(scene)
+}
+
+/// The line of a case in the table of a study.
+fn row(case: &Case, scene: &Scene) -> String {
+    format!(
+        "  {:32} {:11} {:>8} {:>9} {:>6}",
+        case.id,
+        case.spec.formulation(),
+        scene.body.mesh.cell_count(),
+        scene.system.dofs.free.len(),
+        steps(scene)
+    )
 }
 
 /// One error for all cases that are refused: a fact that several of them share is said once.
