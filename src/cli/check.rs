@@ -44,7 +44,7 @@ pub fn main(args: Args) -> CommandResult {
         return study(&Study::read(&file, &changes)?, args.figure.as_deref());
     }
     let (spec, text) = read_scene(&file, &changes)?;
-    let body = body(&file, &spec, &mut BTreeMap::new()).map_err(|e| -> Box<dyn std::error::Error> { e })?;
+    let body = body(&file, &spec, &mut Bodies::new())?;
     let scene = Scene::build(&file, spec, text, body)?;
     durometer::study::overlay::markers::read(&scene)?;
     describe(&scene);
@@ -66,7 +66,7 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
     println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
     println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
-    let (mut bodies, mut first, mut refused) = (BTreeMap::new(), None, vec![]);
+    let (mut bodies, mut first, mut refused) = (Bodies::new(), None, vec![]);
     for cases in study.cases.chunks(AT_ONCE) {
         let on: Vec<_> = cases.iter().map(|case| body(&case.scene_file, &case.spec, &mut bodies)).collect();
         // Of large scenes only one is held
@@ -103,15 +103,15 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
 /// Why a scene cannot be run.
 type Refusal = Box<dyn std::error::Error + Send + Sync>;
 
-/// The mesh of a scene; meshes are kept by what they are made of.
-fn body(file: &Path, spec: &SceneSpec, bodies: &mut BTreeMap<String, Arc<Body>>) -> Result<Arc<Body>, Refusal> {
-    let key = format!("{:?}", spec.mesh);
-    if let Some(body) = bodies.get(&key) {
-        return Ok(body.clone());
-    }
-    let body = Arc::new(Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}"))?);
-    bodies.insert(key, body.clone());
-    Ok(body)
+/// Meshes by what they are made of, and why there is none.
+type Bodies = BTreeMap<String, Result<Arc<Body>, String>>;
+
+/// The mesh of a scene. It is made or refused once.
+fn body(file: &Path, spec: &SceneSpec, bodies: &mut Bodies) -> Result<Arc<Body>, String> {
+    let make =
+        || Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}")).map(Arc::new).map_err(|e| e.to_string());
+    // A mesh file is looked for from the folder of the scene
+    bodies.entry(format!("{:?} {:?}", file.parent(), spec.mesh)).or_insert_with(make).clone()
 }
 
 /// The scene of a case, which can be run.
