@@ -62,6 +62,46 @@ fn table(path: &Path) -> BTreeMap<String, Vec<f64>> {
 }
 
 /// A case whose right end is a stated reason is done, not incomplete; a map counts an inaccurate answer as what it looks for.
+/// Two scenes of one study, each with the file `m.msh` of its own folder; the second one holds quadratic cells.
+#[test]
+fn check_reads_the_mesh_of_each_scene() {
+    let (keep, _) = folder();
+    let suite = |name: &str| {
+        format!(
+            r#"
+[[suite]]
+name = "{name}"
+setup = "A cable is shortened."
+scene = "{name}/scene.toml"
+variants = ["plain"]
+[suite.members]
+pull = {{}}
+[[suite.check]]
+what = "tension"
+measured = "cable_tension_N"
+reference = "cable_tension_N"
+accept = "1e-8"
+source = "itself"
+"#
+        )
+    };
+    let scene = read(&Path::new(ROOT).join(SCENE)).replace("../bad/good/boxes.msh", "m.msh");
+    for (name, mesh) in [("linear", "boxes.msh"), ("quadratic", "boxes-order2-binary.msh")] {
+        let at = keep.path().join(name);
+        std::fs::create_dir(&at).expect("room");
+        std::fs::write(at.join("scene.toml"), &scene).expect("room");
+        std::fs::copy(Path::new(ROOT).join("tests/bad/good").join(mesh), at.join("m.msh")).expect("room");
+    }
+    let head = "kind = \"robustness\"\nquestion = \"Is each mesh read?\"\nexpectation = \"Yes.\"\nscene = \"linear/scene.toml\"\n\
+                tolerance = \"5 %\"\n[[variant]]\nname = \"plain\"\nlabel = \"plain\"\nset = {}\n";
+    let file = keep.path().join("study.toml");
+    std::fs::write(&file, head.to_string() + &suite("linear") + &suite("quadratic")).expect("room");
+    let output = durometer(&["check", file.to_str().expect("UTF-8")]);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{errors}");
+    assert!(errors.contains("the file holds tet10 cells"), "{errors}");
+}
+
 /// Of cases that cannot be run `check` says each fact, and the others are listed.
 #[test]
 fn check_names_every_refused_case() {
