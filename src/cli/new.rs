@@ -31,6 +31,6 @@ pub fn main(args: Args) -> CommandResult {
     };
     let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
     println!("{}: scene.toml, study.toml, README.md", folder.display());
-    println!("next: cd {} && durometer simulate scene.toml", shlex::try_quote(&folder.to_string_lossy())?);
+    println!("next, in this folder: durometer simulate scene.toml");
     Ok(Outcome::Complete)
 }

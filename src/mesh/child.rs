@@ -23,5 +23,10 @@ pub fn kill(pid: u32) {
     #[cfg(unix)]
     nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid as i32), nix::sys::signal::Signal::SIGKILL).ok();
     #[cfg(not(unix))]
-    let _ = pid;
+    {
+        let pid = sysinfo::Pid::from_u32(pid);
+        let mut system = sysinfo::System::new();
+        system.refresh_processes(sysinfo::ProcessesToUpdate::Some(&[pid]), false);
+        system.process(pid).map(sysinfo::Process::kill);
+    }
 }

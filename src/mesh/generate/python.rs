@@ -19,6 +19,15 @@ const KEPT: usize = 12;
 /// Most bytes of an answer that are kept.
 const ANSWER: u64 = 256 << 20;
 
+/// The command that installs Python on this system.
+const INSTALL: &str = if cfg!(windows) {
+    "winget install Python.Python.3.13"
+} else if cfg!(target_os = "macos") {
+    "brew install python"
+} else {
+    "apt-get install -y python3 python3-venv"
+};
+
 /// One line of the doctor's report.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Check {
@@ -159,15 +168,16 @@ impl Mesher<'_> {
         if !own.exists() {
             let mut venv = Command::new(self.python);
             venv.args(["-m", "venv"]).arg(folder.strip_prefix(&self.home.path).unwrap_or(folder));
-            steps.push((venv, "install Python 3.11 or newer with venv: apt-get install -y python3-venv"));
+            let remedy = if cfg!(target_os = "linux") { "apt-get install -y python3-venv" } else { INSTALL };
+            steps.push((venv, format!("install Python 3.11 or newer with venv: {remedy}")));
         }
         let mut pip = Command::new(&own);
         pip.args(["-m", "pip", "install", "--disable-pip-version-check", "-r", "meshes/meshgen/requirements.txt"]);
-        steps.push((pip, "check the network, then run it again"));
+        steps.push((pip, "check the network, then run it again".to_string()));
         for (mut command, remedy) in steps {
             let text = describe(&command);
             progress(&text);
-            let failed = |lines| GenerateError::Setup { command: text.clone(), remedy: remedy.into(), lines };
+            let failed = |lines| GenerateError::Setup { command: text.clone(), remedy: remedy.clone(), lines };
             let output = run(command.current_dir(&self.home.path), "", None, progress)
                 .map_err(|e| failed(vec![e.to_string()]))?;
             let said = output.stdout.lines().map(str::to_string);
@@ -190,11 +200,11 @@ impl Mesher<'_> {
             remedy: remedy.filter(|_| !ok),
             optional: false,
         };
-        let home = self.home.path.join("meshes/meshgen");
+        let home = self.home.path.join("meshes").join("meshgen");
         let mut checks = vec![check("meshes/meshgen", home.is_dir(), home.display().to_string(), None)];
         let version =
             Command::new(self.python).args(["-c", "import sys; print('%d.%d.%d' % sys.version_info[:3])"]).output();
-        let install = || Some("apt-get install -y python3 python3-venv".to_string());
+        let install = || Some(INSTALL.to_string());
         let version = match version {
             Ok(out) if out.status.success() => String::from_utf8_lossy(&out.stdout).trim().to_string(),
             Ok(out) => {

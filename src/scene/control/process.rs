@@ -65,7 +65,9 @@ struct Answer {
 impl Process {
     /// Starts the command; each answer may take this long, or until `stop` is set. On Linux it ends with the thread that starts it.
     pub fn start(command: &str, timeout: Duration, stop: Option<Arc<AtomicBool>>) -> Result<Self, ControlError> {
-        let words = shlex::split(command).filter(|words| !words.is_empty());
+        // In Windows a backslash is part of a path
+        let written = if cfg!(windows) { command.replace('\\', r"\\") } else { command.into() };
+        let words = shlex::split(&written).filter(|words| !words.is_empty());
         let words = words.ok_or_else(|| ControlError::Command { command: command.into() })?;
         let failed = |reason: String| ControlError::Start { command: command.into(), reason };
         let mut process = Command::new(&words[0]);

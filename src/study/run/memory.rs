@@ -10,12 +10,21 @@ pub const SHARE: f64 = 0.9;
 /// Memory that a process of this user may still take \[bytes\]: the least of what the system has available, of what its control groups
 /// leave, and of the limit of the address space. None where the system does not tell.
 pub fn available() -> Option<u64> {
-    let info = std::fs::read_to_string("/proc/meminfo").ok();
-    let free = info.as_deref().and_then(|info| {
-        let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-        Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?)
-    });
-    free.into_iter().chain(of_control_groups()).chain(of_address_space()).min()
+    of_system().into_iter().chain(of_control_groups()).chain(of_address_space()).min()
+}
+
+#[cfg(target_os = "linux")]
+fn of_system() -> Option<u64> {
+    let info = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = info.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    Some(1024 * line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn of_system() -> Option<u64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    Some(system.available_memory()).filter(|bytes| *bytes > 0)
 }
 
 /// Memory that the control groups of this process leave, version 2 and 1, up to the outermost group.

@@ -25,6 +25,9 @@ use std::time::Duration;
 
 /// Lines of the standard error of a process that its status keeps, and the characters of each.
 const KEPT: (usize, usize) = (6, 300);
+/// Flag of `CreateProcess` in Windows.
+#[cfg(windows)]
+const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
 /// Time between two looks at whether to stop.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -169,6 +172,12 @@ impl Process {
             use std::os::unix::process::CommandExt;
             // A group of its own: Ctrl-C reaches the one that decides what it means, and the processes it starts end with it
             command.process_group(0);
+        }
+        #[cfg(windows)]
+        {
+            use std::os::windows::process::CommandExt;
+            // Ctrl-C does not reach it
+            command.creation_flags(CREATE_NEW_PROCESS_GROUP);
         }
         let mut child = command.spawn()?;
         let mut input = child.stdin.take().expect("it is piped");
