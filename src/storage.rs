@@ -112,7 +112,18 @@ pub fn writable_folder(folder: &Path) -> Result<()> {
 
 /// SHA-256 in hexadecimal digits.
 pub fn sha256(bytes: impl AsRef<[u8]>) -> String {
-    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+/// SHA-256 in hexadecimal digits of what `fill` writes, piece by piece.
+pub fn sha256_of(fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<String> {
+    let mut sum = Sha256::new();
+    fill(&mut sum)?;
+    Ok(hexadecimal(&sum.finalize()))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 #[cfg(test)]

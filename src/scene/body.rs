@@ -17,7 +17,6 @@ use crate::mesh::generate::{
 };
 use crate::mesh::{self, Order, TetMesh};
 use crate::storage::{self, DATA_LIMIT};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -191,8 +190,7 @@ impl Body {
     }
 
     fn new(file: &Path, mesh: TetMesh, paths: BTreeMap<String, CablePath>, source: &Path) -> Result<Self, SceneError> {
-        let bytes = storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?;
-        let sha256 = Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect();
+        let sha256 = storage::sha256(storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?);
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Self {
             mesh,

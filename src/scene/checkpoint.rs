@@ -13,6 +13,8 @@ use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Pr
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A state to be drawn.
@@ -56,6 +58,8 @@ pub enum CheckpointError {
 }
 
 const FORMAT: &str = "durometer state 4";
+/// Numbers that are written at a time.
+const PIECE: usize = 8192;
 /// Most halvings of a step that a state may tell of: more leave nothing of it.
 const MOST_CUTS: u32 = 1000;
 /// Keys of a scene that a restart may change, since the simulation does not depend on them.
@@ -127,7 +131,6 @@ impl Checkpoint {
     /// Writes the state; the file appears whole or not at all.
     pub fn write(&self, file: &Path, scene: &Scene) -> Result<(), CheckpointError> {
         let arrays = self.arrays();
-        let payload: Vec<u8> = arrays.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let head = Head {
             version: env!("CARGO_PKG_VERSION").into(),
             t_s: self.state.t,
@@ -140,14 +143,27 @@ impl Checkpoint {
             totals: self.memory.totals,
             control: self.control.clone(),
             cables: self.cables.clone(),
-            lengths: arrays.iter().map(Vec::len).collect(),
+            lengths: arrays.iter().map(|array| array.len()).collect(),
         };
-        let mut rest = serde_json::to_vec(&head).expect("numbers, strings and string keys only");
-        rest.push(b'\n');
-        rest.extend(payload);
-        let bytes = [format!("{FORMAT} {}\n", sha256(&rest)).as_bytes(), &rest].concat();
-        storage::write(file, &bytes)
-            .map_err(|e| CheckpointError::Unwritable { file: file.into(), reason: e.to_string() })
+        let head = serde_json::to_string(&head).expect("numbers, strings and string keys only");
+        // Twice, since the sum comes first: the numbers are as large as the factored tangent, and are not copied
+        let fill = |to: &mut dyn Write| {
+            writeln!(to, "{head}")?;
+            let mut bytes = Vec::with_capacity(8 * PIECE);
+            for piece in arrays.iter().flat_map(|array| array.chunks(PIECE)) {
+                bytes.clear();
+                bytes.extend(piece.iter().flat_map(|v| v.to_le_bytes()));
+                to.write_all(&bytes)?;
+            }
+            Ok(())
+        };
+        let written = storage::sha256_of(fill).and_then(|sum| {
+            storage::write_with(file, |to| {
+                writeln!(to, "{FORMAT} {sum}")?;
+                fill(to)
+            })
+        });
+        written.map_err(|e| CheckpointError::Unwritable { file: file.into(), reason: e.to_string() })
     }
 
     /// Reads what [`Checkpoint::write`] made of the same scene.
@@ -184,21 +200,23 @@ impl Checkpoint {
     }
 
     /// All numbers that are not in the head, in the order of [`Checkpoint::from_arrays`].
-    fn arrays(&self) -> Vec<Vec<f64>> {
+    fn arrays(&self) -> Vec<Cow<'_, [f64]>> {
         let State { t, x, v, a, lambda, memory, dt, history, inputs } = &self.state;
         let Energies { elastic, kinetic, dissipated, work } = self.balance.energies;
         let scalars = vec![*t, *dt, self.memory.stiffness, elastic, kinetic, dissipated, work, self.peak.t];
-        let ramps = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
-        let state = [scalars, x.clone(), v.clone(), a.clone(), lambda.clone(), memory.clone(), history.clone(), ramps];
-        let flat = |rows: &[Vec<f64>]| rows.concat();
+        let ramps: Vec<f64> = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
+        let state = [x, v, a, lambda, memory, history].map(|array| Cow::from(array));
+        let state = std::iter::once(Cow::from(scalars)).chain(state).chain([Cow::from(ramps)]);
+        let flat = |rows: &[Vec<f64>]| Cow::from(rows.concat());
         let LaggedFactorRecord { k, x: placed, solves, steps, rates, renew } = &self.memory.lagged_factor;
         let counts = [solves[0], solves[1], *steps, usize::from(*renew)].map(|n| n as f64);
-        let lagged_factor =
-            [k.to_vec(), placed.to_vec(), [counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca].to_vec()];
-        let balance = [self.balance.effect.clone(), self.balance.g.clone(), self.balance.residual.clone()];
-        let kept = [flat(&self.rows), flat(&self.signals), flat(&self.memories), self.peak.x.clone()];
-        let recent = self.memory.prediction.recent.iter().flat_map(|p| [vec![p.t], p.x.clone(), p.lambda.clone()]);
-        state.into_iter().chain(balance).chain(kept).chain(lagged_factor).chain(recent).collect()
+        let counts = vec![counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca];
+        let lagged_factor = [Cow::from(k.as_slice()), Cow::from(placed.as_slice()), Cow::from(counts)];
+        let balance = [&self.balance.effect, &self.balance.g, &self.balance.residual].map(|array| Cow::from(array));
+        let kept = [flat(&self.rows), flat(&self.signals), flat(&self.memories), Cow::from(&self.peak.x)];
+        let recent = self.memory.prediction.recent.iter();
+        let recent = recent.flat_map(|p| [Cow::from(vec![p.t]), Cow::from(&p.x), Cow::from(&p.lambda)]);
+        state.chain(balance).chain(kept).chain(lagged_factor).chain(recent).collect()
     }
 
     fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {

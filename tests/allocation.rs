@@ -1,26 +1,35 @@
-//! A step of a reduced model allocates nothing: a controller has no pauses of the allocator. The only test of this program, as it counts for
-//! the whole process.
+//! Memory that is taken: a step of a reduced model allocates nothing, so that a controller has no pauses of the allocator, and a checkpoint is
+//! written without a copy of the factored tangent. A program of its own, whose tests run one at a time, as it counts for the whole process.
 
 use durometer::reduction::{FullState, ReducedModel, Training, TransientTraining, Twin};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
-use durometer::scene::{RunOptions, Scene, parse_scene};
+use durometer::scene::{Checkpoint, RunOptions, Scene, parse_scene};
 use durometer::system::State;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+/// Bytes in use, and the most since it was set.
+static IN_USE: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+/// Held by the test that counts.
+static ALONE: Mutex<()> = Mutex::new(());
 
 // SAFETY: every call is handed to the allocator of the system as it is.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        let in_use = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        MOST.fetch_max(in_use, Ordering::Relaxed);
         // SAFETY: the same layout
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        IN_USE.fetch_sub(layout.size(), Ordering::Relaxed);
         // SAFETY: the same place and layout
         unsafe { System.dealloc(place, layout) }
     }
@@ -132,6 +141,7 @@ prony = [{ g = 0.2, tau = "20 ms" }]
 
 #[test]
 fn a_step_allocates_nothing() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let names = ["bending_angle_deg", "cable_tension_N"].map(String::from);
     let scene = bar("", "integrator = \"static\"\nduration = \"20 s\"\ndt = \"1 s\"");
     let known = states(&scene, &names);
@@ -152,4 +162,56 @@ fn a_step_allocates_nothing() {
         let input = |k: i32| 2e-3 - 2e-3 * (f64::from(k) * 0.09).cos();
         assert_eq!(allocations(model, input), 0, "allocations in 100 steps, {integrator}");
     }
+}
+
+/// The file holds some 40 arrays, of which the tangent is by far the largest; what is written at a time is 64 KiB.
+#[test]
+fn a_checkpoint_is_written_without_a_copy() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let text = r#"
+[mesh]
+grid = { kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [24, 6, 6] }
+element = "tet10"
+[numerics]
+reuse_threshold = 0
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.4
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "displacement"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1070 kg/m^3"
+direction = [0, 0, -1]
+acceleration = "9.81 m/s^2"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+    let scene = parse_scene(text).unwrap_or_else(|e| panic!("{e}"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("saved.state");
+    let mut taken = 0;
+    let mut save = |checkpoint: &Checkpoint, _: &str| {
+        let before = IN_USE.load(Ordering::Relaxed);
+        MOST.store(before, Ordering::Relaxed);
+        checkpoint.write(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
+        taken = MOST.load(Ordering::Relaxed) - before;
+    };
+    scene.run_with(RunOptions { save_at: vec![0.5], on_save: Some(&mut save), ..RunOptions::default() });
+    let bytes = std::fs::metadata(&file).expect("saved").len() as usize;
+    assert!(bytes > 4 << 20, "a factor is kept: {bytes} bytes");
+    assert!(taken < bytes / 8, "{taken} bytes were taken for a file of {bytes}");
 }
