@@ -96,6 +96,8 @@ impl LinearSystem {
         let sums = &problem.equations.sums;
         self.fit(problem.system(), sums);
         self.factor.move_to(&problem.state.x);
+        // A set-up needs much memory for a while, and ends the use of the tangent that is kept
+        self.lagged = LaggedFactor::default();
         let renewed = self.factor.factorise(&sums.k).is_ok() && !self.factor.fell_back();
         if renewed {
             let (x, rates) = (&problem.state.x, problem.step.rates());

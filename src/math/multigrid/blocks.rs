@@ -6,6 +6,8 @@ use std::ops::Range;
 /// Blocks of a part of the rows at least, and parts at most: more than threads, so that they are even.
 const LEAST: usize = 50_000;
 const MOST: usize = 8;
+/// Times as many parts where each holds a product of its own.
+const FINER: usize = 4;
 
 /// A block of R × C, column by column: `block[c][r]`.
 pub type Block<const R: usize, const C: usize, T = f64> = [[T; R]; C];
@@ -21,6 +23,19 @@ pub struct BlockMatrix<const R: usize, const C: usize, T = f64> {
     pub col: Vec<u32>,
     /// \[blocks\]
     pub values: Vec<Block<R, C, T>>,
+}
+
+/// Where the blocks of Aᵀ are in A, row by row of Aᵀ.
+struct Transposition {
+    row_ptr: Vec<u32>,
+    /// \[blocks\] row in A
+    row: Vec<u32>,
+    /// \[blocks\] place among the blocks of A
+    slot: Vec<u32>,
+}
+
+fn transposed<const R: usize, const C: usize, T: Copy>(block: &Block<R, C, T>) -> Block<C, R, T> {
+    std::array::from_fn(|r| std::array::from_fn(|c| block[c][r]))
 }
 
 impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, C, T> {
@@ -43,6 +58,29 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
     /// Numbers in the blocks.
     pub fn entries(&self) -> usize {
         R * C * self.values.len()
+    }
+
+    /// Aᵀ
+    pub fn transposed(&self) -> BlockMatrix<C, R, T> {
+        let Transposition { row_ptr, row, slot } = self.transposition();
+        let values = slot.iter().map(|&k| transposed(&self.values[k as usize])).collect();
+        BlockMatrix { columns: self.rows(), row_ptr, col: row, values }
+    }
+
+    fn transposition(&self) -> Transposition {
+        let mut row_ptr = vec![0u32; self.columns + 1];
+        self.col.iter().for_each(|&j| row_ptr[j as usize + 1] += 1);
+        (0..self.columns).for_each(|j| row_ptr[j + 1] += row_ptr[j]);
+        let mut next = row_ptr.clone();
+        let (mut row, mut slot) = (vec![0u32; self.col.len()], vec![0u32; self.col.len()]);
+        for i in 0..self.rows() {
+            for k in self.range(i) {
+                let to = &mut next[self.col[k] as usize];
+                (row[*to as usize], slot[*to as usize]) = (i as u32, k as u32);
+                *to += 1;
+            }
+        }
+        Transposition { row_ptr, row, slot }
     }
 
     /// Ranges of rows with about as many blocks each: what threads share.
@@ -75,24 +113,6 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         BlockMatrix { columns: self.columns, row_ptr: self.row_ptr, col: self.col, values }
     }
 
-    /// Aᵀ
-    pub fn transposed(&self) -> BlockMatrix<C, R> {
-        let mut row_ptr = vec![0u32; self.columns + 1];
-        self.col.iter().for_each(|&j| row_ptr[j as usize + 1] += 1);
-        (0..self.columns).for_each(|j| row_ptr[j + 1] += row_ptr[j]);
-        let mut next = row_ptr.clone();
-        let (mut col, mut values) = (vec![0u32; self.col.len()], vec![[[0.0; C]; R]; self.col.len()]);
-        for i in 0..self.rows() {
-            for (j, a) in self.row(i) {
-                let k = next[j] as usize;
-                next[j] += 1;
-                col[k] = i as u32;
-                values[k] = std::array::from_fn(|r| std::array::from_fn(|c| a[c][r]));
-            }
-        }
-        BlockMatrix { columns: self.rows(), row_ptr, col, values }
-    }
-
     /// A B, row by row (Gustavson, ACM Trans. Math. Softw. 4, 1978): first the columns, so that the blocks get their memory once.
     pub fn times<const D: usize>(&self, other: &BlockMatrix<C, D>) -> BlockMatrix<R, D> {
         let (mut row_ptr, mut col) = (vec![0], Vec::new());
@@ -114,29 +134,28 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         BlockMatrix { columns: other.columns, row_ptr, col, values }
     }
 
-    /// A (B C), and the blocks of B C that were computed. B C, the largest of the matrices, exists only by the parts of the rows of A: each
-    /// computes the rows of it that it needs.
-    pub fn times_product<const D: usize, const E: usize>(
-        &self,
-        b: &BlockMatrix<C, D>,
-        c: &BlockMatrix<D, E>,
-    ) -> (BlockMatrix<R, E>, usize) {
-        let of_part = |rows: Range<usize>| {
-            let range = self.row_ptr[rows.start] as usize..self.row_ptr[rows.end] as usize;
-            let mut needed = self.col[range.clone()].to_vec();
+    /// Aᵀ B A, and the blocks of B A that were computed. B A, the largest of the matrices, exists only by parts of the rows of Aᵀ: each computes the
+    /// rows of it that it needs.
+    pub fn galerkin(&self, b: &BlockMatrix<R, R>) -> (BlockMatrix<C, C>, usize) {
+        let transposition = self.transposition();
+        let of_part = |part: Range<usize>| {
+            let range = transposition.row_ptr[part.start] as usize..transposition.row_ptr[part.end] as usize;
+            let rows = &transposition.row[range.clone()];
+            let mut needed = rows.to_vec();
             needed.sort_unstable();
             needed.dedup();
-            let bc = b.selected(&needed).times_alone(c);
-            let at = |j: &u32| needed.binary_search(j).expect("it is needed") as u32;
+            let product = b.selected(&needed).times_alone(self);
+            let at = |i: &u32| needed.binary_search(i).expect("it is needed") as u32;
+            let ends = transposition.row_ptr[part.start..=part.end].iter();
             let own = BlockMatrix {
                 columns: needed.len(),
-                row_ptr: self.row_ptr[rows.start..=rows.end].iter().map(|&end| end - range.start as u32).collect(),
-                col: self.col[range.clone()].iter().map(at).collect(),
-                values: self.values[range].to_vec(),
+                row_ptr: ends.map(|&end| end - range.start as u32).collect(),
+                col: rows.iter().map(at).collect(),
+                values: transposition.slot[range].iter().map(|&k| transposed(&self.values[k as usize])).collect(),
             };
-            (own.times_alone(&bc), bc.col.len())
+            (own.times_alone(&product), product.col.len())
         };
-        let parts = threads::map(self.parts(), of_part);
+        let parts = threads::map(threads::divide(&transposition.row_ptr, LEAST / FINER, FINER * MOST), of_part);
         let blocks = parts.iter().map(|(part, _)| part.col.len()).sum();
         let (mut row_ptr, mut col, mut values) = (vec![0], Vec::with_capacity(blocks), Vec::with_capacity(blocks));
         let mut computed = 0;
@@ -147,12 +166,13 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
             values.extend(part.values);
             computed += of_part;
         }
-        (BlockMatrix { columns: c.columns, row_ptr, col, values }, computed)
+        (BlockMatrix { columns: self.columns, row_ptr, col, values }, computed)
     }
 
     /// These rows of A.
     fn selected(&self, rows: &[u32]) -> Self {
-        let (mut row_ptr, mut col, mut values) = (vec![0], Vec::new(), Vec::new());
+        let blocks = rows.iter().map(|&i| self.range(i as usize).len()).sum();
+        let (mut row_ptr, mut col, mut values) = (vec![0], Vec::with_capacity(blocks), Vec::with_capacity(blocks));
         for &i in rows {
             let range = self.range(i as usize);
             col.extend_from_slice(&self.col[range.clone()]);
@@ -282,10 +302,10 @@ mod tests {
         let mut r = SplitMix(7);
         let (a, b) = (random::<3, 6>(9, 7, &mut r), random::<6, 2>(7, 8, &mut r));
         assert!((dense(&a.times(&b)) - dense(&a) * dense(&b)).amax() < 1e-14);
-        let c = random::<2, 3>(8, 5, &mut r);
-        let (all, computed) = a.times_product(&b, &c);
-        assert!((dense(&all) - dense(&a) * dense(&b) * dense(&c)).amax() < 1e-14);
-        assert_eq!((all.values, computed), (a.times(&b.times(&c)).values, b.times(&c).col.len()));
+        let c = random::<3, 3>(9, 9, &mut r);
+        let (all, computed) = a.galerkin(&c);
+        assert!((dense(&all) - dense(&a).transpose() * dense(&c) * dense(&a)).amax() < 1e-14);
+        assert_eq!((all.values, computed), (a.transposed().times(&c.times(&a)).values, c.times(&a).col.len()));
         assert_eq!(dense(&a.transposed()), dense(&a).transpose());
         let x: Vec<[f64; 3]> = (0..9).map(|_| std::array::from_fn(|_| r.unit())).collect();
         let flat = DMatrix::from_iterator(27, 1, x.iter().flatten().copied());

@@ -30,11 +30,8 @@ pub(super) struct Level<const B: usize> {
 }
 
 impl<const B: usize> Level<B> {
-    pub fn new(
-        a: BlockMatrix<B, B>,
-        p: BlockMatrix<B, 6>,
-        restriction: BlockMatrix<6, B>,
-    ) -> Result<Self, NotDefinite> {
+    pub fn new(a: BlockMatrix<B, B>, p: BlockMatrix<B, 6>) -> Result<Self, NotDefinite> {
+        let p = p.rounded();
         let parts = a.parts();
         let of_part = |rows: std::ops::Range<usize>| -> Vec<[f64; B]> {
             let of_row = |i: usize| {
@@ -52,7 +49,7 @@ impl<const B: usize> Level<B> {
         };
         let outside = threads::map(parts, of_part).concat();
         let inverse = inverses(&a, &outside)?;
-        Ok(Self { a: a.rounded(), outside, inverse, p: p.rounded(), restriction: restriction.rounded() })
+        Ok(Self { a: a.rounded(), outside, inverse, restriction: p.transposed(), p })
     }
 
     /// M⁻¹ r of this level, with that of the next.

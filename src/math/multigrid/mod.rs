@@ -128,8 +128,7 @@ impl Multigrid {
         let inverse = inverses(&a, &vec![[0.0; B]; a.rows()])?;
         let rho = largest_eigenvalue(&a, &inverse).ok_or(NotDefinite)?;
         let p = smoothed(&a, &inverse, &p, 4.0 / (3.0 * rho));
-        let restriction = p.transposed();
-        let (mut coarse, of_ap) = restriction.times_product(&a, &p);
+        let (mut coarse, of_ap) = p.galerkin(&a);
         for (g, modes) in next.iter().enumerate() {
             let k = coarse.diagonal(g);
             (0..6).filter(|&m| modes[m][m] == 0.0).for_each(|m| coarse.values[k][m][m] = 1.0);
@@ -138,7 +137,7 @@ impl Multigrid {
         let products =
             B as f64 * ((6 * B * of_ap) as f64 * per_row(p.col.len()) + p.entries() as f64 * per_row(a.col.len()));
         self.size.set_up += products + (p.entries() * 6) as f64 * per_row(of_ap);
-        Ok((Level::new(a, p, restriction)?, coarse, next))
+        Ok((Level::new(a, p)?, coarse, next))
     }
 
     /// M is symmetric, which it is not with pressures.
