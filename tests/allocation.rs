@@ -212,6 +212,6 @@ region = "xmax"
     };
     scene.run_with(RunOptions { save_at: vec![0.5], on_save: Some(&mut save), ..RunOptions::default() });
     let bytes = std::fs::metadata(&file).expect("saved").len() as usize;
-    assert!(bytes > 4 << 20, "a factor is kept: {bytes} bytes");
+    assert!(bytes > 4 << 20, "it holds a tangent: {bytes} bytes");
     assert!(taken < bytes / 8, "{taken} bytes were taken for a file of {bytes}");
 }

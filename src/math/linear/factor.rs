@@ -53,8 +53,9 @@ pub struct Factor {
 const ENTRIES_PER_SOLVE: f64 = 45.0;
 /// Applications of a hierarchy that take as long as its set-up (measured on bodies of 45 000 to 290 000 unknowns).
 const CYCLES_PER_SET_UP: f64 = 20.0;
-/// Memory of a set-up per entry of the tangent (84 measured on tet4, a million cells; 77 on tet10 with pressures, 200 000 cells).
-const SET_UP_BYTES: f64 = 85.0;
+/// Memory of a set-up per entry of the tangent (69 and 70 measured on tet4, half a million and 150 000 cells; 59 on tet10 with pressures, 200 000
+/// cells).
+const SET_UP_BYTES: f64 = 72.0;
 /// Iterations that are worth a new hierarchy.
 const PATIENCE: usize = 150;
 
