@@ -146,7 +146,7 @@ impl Checkpoint {
             lengths: arrays.iter().map(|array| array.len()).collect(),
         };
         let head = serde_json::to_string(&head).expect("numbers, strings and string keys only");
-        // Twice, since the sum comes first: the numbers are as large as the factored tangent, and are not copied
+        // Twice, since the sum comes first. The numbers hold the tangent that was factorised, and are not copied
         let fill = |to: &mut dyn Write| {
             writeln!(to, "{head}")?;
             let mut bytes = Vec::with_capacity(8 * PIECE);
@@ -205,14 +205,14 @@ impl Checkpoint {
         let Energies { elastic, kinetic, dissipated, work } = self.balance.energies;
         let scalars = vec![*t, *dt, self.memory.stiffness, elastic, kinetic, dissipated, work, self.peak.t];
         let ramps: Vec<f64> = inputs.iter().flat_map(|r| [r.start, r.from, r.end, r.to]).collect();
-        let state = [x, v, a, lambda, memory, history].map(|array| Cow::from(array));
+        let state = [x, v, a, lambda, memory, history].map(Cow::from);
         let state = std::iter::once(Cow::from(scalars)).chain(state).chain([Cow::from(ramps)]);
         let flat = |rows: &[Vec<f64>]| Cow::from(rows.concat());
         let LaggedFactorRecord { k, x: placed, solves, steps, rates, renew } = &self.memory.lagged_factor;
         let counts = [solves[0], solves[1], *steps, usize::from(*renew)].map(|n| n as f64);
         let counts = vec![counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca];
         let lagged_factor = [Cow::from(k.as_slice()), Cow::from(placed.as_slice()), Cow::from(counts)];
-        let balance = [&self.balance.effect, &self.balance.g, &self.balance.residual].map(|array| Cow::from(array));
+        let balance = [&self.balance.effect, &self.balance.g, &self.balance.residual].map(Cow::from);
         let kept = [flat(&self.rows), flat(&self.signals), flat(&self.memories), Cow::from(&self.peak.x)];
         let recent = self.memory.prediction.recent.iter();
         let recent = recent.flat_map(|p| [Cow::from(vec![p.t]), Cow::from(&p.x), Cow::from(&p.lambda)]);
