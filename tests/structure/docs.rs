@@ -539,7 +539,13 @@ fn the_book_has_every_page() {
     let once: BTreeSet<String> = listed.iter().map(ToString::to_string).collect();
     assert_eq!(once.len(), listed.len(), "a page is listed twice");
     assert_eq!(once, names);
-    assert!(text("book.toml").contains("src = \"docs\""));
+    let book = text("book.toml");
+    assert!(book.contains("src = \"docs\""));
+    // A link to a `README.md` leads to its page, which the book calls `index.html`
+    for page in listed.iter().filter(|page| page.ends_with("README.md")) {
+        let redirect = format!("\"/{}\" = \"index.html\"", page.replace(".md", ".html"));
+        assert!(book.contains(&redirect), "book.toml does not redirect {page}");
+    }
 }
 
 /// The book makes `.html` of links that end with `.md`: a page outside of it is named by its folder, which also hosts show.
