@@ -122,7 +122,8 @@ pub fn sha256_of(fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<Stri
     Ok(hexadecimal(&sum.finalize()))
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+/// The digits of bytes, two for each.
+pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 

@@ -48,12 +48,12 @@ impl Controller for Way {
     }
 }
 
-/// A bar that a cable bends; `parts` are effects by rates, and `stage` is its stage.
-fn bar(parts: &str, stage: &str) -> Scene {
+/// A bar that a cable bends; `parts` are effects by rates or settings, and `stage` is its stage.
+fn bar(divisions: [usize; 3], parts: &str, stage: &str) -> Scene {
     let text = format!(
         r#"
 [mesh]
-grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }}
+grid = {{ kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = {divisions:?} }}
 element = "tet10"
 [laws.rubber]
 law = "neo_hookean_split"
@@ -143,7 +143,7 @@ prony = [{ g = 0.2, tau = "20 ms" }]
 fn a_step_allocates_nothing() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let names = ["bending_angle_deg", "cable_tension_N"].map(String::from);
-    let scene = bar("", "integrator = \"static\"\nduration = \"20 s\"\ndt = \"1 s\"");
+    let scene = bar([4, 1, 1], "", "integrator = \"static\"\nduration = \"20 s\"\ndt = \"1 s\"");
     let known = states(&scene, &names);
     let model = Training::new(&scene, &known, &names)
         .and_then(|t| t.model(4, Some(1e-3), &known))
@@ -153,7 +153,7 @@ fn a_step_allocates_nothing() {
 
     for integrator in ["\"implicit_euler\"", "\"bdf2\"", "{ kind = \"generalised_alpha\", rho = 0.8 }"] {
         let stage = format!("integrator = {integrator}\nduration = \"0.2 s\"\ndt = \"10 ms\"");
-        let scene = bar(RATES, &stage);
+        let scene = bar([4, 1, 1], RATES, &stage);
         let known = vec![states(&scene, &names)];
         let model = TransientTraining::new(&scene, &known, &names)
             .and_then(|t| t.model(4, Some(1e-3), &known))
@@ -168,39 +168,8 @@ fn a_step_allocates_nothing() {
 #[test]
 fn a_checkpoint_is_written_without_a_copy() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let text = r#"
-[mesh]
-grid = { kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [24, 6, 6] }
-element = "tet10"
-[numerics]
-reuse_threshold = 0
-[laws.rubber]
-law = "neo_hookean"
-E = "100 kPa"
-nu = 0.4
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-formulation = "displacement"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1070 kg/m^3"
-direction = [0, 0, -1]
-acceleration = "9.81 m/s^2"
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[stage]]
-integrator = "static"
-duration = "1 s"
-dt = "0.5 s"
-[[probe]]
-kind = "position"
-region = "xmax"
-"#;
-    let scene = parse_scene(text).unwrap_or_else(|e| panic!("{e}"));
+    let scene =
+        bar([24, 6, 6], "[numerics]\nreuse_threshold = 0", "integrator = \"static\"\nduration = \"2 s\"\ndt = \"1 s\"");
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("saved.state");
     let mut taken = 0;
@@ -210,7 +179,13 @@ region = "xmax"
         checkpoint.write(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
         taken = MOST.load(Ordering::Relaxed) - before;
     };
-    scene.run_with(RunOptions { save_at: vec![0.5], on_save: Some(&mut save), ..RunOptions::default() });
+    let mut way = Way(0);
+    scene.run_with(RunOptions {
+        save_at: vec![1.0],
+        on_save: Some(&mut save),
+        controller: Some(&mut way),
+        ..RunOptions::default()
+    });
     let bytes = std::fs::metadata(&file).expect("saved").len() as usize;
     assert!(bytes > 4 << 20, "it holds a tangent: {bytes} bytes");
     assert!(taken < bytes / 8, "{taken} bytes were taken for a file of {bytes}");

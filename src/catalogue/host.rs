@@ -32,8 +32,9 @@ pub struct Launch {
 impl Launch {
     /// This program for processes that it starts itself: the one that runs, also where its file has been replaced meanwhile.
     pub fn running() -> std::io::Result<Self> {
-        let running = Some(PathBuf::from("/proc/self/exe")).filter(|file| cfg!(target_os = "linux") && file.exists());
-        if python().is_none() { running.map_or_else(Self::lasting, |file| Ok(file.into())) } else { Self::lasting() }
+        let running = PathBuf::from("/proc/self/exe");
+        let is_here = cfg!(target_os = "linux") && running.exists();
+        if python().is_none() && is_here { Ok(running.into()) } else { Self::lasting() }
     }
 
     /// This program for processes that start when it has ended, such as those of a scheduler. Where the system does not say which it is, as Linux

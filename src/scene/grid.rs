@@ -7,6 +7,7 @@ use crate::mesh::disturb::{add_slivers, distort};
 use crate::mesh::graded::{Growth, half_space, half_sphere};
 use crate::mesh::validate::min_det;
 use crate::mesh::{TetMesh, curved, structured};
+use crate::storage;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 
@@ -161,7 +162,7 @@ pub fn mesh_hash(mesh: &TetMesh) -> String {
     let mut hash = Sha256::new();
     mesh.points.iter().flat_map(|p| p.iter()).for_each(|x| hash.update(x.to_le_bytes()));
     mesh.cells.iter().for_each(|k| hash.update(k.to_le_bytes()));
-    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+    storage::hexadecimal(&hash.finalize())
 }
 
 fn content(file: &Path, place: &str, fact: String, remedy: &str) -> SceneError {

@@ -137,6 +137,11 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
     /// Aᵀ B A, and the blocks of B A that were computed. B A, the largest of the matrices, exists only by parts of the rows of Aᵀ: each computes the
     /// rows of it that it needs.
     pub fn galerkin(&self, b: &BlockMatrix<R, R>) -> (BlockMatrix<C, C>, usize) {
+        self.galerkin_in_parts(b, LEAST / FINER)
+    }
+
+    /// The same by parts with at least so many blocks of Aᵀ.
+    fn galerkin_in_parts(&self, b: &BlockMatrix<R, R>, least: usize) -> (BlockMatrix<C, C>, usize) {
         let transposition = self.transposition();
         let of_part = |part: Range<usize>| {
             let range = transposition.row_ptr[part.start] as usize..transposition.row_ptr[part.end] as usize;
@@ -155,7 +160,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
             };
             (own.times_alone(&product), product.col.len())
         };
-        let parts = threads::map(threads::divide(&transposition.row_ptr, LEAST / FINER, FINER * MOST), of_part);
+        let parts = threads::map(threads::divide(&transposition.row_ptr, least, FINER * MOST), of_part);
         let blocks = parts.iter().map(|(part, _)| part.col.len()).sum();
         let (mut row_ptr, mut col, mut values) = (vec![0], Vec::with_capacity(blocks), Vec::with_capacity(blocks));
         let mut computed = 0;
@@ -305,7 +310,11 @@ mod tests {
         let c = random::<3, 3>(9, 9, &mut r);
         let (all, computed) = a.galerkin(&c);
         assert!((dense(&all) - dense(&a).transpose() * dense(&c) * dense(&a)).amax() < 1e-14);
-        assert_eq!((all.values, computed), (a.transposed().times(&c.times(&a)).values, c.times(&a).col.len()));
+        let whole = a.transposed().times(&c.times(&a));
+        assert_eq!((&all.values, computed), (&whole.values, c.times(&a).col.len()));
+        let (by_parts, computed) = a.galerkin_in_parts(&c, 5);
+        assert_eq!((by_parts.row_ptr, by_parts.col, by_parts.values), (whole.row_ptr, whole.col, whole.values));
+        assert!(computed > c.times(&a).col.len(), "several parts, which need some rows twice");
         assert_eq!(dense(&a.transposed()), dense(&a).transpose());
         let x: Vec<[f64; 3]> = (0..9).map(|_| std::array::from_fn(|_| r.unit())).collect();
         let flat = DMatrix::from_iterator(27, 1, x.iter().flatten().copied());

@@ -159,7 +159,7 @@ impl MeshRequest {
                 let (kind, format) = recognise(&path)?.reader.shape();
                 request["body"] = json!("file");
                 request["parameters"] = json!({ "path": text, "unit_m": unit_m, "kind": kind, "format": format });
-                content = json!({ "sha256": hex(&Sha256::digest(bytes)), "unit_m": unit_m });
+                content = json!({ "sha256": storage::sha256(bytes), "unit_m": unit_m });
             }
         }
         let size = match self.size {
@@ -180,7 +180,7 @@ impl MeshRequest {
         if !content.is_null() {
             named["parameters"] = content;
         }
-        let name = hex(&Sha256::digest(canonical(&named)))[..16].to_string();
+        let name = storage::sha256(canonical(&named))[..16].to_string();
         Ok((request, name))
     }
 }
@@ -206,7 +206,7 @@ pub(super) fn conversion(path: &Path, format: &str) -> Result<(Value, String), G
     for part in companions(&path, format) {
         hash.update(storage::read(&part, DATA_LIMIT).map_err(|e| GenerateError::io(&part, &e))?);
     }
-    Ok((json!({ "path": text, "format": format }), hex(&hash.finalize())[..16].to_string()))
+    Ok((json!({ "path": text, "format": format }), storage::hexadecimal(&hash.finalize())[..16].to_string()))
 }
 
 /// The file, and those of the same name that its format spreads the mesh over.
@@ -224,13 +224,9 @@ pub fn companions(path: &Path, format: &str) -> Vec<PathBuf> {
 pub(super) fn without_field(request: &Value) -> Value {
     let mut named = request.clone();
     if let Some(field) = request.get("field").filter(|field| !field.is_null()) {
-        named["field"] = json!({ "sha256": hex(&Sha256::digest(canonical(field))) });
+        named["field"] = json!({ "sha256": storage::sha256(canonical(field)) });
     }
     named
-}
-
-fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// JSON with sorted keys and without spaces. Numbers as `serde_json` writes them: the shortest that reads back the same.
