@@ -31,6 +31,6 @@ pub fn main(args: Args) -> CommandResult {
     };
     let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
     println!("{}: scene.toml, study.toml, README.md", folder.display());
-    println!("next, in this folder: durometer simulate scene.toml");
+    println!("next, in {}: durometer simulate scene.toml", folder.display());
     Ok(Outcome::Complete)
 }

@@ -177,7 +177,7 @@ fn a_starter_runs_as_it_is() {
     {
         let machine = Machine::new();
         let (out, _) = machine.call(&["new", name], 0);
-        assert!(out.contains("next, in this folder: durometer simulate scene.toml"), "{out}");
+        assert!(out.contains(&format!("next, in {name}: durometer simulate scene.toml")), "{out}");
         let at = machine.work().join(name);
         assert_eq!(names(&at), ["README.md", "scene.schema.json", "scene.toml", "study.schema.json", "study.toml"]);
         for kind in ["scene", "study"] {
