@@ -141,7 +141,23 @@ impl CellPoints {
         want: Want,
         out: &mut Batch,
     ) -> Result<(), EvalError> {
-        let u = self.displacements(x, first);
+        match self.nodes {
+            4 => self.integrate_nodes::<4>(law, name, x, first, want, out),
+            _ => self.integrate_nodes::<MOST_NODES>(law, name, x, first, want, out),
+        }
+    }
+
+    /// The same of blocks of N nodes.
+    fn integrate_nodes<const N: usize>(
+        &self,
+        law: &dyn Law,
+        name: &str,
+        x: &[f64],
+        first: usize,
+        want: Want,
+        out: &mut Batch,
+    ) -> Result<(), EvalError> {
+        let u = self.displacements::<N>(x, first);
         self.each_point(first, 3 * self.nodes, want, out, |q, w, out, response| {
             let f = self.deformation_gradients(&u, first, q);
             let fail = |(lane, e)| EvalError::of_law(name, self.cells[first + lane] as usize, e);
@@ -151,8 +167,8 @@ impl CellPoints {
         })
     }
 
-    /// Adds the forces of the [`LANES`] blocks from `first` on, where a row of K_e has `stride` entries: `respond` gives P and A at a point of
-    /// this weight.
+    /// Adds the forces of the [`LANES`] blocks from `first` on and sets K_e on their nodes, where a row of K_e has `stride` entries: `respond` gives
+    /// P and A at a point of this weight.
     pub fn each_point(
         &self,
         first: usize,
@@ -175,9 +191,9 @@ impl CellPoints {
         Ok(())
     }
 
-    /// Displacements of the nodes of the [`LANES`] blocks from `first` on.
-    pub fn displacements(&self, x: &[f64], first: usize) -> [[Lanes; 3]; MOST_NODES] {
-        let mut u = [[Lanes::ZERO; 3]; MOST_NODES];
+    /// Displacements of the nodes, N at most, of the [`LANES`] blocks from `first` on.
+    pub fn displacements<const N: usize>(&self, x: &[f64], first: usize) -> [[Lanes; 3]; N] {
+        let mut u = [[Lanes::ZERO; 3]; N];
         for lane in 0..LANES {
             for (u, &node) in u.iter_mut().zip(self.blocks.nodes(first + lane)) {
                 let of_node = &x[3 * node as usize..][..3];
@@ -188,7 +204,7 @@ impl CellPoints {
     }
 
     /// F by rows at point `q` of these blocks.
-    pub fn deformation_gradients(&self, u: &[[Lanes; 3]; MOST_NODES], first: usize, q: usize) -> [Lanes; 9] {
+    pub fn deformation_gradients(&self, u: &[[Lanes; 3]], first: usize, q: usize) -> [Lanes; 9] {
         let mut f = IDENTITY.map(Lanes::of);
         widest(Deformation { u, gradients: self.gradients_of_batch(first, q), f: &mut f });
         f
@@ -208,8 +224,8 @@ impl CellPoints {
         gradients.iter_mut().zip(self.gradients(b, q)).for_each(|(to, from)| *to = from);
         let place = Place { gradients: &gradients[..self.nodes], weights: &weights, stride, want };
         match self.nodes {
-            4 => scatter::<_, 4, 1>(&place, [(&p, a)], &mut out.r, &mut out.k),
-            _ => scatter::<_, MOST_NODES, 1>(&place, [(&p, a)], &mut out.r, &mut out.k),
+            4 => scatter::<_, 4, 1>(&place, [(&p, a)], &mut out.r, &mut out.k, |to, sum| *to += sum),
+            _ => scatter::<_, MOST_NODES, 1>(&place, [(&p, a)], &mut out.r, &mut out.k, |to, sum| *to += sum),
         }
     }
 }
@@ -228,7 +244,7 @@ fn add_gradient<S: Real>(f: &mut [S; 9], u: [S; 3], g: [S; 3]) {
 }
 
 struct Deformation<'a> {
-    u: &'a [[Lanes; 3]; MOST_NODES],
+    u: &'a [[Lanes; 3]],
     gradients: &'a [[Lanes; 3]],
     f: &'a mut [Lanes; 9],
 }
@@ -242,7 +258,7 @@ impl Kernel for Deformation<'_> {
     }
 }
 
-/// r_e += Σ_q w P ∂N/∂X, K_e += Σ_q w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride` entries.
+/// r_e += Σ_q w P ∂N/∂X, K_e = Σ_q w ∂N/∂X A ∂N/∂X (column ≤ row) of [`LANES`] blocks, where a row of K_e has `stride` entries.
 struct Forces<'a> {
     /// \[points × nodes\]
     gradients: &'a [[Lanes; 3]],
@@ -260,11 +276,12 @@ impl Kernel for Forces<'_> {
     fn run(self) {
         let Self { gradients, weights, responses, stride, want, out } = self;
         let place = Place { gradients, weights, stride, want };
+        let set = |to: &mut Lanes, sum| *to = sum;
         match responses {
-            [one] => scatter::<_, 4, 1>(&place, [(&one.p, &one.a)], &mut out.r, &mut out.k),
+            [one] => scatter::<_, 4, 1>(&place, [(&one.p, &one.a)], &mut out.r, &mut out.k, set),
             [a, b, c, d] => {
                 let of = [(&a.p, &a.a), (&b.p, &b.a), (&c.p, &c.a), (&d.p, &d.a)];
-                scatter::<_, MOST_NODES, MOST_POINTS>(&place, of, &mut out.r, &mut out.k);
+                scatter::<_, MOST_NODES, MOST_POINTS>(&place, of, &mut out.r, &mut out.k, set);
             }
             _ => unreachable!("a cell has 1 or 4 points"),
         }
@@ -282,13 +299,14 @@ struct Place<'a, S> {
     want: Want,
 }
 
-/// Adds the forces of N nodes with P and A at Q points.
+/// Adds the forces of N nodes with P and A at Q points; `put` takes each entry of K and its sum over the points.
 #[inline(always)]
 fn scatter<S: Real, const N: usize, const Q: usize>(
     place: &Place<S>,
     of: [(&[S; 9], &[[S; 9]; 9]); Q],
     r: &mut [S],
     k: &mut [S],
+    put: impl Fn(&mut S, S),
 ) {
     let Place { gradients, weights, stride, want } = *place;
     for ((g, &w), (p, _)) in gradients.chunks_exact(N).zip(weights).zip(&of) {
@@ -323,7 +341,7 @@ fn scatter<S: Real, const N: usize, const Q: usize>(
                     }
                 }
                 let target = &mut k[(3 * row + i) * stride + 3 * column..][..3];
-                target.iter_mut().zip(sum).for_each(|(to, sum)| *to += sum);
+                target.iter_mut().zip(sum).for_each(|(to, sum)| put(to, sum));
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Damping: mass-proportional, and viscous in the bulk.
 
-use super::cell::CellPoints;
+use super::cell::{CellPoints, MOST_NODES};
 use super::mass::Mass;
 use crate::material::LaneResponse;
 use crate::math::lanes::{Kernel, Lanes, Real, widest};
@@ -123,12 +123,13 @@ impl Effect for ViscousDamping {
 
 impl Batched for ViscousDamping {
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
+        let points = &self.points;
+        let stride = points.blocks.size(first);
         if at.rates.cv == 0.0 {
+            out.clear_rows(stride, 0..stride);
             return Ok(());
         }
-        let points = &self.points;
-        let (u, old) = (points.displacements(at.x, first), points.displacements(at.old, first));
-        let stride = points.blocks.size(first);
+        let [u, old] = [at.x, at.old].map(|x| points.displacements::<MOST_NODES>(x, first));
         points.each_point(first, stride, want, out, |q, _, _, response| {
             let f = &points.deformation_gradients(&u, first, q);
             let old = &points.deformation_gradients(&old, first, q);

@@ -43,6 +43,10 @@ impl Effect for Inertia {
 impl Batched for Inertia {
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
         out.energy = self.mass.energy_of_batch(at.v, first);
+        if want == Want::Tangent {
+            let n = self.blocks().size(first);
+            out.clear_rows(n, 0..n);
+        }
         self.mass.apply_batch(at.a, first, 1.0, at.rates.ca, want, out);
         Ok(())
     }

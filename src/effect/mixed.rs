@@ -11,7 +11,7 @@
 //! The unknown is π = p ℓ/μ \[m\], with ℓ the mean cell size, so that the whole system is of one dimension. The tangent is
 //! symmetric and indefinite with one negative eigenvalue a pressure.
 
-use super::cell::CellPoints;
+use super::cell::{CellPoints, MOST_NODES};
 use super::constitution::{Constitution, PressureField};
 use super::mixed_along::MixedAlong;
 use super::pressure_scatter::{PointStress, Stressed};
@@ -176,7 +176,10 @@ impl Batched for MixedElastic {
             pressures.iter_mut().zip(of_block).for_each(|(to, p)| to.0[lane] = p);
         }
         let n = self.blocks.size(first);
-        let u = self.points.displacements(at.x, first);
+        if want == Want::Tangent {
+            out.clear_rows(n, n - 4..n);
+        }
+        let u = self.points.displacements::<MOST_NODES>(at.x, first);
         self.points.each_point(first, n, want, out, |q, w, out, response| {
             let f = self.points.deformation_gradients(&u, first, q);
             let undefined = |(lane, e)| EvalError::of_law(&self.name, self.points.cells[first + lane] as usize, e);

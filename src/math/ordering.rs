@@ -4,6 +4,7 @@
 //! Limits: METIS draws from the random numbers of the C library, so it runs one at a time.
 
 use super::sparse::SymPattern;
+use super::threads;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMatRef;
 use faer::sparse::linalg::cholesky::simplicial::{
@@ -19,14 +20,16 @@ const VERY_LARGE: usize = 100_000;
 
 /// Fill-reducing order of a graph: `order[k]` is the vertex eliminated at step k.
 pub fn fill_reducing(graph: &SymPattern) -> Vec<u32> {
-    let other = (graph.n >= LARGE).then(|| nested_dissection(graph));
-    let Some(other) = other else { return minimum_degree(graph) };
-    if graph.n >= VERY_LARGE {
-        return postorder(graph, &other);
+    if graph.n < LARGE {
+        return minimum_degree(graph);
     }
-    let order = minimum_degree(graph);
-    let (by_degree, by_dissection) = (analyse(graph, &order), analyse(graph, &other));
-    if by_degree.operations <= by_dissection.operations { order } else { by_dissection.postordered(&other) }
+    if graph.n >= VERY_LARGE {
+        return postorder(graph, &nested_dissection(graph));
+    }
+    let orders = threads::map(vec![minimum_degree, nested_dissection], |order| order(graph));
+    let found = threads::map(orders.iter().collect(), |order| analyse(graph, order));
+    let [by_degree, by_dissection] = [found[0].operations, found[1].operations];
+    if by_degree <= by_dissection { orders[0].clone() } else { found[1].postordered(&orders[1]) }
 }
 
 /// Postordered by the tree that the algorithm has found.
@@ -102,9 +105,7 @@ fn analyse(graph: &SymPattern, order: &[u32]) -> Analysis {
     let n = graph.n;
     let mut step = vec![0u32; n];
     order.iter().enumerate().for_each(|(k, &v)| step[v as usize] = k as u32);
-    let column = |j: usize| &graph.row_idx[graph.col_ptr[j] as usize..graph.col_ptr[j + 1] as usize];
-    let pairs = (0..n).flat_map(|j| column(j).iter().map(|&i| (step[i as usize], step[j])).collect::<Vec<_>>());
-    let permuted = SymPattern::from_pairs(n, pairs);
+    let permuted = SymPattern::from_pairs(n, graph.entries().map(|(i, j)| (step[i], step[j])));
     let (col_ptr, row_idx) = permuted.upper();
     let matrix = SymbolicSparseColMatRef::new_checked(n, n, &col_ptr, None, &row_idx);
     let (mut parents, mut lengths, mut post) = (vec![0i32; n], vec![0u32; n], vec![0u32; n]);

@@ -1,6 +1,6 @@
 //! Symmetric sparse matrices: the pattern is made once, the values change.
 
-use std::ops::Range;
+use std::ops::{AddAssign, Range};
 
 /// Lower triangle of a symmetric n × n pattern, compressed columns, rows ascending, diagonal always present.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,18 +15,45 @@ pub struct SymPattern {
 impl SymPattern {
     /// From (row, column) pairs in any order and with repeats; the diagonal is added.
     pub fn from_pairs(n: usize, pairs: impl Iterator<Item = (u32, u32)>) -> Self {
-        let mut keys: Vec<u64> = (0..n as u64).map(|i| i << 32 | i).collect();
-        keys.extend(pairs.map(|(i, j)| (u64::from(i.min(j)) << 32) | u64::from(i.max(j))));
-        keys.sort_unstable();
-        keys.dedup();
-        let mut col_ptr = vec![0u32; n + 1];
-        for key in &keys {
-            col_ptr[(key >> 32) as usize + 1] += 1;
+        Self::from_list(n, &pairs.map(|(i, j)| [i.min(j), i.max(j)]).collect::<Vec<_>>())
+    }
+
+    /// From [column, row] in any order and with repeats, in linear time: dealt out by rows, then by columns, which keeps the order of the rows.
+    fn from_list(n: usize, pairs: &[[u32; 2]]) -> Self {
+        let mut row_ptr = vec![0u32; n + 1];
+        pairs.iter().for_each(|[_, i]| row_ptr[*i as usize + 1] += 1);
+        accumulate(&mut row_ptr);
+        let (mut next, mut columns) = (row_ptr.clone(), vec![0u32; pairs.len()]);
+        for [j, i] in pairs {
+            columns[next[*i as usize] as usize] = *j;
+            next[*i as usize] += 1;
         }
-        for j in 0..n {
-            col_ptr[j + 1] += col_ptr[j];
+        // The last row that each column was seen in
+        let mut seen: Vec<u32> = (0..n as u32).collect();
+        let mut col_ptr = vec![1u32; n + 1];
+        col_ptr[0] = 0;
+        let in_row = |i: u32| row_ptr[i as usize] as usize..row_ptr[i as usize + 1] as usize;
+        for i in 0..n as u32 {
+            for &j in &columns[in_row(i)] {
+                col_ptr[j as usize + 1] += u32::from(std::mem::replace(&mut seen[j as usize], i) != i);
+            }
         }
-        Self { n, col_ptr, row_idx: keys.iter().map(|&key| key as u32).collect() }
+        accumulate(&mut col_ptr);
+        let (mut next, mut row_idx) = (col_ptr.clone(), vec![0u32; col_ptr[n] as usize]);
+        let mut push = |j: u32, i: u32| {
+            row_idx[next[j as usize] as usize] = i;
+            next[j as usize] += 1;
+        };
+        (0..n as u32).for_each(|i| seen[i as usize] = i);
+        for i in 0..n as u32 {
+            push(i, i);
+            for &j in &columns[in_row(i)] {
+                if std::mem::replace(&mut seen[j as usize], i) != i {
+                    push(j, i);
+                }
+            }
+        }
+        Self { n, col_ptr, row_idx }
     }
 
     /// With more pairs, in any order and with repeats.
@@ -70,9 +97,7 @@ impl SymPattern {
         for &i in &self.row_idx {
             col_ptr[i as usize + 1] += 1;
         }
-        for j in 0..self.n {
-            col_ptr[j + 1] += col_ptr[j];
-        }
+        accumulate(&mut col_ptr);
         let (mut next, mut rows) = (col_ptr.clone(), vec![0u32; self.nnz()]);
         for j in 0..self.n {
             for &i in &self.row_idx[self.col_ptr[j] as usize..self.col_ptr[j + 1] as usize] {
@@ -126,6 +151,15 @@ impl SymPattern {
     pub fn diagonal(&self, values: &[f64]) -> Vec<f64> {
         (0..self.n).map(|j| values[self.col_ptr[j] as usize]).collect()
     }
+}
+
+/// Makes offsets of counts, where \[i + 1\] holds the count of i.
+pub fn accumulate<T: Copy + Default + AddAssign>(counts: &mut [T]) {
+    let mut sum = T::default();
+    counts.iter_mut().for_each(|count| {
+        sum += *count;
+        *count = sum;
+    });
 }
 
 /// Matrix of few entries: (i, j, A_ij) in any order and with repeats, which add up.

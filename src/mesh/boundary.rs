@@ -2,15 +2,15 @@
 
 use super::TetMesh;
 use super::element::CELL_FACES;
-use std::collections::HashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 
 /// Faces of all cells by their sorted corners: (first cell, its local face, number of cells).
-pub(super) struct Faces(pub(super) HashMap<[u32; 3], (u32, u8, u8)>);
+pub(super) struct Faces(pub(super) FxHashMap<[u32; 3], (u32, u8, u8)>);
 
 impl Faces {
     /// Fails with a cell of which a face belongs to three cells.
     pub(super) fn of(mesh: &TetMesh) -> Result<Self, usize> {
-        let mut faces = HashMap::with_capacity(mesh.cell_count() * 5 / 2);
+        let mut faces = FxHashMap::with_capacity_and_hasher(mesh.cell_count() * 5 / 2, FxBuildHasher);
         for c in 0..mesh.cell_count() {
             for (f, face) in CELL_FACES.iter().enumerate() {
                 let key = sorted([0, 1, 2].map(|k| mesh.cell(c)[face[k]]));

@@ -5,6 +5,7 @@
 //! connectivity alone, so that it stays where a mesh is deformed.
 
 use super::TetMesh;
+use crate::math::sparse::accumulate;
 use std::cmp::Reverse;
 
 /// \[cells\] place of each cell in the order.
@@ -29,9 +30,7 @@ fn ranks(mesh: &TetMesh) -> Vec<u32> {
     for c in 0..mesh.cell_count() as u32 {
         corners(c).iter().for_each(|&n| offsets[n as usize + 1] += 1);
     }
-    for n in 0..mesh.points.len() {
-        offsets[n + 1] += offsets[n];
-    }
+    accumulate(&mut offsets);
     let (mut next, mut cells) = (offsets.clone(), vec![0_u32; offsets[mesh.points.len()]]);
     for c in 0..mesh.cell_count() as u32 {
         for &n in corners(c) {

@@ -2,6 +2,7 @@
 
 use super::element::{CELL_EDGES, cell_gradients, cell_shape, facet_gradients};
 use super::{Order, TetMesh, quadrature};
+use crate::math::sparse::SymPattern;
 use crate::math::tensor::{Mat3, Vec3};
 
 impl TetMesh {
@@ -69,16 +70,17 @@ impl TetMesh {
         (self.volume() / self.cell_count() as f64).cbrt()
     }
 
+    /// The graph of the corners, whose pairs are the edges of the cells.
+    pub fn edges(&self) -> SymPattern {
+        let of_cell = |c| CELL_EDGES.map(|[i, j]| (self.cell(c)[i], self.cell(c)[j]));
+        SymPattern::from_pairs(self.points.len(), (0..self.cell_count()).flat_map(of_cell))
+    }
+
     /// Mean length of the edges between corners \[m\].
     pub fn mean_edge(&self) -> f64 {
-        let mut edges: Vec<[u32; 2]> = (0..self.cell_count())
-            .flat_map(|c| CELL_EDGES.map(|[i, j]| [self.cell(c)[i], self.cell(c)[j]]))
-            .map(|[a, b]| [a.min(b), a.max(b)])
-            .collect();
-        edges.sort_unstable();
-        edges.dedup();
-        let length = |[a, b]: &[u32; 2]| (self.points[*a as usize] - self.points[*b as usize]).norm();
-        edges.iter().map(length).sum::<f64>() / edges.len() as f64
+        let graph = self.edges();
+        let edges = || graph.entries().filter(|(i, j)| i != j);
+        edges().map(|(i, j)| (self.points[j] - self.points[i]).norm()).sum::<f64>() / edges().count() as f64
     }
 
     /// Smallest and largest coordinates of the nodes \[m\].

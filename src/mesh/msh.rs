@@ -11,6 +11,7 @@ use super::error::MeshError;
 use super::msh_elements::{Names, add_element, check_groups, group_name, kind};
 use super::msh2;
 use crate::math::tensor::Vec3;
+use rustc_hash::FxHashMap;
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -34,7 +35,7 @@ impl Groups {
 pub(super) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshError> {
     let mut at = Cursor::new(file, data);
     let mut raw = RawMesh { file: file.to_path_buf(), ..RawMesh::default() };
-    let (mut groups, mut index) = (Groups::default(), HashMap::new());
+    let (mut groups, mut index) = (Groups::default(), FxHashMap::default());
     let (mut format, mut nodes, mut elements) = (None::<Head>, false, false);
     loop {
         at.binary = false;
@@ -184,7 +185,7 @@ fn list(at: &mut Cursor, wanted: &str) -> Result<Vec<i64>, MeshError> {
 }
 
 /// Nodes; `index` becomes the map from tags to positions.
-fn read_nodes(at: &mut Cursor, raw: &mut RawMesh, index: &mut HashMap<u64, u32>) -> Result<(), MeshError> {
+fn read_nodes(at: &mut Cursor, raw: &mut RawMesh, index: &mut FxHashMap<u64, u32>) -> Result<(), MeshError> {
     let value = at.long("the number of node blocks")?;
     let blocks = at.count(value, 7, "the number of node blocks")?;
     for wanted in ["the number of nodes", "the smallest node tag", "the largest node tag"] {
@@ -221,7 +222,7 @@ fn read_nodes(at: &mut Cursor, raw: &mut RawMesh, index: &mut HashMap<u64, u32>)
 fn read_elements(
     at: &mut Cursor,
     groups: &Groups,
-    index: &HashMap<u64, u32>,
+    index: &FxHashMap<u64, u32>,
     raw: &mut RawMesh,
 ) -> Result<(), MeshError> {
     let value = at.long("the number of element blocks")?;

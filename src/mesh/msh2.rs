@@ -7,7 +7,7 @@ use super::cursor::Cursor;
 use super::error::MeshError;
 use super::msh_elements::{Names, add_element, check_groups, group_name, kind};
 use crate::math::tensor::Vec3;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// An element: its kind, tag, nodes and regions.
 struct Element {
@@ -22,7 +22,7 @@ pub(super) fn read_nodes(
     at: &mut Cursor,
     binary: bool,
     raw: &mut RawMesh,
-    index: &mut HashMap<u64, u32>,
+    index: &mut FxHashMap<u64, u32>,
 ) -> Result<(), MeshError> {
     let value = at.parse("the number of nodes")?;
     begin(at, binary);
@@ -48,14 +48,14 @@ pub(super) fn read_elements(
     at: &mut Cursor,
     binary: bool,
     names: &Names,
-    index: &HashMap<u64, u32>,
+    index: &FxHashMap<u64, u32>,
     raw: &mut RawMesh,
 ) -> Result<(), MeshError> {
     let value = at.parse("the number of elements")?;
     begin(at, binary);
     let count = at.count(value, if binary { 12 } else { 4 }, "the elements")?;
     let mut elements: Vec<Element> = Vec::with_capacity(count);
-    let mut known: HashMap<(i64, Vec<u32>), usize> = HashMap::new();
+    let mut known: FxHashMap<(i64, Vec<u32>), usize> = FxHashMap::default();
     let mut read = 0;
     while read < count {
         let block = if binary { Some(block(at)?) } else { None };
@@ -108,7 +108,7 @@ fn element(
     at: &mut Cursor,
     block: Option<Block>,
     names: &Names,
-    index: &HashMap<u64, u32>,
+    index: &FxHashMap<u64, u32>,
     raw: &RawMesh,
 ) -> Result<Element, MeshError> {
     let tag = at.int("an element tag")? as u64;

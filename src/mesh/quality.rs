@@ -1,7 +1,13 @@
 //! Quality of the corner tetrahedra of a mesh.
 
 use super::TetMesh;
+use super::element::CELL_EDGES;
 use crate::math::tensor::Vec3;
+use crate::math::threads;
+use std::ops::Range;
+
+/// Cells that one thread looks at at a time.
+const CELLS: usize = 1024;
 
 /// Radius ratio 3 r_in/r_circ (1 regular, 0 flat) and dihedral angles \[deg\] over all cells.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -16,20 +22,22 @@ impl Quality {
     /// Quality of the cells of a mesh; curved edges count as straight.
     pub fn of(mesh: &TetMesh) -> Self {
         let count = mesh.cell_count();
-        let (mut least, mut sum, mut low, mut high) = (f64::INFINITY, 0.0, f64::INFINITY, 0.0_f64);
-        for c in 0..count {
+        let of_cell = |c: usize| {
             let corners: [Vec3; 4] = std::array::from_fn(|k| mesh.points[mesh.cell(c)[k] as usize]);
-            let ratio = radius_ratio(&corners);
+            (radius_ratio(&corners), dihedral_cosines(&corners))
+        };
+        let pieces = (0..count).step_by(CELLS).map(|first| first..count.min(first + CELLS)).collect();
+        let all = threads::map(pieces, |cells: Range<usize>| cells.map(of_cell).collect::<Vec<_>>());
+        let (mut least, mut sum, mut low, mut high) = (f64::INFINITY, 0.0, 1.0_f64, -1.0_f64);
+        for (ratio, cosines) in all.into_iter().flatten() {
             least = least.min(ratio);
             sum += ratio;
-            for angle in dihedral_angles(&corners) {
-                low = low.min(angle);
-                high = high.max(angle);
-            }
+            low = cosines.into_iter().fold(low, f64::min);
+            high = cosines.into_iter().fold(high, f64::max);
         }
-        let mean = sum / count as f64;
-        let (dihedral_min_deg, dihedral_max_deg) = (low.to_degrees(), high.to_degrees());
-        Self { radius_ratio_min: least, radius_ratio_mean: mean, dihedral_min_deg, dihedral_max_deg }
+        // The largest cosine is that of the smallest angle.
+        let [dihedral_min_deg, dihedral_max_deg] = [high, low].map(|cosine| cosine.acos().to_degrees());
+        Self { radius_ratio_min: least, radius_ratio_mean: sum / count as f64, dihedral_min_deg, dihedral_max_deg }
     }
 }
 
@@ -45,11 +53,19 @@ pub fn radius_ratio(x: &[Vec3; 4]) -> f64 {
 
 /// The six dihedral angles \[rad\].
 pub fn dihedral_angles(x: &[Vec3; 4]) -> [f64; 6] {
-    super::element::CELL_EDGES.map(|[i, j]| {
-        let rest: Vec<usize> = (0..4).filter(|k| *k != i && *k != j).collect();
+    dihedral_cosines(x).map(f64::acos)
+}
+
+/// The cosines of the dihedral angles; 1 where a face has no height over the edge.
+fn dihedral_cosines(x: &[Vec3; 4]) -> [f64; 6] {
+    CELL_EDGES.map(|[i, j]| {
         let edge = (x[j] - x[i]).normalize();
         let away = |k: usize| (x[k] - x[i]) - edge * edge.dot(&(x[k] - x[i]));
-        away(rest[0]).angle(&away(rest[1]))
+        // The other two corners
+        let mut rest = (0..4).filter(|k| *k != i && *k != j).map(away);
+        let (a, b) = (rest.next().unwrap_or_default(), rest.next().unwrap_or_default());
+        let size = a.norm() * b.norm();
+        if size > 0.0 { (a.dot(&b) / size).clamp(-1.0, 1.0) } else { 1.0 }
     })
 }
 

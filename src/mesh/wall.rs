@@ -9,7 +9,6 @@
 
 use super::TetMesh;
 use super::boundary::boundary_facets;
-use super::element::CELL_EDGES;
 use crate::math::tensor::Vec3;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
@@ -111,15 +110,9 @@ struct Layers {
 impl Layers {
     fn new(mesh: &TetMesh, facets: &[[u32; 3]], of_facets: &[Vec3]) -> Self {
         let mut neighbours = vec![vec![]; mesh.points.len()];
-        for c in 0..mesh.cell_count() {
-            for [i, j] in CELL_EDGES.map(|[i, j]| [mesh.cell(c)[i], mesh.cell(c)[j]]) {
-                neighbours[i as usize].push(j);
-                neighbours[j as usize].push(i);
-            }
-        }
-        for list in &mut neighbours {
-            list.sort_unstable();
-            list.dedup();
+        for (i, j) in mesh.edges().entries().filter(|(i, j)| i != j) {
+            neighbours[i].push(j as u32);
+            neighbours[j].push(i as u32);
         }
         let mut normals = vec![vec![]; mesh.points.len()];
         for (corners, n) in facets.iter().zip(of_facets) {

@@ -2,8 +2,7 @@
 //!
 //! An enum whose variants are the kinds derives `Deserialize` with `#[serde(remote = "Self")]` and is then named in
 //! [`by_kind!`]; [`registry!`] declares one whose kinds have a file each. Serde's own tag buffers the table and so loses the line
-//! of every mistake in it; here the table is read in place, which needs `kind` to be its first key ([`first`]). A table with
-//! `kind` elsewhere is buffered, and read all the same.
+//! of every mistake in it; here the table is read in place, which needs `kind` to be its first key: [`first`] moves it there.
 
 use super::error::hint;
 use serde::de::value::{MapAccessDeserializer, MapDeserializer};
@@ -11,7 +10,9 @@ use serde::de::{
     Deserialize, DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, IntoDeserializer, MapAccess,
     VariantAccess, Visitor,
 };
+use std::convert::Infallible;
 use std::fmt;
+use std::marker::PhantomData;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -131,27 +132,42 @@ impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
 
     fn visit_str<E: Error>(self, kind: &str) -> Result<V::Value, E> {
         let kind = Kind(self.kinds).visit_str(kind)?;
-        let none: MapDeserializer<'de, std::iter::Empty<(&str, &str)>, E> = MapDeserializer::new(std::iter::empty());
+        let none: MapDeserializer<'de, std::iter::Empty<(&str, NoValue<E>)>, E> =
+            MapDeserializer::new(std::iter::empty());
         self.visitor.visit_enum(Chosen { kind, keys: none })
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<V::Value, A::Error> {
-        let missing =
-            || A::Error::custom(format!("it has no `kind`; add kind = \"…\" with one of {}", self.kinds.join(", ")));
-        let Some(key) = map.next_key::<String>()? else { return Err(missing()) };
-        if key == "kind" {
-            let kind = map.next_value_seed(Kind(self.kinds))?;
-            return self.visitor.visit_enum(Chosen { kind, keys: map });
+        if map.next_key::<String>()?.is_none_or(|key| key != "kind") {
+            let missing = format!("it has no `kind`; add kind = \"…\" with one of {}", self.kinds.join(", "));
+            return Err(A::Error::custom(missing));
         }
-        let mut keys = toml::Table::new();
-        keys.insert(key, map.next_value()?);
-        while let Some((key, value)) = map.next_entry()? {
-            keys.insert(key, value);
-        }
-        let kind = keys.remove("kind").ok_or_else(missing)?;
-        let kind = Kind(self.kinds).deserialize(kind).map_err(A::Error::custom)?;
-        let keys = MapDeserializer::new(keys.into_iter());
-        self.visitor.visit_enum(Chosen { kind, keys }).map_err(|e: toml::de::Error| A::Error::custom(e.message()))
+        let kind = map.next_value_seed(Kind(self.kinds))?;
+        self.visitor.visit_enum(Chosen { kind, keys: map })
+    }
+}
+
+/// The value of a key of a table without keys. With another type the compiler would make one more reader of every type below the kinds.
+struct NoValue<E>(Infallible, PhantomData<E>);
+
+impl<'de, E: Error> Deserializer<'de> for NoValue<E> {
+    type Error = E;
+
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, E> {
+        match self.0 {}
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
+    }
+}
+
+impl<E: Error> IntoDeserializer<'_, E> for NoValue<E> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
     }
 }
 

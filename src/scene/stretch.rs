@@ -38,17 +38,18 @@ pub fn points(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
 pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
-    let mut all: Vec<PointStretch> = elastic.iter().flat_map(|e| points(e, x)).collect();
-    let min_j = all.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
-    all.sort_by(|a, b| a.largest.total_cmp(&b.largest));
-    let total: f64 = all.iter().map(|point| point.weight).sum();
+    let points: Vec<PointStretch> = elastic.iter().flat_map(|e| points(e, x)).collect();
+    let min_j = points.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
+    let mut all: Vec<(f64, f64)> = points.iter().map(|point| (point.largest, point.weight)).collect();
+    all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = all.iter().map(|(_, weight)| weight).sum();
     let quantile = |q: f64| {
         let mut below = 0.0;
-        let found = all.iter().find(|point| {
-            below += point.weight;
+        let found = all.iter().find(|(_, weight)| {
+            below += weight;
             below >= q * total
         });
-        found.or(all.last()).map_or(f64::NAN, |point| point.largest)
+        found.or(all.last()).map_or(f64::NAN, |(largest, _)| *largest)
     };
     vec![quantile(0.5), quantile(0.95), quantile(1.0), min_j]
 }

@@ -1,6 +1,6 @@
 //! Contributions to the sums: what is evaluated block by block, how the local unknowns map to those of the system, and the weight.
 
-use super::groups::Group;
+use super::groups::Groups;
 use super::{At, BlockValues, Blocks, Constraint, Effect, EvalError, Means, TransientBlocks, UnsymmetricTangent, Want};
 use std::borrow::Cow;
 
@@ -37,7 +37,7 @@ pub(super) enum Coupling<'a> {
     /// The unknowns of the blocks are dofs; slot in K of each local entry with column ≤ row, block after block
     Dofs(&'a [u32]),
     /// The unknowns are dofs, and all blocks of the effect contribute, in groups
-    Groups(&'a [Group]),
+    Groups(&'a Groups),
     /// The unknowns are weighted means of the displacement; the slots are those of the inner matrix of the low-rank part
     Means(&'a Means, &'a [u32]),
     /// The unknowns are dofs of a block that has no slots: it is inserted into a widened pattern after all others

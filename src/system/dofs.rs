@@ -92,6 +92,11 @@ impl Dofs {
         Self { equation, free, displacements, after }
     }
 
+    /// The vertex of a dof: its node, or itself where it belongs to the second field.
+    pub(super) fn vertex(&self, dof: u32) -> u32 {
+        if dof < self.displacements { dof / 3 } else { dof }
+    }
+
     /// Whether equation `e` belongs to the second field.
     pub fn is_scalar(&self, e: usize) -> bool {
         self.free[e] >= self.displacements

@@ -7,35 +7,121 @@
 use super::projection::project;
 use super::{Assembled, At, Batch, Batched, BlockValues, Blocks, Dofs, Effect, EvalError, Want};
 use crate::math::lanes::{LANES, Lanes};
+use crate::math::low_rank::Pattern;
 use crate::math::ranked_set::RankedSet;
+use crate::math::sparse::SymPattern;
 use crate::math::threads;
 use crate::math::vector::norm;
 use std::ops::Range;
 
-/// Local entries of K of a group, and different ones among them, which 16 bits count together with one more.
+/// Local entries of K of a group, and different ones among them: as many as the cache holds.
 const MOST: (usize, usize) = (100_000, 50_000);
 /// Groups whose sums wait to be added: as many as the cache holds.
 const WAITING: usize = 16;
-/// Entries of K that one thread adds at a time.
-const PIECE: usize = 1 << 16;
+/// Entries of K that one thread adds at a time, at least.
+const PIECE: u32 = 1 << 16;
+
+/// Blocks in groups.
+pub(super) struct Groups {
+    groups: Vec<Group>,
+    /// Slots at which K is divided for threads, each the first of a vertex, and the end
+    pieces: Vec<u32>,
+}
 
 /// Blocks, and the places of their unknowns and entries.
-pub(super) struct Group {
+///
+/// The unknowns of a block belong to *vertices*: nodes with three of them each, then unknowns of the second field. The entries of K of two vertices
+/// are summed side by side.
+struct Group {
     blocks: Range<usize>,
     /// Unknowns of the largest block
     largest: usize,
-    /// Unknowns of the blocks, ascending
+    /// Unknowns of the blocks
     dofs: Vec<u32>,
-    /// Slots in K of their entries, ascending
-    slots: Vec<u32>,
-    /// Place in `dofs` of each local unknown, block after block
-    of_unknowns: Vec<u16>,
-    /// Place in `slots` of each local entry with column ≤ row, block after block; behind the last one where a dof is prescribed
-    of_entries: Vec<u16>,
+    /// Place in `dofs` of the first unknown of each local vertex, block after block
+    of_vertices: Vec<u32>,
+    /// Different pairs of vertices, by their slots, ascending
+    pairs: Vec<Pair>,
+    /// Twice the offset in the sums of each local pair, first the pairs of nodes, then those of further unknowns with the nodes and with each other,
+    /// block after block; odd where the first of the two vertices is the column in K. Those without an entry in K are behind the last pair.
+    of_pairs: Vec<u32>,
+    /// Entries in the sums of all pairs
+    entries: u32,
 }
 
-/// Divides blocks into groups; `slots` gives those of the entries of some blocks, [`Dofs::FIXED`] where a dof is prescribed.
-pub(super) fn divide(blocks: &Blocks, slots: impl Fn(Range<usize>) -> Vec<u32> + Sync) -> Vec<Group> {
+/// Place of the entry in row r and column c among those of two nodes: those on the diagonal, above it, and below it, so that a transposition
+/// exchanges the last two threes.
+const OF_NODES: [[usize; 3]; 3] = [[0, 3, 4], [6, 1, 5], [7, 8, 2]];
+
+/// Entries of K of two vertices.
+struct Pair {
+    /// Of the first entry of the first column
+    slot: u32,
+    /// Slots from one column to the next, and one less from there on
+    stride: u32,
+    /// In the sums: of two nodes as in [`OF_NODES`], otherwise component by component of the node
+    offset: u32,
+    rows: Components,
+    columns: Components,
+    on_diagonal: bool,
+}
+
+/// Components of a vertex: how many, and a bit for each one that is free.
+#[derive(Clone, Copy, PartialEq)]
+struct Components {
+    count: u8,
+    free: u8,
+}
+
+impl Components {
+    /// Of a node that is free.
+    const ALL: Self = Self { count: 3, free: 0b111 };
+
+    /// Of the vertex whose unknowns begin with this one.
+    fn of(dofs: &Dofs, first: u32) -> Self {
+        let count = if first < dofs.displacements { 3 } else { 1 };
+        let is_free = |i: &u32| dofs.equation[(first + i) as usize] != Dofs::FIXED;
+        Self { count: count as u8, free: (0..count).filter(is_free).fold(0, |free, i| free | 1 << i) }
+    }
+
+    /// The free components, ascending.
+    fn each_free(self) -> impl Iterator<Item = usize> {
+        (0..usize::from(self.count)).filter(move |i| self.free >> i & 1 == 1)
+    }
+}
+
+impl Pair {
+    /// Entries of K, counting one of the diagonal once.
+    fn count(&self) -> usize {
+        let (rows, columns) = (self.rows.free.count_ones() as usize, self.columns.free.count_ones() as usize);
+        if self.on_diagonal { triangle(rows) } else { rows * columns }
+    }
+
+    /// Adds its sums to K from slot `first` on.
+    fn add(&self, sums: &[f64], first: u32, k: &mut [f64]) {
+        let sums = &sums[self.offset as usize..];
+        let (slot, stride) = ((self.slot - first) as usize, self.stride as usize);
+        if !self.on_diagonal && self.rows == Components::ALL && self.columns == Components::ALL {
+            let s = &sums[..9];
+            add(&mut k[slot..][..3], [s[0], s[6], s[7]]);
+            add(&mut k[slot + stride..][..3], [s[3], s[1], s[8]]);
+            add(&mut k[slot + 2 * stride - 1..][..3], [s[4], s[5], s[2]]);
+            return;
+        }
+        let between_nodes = self.rows.count == 3 && self.columns.count == 3;
+        for (column, c) in self.columns.each_free().enumerate() {
+            let slot = slot + column * stride - column * column.saturating_sub(1) / 2;
+            for (row, r) in self.rows.each_free().enumerate() {
+                if !self.on_diagonal || r >= c {
+                    k[slot + row] += sums[if between_nodes { OF_NODES[r][c] } else { r + c }];
+                }
+            }
+        }
+    }
+}
+
+/// Divides blocks, whose couplings are in the pattern, into groups.
+pub(super) fn divide(blocks: &Blocks, dofs: &Dofs, pattern: &Pattern) -> Groups {
     let mut ranges = Vec::new();
     let mut start = 0;
     while start < blocks.len() {
@@ -50,35 +136,113 @@ pub(super) fn divide(blocks: &Blocks, slots: impl Fn(Range<usize>) -> Vec<u32> +
         ranges.push(start..end.min(blocks.len()));
         start = end;
     }
-    let one = |range: Range<usize>| Group::all(blocks, range, &slots);
-    threads::map(ranges, one).into_iter().flatten().collect()
+    let one = |range: Range<usize>| Group::all(blocks, range, dofs, pattern);
+    let groups = threads::map(ranges, one).into_iter().flatten().collect();
+    Groups { groups, pieces: pieces(dofs, pattern) }
 }
 
-/// Entries of a block of `n` unknowns with column ≤ row.
+impl Groups {
+    /// The pieces of K, each with its slots.
+    fn split<'k>(&self, mut k: &'k mut [f64]) -> Vec<(Range<u32>, &'k mut [f64])> {
+        let piece = |ends: &[u32]| {
+            let (own, rest) = std::mem::take(&mut k).split_at_mut((ends[1] - ends[0]) as usize);
+            k = rest;
+            (ends[0]..ends[1], own)
+        };
+        self.pieces.windows(2).map(piece).collect()
+    }
+}
+
+/// Slots at which K is divided for threads.
+fn pieces(dofs: &Dofs, pattern: &Pattern) -> Vec<u32> {
+    let mut pieces = vec![0];
+    for (e, &dof) in dofs.free.iter().enumerate().skip(1) {
+        let begins = dofs.vertex(dof) != dofs.vertex(dofs.free[e - 1]);
+        let slot = pattern.on_diagonal(e) as u32;
+        if begins && slot - pieces[pieces.len() - 1] >= PIECE {
+            pieces.push(slot);
+        }
+    }
+    pieces.push(pattern.nnz() as u32);
+    pieces
+}
+
+/// Entries of a block of `n` unknowns with column ≤ row, or its pairs of `n` vertices.
 pub(super) fn triangle(n: usize) -> usize {
     n * (n + 1) / 2
 }
 
+/// First unknown of each vertex of a block: its nodes, then its unknowns of the second field.
+fn vertices(blocks: &Blocks, b: usize) -> impl Iterator<Item = u32> + '_ {
+    blocks.nodes(b).iter().map(|node| 3 * node).chain(blocks.scalars(b).iter().copied())
+}
+
+/// Pairs of the vertices of blocks, block after block; `local` holds these vertices.
+fn local_pairs<'a>(blocks: &'a Blocks, range: Range<usize>, local: &'a [u32]) -> impl Iterator<Item = (u32, u32)> + 'a {
+    let mut rest = local;
+    range.flat_map(move |b| {
+        let (own, others) = rest.split_at(blocks.nodes(b).len() + blocks.scalars(b).len());
+        rest = others;
+        (0..own.len()).flat_map(move |a| own[..=a].iter().map(move |&other| (own[a], other)))
+    })
+}
+
 impl Group {
     /// One group, or more where the blocks have too many different entries.
-    fn all(blocks: &Blocks, range: Range<usize>, slots: &(impl Fn(Range<usize>) -> Vec<u32> + Sync)) -> Vec<Self> {
-        let entries = slots(range.clone());
-        let different = RankedSet::new(entries.iter().copied().filter(|slot| *slot != Dofs::FIXED));
-        if different.count() > MOST.1 && range.len() > LANES {
+    fn all(blocks: &Blocks, range: Range<usize>, dofs: &Dofs, pattern: &Pattern) -> Vec<Self> {
+        let local: Vec<u32> = range.clone().flat_map(|b| vertices(blocks, b)).collect();
+        let set = RankedSet::new(local.iter().copied());
+        // In the order of their equations, behind them those without one
+        let mut members: Vec<(u32, u32, Components)> = Vec::with_capacity(set.count());
+        for first in set.members() {
+            let components = Components::of(dofs, first);
+            let free = components.each_free().next();
+            members.push((free.map_or(Dofs::FIXED, |i| dofs.equation[first as usize + i]), first, components));
+        }
+        members.sort_unstable_by_key(|(equation, first, _)| (*equation, *first));
+        let (mut place, mut first_of, mut unknowns) = (vec![0; members.len()], Vec::new(), Vec::new());
+        for (k, (_, first, components)) in members.iter().enumerate() {
+            place[set.rank(*first)] = k as u32;
+            first_of.push(unknowns.len() as u32);
+            unknowns.extend(*first..first + u32::from(components.count));
+        }
+        let local: Vec<u32> = local.into_iter().map(|first| place[set.rank(first)]).collect();
+        let free = members.partition_point(|(equation, ..)| *equation != Dofs::FIXED);
+        let graph = SymPattern::from_pairs(
+            free,
+            local_pairs(blocks, range.clone(), &local).filter(|(i, j)| (*i.max(j) as usize) < free),
+        );
+        let (mut pairs, mut entries, mut different) = (Vec::with_capacity(graph.nnz()), 0, 0);
+        for (i, j) in graph.entries() {
+            let ((row, _, rows), (column, _, columns)) = (members[i], members[j]);
+            let slot = pattern.slot(row, column).expect("the pattern holds every pair of a block");
+            let stride = (pattern.on_diagonal(column as usize + 1) - pattern.on_diagonal(column as usize)) as u32 - 1;
+            let pair = Pair { slot, stride, offset: entries, rows, columns, on_diagonal: i == j };
+            entries += u32::from(rows.count) * u32::from(columns.count);
+            different += pair.count();
+            pairs.push(pair);
+        }
+        if different > MOST.1 && range.len() > LANES {
             let middle = range.start + (range.len() / 2).div_ceil(LANES) * LANES;
             let halves = [range.start..middle, middle..range.end];
-            return halves.into_iter().flat_map(|half| Self::all(blocks, half, slots)).collect();
+            return halves.into_iter().flat_map(|half| Self::all(blocks, half, dofs, pattern)).collect();
         }
-        let unknowns: Vec<u32> = range.clone().flat_map(|b| blocks.dofs(b)).collect();
-        let dofs = RankedSet::new(unknowns.iter().copied());
-        let place = |slot: u32| if slot == Dofs::FIXED { different.count() } else { different.rank(slot) };
-        let of_entries = entries.iter().map(|&slot| place(slot) as u16).collect();
-        let of_unknowns = unknowns.iter().map(|&dof| dofs.rank(dof) as u16).collect();
+        let offset = |(i, j): (u32, u32)| {
+            if i.max(j) as usize >= free {
+                return 2 * entries;
+            }
+            let pair = graph.slot(i, j).expect("made of all pairs");
+            2 * pairs[pair as usize].offset + u32::from(i < j)
+        };
+        let of_pairs = local_pairs(blocks, range.clone(), &local).map(offset).collect();
+        let of_vertices = local.into_iter().map(|k| first_of[k as usize]).collect();
         let largest = range.clone().map(|b| blocks.size(b)).max().unwrap_or(0);
-        let (dofs, slots) = (dofs.members(), different.members());
-        vec![Self { blocks: range, largest, dofs, slots, of_unknowns, of_entries }]
+        vec![Self { blocks: range, largest, dofs: unknowns, of_vertices, pairs, of_pairs, entries }]
     }
 }
+
+/// Entries of the largest pair of vertices.
+const LARGEST: usize = 9;
 
 /// Sums over the blocks of a group.
 #[derive(Default)]
@@ -91,7 +255,7 @@ struct GroupSums {
     r: Vec<f64>,
     /// \[dofs\] Σ K_e d of the prescribed increment d, if there is one
     increment_force: Vec<f64>,
-    /// \[slots + 1\] and the entries of prescribed dofs
+    /// \[entries\] and behind them those of prescribed dofs
     k: Vec<f64>,
 }
 
@@ -100,7 +264,7 @@ pub(super) struct Grouped<'a> {
     pub effect: &'a dyn Effect,
     /// Position of the effect in the system
     pub index: usize,
-    pub groups: &'a [Group],
+    pub groups: &'a Groups,
     pub batched: Option<&'a dyn Batched>,
     pub projected: bool,
     pub want: Want,
@@ -114,7 +278,7 @@ impl Grouped<'_> {
     /// Adds the sums of all blocks; returns Σ_e ‖r_e‖.
     pub fn add(&self, at: &At, out: &mut Assembled) -> Result<f64, EvalError> {
         let mut forces = 0.0;
-        for groups in self.groups.chunks(WAITING) {
+        for groups in self.groups.groups.chunks(WAITING) {
             let sums = threads::map(groups.iter().collect(), |group| self.sum(at, group));
             // The first error in the order of the blocks
             let sums: Vec<GroupSums> = sums.into_iter().collect::<Result<_, _>>()?;
@@ -130,14 +294,11 @@ impl Grouped<'_> {
                 }
             }
             if self.want == Want::Tangent {
-                threads::map(out.k.chunks_mut(PIECE).enumerate().collect(), |(piece, k)| {
-                    let first = (piece * PIECE) as u32;
+                threads::map(self.groups.split(&mut out.k), |(slots, k)| {
                     for (group, sums) in groups.iter().zip(&sums) {
-                        let start = group.slots.partition_point(|&slot| slot < first);
-                        let end = group.slots.partition_point(|&slot| slot < first + k.len() as u32);
-                        for (&slot, value) in group.slots[start..end].iter().zip(&sums.k[start..end]) {
-                            k[(slot - first) as usize] += value;
-                        }
+                        let [start, end] =
+                            [slots.start, slots.end].map(|end| group.pairs.partition_point(|pair| pair.slot < end));
+                        group.pairs[start..end].iter().for_each(|pair| pair.add(&sums.k, slots.start, k));
                     }
                 });
             }
@@ -155,44 +316,46 @@ impl Grouped<'_> {
         let (batch, values) = (&mut Batch::new(if self.batched.is_some() { n } else { 0 }), &mut BlockValues::new(n));
         let mut sums = GroupSums { r: vec![0.0; group.dofs.len()], ..GroupSums::default() };
         if self.want == Want::Tangent {
-            sums.k = vec![0.0; group.slots.len() + 1];
+            sums.k = vec![0.0; group.entries as usize + LARGEST];
             if self.increment.is_some() {
                 sums.increment_force = vec![0.0; group.dofs.len()];
             }
         }
-        let (mut unknowns, mut entries) = (&group.of_unknowns[..], &group.of_entries[..]);
-        let mut next = |n: usize| {
-            let (own, rest) = unknowns.split_at(n);
-            let (of_k, others) = entries.split_at(triangle(n));
-            (unknowns, entries) = (rest, others);
-            (own, of_k)
-        };
         let blocks = self.effect.blocks();
+        let (mut of_vertices, mut of_pairs) = (&group.of_vertices[..], &group.of_pairs[..]);
+        let mut next = |b: usize| {
+            let nodes = blocks.nodes(b).len();
+            let count = nodes + blocks.scalars(b).len();
+            let (vertices, others) = of_vertices.split_at(count);
+            let (pairs, rest) = of_pairs.split_at(triangle(count));
+            (of_vertices, of_pairs) = (others, rest);
+            Places { nodes, vertices, pairs }
+        };
         let mut b = group.blocks.start;
         while let Some(batched) = self.batched.filter(|_| b + LANES <= group.blocks.end) {
             let n = blocks.size(b);
-            batch.reset(n, self.want);
+            batch.reset(n);
             batched.eval(at, b, self.want, batch)?;
             let squares = batch.r.iter().fold(Lanes::ZERO, |sum, r| sum + *r * *r);
             for lane in 0..LANES {
-                let (of_r, of_k) = next(n);
+                let places = next(b + lane);
                 sums.energy += batch.energy.0[lane];
                 sums.forces += squares.0[lane].sqrt();
-                of_r.iter().zip(&batch.r).for_each(|(&to, r)| sums.r[to as usize] += r.0[lane]);
+                places.add_vector(&mut sums.r, |i| batch.r[i].0[lane]);
                 if self.want < Want::Tangent {
                     continue;
                 }
-                add_matrix(&mut sums.k, of_k, n, |i| batch.k[i].0[lane]);
+                places.add_matrix(&mut sums.k, n, &batch.k, |k| k.0[lane]);
                 if let Some(d) = self.increment_of(b + lane) {
                     values.k.iter_mut().zip(&batch.k).for_each(|(to, from)| *to = from.0[lane]);
-                    add_increment_force(&mut sums, (of_r, blocks.dofs(b + lane)), n, values, d);
+                    places.add_increment_force(&mut sums.increment_force, blocks.dofs(b + lane), values, d);
                 }
             }
             b += LANES;
         }
         for b in b..group.blocks.end {
             let n = blocks.size(b);
-            let (of_r, of_k) = next(n);
+            let places = next(b);
             values.reset(n, self.want);
             self.effect.eval(at, b, self.want, values)?;
             if self.projected {
@@ -201,11 +364,11 @@ impl Grouped<'_> {
             sums.energy += values.energy;
             sums.dissipated += values.dissipated;
             sums.forces += norm(&values.r[..n]);
-            of_r.iter().zip(&values.r).for_each(|(&to, r)| sums.r[to as usize] += r);
+            places.add_vector(&mut sums.r, |i| values.r[i]);
             if self.want == Want::Tangent {
-                add_matrix(&mut sums.k, of_k, n, |i| values.k[i]);
+                places.add_matrix(&mut sums.k, n, &values.k, |k| *k);
                 if let Some(d) = self.increment_of(b) {
-                    add_increment_force(&mut sums, (of_r, blocks.dofs(b)), n, values, d);
+                    places.add_increment_force(&mut sums.increment_force, blocks.dofs(b), values, d);
                 }
             }
         }
@@ -213,28 +376,165 @@ impl Grouped<'_> {
     }
 }
 
-/// Adds the entries of a block of `n` unknowns with column ≤ row.
-#[inline]
-fn add_matrix(to: &mut [f64], places: &[u16], n: usize, entry: impl Fn(usize) -> f64) {
-    let mut places = places.iter();
-    for i in 0..n {
-        for (j, &place) in (0..=i).zip(&mut places) {
-            to[place as usize] += entry(i * n + j);
+/// Places of the unknowns and entries of one block in the sums of its group.
+struct Places<'a> {
+    nodes: usize,
+    /// [`Group::of_vertices`]
+    vertices: &'a [u32],
+    /// [`Group::of_pairs`]
+    pairs: &'a [u32],
+}
+
+impl Places<'_> {
+    /// Adds a value for each unknown of the block.
+    #[inline]
+    fn add_vector(&self, to: &mut [f64], value: impl Fn(usize) -> f64) {
+        let (nodes, others) = self.vertices.split_at(self.nodes);
+        for (a, &place) in nodes.iter().enumerate() {
+            to[place as usize..][..3].iter_mut().enumerate().for_each(|(i, to)| *to += value(3 * a + i));
+        }
+        for (i, &place) in (3 * self.nodes..).zip(others) {
+            to[place as usize] += value(i);
+        }
+    }
+
+    /// Adds K_e d_e; the prescribed increment d is zero on the free dofs.
+    fn add_increment_force(&self, to: &mut [f64], dofs: impl Iterator<Item = u32>, values: &BlockValues, d: &[f64]) {
+        let n = 2 * self.nodes + self.vertices.len();
+        for (j, from) in dofs.enumerate().filter(|(_, from)| d[*from as usize] != 0.0) {
+            self.add_vector(to, |i| values.k[i.max(j) * n + i.min(j)] * d[from as usize]);
+        }
+    }
+
+    /// Adds the entries with column ≤ row of a matrix of `n` unknowns; `k` holds them row by row, with what `value` makes numbers of.
+    #[inline]
+    fn add_matrix<T>(&self, to: &mut [f64], n: usize, k: &[T], value: impl Fn(&T) -> f64) {
+        let mut pairs = self.pairs.iter();
+        for a in 0..self.nodes {
+            let row = |i: usize| &k[(3 * a + i) * n..][..3 * a + 3];
+            let (x, y, z) = (row(0), row(1), row(2));
+            let (x, y, z) = (x.chunks_exact(3), y.chunks_exact(3), z.chunks_exact(3));
+            for (((x, y), z), &pair) in x.zip(y).zip(z).zip(&mut pairs) {
+                let to = &mut to[pair as usize / 2..][..9];
+                let above = 3 + 3 * (pair % 2) as usize;
+                add(&mut to[..3], [value(&x[0]), value(&y[1]), value(&z[2])]);
+                add(&mut to[above..][..3], [value(&x[1]), value(&x[2]), value(&y[2])]);
+                add(&mut to[9 - above..][..3], [value(&y[0]), value(&z[0]), value(&z[1])]);
+            }
+        }
+        for i in 3 * self.nodes..n {
+            let (of_nodes, others) = k[i * n..=i * n + i].split_at(3 * self.nodes);
+            for (x, &pair) in of_nodes.chunks_exact(3).zip(&mut pairs) {
+                add(&mut to[pair as usize / 2..][..3], [value(&x[0]), value(&x[1]), value(&x[2])]);
+            }
+            for (x, &pair) in others.iter().zip(&mut pairs) {
+                to[pair as usize / 2] += value(x);
+            }
         }
     }
 }
 
-/// Adds K_e d_e; the prescribed increment d is zero on the free dofs.
-fn add_increment_force(
-    sums: &mut GroupSums,
-    (places, dofs): (&[u16], impl Iterator<Item = u32>),
-    n: usize,
-    values: &BlockValues,
-    d: &[f64],
-) {
-    for (j, from) in dofs.enumerate().filter(|(_, from)| d[*from as usize] != 0.0) {
-        for (i, &to) in places.iter().enumerate() {
-            sums.increment_force[to as usize] += values.k[i.max(j) * n + i.min(j)] * d[from as usize];
+#[inline]
+fn add<const N: usize>(to: &mut [f64], values: [f64; N]) {
+    for (to, value) in to.iter_mut().zip(values) {
+        *to += value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::SplitMix;
+    use crate::math::signal::Signal;
+    use crate::system::{EnergyRole, Prescribed, Rates, System};
+    use std::collections::BTreeMap;
+
+    /// Blocks of 2 to 5 nodes, some with one or two unknowns of the second field; entries are small integers, whose sums are exact.
+    struct Integers(Blocks);
+
+    impl Integers {
+        fn entry(b: usize, i: usize, j: usize) -> f64 {
+            ((7 * b + 31 * i.max(j) + 57 * i.min(j)) % 41) as f64 - 20.0
+        }
+    }
+
+    impl Effect for Integers {
+        fn name(&self) -> &str {
+            "integers"
+        }
+        fn role(&self) -> EnergyRole {
+            EnergyRole::Stored
+        }
+        fn blocks(&self) -> &Blocks {
+            &self.0
+        }
+        fn eval(&self, _: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+            let n = self.0.size(b);
+            (0..n).for_each(|i| out.r[i] += Self::entry(b, i, i));
+            if want == Want::Tangent {
+                (0..n * n).filter(|k| k % n <= k / n).for_each(|k| out.k[k] += Self::entry(b, k / n, k % n));
+            }
+            Ok(())
+        }
+    }
+
+    /// Residual, tangent and the forces of a prescribed increment are the sums over all blocks, where nodes are held in none, some or all of
+    /// their components, and blocks fill several groups.
+    #[test]
+    fn sums_of_groups_are_those_of_the_blocks() {
+        let (nodes, count) = (400, 4000);
+        let mut random = SplitMix(17);
+        let mut below = |n: usize| (random.unit() * n as f64) as usize;
+        let hosts: Vec<u32> = (0..nodes as u32).step_by(2).collect();
+        let lists: Vec<(Vec<u32>, Vec<u32>)> = (0..count)
+            .map(|_| {
+                let (start, size) = (below(nodes - 40), 2 + below(4));
+                let mut own: Vec<u32> = (0..size).map(|k| (start + 8 * k + below(8)) as u32).collect();
+                let swapped = below(size);
+                own.swap(0, swapped);
+                let guests = own.iter().filter(|n| **n % 2 == 0).map(|n| 3 * nodes as u32 + n / 2).take(below(3));
+                (own.clone(), guests.collect())
+            })
+            .collect();
+        let blocks = Blocks::with_scalars(lists.iter().map(|(n, s)| (&n[..], &s[..])));
+        let held = (0..nodes as u32)
+            .step_by(5)
+            .flat_map(|n| (0..3).filter(move |i| n / 5 >> i & 1 == 1).map(move |i| 3 * n + i));
+        let prescribed: Vec<Prescribed> = held.map(|dof| Prescribed { dof, signal: Signal::Constant(0.0) }).collect();
+        let mut increment = vec![0.0; 3 * nodes + hosts.len()];
+        prescribed.iter().for_each(|p| increment[p.dof as usize] = 1.0 + f64::from(p.dof % 4));
+        let effect = Integers(blocks.clone());
+        let system =
+            System::with_scalars(nodes, &hosts, vec![Box::new(effect)], vec![], prescribed).expect("not empty");
+        let groups = divide(&blocks, &system.dofs, &system.pattern);
+        assert!(groups.groups.len() > 3);
+
+        let (mut r, mut forces) = (vec![0.0; increment.len()], vec![0.0; system.dofs.free.len()]);
+        let mut k: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+        for b in 0..blocks.len() {
+            let dofs: Vec<u32> = blocks.dofs(b).collect();
+            for (i, &to) in dofs.iter().enumerate() {
+                r[to as usize] += Integers::entry(b, i, i);
+                let row = system.dofs.equation[to as usize];
+                for (j, &from) in dofs.iter().enumerate().filter(|_| row != Dofs::FIXED) {
+                    forces[row as usize] += Integers::entry(b, i, j) * increment[from as usize];
+                    let column = system.dofs.equation[from as usize];
+                    if column <= row {
+                        *k.entry((row, column)).or_default() += Integers::entry(b, i, j);
+                    }
+                }
+            }
+        }
+        let x = vec![0.0; increment.len()];
+        let rates = Rates::default();
+        let at = At { t: 0.0, dt: 1.0, x: &x, v: &x, a: &x, old: &x, history: &[], inputs: &[], rates };
+        let mut sums = system.workspace();
+        system.assemble(&at, &[], Want::Tangent, Some(&increment), &mut sums).expect("no law");
+        assert_eq!((sums.r, sums.increment_force), (r, forces));
+        assert_eq!(system.pattern.nnz(), k.len());
+        for ((row, column), value) in k {
+            let slot = system.pattern.slot(row, column).expect("coupled");
+            assert_eq!(sums.k[slot as usize], value, "row {row}, column {column}");
         }
     }
 }

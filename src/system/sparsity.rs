@@ -1,11 +1,10 @@
 //! Sparsity of the tangent: numbering of the unknowns, pattern of K, and the slot in it of every local entry.
 
 use super::dofs::MeanGraph;
-use super::groups::{self, Group};
+use super::groups::{self, Groups};
 use super::{Blocks, Dofs, Means, Prescribed, Ties};
 use crate::math::low_rank::{LowRank, Pattern};
 use crate::math::sparse::SymPattern;
-use std::ops::Range;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -23,7 +22,7 @@ pub(super) struct TangentBlocks<'a> {
 pub(super) enum Slots {
     /// Of each entry with column ≤ row, block after block
     Entries(Vec<u32>),
-    Groups(Vec<Group>),
+    Groups(Groups),
 }
 
 /// Numbering, pattern and slots.
@@ -46,8 +45,8 @@ impl Sparsity {
         let pattern = Pattern::new(sparse(&dofs, direct()), coupled.low_rank(&dofs));
         let of_blocks = |&TangentBlocks { blocks, means, in_groups }: &TangentBlocks| match means {
             Some(means) => Slots::Entries(coupled.slots(&pattern, means, blocks)),
-            None if in_groups => Slots::Groups(groups::divide(blocks, |range| slots(&dofs, &pattern, blocks, range))),
-            None => Slots::Entries(slots(&dofs, &pattern, blocks, 0..blocks.len())),
+            None if in_groups => Slots::Groups(groups::divide(blocks, &dofs, &pattern)),
+            None => Slots::Entries(slots(&dofs, &pattern, blocks)),
         };
         let slots = all.iter().map(of_blocks).collect();
         Some(Self { dofs, pattern, slots })
@@ -56,11 +55,9 @@ impl Sparsity {
 
 /// Pattern of K. Unknowns of a node couple with the same others, so pairs of nodes are sorted, not of unknowns.
 fn sparse<'a>(dofs: &Dofs, all: impl Iterator<Item = &'a Blocks>) -> SymPattern {
-    // A vertex is a node, or an unknown of the second field.
-    let vertex = |dof: u32| if dof < dofs.displacements { dof / 3 } else { dof };
     let (mut first, mut of_equation, mut last) = (Vec::new(), Vec::with_capacity(dofs.free.len()), None);
     for (e, &dof) in dofs.free.iter().enumerate() {
-        if last.replace(vertex(dof)) != Some(vertex(dof)) {
+        if last.replace(dofs.vertex(dof)) != Some(dofs.vertex(dof)) {
             first.push(e as u32);
         }
         of_equation.push(first.len() as u32 - 1);
@@ -97,9 +94,9 @@ fn equations(dofs: &Dofs, list: &Blocks, b: usize) -> Rc<[u32]> {
 }
 
 /// Slots of the entries of blocks of dofs, [`Dofs::FIXED`] where a dof is prescribed.
-fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks, range: Range<usize>) -> Vec<u32> {
+fn slots(dofs: &Dofs, pattern: &Pattern, list: &Blocks) -> Vec<u32> {
     let mut out = Vec::new();
-    for b in range {
+    for b in 0..list.len() {
         let equations = equations(dofs, list, b);
         for (i, &row) in equations.iter().enumerate() {
             for &column in &equations[..=i] {

@@ -9,7 +9,7 @@ pub use super::multifrontal::ZeroPivot;
 use super::multifrontal::{Kind, eliminate};
 use super::substitution::{Number, back, forward};
 use crate::math::ordering::{minimum_degree, postorder};
-use crate::math::sparse::SymPattern;
+use crate::math::sparse::{SymPattern, accumulate};
 use crate::math::threads;
 use crate::math::vector::norm;
 use std::convert::Infallible;
@@ -177,14 +177,16 @@ fn places(pattern: &SymPattern, step: &[u32], tree: &EliminationTree) -> (Vec<us
         let column = column as usize - columns.start;
         (owner[column + columns.start], slot as u32, (column * height + place) as u32)
     };
-    let mut entries: Vec<(u32, u32, u32)> = pattern.entries().enumerate().map(place).collect();
-    entries.sort_unstable();
+    let found: Vec<(u32, u32, u32)> = pattern.entries().enumerate().map(place).collect();
     let mut offsets = vec![0; tree.supernodes.len() + 1];
-    entries.iter().for_each(|&(s, _, _)| offsets[s as usize + 1] += 1);
-    for s in 0..tree.supernodes.len() {
-        offsets[s + 1] += offsets[s];
+    found.iter().for_each(|&(s, _, _)| offsets[s as usize + 1] += 1);
+    accumulate(&mut offsets);
+    let (mut next, mut entries) = (offsets.clone(), vec![(0, 0); found.len()]);
+    for (s, slot, place) in found {
+        entries[next[s as usize]] = (slot, place);
+        next[s as usize] += 1;
     }
-    (offsets, entries.into_iter().map(|(_, slot, place)| (slot, place)).collect())
+    (offsets, entries)
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Sparse matrices of small dense blocks in compressed rows: what the levels of a multigrid hierarchy consist of.
 
+use crate::math::sparse::accumulate;
 use crate::math::threads;
 use std::ops::Range;
 
@@ -70,7 +71,7 @@ impl<const R: usize, const C: usize, T: Copy + Into<f64> + Sync> BlockMatrix<R, 
     fn transposition(&self) -> Transposition {
         let mut row_ptr = vec![0u32; self.columns + 1];
         self.col.iter().for_each(|&j| row_ptr[j as usize + 1] += 1);
-        (0..self.columns).for_each(|j| row_ptr[j + 1] += row_ptr[j]);
+        accumulate(&mut row_ptr);
         let mut next = row_ptr.clone();
         let (mut row, mut slot) = (vec![0u32; self.col.len()], vec![0u32; self.col.len()]);
         for i in 0..self.rows() {

@@ -4,7 +4,7 @@
 
 use super::blocks::{Block, BlockMatrix};
 use super::places::Places;
-use crate::math::sparse::SymPattern;
+use crate::math::sparse::{SymPattern, accumulate};
 
 /// The structure, made once for a pattern.
 pub struct Nodal {
@@ -33,7 +33,7 @@ impl Nodal {
             row_ptr[j + 1] += 1 + below.len() as u32;
             below.iter().for_each(|&i| row_ptr[i as usize + 1] += 1);
         }
-        (0..nodes).for_each(|i| row_ptr[i + 1] += row_ptr[i]);
+        accumulate(&mut row_ptr);
         let blocks = row_ptr[nodes] as usize;
         let (mut next, mut col, mut mirror) = (row_ptr.clone(), vec![0u32; blocks], vec![0u32; blocks]);
         let mut take = |i: usize| {

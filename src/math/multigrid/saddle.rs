@@ -11,7 +11,7 @@
 //! iterations on the finger: up to 1.4 times as many at ν = 0.4999 as at 0.3. The preconditioner is not symmetric. Limits: A alone is to be positive definite.
 
 use super::places::Places;
-use crate::math::sparse::SymPattern;
+use crate::math::sparse::{SymPattern, accumulate};
 
 /// Which equations are pressures, and the entries that couple them with displacements.
 pub(super) struct Pressures {
@@ -59,7 +59,7 @@ impl Pressures {
                 a.col_ptr.push(a.row_idx.len() as u32);
             }
         }
-        (0..pressures).for_each(|p| row_ptr[p + 1] += row_ptr[p]);
+        accumulate(&mut row_ptr);
         let entries = row_ptr[pressures] as usize;
         let dofs = places.dofs.iter().copied().filter(|&dof| dof < scalars).collect();
         let empty = Self { place, is_pressure, row_ptr, col: vec![0; entries], b: Vec::new(), inverse: Vec::new() };

@@ -87,7 +87,7 @@ pub enum End {
 pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool, say: &mut dyn FnMut(&Said)) {
     let said = std::cell::RefCell::new(say);
     let say = |what: Said| (said.borrow_mut())(&what);
-    let order: Order = match serde_json::from_str(order) {
+    let order: Order = match serde_json::from_slice(order.as_bytes()) {
         Ok(order) => order,
         Err(e) => return say(Said::Failed(format!("the order of a case cannot be read: {e}"))),
     };
@@ -118,7 +118,7 @@ pub fn compute_apart(program: &Launch, order: &Order, wants: &mut dyn Wants) -> 
     let (mut end, mut told, mut asks, mut threads) = (None, false, None, 1);
     loop {
         let said = match process.lines.recv_timeout(LOOK) {
-            Ok(line) => serde_json::from_str(&line).ok(),
+            Ok(line) => serde_json::from_slice(line.as_bytes()).ok(),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => break,
         };

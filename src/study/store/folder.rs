@@ -276,7 +276,7 @@ impl Store {
 /// A value as JSON. Nothing that cannot be read again is kept, such as a number that is not finite.
 pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String> {
     let text = serde_json::to_string_pretty(value).expect("numbers and string keys only") + "\n";
-    match serde_json::from_str::<T>(&text) {
+    match serde_json::from_slice::<T>(text.as_bytes()) {
         Ok(_) => Ok(text),
         Err(e) => Err(format!("it holds what no reader takes ({e}); please report the scene")),
     }
