@@ -499,7 +499,7 @@ mod tests {
         let blocks = Blocks::with_scalars(lists.iter().map(|(n, s)| (&n[..], &s[..])));
         let held = (0..nodes as u32)
             .step_by(5)
-            .flat_map(|n| (0..3).filter(move |i| n / 5 >> i & 1 == 1).map(move |i| 3 * n + i));
+            .flat_map(|n| (0..3).filter(move |i| (n / 5) >> i & 1 == 1).map(move |i| 3 * n + i));
         let prescribed: Vec<Prescribed> = held.map(|dof| Prescribed { dof, signal: Signal::Constant(0.0) }).collect();
         let mut increment = vec![0.0; 3 * nodes + hosts.len()];
         prescribed.iter().for_each(|p| increment[p.dof as usize] = 1.0 + f64::from(p.dof % 4));
