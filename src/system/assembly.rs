@@ -4,10 +4,11 @@
 //! run at the same time.
 
 use super::contribution::{Contribution, Coupling, Kernel, Receiver};
-use super::groups::{Grouped, triangle};
+use super::groups::Grouped;
 use super::projection::project;
 use super::skew;
 use super::transient::TransientTangents;
+use super::vertex_pairs::triangle;
 use super::{Assembled, At, Batched, BlockValues, Blocks, Dofs, EvalError, Means, State, System, Want};
 use crate::math::vector::norm;
 use std::time::Instant;

@@ -29,6 +29,7 @@ mod state;
 mod ties;
 mod transient;
 mod variant;
+mod vertex_pairs;
 
 pub use assembled::{Assembled, Cost};
 pub use batch::{Batch, Batched};
