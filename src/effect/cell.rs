@@ -141,25 +141,16 @@ impl CellPoints {
         want: Want,
         out: &mut Batch,
     ) -> Result<(), EvalError> {
-        match self.nodes {
-            4 => self.integrate_nodes::<4>(law, name, x, first, want, out),
-            _ => self.integrate_nodes::<MOST_NODES>(law, name, x, first, want, out),
-        }
-    }
-
-    /// The same of blocks of N nodes.
-    fn integrate_nodes<const N: usize>(
-        &self,
-        law: &dyn Law,
-        name: &str,
-        x: &[f64],
-        first: usize,
-        want: Want,
-        out: &mut Batch,
-    ) -> Result<(), EvalError> {
-        let u = self.displacements::<N>(x, first);
+        let (of_four, of_ten);
+        let u: &[[Lanes; 3]] = if self.nodes == 4 {
+            of_four = self.displacements::<4>(x, first);
+            &of_four
+        } else {
+            of_ten = self.displacements::<MOST_NODES>(x, first);
+            &of_ten
+        };
         self.each_point(first, 3 * self.nodes, want, out, |q, w, out, response| {
-            let f = self.deformation_gradients(&u, first, q);
+            let f = self.deformation_gradients(u, first, q);
             let fail = |(lane, e)| EvalError::of_law(name, self.cells[first + lane] as usize, e);
             law.eval_lanes(&f, want, response).map_err(fail)?;
             out.energy += w * response.psi;

@@ -126,7 +126,9 @@ impl Batched for ViscousDamping {
         let points = &self.points;
         let stride = points.blocks.size(first);
         if at.rates.cv == 0.0 {
-            out.clear_rows(stride, 0..stride);
+            if want == Want::Tangent {
+                out.clear_rows(stride, 0..stride);
+            }
             return Ok(());
         }
         let [u, old] = [at.x, at.old].map(|x| points.displacements::<MOST_NODES>(x, first));
