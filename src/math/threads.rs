@@ -35,7 +35,8 @@ pub fn count() -> usize {
 pub fn map<T: Send, R: Send>(items: Vec<T>, f: impl Fn(T) -> R + Sync) -> Vec<R> {
     let pool = if items.len() < 2 { None } else { pool(count()) };
     match pool {
-        Some(pool) => pool.install(|| items.into_par_iter().map(&f).collect()),
+        // An item is worth a task of its own
+        Some(pool) => pool.install(|| items.into_par_iter().with_max_len(1).map(&f).collect()),
         None => items.into_iter().map(f).collect(),
     }
 }

@@ -6,8 +6,9 @@ use crate::math::threads;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Cells whose stretches one thread computes at a time.
+/// Cells whose stretches one thread computes at a time, and points that it sorts.
 const CELLS: usize = 1024;
+const POINTS: usize = 4096;
 
 /// A point of a cell in the deformed body.
 pub struct PointStretch {
@@ -41,7 +42,10 @@ pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let points: Vec<PointStretch> = elastic.iter().flat_map(|e| points(e, x)).collect();
     let min_j = points.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
     let mut all: Vec<(f64, f64)> = points.iter().map(|point| (point.largest, point.weight)).collect();
-    all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    // Whole by a sort that merges what is sorted
+    let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0);
+    threads::map(all.chunks_mut(POINTS).collect(), |points| points.sort_by(order));
+    all.sort_by(order);
     let total: f64 = all.iter().map(|(_, weight)| weight).sum();
     let quantile = |q: f64| {
         let mut below = 0.0;

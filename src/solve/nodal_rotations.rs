@@ -13,7 +13,8 @@ use crate::system::{Dofs, System};
 
 /// Blocks with more nodes than a cell couple places far from each other.
 const MOST_NODES: usize = 10;
-/// Nodes whose rotations one thread computes at a time.
+/// Blocks whose sums, and nodes whose rotations, one thread computes at a time.
+const BLOCKS: usize = 2048;
 const NODES: usize = 512;
 /// Accuracy of an angle \[rad\], and the iterations for it.
 const ANGLE: f64 = 1e-4;
@@ -30,14 +31,19 @@ impl NodalRotations {
     /// From displacements `old` to `new` \[unknowns\] of nodes at `points`; none if no points are known.
     pub fn new(system: &System, points: &[Vec3], old: &[f64], new: &[f64]) -> Self {
         let at = |x: &[f64], n: u32| points[n as usize] + Vec3::from_column_slice(&x[3 * n as usize..][..3]);
-        let mut sums = vec![Mat3::zeros(); points.len()];
         let small = |nodes: &&[u32]| (2..=MOST_NODES).contains(&nodes.len());
         let lists = system.effects.iter().filter(|e| e.capabilities().means.is_none()).map(|e| e.blocks());
         let blocks = lists.flat_map(|list| (0..list.len()).map(move |b| list.nodes(b)));
-        for nodes in blocks.filter(|_| !points.is_empty()).filter(small) {
+        let blocks: Vec<&[u32]> = blocks.filter(|_| !points.is_empty()).filter(small).collect();
+        let of_block = |nodes: &&[u32]| -> Mat3 {
             let mean = |x: &[f64]| nodes.iter().map(|&n| at(x, n)).sum::<Vec3>() / nodes.len() as f64;
             let (then, now) = (mean(old), mean(new));
-            let sum: Mat3 = nodes.iter().map(|&n| (at(new, n) - now) * (at(old, n) - then).transpose()).sum();
+            nodes.iter().map(|&n| (at(new, n) - now) * (at(old, n) - then).transpose()).sum()
+        };
+        let of_blocks =
+            threads::map(blocks.chunks(BLOCKS).collect(), |blocks| blocks.iter().map(of_block).collect::<Vec<_>>());
+        let mut sums = vec![Mat3::zeros(); points.len()];
+        for (nodes, sum) in blocks.iter().zip(of_blocks.iter().flatten()) {
             nodes.iter().for_each(|&n| sums[n as usize] += sum);
         }
         let turned = |(piece, sums): (usize, &[Mat3])| {

@@ -28,8 +28,9 @@ pub struct Direct {
     /// Slot of each entry of A, and its place in the block of the supernode
     entries: Vec<(u32, u32)>,
     l: Vec<f64>,
-    /// L in single precision, for [`Direct::solve_roughly`]; empty until it is needed
+    /// L in single precision, for [`Direct::solve_roughly`], where it is `rounded`
     single: Vec<f32>,
+    rounded: bool,
     /// The factorisation that `l` holds
     kind: Option<Kind>,
 }
@@ -46,7 +47,7 @@ impl Direct {
         let tree = EliminationTree::new(&SymPattern::from_pairs(pattern.n, pairs))?;
         let (offsets, entries) = places(pattern, &step, &tree);
         let (l, single) = (Vec::new(), Vec::new());
-        Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, kind: None })
+        Some(Self { n: pattern.n, tree, order, offsets, entries, l, single, rounded: false, kind: None })
     }
 
     /// Entries of L.
@@ -76,10 +77,12 @@ impl Direct {
     }
 
     fn factorise(&mut self, values: &[f64], kind: Kind) -> Result<usize, ZeroPivot> {
-        self.kind = None;
-        self.single.clear();
+        (self.kind, self.rounded) = (None, false);
         let Self { tree, offsets, entries, l, .. } = self;
-        l.resize(tree.nnz(), 0.0);
+        if l.is_empty() {
+            // Pages that are cleared when threads write to them first
+            *l = vec![0.0; tree.nnz()];
+        }
         let mut rest = &mut l[..];
         let split = |(s, supernode): (usize, &Supernode)| {
             let (block, after) = std::mem::take(&mut rest).split_at_mut(supernode.values.len());
@@ -103,8 +106,10 @@ impl Direct {
 
     /// With L rounded to single precision: half the memory traffic. Columns are scaled to the range of single precision.
     pub fn solve_roughly(&mut self, columns: &mut [f64]) {
-        if self.single.is_empty() {
-            self.single.resize(self.l.len(), 0.0);
+        if !std::mem::replace(&mut self.rounded, true) {
+            if self.single.is_empty() {
+                self.single = vec![0.0; self.l.len()];
+            }
             let pieces = self.single.chunks_mut(PIECE).zip(self.l.chunks(PIECE)).collect();
             threads::map(pieces, |(single, l): (&mut [f32], &[f64])| {
                 single.iter_mut().zip(l).for_each(|(single, l)| *single = *l as f32);
