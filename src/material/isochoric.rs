@@ -12,8 +12,8 @@
 //!
 //! Source: Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6, written in F.
 
-use super::assemble::{Row9, add_dyad, isotropic, rows};
-use super::kinematics::{Invariants, exp_m1_minus_y};
+use super::assemble::{Row9, isotropic_into, rows};
+use super::kinematics::Invariants;
 use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::Volumetric;
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
@@ -70,7 +70,7 @@ pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Re
         let d = Directions::new::<W>(&f, &g, &factors);
         r.p = Mat3::from_row_slice(&d.stress::<W>(&g, &factors));
         if want >= Want::Tangent {
-            r.a = d.tangent::<W>(&f, &g, &factors);
+            d.tangent::<W>(&f, &g, &factors, &mut r.a);
         }
     }
     Ok(r)
@@ -107,12 +107,19 @@ type Factors<S> = [S; 10];
 #[inline(always)]
 fn scalars<W: Strain>(part: &W, u: &Volumetric, f: &Mat3) -> Result<(f64, Row9, Factors<f64>), LawError> {
     let k = Invariants::of_positive(f)?;
-    let ln = k.ln_j();
-    // J^{2/3} = eʸ; J^{−2/3} I₁ − 3 = e⁻ʸ{[I₁ − 3 − 2 ln J] − 3[eʸ − 1 − y]} since 3y = 2 ln J; Ī₂(F) = Ī₁(cof F)
-    let y = 2.0 / 3.0 * ln;
-    let m = (-y).exp();
-    let second = if W::SECOND { m * m * (k.second_2ln(f, ln) - 3.0 * exp_m1_minus_y(2.0 * y)) } else { 0.0 };
-    let d = part.partials(m * (k.i_2ln(ln) - 3.0 * exp_m1_minus_y(y)), second)?;
+    // With c = J^{1/3}, d = c − 1 and x = J − 1 = d³ + 3d² + 3d: J^{−2/3} I₁ − 3 = c⁻²{[I₁ − 3 − 2x] + d²(3 + 2d)}; Ī₂(F) = Ī₁(cof F), where
+    // c² and d(2 + d) take the places of c and d
+    let c = k.j.cbrt();
+    let d = k.x / (1.0 + c + c * c);
+    let m = 1.0 / (c * c);
+    let first = m * (k.i_2x + d * d * (3.0 + 2.0 * d));
+    let second = if W::SECOND {
+        let d = d * (2.0 + d);
+        m * m * (k.second_2x(f) + d * d * (3.0 + 2.0 * d))
+    } else {
+        0.0
+    };
+    let d = part.partials(first, second)?;
     let (energy, du, d2u) = u.at(k.x);
     let (j, third) = (k.j, (k.i + 3.0) / 3.0);
     let i2 = if W::SECOND { k.cof.norm_squared() } else { 0.0 };
@@ -161,24 +168,22 @@ impl<S: Real> Directions<S> {
         p
     }
 
-    /// The dyads with G on one side, and those of d₁ and d₂, as u⊗(αG + βd₁ + γd₂) each.
+    /// The dyads with G, d₁ or d₂ on the right.
     #[inline(always)]
-    fn tangent<W: Strain>(&self, f: &[S; 9], g: &[S; 9], factors: &Factors<S>) -> [[S; 9]; 9] {
+    fn tangent<W: Strain>(&self, f: &[S; 9], g: &[S; 9], factors: &Factors<S>, a: &mut [[S; 9]; 9]) {
         let [third, _, _, c1, c2, ww, xx, k11, k12, k22] = *factors;
         let Self { d1, d2 } = self;
-        let (one, g1, g2) = (S::of(1.0), S::of(-2.0 / 3.0) * c1, S::of(-4.0 / 3.0) * c2);
-        if !W::SECOND {
-            let mut a = isotropic(c1, ww, xx, g);
-            add_dyad(&mut a, g1, g, d1);
-            add_dyad(&mut a, one, d1, &sum([(g1, g), (k11, d1)]));
-            return a;
+        let (g1, g2) = (S::of(-2.0 / 3.0) * c1, S::of(-4.0 / 3.0) * c2);
+        if W::SECOND {
+            let of_g = sum([(ww, g), (g1, d1), (g2, d2)]);
+            let of_d1 = sum([(g1, g), (k11, d1), (k12, d2)]);
+            let of_d2 = sum([(g2, g), (k12, d1), (k22, d2)]);
+            isotropic_into(a, c1 + S::of(3.0) * third * c2, xx, g, [(&of_g, g), (&of_d1, d1), (&of_d2, d2)]);
+            add_second(a, c2, f);
+        } else {
+            let (of_g, of_d1) = (sum([(ww, g), (g1, d1)]), sum([(g1, g), (k11, d1)]));
+            isotropic_into(a, c1, xx, g, [(&of_g, g), (&of_d1, d1)]);
         }
-        let mut a = isotropic(c1 + S::of(3.0) * third * c2, ww, xx, g);
-        add_dyad(&mut a, one, g, &sum([(g1, d1), (g2, d2)]));
-        add_dyad(&mut a, one, d1, &sum([(g1, g), (k11, d1), (k12, d2)]));
-        add_dyad(&mut a, one, d2, &sum([(g2, g), (k12, d1), (k22, d2)]));
-        add_second(&mut a, c2, f);
-        a
     }
 }
 
@@ -198,7 +203,7 @@ impl<W: Strain> Kernel for AllLanes<'_, W> {
         let d = Directions::new::<W>(self.f, &self.g, &self.factors);
         self.out.p = d.stress::<W>(&self.g, &self.factors);
         if self.want >= Want::Tangent {
-            self.out.a = d.tangent::<W>(self.f, &self.g, &self.factors);
+            d.tangent::<W>(self.f, &self.g, &self.factors, &mut self.out.a);
         }
     }
 }
@@ -246,6 +251,48 @@ fn add_second<S: Real>(a: &mut [[S; 9]; 9], c: S, f: &[S; 9]) {
                 }
                 row[3 * i + k] += minus * right[3 * j + k];
                 row[3 * k + j] += minus * left[3 * i + k];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::volumetric::VolumetricKind;
+
+    /// Ī₁ − 3 or Ī₂ − 3 itself.
+    struct Invariant {
+        second: bool,
+    }
+
+    impl Strain for Invariant {
+        const SECOND: bool = true;
+
+        fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError> {
+            Ok(Partials { w: if self.second { k } else { i }, ..Partials::default() })
+        }
+    }
+
+    /// Ī₁ − 3 and Ī₂ − 3 of F = I + H against 60 digits for the same F in double precision (the module decimal of Python), on both sides of the
+    /// switch in [`Invariants`]. The brackets lose a digit at most, so 1e-14 leaves one.
+    #[test]
+    fn invariants_keep_their_digits() {
+        let h = Mat3::new(0.3, -0.5, 0.7, 0.2, 0.4, -0.6, -0.1, 0.8, 0.5);
+        let u = Volumetric { kind: VolumetricKind::Quadratic, kappa: 0.0 };
+        for (size, first, second) in [
+            (1e-9, 5.300_000_061_072_299e-19, 5.300_000_061_892_299e-19),
+            (1e-6, 5.299_994_880_469_797e-13, 5.299_995_700_470_022e-13),
+            (1e-3, 5.294_882_703_638_906e-7, 5.295_702_926_118_829e-7),
+            (2e-2, 2.079_471_440_534_058_6e-4, 2.086_060_561_502_623_2e-4),
+            (1e-1, 4.814_611_618_196_893e-3, 4.896_939_599_804_436e-3),
+            (0.5, 8.354_474_700_712_52e-2, 9.165_917_189_911_232e-2),
+            (1.0, 2.238_878_495_583_023_8e-1, 2.647_858_373_832_072_7e-1),
+        ] {
+            for (is_second, exact) in [(false, first), (true, second)] {
+                let part = Invariant { second: is_second };
+                let found = scalars(&part, &u, &(Mat3::identity() + h * size)).expect("J > 0").0;
+                assert!((found / exact - 1.0).abs() < 1e-14, "{size}, second {is_second}: {found:e}, not {exact:e}");
             }
         }
     }

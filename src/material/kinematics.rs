@@ -61,18 +61,17 @@ impl Invariants {
         if self.near { self.i_2x + 2.0 * x_minus_ln_1p(self.x) } else { self.i - 2.0 * ln_j }
     }
 
-    /// I₁(K) − 3 − 2 ln det K \[–\] of K = cof F, det K = J², with ln J given: I₂ − 3 − 4 ln J since I₂ = K:K. Near F = I from
+    /// I₁(K) − 3 − 2(det K − 1) \[–\] of K = cof F, det K = J²: I₂ − 3 − 2(J² − 1) since I₂ = K:K. Near F = I from
     /// K − I = tr H I − Hᵀ + cof H.
     #[inline(always)]
-    pub fn second_2ln(&self, f: &Mat3, ln_j: f64) -> f64 {
+    pub fn second_2x(&self, f: &Mat3) -> f64 {
         if !self.near {
-            return self.cof.norm_squared() - 3.0 - 4.0 * ln_j;
+            return self.cof.norm_squared() - 3.0 - 2.0 * self.x * (2.0 + self.x);
         }
         let h = f - Mat3::identity();
         let d = Mat3::identity() * h.trace() - h.transpose() + cofactor(&h);
         let eps = (d + d.transpose()) * 0.5;
-        let i_2x = 2.0 * eps.norm_squared() - d.trace().powi(2) - 2.0 * d.determinant();
-        i_2x + 2.0 * x_minus_ln_1p(self.x * (2.0 + self.x))
+        2.0 * eps.norm_squared() - d.trace().powi(2) - 2.0 * d.determinant()
     }
 }
 
@@ -96,7 +95,16 @@ pub fn exp_m1_minus_y(y: f64) -> f64 {
         return y.exp_m1() - y;
     }
     // y²/2 (1 + y/3 (1 + y/4 (…))): the term dropped is 2 y¹³/15! of the first one, below 1e-15 at |y| = ½.
-    let tail = (3..=15).rev().fold(1.0, |s, n| 1.0 + s * y / f64::from(n));
+    const INVERSES: [f64; 13] = {
+        let mut inverses = [0.0; 13];
+        let mut k = 0;
+        while k < 13 {
+            inverses[k] = 1.0 / (15 - k) as f64;
+            k += 1;
+        }
+        inverses
+    };
+    let tail = INVERSES.iter().fold(1.0, |s, inverse| 1.0 + s * y * inverse);
     0.5 * y * y * tail
 }
 

@@ -6,7 +6,7 @@
 //!
 //! Limits: J > 0 only. Not polyconvex: (ln J)² is concave in J beyond J = e, so strong dilatation softens.
 
-use super::assemble::{Row9, isotropic, rows};
+use super::assemble::{Row9, isotropic_into, rows};
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
 use super::kinematics::Invariants;
@@ -92,7 +92,7 @@ impl Law for NeoHookean {
         if want >= Want::Residual {
             r.p = Mat3::from_row_slice(&self.stress(&rows(f), &g, ln));
             if want >= Want::Tangent {
-                r.a = self.tangent(&g, ln);
+                self.tangent(&g, ln, &mut r.a);
             }
         }
         Ok(r)
@@ -136,9 +136,9 @@ impl NeoHookean {
 
     /// A_iJkL = μ δ_ik δ_JL + λ G_iJ G_kL + (μ − λ ln J) G_iL G_kJ
     #[inline(always)]
-    fn tangent<S: Real>(&self, g: &[S; 9], ln: S) -> [[S; 9]; 9] {
+    fn tangent<S: Real>(&self, g: &[S; 9], ln: S, a: &mut [[S; 9]; 9]) {
         let (mu, lambda) = (S::of(self.0.mu), S::of(self.0.lambda));
-        isotropic(mu, lambda, mu - lambda * ln, g)
+        isotropic_into(a, mu, mu - lambda * ln, g, [(&g.map(|g| lambda * g), g)]);
     }
 }
 
@@ -157,7 +157,7 @@ impl Kernel for Tensors<'_> {
     fn run(self) {
         self.out.p = self.law.stress(self.f, &self.g, self.ln);
         if self.want >= Want::Tangent {
-            self.out.a = self.law.tangent(&self.g, self.ln);
+            self.law.tangent(&self.g, self.ln, &mut self.out.a);
         }
     }
 }

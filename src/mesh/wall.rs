@@ -10,6 +10,7 @@
 use super::TetMesh;
 use super::boundary::boundary_facets;
 use crate::math::tensor::Vec3;
+use crate::math::threads;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::TriMesh;
@@ -22,6 +23,8 @@ const ABOUT: f64 = 1.25;
 const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 /// Facets at which layers are counted, evenly spread over those of the wall.
 const SAMPLES: usize = 200;
+/// Rays that one thread casts at a time.
+const RAYS: usize = 256;
 
 /// The thinnest wall of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +68,11 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
         let is_wall = free[other] && normals[other].normalize().dot(&n) < OPPOSITE;
         is_wall.then_some(Side { corners: facets[k], normal: n, middle, area, thickness: hit.time_of_impact })
     };
-    let mut sides: Vec<Side> = (0..facets.len()).filter(|k| free[*k]).filter_map(side).collect();
+    let chosen: Vec<usize> = (0..facets.len()).filter(|k| free[*k]).collect();
+    let rays = threads::map(chosen.chunks(RAYS).collect(), |facets: &[usize]| {
+        facets.iter().filter_map(|facet| side(*facet)).collect::<Vec<_>>()
+    });
+    let mut sides: Vec<Side> = rays.into_iter().flatten().collect();
     sides.sort_by(|a, b| a.thickness.total_cmp(&b.thickness));
     let whole: f64 = normals.iter().map(|n| 0.5 * n.norm()).sum();
     let mut below = 0.0;
