@@ -26,7 +26,7 @@ use crate::system::{Caches, ContactPoint, State, Strain, System, Want};
 
 /// A gap that is closed, as a share of the largest motion of the step \[–\].
 const CLOSED: f64 = 1e-10;
-/// Most points under pressure for which corrections are taken instead of Newton's method: W is dense.
+/// Most points that corrections are taken for instead of Newton's method, those that come under pressure included: W is dense.
 const MANY: usize = 500;
 /// A factorisation is used for another correction if the last one reduced the error by this factor \[–\].
 const CHORD_CONTRACTION: f64 = 1e-2;
@@ -76,7 +76,8 @@ pub(super) fn move_and_correct(
     let mut solution = Solution { iterations: 1, ..solver.no_solution_yet() };
     solver.equations.begin(step)?;
     let targets = step.targets(next);
-    let correction = correct(solver, step, planes, next, (&targets, &mut None), &mut solution)?;
+    let correction = correct(solver, step, planes, usize::MAX, next, (&targets, &mut None), &mut solution)?;
+    let correction = correction.expect("any number of points is taken");
     correction.advance(solver, step, planes, next, (&targets, 1.0))?;
     solver.equations.advance_history(step, next)?;
     Ok(solution)
@@ -105,11 +106,8 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
     let (mut kept, mut last_error) = (None, error(solver, next).above_rounding);
     solver.report(step, next, 0, last_error);
     while !convergence.is_last(solution.iterations) {
-        if planes.pressed().len() > MANY {
-            return None;
-        }
         let shifted = solver.linear.shifted;
-        let correction = correct(solver, step, &planes, next, (&targets, &mut kept), &mut solution).ok()?;
+        let correction = correct(solver, step, &planes, MANY, next, (&targets, &mut kept), &mut solution).ok()??;
         let share = solver.equations.longest(system, &next.x, &correction.motion(step, next, 1.0)).ok()?;
         correction.advance(solver, step, &planes, next, (&targets, share)).ok()?;
         solution.iterations += 1;
@@ -184,17 +182,24 @@ impl Correction {
     }
 }
 
-/// The correction of `next` by the factorisation of an earlier iteration of the step, if it is `kept`, or by a new one, which is kept.
+/// The correction of `next` by the factorisation of an earlier iteration of the step, if it is `kept`, or by a new one, which is kept; none where it
+/// would take more than `most` points.
 fn correct(
     solver: &mut NonlinearSolver,
     step: &Step,
     planes: &ContactPlanes,
+    most: usize,
     next: &mut State,
     (targets, kept): (&[(usize, f64)], &mut Option<Schur>),
     solution: &mut Solution,
-) -> Result<Correction, Failure> {
+) -> Result<Option<Correction>, Failure> {
     let system = step.system;
     let NonlinearSolver { equations, linear, .. } = solver;
+    // Points under pressure, then those that come to be.
+    let mut fresh = planes.pressed();
+    if fresh.len() > most {
+        return Ok(None);
+    }
     let mut forces = vec![0.0; planes.points.len()];
     planes.set_forces(system, &mut next.x, &forces, &mut equations.sums.caches);
     let increment = step.remaining(targets, next);
@@ -214,8 +219,6 @@ fn correct(
     let mut y = problem.right_side();
     tangent::solve(&mut linear.factor, &equations.sums, &mut y).map_err(Failure::Linear)?;
     let mut contacts = Contacts::default();
-    // Points under pressure, then those that come to be.
-    let mut fresh = planes.pressed();
     let mut looked_at = vec![false; forces.len()];
     let direction = loop {
         for &k in &fresh {
@@ -239,10 +242,13 @@ fn correct(
         if fresh.is_empty() {
             break direction;
         }
+        if contacts.points.len() + fresh.len() > most {
+            return Ok(None);
+        }
     };
     contacts.points.iter().for_each(|point| forces[point.place] = contacts.p[point.first]);
     *kept = Some(schur);
-    Ok(Correction { direction, forces })
+    Ok(Some(Correction { direction, forces }))
 }
 
 /// du = y − Z_c (λ' − λ) + Z p, with p and λ' that agree.
@@ -265,7 +271,7 @@ fn direction_under_contact(
         };
         schur.multipliers(problem.system(), &rows, &shift).map(|found| found.0).ok_or(Failure::Complementarity)
     };
-    let lambda = contacts.settle(multipliers, old)?;
+    let lambda = contacts.settle(multipliers, old, &problem.equations.limit)?;
     let mut du = y.to_vec();
     for (z, (new, old)) in schur.z.chunks_exact(y.len()).zip(lambda.iter().zip(old)) {
         du.iter_mut().zip(z).for_each(|(du, z)| *du -= z * (new - old));

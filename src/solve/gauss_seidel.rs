@@ -12,6 +12,7 @@
 
 use super::Failure;
 use super::contact_law::ContactLaw;
+use super::limit::Limit;
 use super::multipliers::{Schur, larger};
 use crate::math::tensor::{Vec3, perpendicular};
 use crate::math::vector::dot;
@@ -111,14 +112,18 @@ impl<'a> Contacts<'a> {
         self.w = self.h.iter().map(|row| self.z.iter().map(|z| along(row, z)).collect()).collect();
     }
 
-    /// The forces p. `multipliers` gives λ' where they change the values of the constraints by this. Returns λ'.
+    /// The forces p. `multipliers` gives λ' where they change the values of the constraints by this. Returns λ'. Ends where the `limit` is reached.
     pub fn settle(
         &mut self,
         multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
         old: &[f64],
+        limit: &Limit,
     ) -> Result<Vec<f64>, Failure> {
         let size = self.free.iter().fold(0.0, |m: f64, g| m.max(g.abs()));
         for sweep in 1..=SWEEPS {
+            if limit.reached().is_some() {
+                return Err(Failure::LimitReached);
+            }
             let lambda = multipliers(&self.crossing())?;
             let mut change = 0.0;
             for k in 0..self.points.len() {

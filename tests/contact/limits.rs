@@ -1,7 +1,7 @@
 //! What contact costs far away, and how it says what it cannot do.
 
 use crate::common::{run, scene};
-use crate::setup::CUBE;
+use crate::setup::{CUBE, last};
 use durometer::effect::contact::Counts;
 use durometer::mesh::Order;
 use durometer::mesh::curved::octant;
@@ -153,4 +153,50 @@ dt = "0.125 s"
     let run = run(&scene(octant(1.0, 2.0, 3, 1, Order::Quadratic), text));
     let Status::NoEquilibrium { in_contact: true, .. } = run.status else { panic!("{}", run.status) };
     assert!(!run.status.remedy().contains("arc_length"), "{}", run.status);
+}
+
+/// A sole with more points than corrections take comes down on a plate within one step. Corrections would solve for three directions of each of
+/// its 729 points, with a dense matrix between them; Newton's method does not. The force is that of a wide layer, M ε A = 2.69 N with the modulus M of
+/// uniaxial strain, less some per cent at the free edges; a barrier keeps a distance of up to h/100, a fifth of the compression.
+#[test]
+fn a_sole_of_many_points_is_left_to_newtons_method() {
+    for response in ["multiplier", "barrier"] {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmax"
+[[contact]]
+name = "plate"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.05 mm"], normal = [0, 0, 1] }}
+motion = {{ direction = [0, 0, 1], displacement = {{ kind = "ramp", from = "0 mm", to = "0.1 mm", end = "1 s" }} }}
+response = "{response}"
+friction = 0.3
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+"#
+        );
+        let scene = scene(block(26, 26, 2, 0.04, 0.04, 0.004, Order::Linear), &text);
+        let points = scene.contacts[0].points().expect("points").points.len();
+        let run = run(&scene);
+        assert_eq!(run.status, Status::Converged, "{response}");
+        assert_eq!(points, 27 * 27);
+        assert!(run.solves < 500, "{response}: {} right sides", run.solves);
+        let share = last(&run, "plate_force_z_N").abs() / (134.6e3 * (0.05 / 4.0) * 1.6e-3);
+        let most = if response == "multiplier" { 1.0 } else { 1.2 };
+        assert!((0.95..most).contains(&share), "{response}: {share} of the force of a wide layer");
+    }
 }
