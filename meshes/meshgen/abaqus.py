@@ -1,5 +1,6 @@
 """Abaqus input: nodes, elements and the sets and surfaces of parts, instances and the assembly."""
 
+import stat
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -22,6 +23,11 @@ FACES = {
     6: [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)],
     7: [(0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)],
 }
+
+# Limits of *INCLUDE, which are those of the program too; a file that is included twice counts twice
+MOST_LEVELS = 16
+MOST_FILES = 1000
+MOST_BYTES = 4 << 30
 
 
 @dataclass
@@ -57,8 +63,11 @@ class Instance:
 class Reader:
     """The state of reading: the part, instance or assembly that keywords refer to."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, content: Path):
         self.path = path
+        self.content = content  # where the text of the file itself is read
+        self.open: list = []  # the file that is read, after those that include it
+        self.files = self.bytes = 0
         self.parts = {"": Part()}
         self.instances: dict = {}
         self.assembly = Part()
@@ -70,16 +79,39 @@ class Reader:
     def fail(self, number: int, fact: str, hint: str = "the file is damaged, write it again") -> BadRequest:
         return BadRequest(f"cannot read {self.path.name}: line {number}: {fact}", hint)
 
-    def read(self, path: Path) -> None:
-        """All lines of a file and of those that it includes."""
+    def text(self, path: Path) -> str:
+        """The text of a file; pipes and devices, which may have no end, are refused before they are opened."""
+        source = self.content if path == self.path else path
         try:
-            text = path.read_bytes().decode("utf-8-sig")
+            about = source.stat()
+            if not stat.S_ISREG(about.st_mode):
+                raise BadRequest(f"cannot read {path.name}: it is not a regular file", "give a file, not a pipe, a device or a folder")
+            self.bytes += about.st_size
+            if self.bytes > MOST_BYTES:
+                raise BadRequest(f"{self.path.name} and the files that it includes have more than {MOST_BYTES >> 20} MiB", "give a smaller mesh")
+            return source.read_text("utf-8-sig")
         except UnicodeDecodeError as error:
             raise BadRequest(f"cannot read {path.name}: it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
         except OSError as error:
             raise BadRequest(f"cannot read {path.name}: {error.strerror}", "give the included file too") from None
-        keyword = ""
-        for number, line in enumerate(text.splitlines(), 1):
+
+    def read(self, path: Path) -> None:
+        """All lines of a file and of those that it includes."""
+        if path in self.open:
+            names = " → ".join(file.name for file in [*self.open, path])
+            raise BadRequest(f"cannot read {self.path.name}: files include each other: {names}", "remove one *INCLUDE of them")
+        if len(self.open) == MOST_LEVELS or self.files == MOST_FILES:
+            fact = f"more than {MOST_LEVELS} levels of *INCLUDE, or more than {MOST_FILES} included files"
+            raise BadRequest(f"cannot read {self.path.name}: {fact}", "write the mesh into fewer files")
+        self.files += 1
+        self.open.append(path)
+        self.lines(self.text(path))
+        self.open.pop()
+
+    def lines(self, text: str) -> None:
+        """Keywords with their data lines."""
+        keyword, number = "", 0
+        for number, line in enumerate(text.split("\n"), 1):
             line = line.strip()
             if not line or line.startswith("**"):
                 continue
@@ -124,7 +156,9 @@ class Reader:
         elif word == "end assembly":
             self.scope = self.parts[""]
         elif word == "include":
-            self.read(self.path.parent / given.get("input", ""))
+            if not given.get("input"):
+                raise self.fail(number, "*INCLUDE names no file", "add INPUT= with its name")
+            self.read(self.path.parent / given["input"])
         elif word == "element":
             self.element = self.element_kind(given.get("type", "").upper(), number)
 
@@ -186,9 +220,9 @@ def members(sets: dict, labels: list) -> list:
     return found
 
 
-def read(path: Path) -> Blocks:
-    """The cells, sets and surfaces of an input file; sets of an instance keep their name."""
-    reader = Reader(path)
+def read(path: Path, content: Path) -> Blocks:
+    """The cells, sets and surfaces of an input file, whose unpacked text is in `content`; sets of an instance keep their name."""
+    reader = Reader(path, content)
     reader.read(path)
     placed = reader.instances or {name: Instance(part) for name, part in reader.parts.items() if part.nodes}
     points, rows, facets = [], {}, {}  # rows: kind -> nodes; facets: corners -> (kind, names)

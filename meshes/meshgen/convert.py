@@ -23,9 +23,11 @@ KINDS = {
 }  # fmt: skip
 # Ending that a reader of meshio expects
 ENDINGS = {
-    "vtu": ".vtu", "vtk": ".vtk", "xdmf": ".xdmf", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "su2": ".su2", "stl": ".stl",
+    "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "su2": ".su2", "stl": ".stl",
     "ply": ".ply", "off": ".off", "obj": ".obj", "dolfin-xml": ".xml",
 }  # fmt: skip
+# Beginning of a file that gmsh reads -> the ending that it expects
+GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
 MOST_VALUES = 64  # integer data of the cells with more values are no regions
 
 
@@ -42,16 +44,16 @@ def run(path: str, format: str, output: str) -> dict:
 def read(path: Path, format: str) -> Blocks:
     """Read a file with the reader for its format."""
     if format == "gmsh":
-        return by_gmsh(path)
+        return by_gmsh(path, format)
     if format == "abaqus":
         with prepared(path, format) as readable:
-            return abaqus.read(readable)
+            return abaqus.read(path, readable)
     try:
         return by_meshio(path, format)
     except BadRequest:
         if format != "nastran":
             raise
-        return by_gmsh(path)  # It takes files without BEGIN BULK
+        return by_gmsh(path, format)  # It takes files without BEGIN BULK
 
 
 def load(path: Path, format: str):
@@ -61,7 +63,8 @@ def load(path: Path, format: str):
     def refuse(fact: str, hint: str = "check that the file is complete, and write it again") -> BadRequest:
         return BadRequest(f"cannot read {path.name}: {fact}", hint)
 
-    with prepared(path, format) as readable:
+    # XDMF names binary data from its own folder
+    with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
         try:
             # Not meshio.read, which prints what is wrong and exits
             return meshio._helpers.reader_map[format](readable)
@@ -71,12 +74,12 @@ def load(path: Path, format: str):
         except UnicodeDecodeError as error:
             raise refuse(f"it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
         except (Exception, SystemExit) as error:
-            raise refuse(fault_of_xml(readable) or f"{type(error).__name__}: {str(error).strip() or 'no reason given'}") from None
+            raise refuse(fault_of_xml(readable, format) or f"{type(error).__name__}: {str(error).strip() or 'no reason given'}") from None
 
 
-def fault_of_xml(path: Path) -> str | None:
+def fault_of_xml(path: Path, format: str) -> str | None:
     """The place at which an XML file is not well formed; none for other files."""
-    if path.suffix in (".vtu", ".xdmf", ".xml"):
+    if format in ("vtu", "xdmf", "dolfin-xml"):
         try:
             ElementTree.parse(path)
         except ElementTree.ParseError as error:
@@ -150,15 +153,28 @@ def sets(raw) -> dict:
     return found
 
 
-def by_gmsh(path: Path) -> Blocks:
+@contextlib.contextmanager
+def for_gmsh(path: Path, format: str):
+    """A copy of the file in a folder of its own, with an ending by which gmsh takes it for a mesh.
+
+    A file with another ending gmsh runs as a script, which may call other programs."""
+    with prepared(path, format) as readable, tempfile.TemporaryDirectory() as folder:
+        data = readable.read_bytes()
+        of_content = next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv")
+        copy = Path(folder) / ("mesh" + (".bdf" if format == "nastran" else of_content))
+        copy.write_bytes(data)
+        yield copy
+
+
+def by_gmsh(path: Path, format: str) -> Blocks:
     """The cells and physical groups that gmsh finds."""
     import gmsh
 
     from .gmsh_driver import session
 
-    with session():
+    with for_gmsh(path, format) as readable, session():
         try:
-            gmsh.open(str(path))
+            gmsh.open(str(readable))
         except Exception as error:
             raise BadRequest(f"cannot read {path.name}: {error}", "check that the file is complete, and write it again") from None
         tags, points, _ = gmsh.model.mesh.getNodes()

@@ -2,7 +2,8 @@
 //!
 //! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
-//! of the two. The misfit of the fit itself falls with every constant and ranks nothing.
+//! of the two; where it is equal the better one decides, then the number of constants. The misfit of the fit itself falls with every constant and
+//! decides only between laws that are alike in all of this.
 
 use super::constant_format::stretch_text;
 use super::fit::{Choice, choose, headline, read};
@@ -18,6 +19,9 @@ use std::path::Path;
 
 /// Part of ln λ from rest that is fitted where the rest is held out \[–\]
 const KEPT: f64 = 2.0 / 3.0;
+
+/// Relative misfit from which on the sizes are alike \[–\]
+const LARGEST: f64 = 10.0;
 
 /// One law. Misfits are relative \[–\]; `None`: there are too few data points for it, or no other mode.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -38,7 +42,7 @@ pub struct Compared {
     pub lost: Vec<(&'static str, f64)>,
 }
 
-/// Laws, the best prediction first.
+/// Laws, in the order of their predictions.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Comparison {
     /// Of the program that fitted
@@ -66,14 +70,7 @@ pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Resu
             laws.push(one(experiment, options, &choice, model)?);
         }
     }
-    // Laws that are not stable where they were fitted after the stable ones, laws without a prediction last; scores that are equal to a tenth of a per
-    // cent by the number of constants
-    let key = |c: &Compared| c.score.map_or(f64::INFINITY, |s| (1e3 * s).round());
-    let unstable = |c: &Compared| !c.lost.is_empty();
-    laws.sort_by(|a, b| {
-        let order = unstable(a).cmp(&unstable(b)).then(key(a).total_cmp(&key(b)));
-        order.then(a.constants.cmp(&b.constants))
-    });
+    laws.sort_by_key(Compared::rank);
     let (modes, stretch, rows) = (choice.modes, choice.stretch, choice.fitted.len());
     let version = env!("CARGO_PKG_VERSION");
     Ok(Comparison { version, data: experiment.file.clone(), modes, stretch, rows, laws })
@@ -137,6 +134,14 @@ fn predict(setting: &LawSetting, fitted: &[Sample], from: &[Sample], picked: &dy
 }
 
 impl Compared {
+    /// The place in the order: laws that are not stable where they were fitted after the stable ones, laws without a prediction last. Misfits
+    /// count as they are printed, so that a law with no larger number in any column is not behind another one.
+    fn rank(&self) -> impl Ord + use<> {
+        let shown = |misfit: Option<f64>| misfit.map_or(u32::MAX, |m| (1e3 * m.min(LARGEST)).round() as u32);
+        let other = [self.hold_out, self.cross_mode].into_iter().flatten().reduce(f64::min);
+        (!self.lost.is_empty(), shown(self.score), shown(other), self.constants, shown(Some(self.misfit)))
+    }
+
     /// `yes`, or the modes and amounts at which stability ends
     pub fn stable(&self) -> String {
         let one = |(mode, at): &(&str, f64)| format!("{} to {at:.3}", mode.replace('_', " "));
@@ -160,7 +165,11 @@ impl fmt::Display for Comparison {
         let modes: Vec<_> = self.modes.iter().map(|m| m.name()).collect();
         let [low, high] = self.stretch.map(stretch_text);
         writeln!(f, "{} ({}), stretch {low} to {high}, {} data points", self.data, modes.join(" + "), self.rows)?;
-        writeln!(f, "relative misfit [%] of data that were not fitted, the best prediction first\n")?;
+        writeln!(
+            f,
+            "relative misfit [%] of the data that were fitted, and of data that were not; in the order of the"
+        )?;
+        writeln!(f, "worse prediction, then of the other one, then of the number of constants, unstable laws last\n")?;
         writeln!(
             f,
             "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted",
@@ -168,7 +177,7 @@ impl fmt::Display for Comparison {
         )?;
         let percent = |v: Option<f64>| match v {
             None => "–".into(),
-            Some(v) if v > 10.0 => "> 1000".into(),
+            Some(v) if v > LARGEST => "> 1000".into(),
             Some(v) => format!("{:.1}", 100.0 * v),
         };
         for c in &self.laws {

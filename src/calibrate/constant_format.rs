@@ -1,4 +1,4 @@
-//! Constants as they are printed: a unit that fits their size, and as many digits as the interval carries.
+//! Constants and other numbers of a fit as they are printed: a unit that fits their size, and as many digits as the interval carries.
 
 use super::Estimate;
 
@@ -8,6 +8,26 @@ pub fn stress_unit(size: f64) -> (f64, &'static str) {
         s if s >= 2e6 => (1e-6, "MPa"),
         s if s >= 2e3 => (1e-3, "kPa"),
         _ => (1.0, "Pa"),
+    }
+}
+
+/// A stress \[Pa\] in its unit, with four digits: `-4.312 kPa`.
+pub fn stress_text(stress: f64) -> String {
+    let (factor, unit, n) = within(stress, "Pa", None);
+    format!("{:.n$} {unit}", factor * stress)
+}
+
+/// A number without a unit, with four digits.
+pub fn number_text(x: f64) -> String {
+    format!("{x:.*}", decimals(x, 0.0))
+}
+
+/// `p = 0.40`, `p = 0.023`, `p < 0.001`: the probability of a test.
+pub fn probability_text(p: f64) -> String {
+    match p {
+        p if p < 1e-3 => "p < 0.001".into(),
+        p if p < 0.1 => format!("p = {p:.3}"),
+        p => format!("p = {p:.2}"),
     }
 }
 
@@ -79,5 +99,14 @@ mod tests {
             assert_eq!(estimate(value, unit, half).print(value), text);
         }
         assert_eq!(estimate(357e3, "Pa", 23e3).span([334e3, 380e3]), "334 to 380 kPa");
+    }
+
+    #[test]
+    fn sentences_have_no_powers_of_ten() {
+        let probabilities = [1.0, 0.4, 0.0234, 9e-6, 0.0].map(probability_text);
+        assert_eq!(probabilities, ["p = 1.00", "p = 0.40", "p = 0.023", "p < 0.001", "p < 0.001"]);
+        let stresses = [-4312.4, 0.0, 12.5, 2.5e9].map(stress_text);
+        assert_eq!(stresses, ["-4.312 kPa", "0.0 Pa", "12.50 Pa", "2500 MPa"]);
+        assert_eq!([36.0, -0.012_345, 1.2e6].map(number_text), ["36.00", "-0.01235", "1200000"]);
     }
 }

@@ -146,6 +146,16 @@ pub enum FitError {
     )]
     NoNoise { mode: Mode, rows: usize },
     #[error(
+        "--noise {std_pa} Pa is no standard deviation that can be divided by; give a positive one, such as --noise \"2 kPa\", or leave it out to \
+         estimate it from the data"
+    )]
+    Noise { std_pa: f64 },
+    #[error(
+        "{file}: the largest strain is {strain:.3e}, below {least:.0e}: the answer would be the rounding of the stretches; check the strain column \
+         and its unit, or widen --range"
+    )]
+    TinyStrain { file: String, strain: f64, least: f64 },
+    #[error(
         "{file}: column \"{column}\": unit \"{unit}\" is not one of {wanted}; write it as in \"{example}\", or pass --{flag}"
     )]
     Unit { file: String, column: String, unit: String, wanted: &'static str, example: &'static str, flag: &'static str },

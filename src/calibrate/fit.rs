@@ -311,12 +311,23 @@ const ROWS: usize = 2;
 fn check_rows(experiment: &Experiment, modes: &[Mode], range: StretchRange, fitted: &[Sample]) -> Result<(), FitError> {
     let rows = fitted.iter().filter(|s| s.stretch != 1.0).count();
     if rows >= ROWS {
-        return Ok(());
+        return check_strain(experiment, fitted);
     }
     let own = experiment.samples.iter().filter(|s| modes.contains(&s.mode)).map(|s| s.stretch);
     let [data_from, data_to] = extent(own);
     let (from, to) = if range == StretchRange::ALL { (data_from, data_to) } else { (range.from, range.to) };
     Err(FitError::TooFewRows { from, to, rows, needed: ROWS, data_from, data_to })
+}
+
+/// Largest strain that a fit needs: a stretch keeps strains to 1e-16, and machines resolve less \[–\]
+const LEAST_STRAIN: f64 = 1e-6;
+
+fn check_strain(experiment: &Experiment, fitted: &[Sample]) -> Result<(), FitError> {
+    let strain = fitted.iter().flat_map(|s| [s.stretch, s.second]).map(|l| (l - 1.0).abs()).fold(0.0, f64::max);
+    if strain >= LEAST_STRAIN {
+        return Ok(());
+    }
+    Err(FitError::TinyStrain { file: experiment.file.clone(), strain, least: LEAST_STRAIN })
 }
 
 fn check_volumetric(model: Model, option: &str) -> Result<String, FitError> {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{FitError, Mode, Sample};
 use crate::material::parameter::{LawSpecError, Parameter, Values};
-use crate::material::{FitForm, FitTerms, Law, LawEntry, laws};
+use crate::material::{Choice, FitForm, FitTerms, Law, LawEntry, laws};
 use crate::math::units::Dimension;
 
 /// The laws that can be fitted.
@@ -121,14 +121,18 @@ impl Model {
         (1..=count).map(|n| format!("nu{n}"))
     }
 
+    /// The choice of the volumetric part, of a law that has no default.
+    pub fn volumetric(&self) -> Option<&'static Choice> {
+        self.law.info.choices.iter().find(|c| c.name == "volumetric" && c.default.is_none())
+    }
+
     /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\], which a law that is fitted as compressible has already.
     pub fn law(&self, values: &[f64], kappa: f64) -> Result<Box<dyn Law>, LawSpecError> {
         let named = self.parameters().iter().map(|p| p.name.to_string()).zip(values.iter().copied());
         let kappa = (!self.form.compressible).then(|| ("kappa".to_string(), kappa));
         let values: Values = named.chain(kappa).chain(self.poisson_keys().map(|k| (k, self.nu))).collect();
-        let volumetric = self.law.info.choices.iter().find(|c| c.name == "volumetric" && c.default.is_none());
         let options: BTreeMap<_, _> =
-            volumetric.map(|c| (c.name.to_string(), "quadratic".to_string())).into_iter().collect();
+            self.volumetric().map(|c| (c.name.to_string(), "quadratic".to_string())).into_iter().collect();
         self.law.build(&values, &options)
     }
 }

@@ -4,9 +4,10 @@ use super::constant_format::{stress_unit, stretch_text};
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
-    Audit, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Partner,
-    Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
+    Audit, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Model,
+    Partner, Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
 };
+use crate::material::Choice;
 use crate::storage;
 use serde::Serialize;
 use std::fmt;
@@ -165,6 +166,15 @@ impl FitResult {
         value["messages"] = self.warnings.iter().map(ToString::to_string).collect();
         let text = serde_json::to_string_pretty(&value).expect("a JSON value can be written");
         storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
+    }
+
+    /// Lines that a scene adds to the law file that it includes, each with its other options: the data determine none of them.
+    pub fn scene_lines(&self) -> Vec<String> {
+        let Ok(model) = Model::new(self.law, Some(self.terms)) else { return vec![] };
+        let partner = (!model.form.compressible && self.partner.is_none()).then(|| "nu = 0.49 (or kappa)".to_string());
+        let volumetric = model.volumetric().filter(|_| self.volumetric.is_none());
+        let words = |c: &Choice| format!("{} = \"{}\" (or {})", c.name, c.options[0], c.options[1..].join(", "));
+        partner.into_iter().chain(volumetric.map(words)).collect()
     }
 
     /// False where some constant has no finite interval

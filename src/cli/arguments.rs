@@ -1,6 +1,7 @@
 //! Arguments that several commands share.
 
 use durometer::calibrate::Role;
+use durometer::math::threads;
 use durometer::scene::{MemorySpec, overrides};
 use std::collections::BTreeMap;
 
@@ -12,6 +13,23 @@ pub fn changes(set: &[String]) -> Result<Vec<(String, toml::Value)>, overrides::
 /// A number of cases that run at a time.
 pub fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "at least one case runs at a time; give 1 or more".into())
+}
+
+/// A number of threads, or of cases that run at a time: some for each core at most.
+pub fn threads(text: &str) -> Result<usize, String> {
+    let (wanted, cores) = (at_least_one(text)?, threads::available());
+    let most = most_threads(cores);
+    if wanted > most {
+        return Err(format!(
+            "more than {most} only wait for each other on {cores} cores; give {cores}, or leave it out"
+        ));
+    }
+    Ok(wanted)
+}
+
+/// Largest number of threads on so many cores: that of a small machine suffices to compare numbers of threads.
+fn most_threads(cores: usize) -> usize {
+    (4 * cores).max(64)
 }
 
 /// A size of memory with its unit \[bytes\].
@@ -31,4 +49,19 @@ pub fn contents(texts: &[String]) -> Result<BTreeMap<Role, String>, String> {
         }
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_limited_by_the_cores() {
+        assert_eq!(["1", "8", "64"].map(|n| threads(n).ok()), [Some(1), Some(8), Some(64)]);
+        assert_eq!((most_threads(2), most_threads(128)), (64, 512));
+        let most = most_threads(threads::available());
+        let refused = threads(&(most + 1).to_string()).expect_err("too many");
+        assert!(refused.contains("leave it out"), "{refused}");
+        assert!(threads("0").is_err() && threads("100000").is_err());
+    }
 }

@@ -70,9 +70,9 @@ fn written(args: &WriteArgs) -> CommandResult {
     let results = args.results.clone().unwrap_or_else(|| PathBuf::from("reports").join(&name));
     let done = write(&file, &name, &results, &args.out, &args.license)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&done)?);
+        say!("{}", serde_json::to_string_pretty(&done)?);
     } else {
-        println!("{} files, {:.1} MB: {}", done.files, 1e-6 * done.bytes as f64, args.out.display());
+        say!("{} files, {:.1} MB: {}", done.files, 1e-6 * done.bytes as f64, args.out.display());
         for mesh in &done.without_mesh {
             eprintln!("note: the mesh {mesh} is not stored any more; a rerun makes it again with --with-mesher");
         }

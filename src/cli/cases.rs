@@ -40,19 +40,19 @@ pub fn main(args: Args) -> CommandResult {
     };
     let cases = list(&Study::read_with_additions(&file, &changes, &dir)?, &dir);
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&cases)?);
+        say!("{}", serde_json::to_string_pretty(&cases)?);
         return Ok(Outcome::Complete);
     }
     let none = || "–".to_string();
-    println!("{:40} {:11} {:>8} {:>10} {:>9}  identity", "case", "state", "nodes", "time", "memory");
+    say!("{:40} {:11} {:>8} {:>10} {:>9}  identity", "case", "state", "nodes", "time", "memory");
     for c in &cases {
         let nodes = c.nodes.map_or_else(none, |n| n.to_string());
         let cost = c.expected.cost_s.map_or_else(none, |s| format!("{s:.2} s"));
         let memory = c.expected.memory_bytes.map_or_else(none, |b| format!("{} MiB", b >> 20));
         let identity = c.identity.as_ref().map_or_else(none, |i| i[..12].into());
-        println!("{:40} {:11} {nodes:>8} {cost:>10} {memory:>9}  {identity}", c.id, c.state.words());
+        say!("{:40} {:11} {nodes:>8} {cost:>10} {memory:>9}  {identity}", c.id, c.state.words());
     }
-    println!("\n{}", totals(&cases));
+    say!("\n{}", totals(&cases));
     Ok(Outcome::Complete)
 }
 

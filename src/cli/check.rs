@@ -2,6 +2,7 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::{body_figure, files, region_table};
+use durometer::math::units::{Dimension, shown};
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, read_scene};
@@ -57,15 +58,15 @@ const AT_ONCE: usize = 8;
 fn picture(file: Option<&Path>, scene: &Scene) -> CommandResult {
     if let Some(file) = file {
         body_figure::write(file, scene)?;
-        println!("\n{} shows the regions", file.display());
+        say!("\n{} shows the regions", file.display());
     }
     Ok(Outcome::Complete)
 }
 
 fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
-    println!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
-    println!("{} cases; tolerance {} %", study.cases.len(), study.record.tolerance * 100.0);
-    println!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
+    say!("study {} ({}): {}", study.name, study.record.kind, study.record.question);
+    say!("{} cases; tolerance {} %", study.cases.len(), shown(study.record.tolerance * 100.0));
+    say!("\n  {:32} {:11} {:>8} {:>9} {:>6}", "case", "", "cells", "unknowns", "steps");
     let (mut bodies, mut first, mut refused) = (Bodies::new(), None, vec![]);
     for cases in study.cases.chunks(AT_ONCE) {
         let on: Vec<_> = cases.iter().map(|case| body(&case.scene_file, &case.spec, &mut bodies)).collect();
@@ -78,7 +79,7 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
         for (case, row) in cases.iter().zip(rows) {
             match row {
                 Ok((row, scene)) => {
-                    println!("{row}");
+                    say!("{row}");
                     first = first.or(scene.map(|scene| (&case.id, scene)));
                 }
                 Err(error) => refused.push((&case.id, error)),
@@ -90,10 +91,10 @@ fn study(study: &Study, figure: Option<&Path>) -> CommandResult {
     }
     for (variant, quantities) in &study.record.quantities {
         let names: Vec<&str> = quantities.iter().map(|q| q.name.as_str()).collect();
-        println!("\nvariant {variant} judges {}", names.join(", "));
+        say!("\nvariant {variant} judges {}", names.join(", "));
     }
     if let Some((id, scene)) = first {
-        println!("\n{id} in detail:");
+        say!("\n{id} in detail:");
         describe(&scene);
         return picture(figure, &scene);
     }
@@ -169,18 +170,18 @@ fn describe(scene: &Scene) {
     let (low, high) = mesh.bounding_box();
     let size = (high - low) * 1e3;
     if !scene.title.is_empty() {
-        println!("title        {}", scene.title);
+        say!("title        {}", scene.title);
     }
-    println!("mesh         {} ({} cells, {} nodes)", scene.body.source, mesh.cell_count(), mesh.points.len());
-    println!("size         {:.4} × {:.4} × {:.4} mm, mean cell h = {:.4} mm", size.x, size.y, size.z, mesh.h() * 1e3);
-    println!("regions      {}", region_table::table(scene));
+    say!("mesh         {} ({} cells, {} nodes)", scene.body.source, mesh.cell_count(), mesh.points.len());
+    say!("size         {:.4} × {:.4} × {:.4} mm, mean cell h = {:.4} mm", size.x, size.y, size.z, mesh.h() * 1e3);
+    say!("regions      {}", region_table::table(scene));
     if let Some(law) = &scene.law {
         let info = law.info();
         let values = info.parameters.iter().zip(law.values()).map(|(p, v)| {
-            let unit = if p.dimension == durometer::math::units::Dimension::PRESSURE { " Pa" } else { "" };
-            format!("{} = {v}{unit}", p.name)
+            let unit = if p.dimension == Dimension::PRESSURE { " Pa" } else { "" };
+            format!("{} = {}{unit}", p.name, shown(v))
         });
-        println!("law          {} ({})", info.name, values.collect::<Vec<_>>().join(", "));
+        say!("law          {} ({})", info.name, values.collect::<Vec<_>>().join(", "));
     }
     // Effects in the order of the file, then the loads of constraints
     for (k, effect) in scene.system.effects.iter().enumerate() {
@@ -189,37 +190,39 @@ fn describe(scene: &Scene) {
             true => "blocks where parts meet".into(),
             false => format!("{} blocks", effect.blocks().len()),
         };
-        println!("effect       {} ({blocks}): {words}", effect.name());
+        say!("effect       {} ({blocks}): {words}", effect.name());
     }
     for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
         let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();
         match rows.iter().filter(|row| row.kind() != ConstraintKind::Monitored).count() {
-            1 => println!("constraint   {} (exact row with multiplier, {blocks} blocks)", rows[0].name()),
-            n => println!("constraint   {} ({n} exact rows with multipliers, {blocks} blocks)", rows[0].name()),
+            1 => say!("constraint   {} (exact row with multiplier, {blocks} blocks)", rows[0].name()),
+            n => say!("constraint   {} ({n} exact rows with multipliers, {blocks} blocks)", rows[0].name()),
         }
     }
-    println!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
+    say!("prescribed   {} degrees of freedom", scene.system.prescribed.len());
     let effects: Vec<&str> = scene.spec.effects.iter().map(EffectSpec::kind).collect();
     let constraints: Vec<&str> = scene.spec.constraints.iter().map(ConstraintSpec::kind).collect();
-    println!("not there    effects: {}", absent(EffectSpec::KINDS, &effects));
-    println!("             constraints: {}", absent(ConstraintSpec::KINDS, &constraints));
-    println!("nothing else is assembled");
-    println!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
+    say!("not there    effects: {}", absent(EffectSpec::KINDS, &effects));
+    say!("             constraints: {}", absent(ConstraintSpec::KINDS, &constraints));
+    say!("nothing else is assembled");
+    say!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {
         if s.signal.has_inputs() {
-            println!("signal       {}, decided during the run", s.name);
+            say!("signal       {}, decided during the run", s.name);
             continue;
         }
         let ((_, low), (t, high)) = extremes(&s.signal, &scene.spans);
-        println!("signal       {} between {low} and {high} (at {t:.4} s)", s.name);
+        let (low, high) = (shown(low), shown(high));
+        say!("signal       {} between {low} and {high} (at {t:.4} s)", s.name);
     }
     for span in &scene.spans {
         let (steps, name) = (span.steps(), span.integrator.name());
-        println!("stage        {name} from {} s to {} s: {steps} steps of {} s", span.start, span.end, span.dt);
+        let [start, end, dt] = [span.start, span.end, span.dt].map(shown);
+        say!("stage        {name} from {start} s to {end} s: {steps} steps of {dt} s");
     }
-    println!("records      {}", scene.columns().join("\n             "));
-    scene.notes.iter().for_each(|note| println!("{:12} {note}", scene.kind_of_note(note)));
+    say!("records      {}", scene.columns().join("\n             "));
+    scene.notes.iter().for_each(|note| say!("{:12} {note}", scene.kind_of_note(note)));
     if let Some(why) = &scene.no_limit {
-        println!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
+        say!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
     }
 }

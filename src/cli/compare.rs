@@ -44,7 +44,7 @@ pub fn main(args: Args) -> CommandResult {
     }
     let changes = compare(&args.old, &args.new, tolerance)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&changes)?);
+        say!("{}", serde_json::to_string_pretty(&changes)?);
     } else {
         print(&changes, args.all);
     }
@@ -65,33 +65,33 @@ fn outcome(changes: &Changes) -> Outcome {
 fn print(c: &Changes, all: bool) {
     let pair = |name: &str, [old, new]: &[String; 2]| {
         if old != new {
-            println!("{name}: {old}\n  now: {new}");
+            say!("{name}: {old}\n  now: {new}");
         }
     };
     pair("study", &c.study);
     pair("version", &c.version);
     pair("tolerance", &c.tolerance.map(|t| format!("{} %", per_cent(t))));
     pair("verdict", &c.verdict);
-    c.missing.iter().for_each(|id| println!("case {id}: gone"));
-    c.added.iter().for_each(|id| println!("case {id}: new"));
-    c.statuses.iter().for_each(|(id, old, new)| println!("case {id}: {old}, now {new}"));
-    c.meshes.iter().for_each(|(id, old, new)| println!("case {id}: {old} cells, now {new}"));
+    c.missing.iter().for_each(|id| say!("case {id}: gone"));
+    c.added.iter().for_each(|id| say!("case {id}: new"));
+    c.statuses.iter().for_each(|(id, old, new)| say!("case {id}: {old}, now {new}"));
+    c.meshes.iter().for_each(|(id, old, new)| say!("case {id}: {old} cells, now {new}"));
     if let [first, rest @ ..] = &c.unmatched[..] {
         let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-        println!("{first}{more}: an error bar in one result only, judged by the tolerance");
+        say!("{first}{more}: an error bar in one result only, judged by the tolerance");
     }
     for v in c.values.iter().filter(|v| all || v.judgement != Judgement::Same) {
-        println!("{}", words(v));
+        say!("{}", words(v));
     }
     let count = |j: Judgement| c.values.iter().filter(|v| v.judgement == j).count();
-    println!(
+    say!(
         "{} values: {} unchanged, {} changed within their bars, {} beyond",
         c.values.len(),
         count(Judgement::Same),
         count(Judgement::Within),
         count(Judgement::Beyond)
     );
-    println!("CPU time of the common cases: {}, now {}", seconds(c.cpu_s[0]), seconds(c.cpu_s[1]));
+    say!("CPU time of the common cases: {}, now {}", seconds(c.cpu_s[0]), seconds(c.cpu_s[1]));
 }
 
 /// `tet10-length-4500: cable_tension_N: 2.6571 N, now 2.6602 N (+0.12 %), within the error bars (0.03 of them)`

@@ -33,14 +33,14 @@ pub fn main(args: Args) -> CommandResult {
             (false, true) => "absent ",
             (false, false) => "MISSING",
         };
-        println!("{mark} {:24} {}", check.what, check.detail);
+        say!("{mark} {:24} {}", check.what, check.detail);
         if let Some(remedy) = check.remedy.filter(|_| !check.ok) {
-            println!("        run: {remedy}");
+            say!("        run: {remedy}");
         }
         sound &= check.ok || check.optional;
     }
     if !sound {
-        println!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
+        say!("\nOnly new meshes need what is missing: studies on stored meshes run without it.");
     }
     Ok(if sound { Outcome::Complete } else { Outcome::NotReady })
 }
@@ -52,18 +52,18 @@ fn files(home: &Home) -> bool {
         Origin::Checkout => "the program was built in this folder",
         Origin::Program => "the files of the program, unpacked",
     };
-    println!("ok      {:24} {} ({why})", "files", home.path.display());
-    println!("ok      {:24} {}", "made meshes", home.meshes.display());
+    say!("ok      {:24} {} ({why})", "files", home.path.display());
+    say!("ok      {:24} {}", "made meshes", home.meshes.display());
     let Some(archive) = archive().ok().filter(|_| home.origin == Origin::Program) else {
         return true;
     };
     let altered = cache::altered(&archive, &home.path);
     if !altered.is_empty() {
-        println!("MISSING {:24} altered: {}", "files", altered.join(", "));
-        println!("        run: rm -r {}", home.path.display());
+        say!("MISSING {:24} altered: {}", "files", altered.join(", "));
+        say!("        run: rm -r {}", home.path.display());
     }
     for other in home.path.parent().map(|folder| cache::others(&archive, folder)).unwrap_or_default() {
-        println!("ok      {:24} {} is of another version of the program; it may be deleted", "files", other.display());
+        say!("ok      {:24} {} is of another version of the program; it may be deleted", "files", other.display());
     }
     altered.is_empty()
 }

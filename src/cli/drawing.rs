@@ -156,10 +156,10 @@ impl Drawn {
 
     pub fn print(&self) {
         if self.shown {
-            println!("view:    {} (open it in a browser)", self.page.display());
+            say!("view:    {} (open it in a browser)", self.page.display());
         }
         if let Some(collection) = &self.collection {
-            println!("fields:  {} (open it in ParaView)", collection.display());
+            say!("fields:  {} (open it in ParaView)", collection.display());
         }
     }
 }

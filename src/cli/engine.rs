@@ -105,7 +105,7 @@ pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], 
     let counts = |c: &&Listed| c.state != State::Stored && !(accept_build && c.state == State::OtherBuild);
     let wanted: Vec<&Listed> = cases.iter().filter(counts).collect();
     if wanted.is_empty() {
-        println!("all {} cases are stored; durometer report {} draws the report", cases.len(), dir.display());
+        say!("all {} cases are stored; durometer report {} draws the report", cases.len(), dir.display());
         return Ok(Outcome::Complete);
     }
     let absolute = |path: &Path| std::path::absolute(path).map_err(|e| format!("{}: {e}", path.display()));
@@ -150,13 +150,13 @@ pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], 
         }
     };
     let tasks: usize = submission.groups.iter().map(|g| g.batches.len()).sum();
-    println!("submitted: {} of {} cases in {tasks} tasks: {said}", wanted.len(), cases.len());
-    println!("results: {}; files and logs of the engine: {}", dir.display(), submission.place().display());
+    say!("submitted: {} of {} cases in {tasks} tasks: {said}", wanted.len(), cases.len());
+    say!("results: {}; files and logs of the engine: {}", dir.display(), submission.place().display());
     Ok(Outcome::Complete)
 }
 
 fn show(files: &[EngineFile]) {
     for EngineFile { name, text } in files {
-        println!("==> {name} <==\n{text}");
+        say!("==> {name} <==\n{text}");
     }
 }

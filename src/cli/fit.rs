@@ -31,7 +31,7 @@ Examples:
   durometer fit foam.csv --law hyperfoam --terms 2 --mode uniaxial --positive compression
   durometer fit foam.csv --law hyperfoam --mode uniaxial --nu 0 --accuracy poisson=0.02
 
-A scene includes the result with:  [laws.rubber]  include = \"law.toml\"
+A scene includes the result with:  [laws.rubber]  include = \"law.toml\"  and the keys that the output names
 Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann; of foams
 hyperfoam (1 to 3), whose Poisson's ratio is that of a column of lateral strain or --nu.
 
@@ -212,7 +212,7 @@ pub fn main(args: Args) -> CommandResult {
         files::make_folder(&out)?;
         table.write_json(&out.join("compare.json"))?;
         durometer::report::fit::comparison::write(&out)?;
-        println!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
+        say!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
         return Ok(Outcome::Complete);
     }
     let (result, softening) = match args.softening {
@@ -225,12 +225,14 @@ pub fn main(args: Args) -> CommandResult {
     durometer::report::fit::write(&out)?;
     softening.as_ref().map(|fit| softening::write(&out.join("mullins"), fit)).transpose()?;
     if args.json {
-        println!("{}", durometer::storage::read_text(&out.join("fit.json"), durometer::storage::DATA_LIMIT)?);
+        say!("{}", durometer::storage::read_text(&out.join("fit.json"), durometer::storage::DATA_LIMIT)?);
     } else {
-        println!("{result}");
-        println!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
+        say!("{result}");
+        say!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
+        let lines: Vec<String> = std::iter::once("include = \"law.toml\"".into()).chain(result.scene_lines()).collect();
+        say!("in the table of a law of a scene: {}", lines.join(", "));
         if let Some(softening) = &softening {
-            println!("\n{softening}\nresults: {}", out.join("mullins").join("mullins.toml").display());
+            say!("\n{softening}\nresults: {}", out.join("mullins").join("mullins.toml").display());
         }
     }
     let determined = result.is_determined() && softening.is_none_or(|fit| fit.is_determined());

@@ -48,36 +48,36 @@ pub fn main(args: Args) -> CommandResult {
         let text = starter(&import, &imported, out.parent().unwrap_or(Path::new("")));
         storage::write(out, text.as_bytes())
             .map_err(|e| format!("{}: cannot be written: {e}; check the folder and its permissions", out.display()))?;
-        println!("scene        {}: replace the values marked EXAMPLE, then: durometer simulate {0}", out.display());
+        say!("scene        {}: replace the values marked EXAMPLE, then: durometer simulate {0}", out.display());
     }
     Ok(Outcome::Complete)
 }
 
 /// Prints the content of the file, before anything is done to it.
 fn content(import: &Import) {
-    println!("format       {}", import.format.name);
+    say!("format       {}", import.format.name);
     let list = |kinds: &std::collections::BTreeMap<&'static str, usize>| {
         kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect::<Vec<_>>().join(", ")
     };
     if let Some(found) = &import.census {
-        println!("nodes        {}", found.nodes);
-        println!("cells        {}", if found.cells.is_empty() { "none".into() } else { list(&found.cells) });
+        say!("nodes        {}", found.nodes);
+        say!("cells        {}", if found.cells.is_empty() { "none".into() } else { list(&found.cells) });
         if !found.others.is_empty() {
-            println!("elements     {}", list(&found.others));
+            say!("elements     {}", list(&found.others));
         }
         let (a, b) = found.bounds;
-        println!("bounds       ({}, {}, {}) to ({}, {}, {}) in units of the file", a.x, a.y, a.z, b.x, b.y, b.z);
+        say!("bounds       ({}, {}, {}) to ({}, {}, {}) in units of the file", a.x, a.y, a.z, b.x, b.y, b.z);
         for (count, what) in [
             (found.unused_nodes, "nodes belong to no cell; they are dropped"),
             (found.doubled_nodes, "nodes are at the place of another one; merge joins them"),
             (found.inverted_cells, "cells are inverted"),
         ] {
             if count > 0 {
-                println!("defect       {count} {what}");
+                say!("defect       {count} {what}");
             }
         }
     }
-    println!("unit         {} ({})", import.unit, import.unit_reason);
+    say!("unit         {} ({})", import.unit, import.unit_reason);
     let spec = &import.spec;
     for (needed, key) in [
         (spec.cells.is_some(), format!("cells = {}", spec.cells.unwrap_or(0))),
@@ -85,7 +85,7 @@ fn content(import: &Import) {
         (spec.merge.is_some(), format!("merge = \"{:e} mm\"", spec.merge.map_or(0.0, |m| m.0 * 1e3))),
     ] {
         if needed {
-            println!("needs        {key}");
+            say!("needs        {key}");
         }
     }
 }
@@ -94,27 +94,29 @@ fn content(import: &Import) {
 fn mesh(imported: &Imported) {
     let mesh = &imported.body.mesh;
     let quality = Quality::of(mesh);
-    println!(
+    say!(
         "mesh         {} tetrahedra, {} nodes, {} components",
         mesh.cell_count(),
         mesh.points.len(),
         imported.components
     );
-    println!(
+    say!(
         "quality      dihedral angles {:.2} to {:.2} degrees, smallest radius ratio {:.3}",
-        quality.dihedral_min_deg, quality.dihedral_max_deg, quality.radius_ratio_min
+        quality.dihedral_min_deg,
+        quality.dihedral_max_deg,
+        quality.radius_ratio_min
     );
     for (name, region) in &mesh.regions {
-        println!("region       {name}: {}", extent(mesh, region));
+        say!("region       {name}: {}", extent(mesh, region));
     }
     match &imported.held {
-        Held::Region(name) => println!("fixture      region {name}, by its name"),
+        Held::Region(name) => say!("fixture      region {name}, by its name"),
         Held::Slabs(slabs) => {
-            println!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
+            say!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
         }
     }
-    imported.body.warnings.iter().for_each(|warning| println!("warning      {warning}"));
-    imported.body.notes.iter().for_each(|note| println!("note         {note}"));
+    imported.body.warnings.iter().for_each(|warning| say!("warning      {warning}"));
+    imported.body.notes.iter().for_each(|note| say!("note         {note}"));
 }
 
 /// Counts and sizes of a region.
@@ -145,7 +147,7 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
     };
     let (rows, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
         files.iter().partition(|p| !is_part(p) && (has_name(p) || recognise(p).is_ok()));
-    println!("{:32} {:20} {:>8} {:>5} {:>8} {:22} {:>8}", "file", "format", "cells", "parts", "regions", "run", "time");
+    say!("{:32} {:20} {:>8} {:>5} {:>8} {:22} {:>8}", "file", "format", "cells", "parts", "regions", "run", "time");
     let (mut bad, mut reasons) = (0, Vec::new());
     for file in &rows {
         let start = Instant::now();
@@ -155,7 +157,7 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
             Ok((imported, status)) => {
                 bad += usize::from(!matches!(status, Status::Converged));
                 let mesh = &imported.mesh;
-                println!(
+                say!(
                     "{name:32} {format:20} {:>8} {:>5} {:>8} {:22} {:>6.2} s",
                     mesh.cell_count(),
                     imported.components,
@@ -166,17 +168,17 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
             }
             Err(why) => {
                 bad += 1;
-                println!("{name:32} {format:20} {:>8} {:>5} {:>8} {:22}", "–", "–", "–", "refused");
+                say!("{name:32} {format:20} {:>8} {:>5} {:>8} {:22}", "–", "–", "–", "refused");
                 reasons.push(why.to_string());
             }
         }
     }
-    reasons.iter().for_each(|why| println!("refused: {why}"));
+    reasons.iter().for_each(|why| say!("refused: {why}"));
     if !others.is_empty() {
         let names: Vec<_> = others.iter().filter_map(|p| p.file_name()).map(|n| n.to_string_lossy()).collect();
-        println!("passed over: {}", names.join(", "));
+        say!("passed over: {}", names.join(", "));
     }
-    println!("{} of {} files can be used", rows.len() - bad, rows.len());
+    say!("{} of {} files can be used", rows.len() - bad, rows.len());
     Ok(if bad == 0 { Outcome::Complete } else { Outcome::RunIncomplete })
 }
 

@@ -73,9 +73,9 @@ pub fn main(args: Args) -> CommandResult {
         Action::List { folder, json } => {
             let laws = library(&folder)?;
             if json {
-                println!("{}", serde_json::to_string_pretty(&laws)?);
+                say!("{}", serde_json::to_string_pretty(&laws)?);
             } else {
-                print!("{}", library_text(&laws, &folder));
+                say!("{}", library_text(&laws, &folder).trim_end());
             }
             Ok(Outcome::Complete)
         }
@@ -107,7 +107,7 @@ fn print(out: Option<&Path>, text: &str) -> CommandResult {
         Some(path) => {
             storage::write(path, text.as_bytes()).map_err(|e| format!("{}: cannot be written: {e}", path.display()))?
         }
-        None => print!("{text}"),
+        None => say!("{}", text.trim_end()),
     }
     Ok(Outcome::Complete)
 }

@@ -49,7 +49,7 @@ pub fn main(args: Args) -> CommandResult {
         }
         let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
         let (mesh, quality) = (&body.mesh, Quality::of(&body.mesh));
-        println!(
+        say!(
             "{:28} {:>7} cells {:>6} nodes  h {:.3} mm  radius ratio min {:.3} mean {:.3}  dihedral {:.1}–{:.1}°",
             body.source,
             mesh.cell_count(),

@@ -1,5 +1,8 @@
 //! Commands of `durometer`. Their exit codes are in `outcome`.
 
+#[macro_use]
+mod stdout;
+
 mod arguments;
 mod bars;
 mod body_figure;
@@ -42,7 +45,6 @@ mod worker;
 
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
-use std::io::Write;
 
 /// Mesh-convergence studies, hyperelastic calibration and paper figures for soft-robot simulation.
 ///
@@ -113,14 +115,20 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let code = match Cli::try_parse_from(arguments) {
         Ok(cli) => dispatch(cli.command),
         Err(told) => {
-            // A reader that has closed the pipe has what it wants
-            told.print().ok();
+            let printed = told.print();
+            if !told.use_stderr() {
+                stdout::kept(printed).ok();
+            }
             u8::try_from(told.exit_code()).unwrap_or(2)
         }
     };
-    // Where the program is a part of another one, such as Python, nobody else does it
-    std::io::stdout().flush().ok();
-    code
+    match stdout::end() {
+        Ok(()) => code,
+        Err(why) => {
+            eprintln!("error: {why}");
+            outcome::UNWRITTEN
+        }
+    }
 }
 
 fn dispatch(command: Command) -> u8 {

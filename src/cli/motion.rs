@@ -109,15 +109,15 @@ fn draw(args: Args) -> CommandResult {
         }
     }
     output::write(&out.join("audit.txt"), audit.as_bytes())?;
-    print!("{audit}");
+    say!("{}", audit.trim_end());
     let tables = [tables::states(&found), tables::ring_downs(&found), tables::repeats(&found)?];
     for table in tables.iter().filter(|t| !t.rows.is_empty()) {
         table.save(&out)?;
-        print!("\n{}", tables::text(table));
+        say!("\n{}", tables::text(table).trim_end());
     }
     let written: Vec<&str> = tables.iter().filter(|t| !t.rows.is_empty()).map(|t| t.name).collect();
     methods::write(&out, &found, &written, &figures)?;
-    println!(
+    say!(
         "\nresults: {}, figures: {}, paper: {}",
         out.display(),
         out.join("figures").display(),

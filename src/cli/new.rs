@@ -25,12 +25,12 @@ pub struct Args {
 
 pub fn main(args: Args) -> CommandResult {
     let Some(name) = args.name else {
-        STARTERS.iter().for_each(|starter| println!("{:10} {}", starter.name, starter.summary));
-        println!("{:10} any mesh, surface or CAD file: its shape, held at one end under its own weight", "FILE");
+        STARTERS.iter().for_each(|starter| say!("{:10} {}", starter.name, starter.summary));
+        say!("{:10} any mesh, surface or CAD file: its shape, held at one end under its own weight", "FILE");
         return Ok(Outcome::Complete);
     };
     let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
-    println!("{}: scene.toml, study.toml, README.md", folder.display());
-    println!("next, in {}: durometer simulate scene.toml", folder.display());
+    say!("{}: scene.toml, study.toml, README.md", folder.display());
+    say!("next, in {}: durometer simulate scene.toml", folder.display());
     Ok(Outcome::Complete)
 }

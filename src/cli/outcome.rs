@@ -24,6 +24,9 @@ pub enum Outcome {
     NotDetermined,
 }
 
+/// Exit code where the standard output could not be written, however the command ended.
+pub const UNWRITTEN: u8 = 2;
+
 /// Exit code of a command: 0 done, 2 refused or not ready, 3 ran without a complete result.
 pub fn exit_code(result: &CommandResult) -> u8 {
     match result {

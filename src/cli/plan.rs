@@ -109,8 +109,8 @@ pub fn main(args: Args) -> CommandResult {
     let json = serde_json::to_string_pretty(&plan)?;
     folder::write(&out.join("plan.json"), &json)?;
     match args.json {
-        true => println!("{json}"),
-        false => println!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),
+        true => say!("{json}"),
+        false => say!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),
     }
     let complete = plan.outcome.as_ref().is_none_or(|o| o.status == Status::Converged.name());
     Ok(if plan.meets && complete { Outcome::Complete } else { Outcome::NotWithinBudget })

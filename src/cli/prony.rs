@@ -92,10 +92,10 @@ pub fn main(args: Args) -> CommandResult {
     fit.write_json(&out.join("prony.json"))?;
     durometer::report::summary::write(&out)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&fit)?);
+        say!("{}", serde_json::to_string_pretty(&fit)?);
     } else {
-        println!("{fit}");
-        println!("results: {}, report: {}", out.join("prony.toml").display(), out.join("index.html").display());
+        say!("{fit}");
+        say!("results: {}, report: {}", out.join("prony.toml").display(), out.join("index.html").display());
     }
     Ok(if fit.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
 }

@@ -28,44 +28,41 @@ pub fn main(args: Args) -> CommandResult {
 fn redraw(args: Args) -> CommandResult {
     if args.dir.is_file() {
         let paper = durometer::study::paper::of_run(&args.dir)?;
-        println!("paper: {}", paper.display());
+        say!("paper: {}", paper.display());
         return Ok(Outcome::Complete);
     }
     if durometer::report::fit::is_comparison(&args.dir) {
         durometer::report::fit::comparison::write(&args.dir)?;
         if args.json {
-            println!(
-                "{}",
-                durometer::storage::read_text(&args.dir.join("compare.json"), durometer::storage::DATA_LIMIT)?
-            );
+            say!("{}", durometer::storage::read_text(&args.dir.join("compare.json"), durometer::storage::DATA_LIMIT)?);
         } else {
-            println!("report: {}", args.dir.join("index.html").display());
+            say!("report: {}", args.dir.join("index.html").display());
         }
         return Ok(Outcome::Complete);
     }
     if durometer::report::fit::is_fit(&args.dir) {
         let answer = durometer::report::fit::write(&args.dir)?;
         if args.json {
-            println!("{}", durometer::storage::read_text(&args.dir.join("fit.json"), durometer::storage::DATA_LIMIT)?);
+            say!("{}", durometer::storage::read_text(&args.dir.join("fit.json"), durometer::storage::DATA_LIMIT)?);
         } else {
-            println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
+            say!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
         }
         return Ok(Outcome::Complete);
     }
     if let Some(file) = durometer::report::summary::result_of(&args.dir) {
         let answer = durometer::report::summary::write(&args.dir)?;
         if args.json {
-            println!("{}", durometer::storage::read_text(&file, durometer::storage::DATA_LIMIT)?);
+            say!("{}", durometer::storage::read_text(&file, durometer::storage::DATA_LIMIT)?);
         } else {
-            println!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
+            say!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
         }
         return Ok(Outcome::Complete);
     }
     let summary = durometer::study::report::write(&args.dir)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        say!("{}", serde_json::to_string_pretty(&summary)?);
     } else {
-        println!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
+        say!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
     }
     Ok(Outcome::Complete)
 }

@@ -107,7 +107,7 @@ pub struct How {
     #[arg(long)]
     out: Option<PathBuf>,
     /// Cases that run at the same time [default: one per core; 1 for costs that nothing disturbs]; where fewer are left, a case uses several threads
-    #[arg(long, value_parser = super::arguments::at_least_one)]
+    #[arg(long, value_parser = super::arguments::threads)]
     jobs: Option<usize>,
     /// Memory that the cases may take together, e.g. "8 GB" [default: 90 % of what is available]; a case waits until it fits
     #[arg(long, value_parser = super::arguments::memory)]
@@ -177,10 +177,9 @@ pub fn execute(
     relay: Option<&Arc<Relay>>,
 ) -> Result<Done, Box<dyn std::error::Error>> {
     let dir = how.dir(&study.name);
-    let jobs = how.jobs.unwrap_or_else(threads::available);
     let stop = super::interrupt::stop_flag();
-    let options = Options {
-        jobs,
+    let mut options = Options {
+        jobs: how.jobs.unwrap_or_else(threads::available),
         redo: how.redo,
         accept_build: how.accept_build,
         only: how.only(study)?,
@@ -190,6 +189,9 @@ pub fn execute(
         stop,
     };
     let wanted = study.cases.iter().filter(|c| options.wants(&c.id)).count();
+    // Beyond one for each case only cores that are there are of use: a case takes several where few are left
+    options.jobs = options.jobs.min(wanted.max(threads::available()));
+    let jobs = options.jobs;
     let (expected, only, at) = (study.clone(), options.only.clone(), dir.clone());
     let wants = move |id: &str| only.as_ref().is_none_or(|only| only.takes(id));
     let mut bars = Bars::of(wanted, how.json, move || TimeLeft::of(&expected, &at, &wants, jobs));
@@ -244,8 +246,7 @@ impl Done {
                 }
             }
         };
-        // A reader that has closed the pipe has what it wants
-        writeln!(std::io::stdout(), "{text}").ok();
+        say!("{text}");
         for record in &failed {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
             writeln!(std::io::stderr(), "not complete: {}: {}: {detail}", record.id, record.status).ok();

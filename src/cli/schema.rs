@@ -19,7 +19,7 @@ pub struct Args {
 
 pub fn main(args: &Args) -> CommandResult {
     if let Some(Described { schema, .. }) = SCHEMAS.iter().find(|described| described.name == args.file) {
-        println!("{:#}", schema().as_value());
+        say!("{:#}", schema().as_value());
     }
     Ok(Outcome::Complete)
 }

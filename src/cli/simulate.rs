@@ -103,7 +103,7 @@ pub struct Args {
     #[arg(long, requires = "live")]
     paused: bool,
     /// Threads that the run may use [default: one per core]; the results do not depend on it
-    #[arg(long, value_name = "N", value_parser = super::arguments::at_least_one)]
+    #[arg(long, value_name = "N", value_parser = super::arguments::threads)]
     threads: Option<usize>,
     /// Print the record instead of progress
     #[arg(long)]
@@ -185,7 +185,8 @@ pub fn main(args: Args) -> CommandResult {
     record.phases.build_s = build_s;
     let (json, full) = replace(partial, &args.out, &scene, &run, &record)?;
     states.end(&run);
-    let errors = estimator.map(|estimator| estimate(&estimator, &args, &name, &run)).transpose();
+    let errors =
+        estimator.map(|estimator| estimate(estimator.stopped_by(stop.clone()), &args, &name, &run, &bars)).transpose();
     let found = errors.as_ref().ok().and_then(|found| found.as_ref()?.as_ref());
     drawn.show(film, &scene, (&run, &record), found);
     let errors = errors?;
@@ -220,14 +221,14 @@ fn tell<'e>(
     drawn: &Drawn,
 ) {
     if args.json {
-        println!("{json}");
+        say!("{json}");
         return;
     }
     print(record, known);
-    states.iter().for_each(|file| println!("state:   {}", file.display()));
+    states.iter().for_each(|file| say!("state:   {}", file.display()));
     errors.for_each(print_errors);
-    println!("{}", costs(record));
-    println!("results: {}", args.out.join(format!("{}.csv", record.id)).display());
+    say!("{}", costs(record));
+    say!("results: {}", args.out.join(format!("{}.csv", record.id)).display());
     drawn.print();
 }
 
@@ -336,7 +337,7 @@ fn mesh(
 
 fn print_refinement(step: &RefinementStep) {
     let RefinementStep { cells, error, tolerance, .. } = step;
-    println!(
+    say!(
         "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
         error.column,
         plain(error.value),
@@ -369,14 +370,16 @@ fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstimator<
 
 /// Estimates the errors that are asked for, and writes them; none where the run or the enriched solution is not complete.
 fn estimate(
-    estimator: &ErrorEstimator,
+    estimator: ErrorEstimator,
     args: &Args,
     name: &str,
     run: &Run,
+    bars: &Bars,
 ) -> Result<Option<ErrorEstimate>, Box<dyn std::error::Error>> {
     if run.status != Status::Converged {
         return Ok(None);
     }
+    bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
     let found = match estimator.estimate(run, estimated_columns(args)) {
         Err(why @ EstimateError::NotSolved { .. }) => {
             eprintln!("not complete: no error estimate: {why}");
@@ -396,7 +399,7 @@ fn print_errors(found: &ErrorEstimate) {
             Some(g) => format!(" (of it {} by curved facets)", plain(g.change)),
             None => " (without curved facets, which are not estimated here)".into(),
         };
-        println!(
+        say!(
             "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}",
             q.column,
             plain(q.bar)
@@ -404,7 +407,7 @@ fn print_errors(found: &ErrorEstimate) {
     }
     let (cpu, dofs) = (seconds(found.cpu), found.dofs);
     let what = if found.whole_run { "a whole run".into() } else { format!("{} solution(s)", found.solves) };
-    println!("errors:  {what} with {dofs} equations in {cpu}");
+    say!("errors:  {what} with {dofs} equations in {cpu}");
 }
 
 /// Writes the time series, the signals, the sensitivities, the record and the overlays; returns the record as JSON.
@@ -439,22 +442,22 @@ fn print(record: &CaseRecord, known: usize) {
     for (probe, value) in &record.probes {
         let (peak, last) = (plain(value.peak), plain(value.last));
         match value.peak_is {
-            ExtremeKind::Constant => println!("{probe:28} constant {peak:>12}"),
-            kind => println!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), value.peak_t_s),
+            ExtremeKind::Constant => say!("{probe:28} constant {peak:>12}"),
+            kind => say!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), value.peak_t_s),
         }
     }
     for e in &record.events {
         let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
-        println!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
+        say!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
     }
     for d in &record.distances {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
-        println!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
+        say!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
     }
-    record.markers.iter().for_each(|d| println!("{}", markers::words(d)));
+    record.markers.iter().for_each(|d| say!("{}", markers::words(d)));
     // Contacts that are solved for with multipliers have no counts.
     for c in record.contacts.iter().filter(|c| c.seen > 0) {
-        println!(
+        say!(
             "contact {}: {} points, examined {} times in all, {} distances computed, {} active; search {}, collision detection {}",
             c.name,
             c.points,

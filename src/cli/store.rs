@@ -98,9 +98,9 @@ pub fn main(args: Args) -> CommandResult {
 fn verified(args: &VerifyArgs) -> CommandResult {
     let found = verify(&args.dir)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&found)?);
+        say!("{}", serde_json::to_string_pretty(&found)?);
     } else {
-        println!("{} cases are sound, {} have no result", found.sound, found.missing.len());
+        say!("{} cases are sound, {} have no result", found.sound, found.missing.len());
     }
     Ok(told(&found.damaged))
 }
@@ -119,20 +119,20 @@ fn cleaned(args: &GcArgs) -> CommandResult {
         .map_err(|_| format!("--older-than: it is {age} s; give a time of 0 s or more, for example \"60 min\""))?;
     let done = clean(&args.dir, age, args.dry_run)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&done)?);
+        say!("{}", serde_json::to_string_pretty(&done)?);
         return Ok(Outcome::Complete);
     }
     let verb = if args.dry_run { "would be removed" } else { "removed" };
-    done.removed.iter().for_each(|r| println!("{verb}: {} ({} bytes): {}", r.file, r.bytes, r.why));
-    done.unknown.iter().for_each(|file| println!("unknown, stays: {file}"));
+    done.removed.iter().for_each(|r| say!("{verb}: {} ({} bytes): {}", r.file, r.bytes, r.why));
+    done.unknown.iter().for_each(|file| say!("unknown, stays: {file}"));
     let bytes: u64 = done.removed.iter().map(|r| r.bytes).sum();
-    println!("{} files, {bytes} bytes {verb}", done.removed.len());
+    say!("{} files, {bytes} bytes {verb}", done.removed.len());
     Ok(Outcome::Complete)
 }
 
 fn exported(args: &ExportArgs) -> CommandResult {
     let done = export(&args.dir, &args.archive)?;
-    println!("{}: {} cases, {} files, {} bytes unpacked", args.archive.display(), done.cases, done.files, done.bytes);
+    say!("{}: {} cases, {} files, {} bytes unpacked", args.archive.display(), done.cases, done.files, done.bytes);
     Ok(told(&done.damaged))
 }
 
@@ -140,9 +140,9 @@ fn imported(args: &ImportArgs) -> CommandResult {
     let limit = args.limit.saturating_mul(1 << 30);
     let done = import(&args.archive, &args.dir, ImportOptions { replace: args.replace, limit })?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&done)?);
+        say!("{}", serde_json::to_string_pretty(&done)?);
     } else {
-        println!("{} cases added, {} kept, {} replaced", done.added.len(), done.kept, done.replaced.len());
+        say!("{} cases added, {} kept, {} replaced", done.added.len(), done.kept, done.replaced.len());
     }
     for conflict in &done.conflicts {
         eprintln!("conflict: {}: {}; that of the folder is kept", conflict.what, conflict.fact);

@@ -35,20 +35,20 @@ pub fn main(args: Args) -> CommandResult {
         format!("{count} more cannot be run as they are: {names}; durometer check NAME says why, README.md in its folder what it needs")
     });
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&known)?);
+        say!("{}", serde_json::to_string_pretty(&known)?);
         waiting.iter().for_each(|line| eprintln!("{line}"));
     } else {
         known.iter().for_each(show);
-        println!("\n{} studies and scenes in {}", known.len(), store.home.studies().display());
+        say!("\n{} studies and scenes in {}", known.len(), store.home.studies().display());
         if known.iter().any(|study| !study.has_meshes) {
-            println!("* meshes are made at the first run, by the mesher ({})", host::setup());
+            say!("* meshes are made at the first run, by the mesher ({})", host::setup());
         }
-        waiting.iter().for_each(|line| println!("{line}"));
+        waiting.iter().for_each(|line| say!("{line}"));
     }
     Ok(Outcome::Complete)
 }
 
 fn show(study: &Shipped) {
     let mark = if study.has_meshes { "" } else { "*" };
-    println!("{:24} {:12} {}", format!("{}{mark}", study.name), study.kind, study.about);
+    say!("{:24} {:12} {}", format!("{}{mark}", study.name), study.kind, study.about);
 }

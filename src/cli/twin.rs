@@ -1,6 +1,7 @@
 //! `durometer twin FILE`
 
 use super::outcome::{CommandResult, Outcome};
+use super::stdout::Output;
 use durometer::math::units;
 use durometer::reduction::inverse::{Target, reach};
 use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport, Twin};
@@ -64,7 +65,7 @@ pub fn main(args: &Args) -> CommandResult {
     let mut models = Models { inputs: twin.inputs().to_vec(), twin, fallback };
     match args.listen {
         Some(port) => listen(&mut models, port, args),
-        None => converse(&mut models, std::io::stdin().lock(), std::io::stdout().lock(), args),
+        None => converse(&mut models, std::io::stdin().lock(), Output, args),
     }
 }
 
@@ -90,7 +91,7 @@ fn listen(models: &mut Models, port: u16, args: &Args) -> CommandResult {
     let refused =
         |e: std::io::Error| format!("port {port} cannot be opened: {e}; give another one, or 0 for a free one");
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(refused)?;
-    println!("{}", json!({ "listening": listener.local_addr()?.to_string() }));
+    say!("{}", json!({ "listening": listener.local_addr()?.to_string() }));
     for connection in listener.incoming() {
         models.reset();
         // A client that vanishes, or sends what is no text, has no more answers; the next one does

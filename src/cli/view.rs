@@ -59,7 +59,7 @@ pub fn main(args: Args) -> CommandResult {
     }
     report::files::write(&out, page::page(&title, &cases).as_bytes())?;
     cases.iter().flat_map(Packed::notes).for_each(|note| eprintln!("note: {note}"));
-    println!("view: {} (open it in a browser)", out.display());
+    say!("view: {} (open it in a browser)", out.display());
     Ok(Outcome::Complete)
 }
 

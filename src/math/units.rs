@@ -203,6 +203,11 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
 }
 
+/// A number as it is shown, with nine significant digits: 0.93 g/cm^3 is 930 kg/m^3, where the product of the factors is 929.9999999999999.
+pub fn shown(x: f64) -> f64 {
+    format!("{x:.8e}").parse().unwrap_or(x)
+}
+
 /// A regular expression (ECMA 262) of a number followed by a product of known units, or by none.
 pub fn pattern() -> String {
     let names: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
@@ -275,6 +280,14 @@ mod tests {
         assert!((got / 200.0 - 1.0).abs() < 1e-14, "{got}");
         assert_eq!(in_unit("0.45", ""), Ok(0.45));
         assert!(in_unit("2 mm", "kPa").is_err() && in_unit("2", "kPa").is_err() && in_unit("2 kPa", "kpa").is_err());
+    }
+
+    #[test]
+    fn shows_numbers_without_the_rounding_of_a_conversion() {
+        let density = parse("0.93 g/cm^3", Dimension::DENSITY).expect("a density");
+        assert!(density != 930.0 && shown(density) == 930.0, "{density}");
+        assert_eq!(shown(1.0 / 3.0).to_string(), "0.333333333");
+        assert_eq!([0.0, -2.5e-7, 1e300, f64::INFINITY].map(shown), [0.0, -2.5e-7, 1e300, f64::INFINITY]);
     }
 
     #[test]

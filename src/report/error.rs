@@ -77,7 +77,7 @@ impl fmt::Display for ReportError {
             Self::Unwritable { path, source } if source.kind() == io::ErrorKind::StorageFull => {
                 write!(
                     f,
-                    "cannot write {}: the disk is full; free some space and redraw with `durometer report`",
+                    "cannot write {}: the disk is full; free some space and give the command again",
                     path.display()
                 )
             }
@@ -96,5 +96,17 @@ impl std::error::Error for ReportError {
             Self::Malformed { source, .. } | Self::OtherBuild { source, .. } => Some(source),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_remedy_of_a_full_disk_holds_for_every_command() {
+        let (path, source) = (PathBuf::from("scene.html"), io::ErrorKind::StorageFull.into());
+        let said = ReportError::Unwritable { path, source }.to_string();
+        assert!(said.contains("scene.html") && said.ends_with("give the command again"), "{said}");
     }
 }

@@ -5,6 +5,7 @@ use super::error::{SceneError, part};
 use super::grid::mesh_hash;
 use super::mesh_file::content;
 use super::mesh_spec::{MeshSpec, PartSpec};
+use super::name::is_name;
 use super::patches::Patches;
 use super::shape::{ShapeFault, TurnSpec};
 use crate::math::tensor::{Mat3, Vec3};
@@ -118,10 +119,11 @@ fn with_skin(mut mesh: TetMesh) -> TetMesh {
 
 fn check_names(file: &Path, parts: &[PartSpec]) -> Result<(), SceneError> {
     for (k, PartSpec { name, .. }) in parts.iter().enumerate() {
-        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
-        if name.is_empty() || !name.chars().all(fits) {
-            let fact = format!("\"{name}\" cannot be the name of a part");
-            return Err(content(file, fact, "use letters, digits, \"-\" and \"_\""));
+        // A point separates the name of a part from that of its region
+        if !is_name(name) || name.contains('.') {
+            let fact = format!("{name:?} cannot be the name of a part");
+            let remedy = "use letters, digits, \"-\" and \"_\", with a letter, a digit or \"_\" first";
+            return Err(content(file, fact, remedy));
         }
         if parts[..k].iter().any(|c| c.name == *name) {
             let fact = format!("two parts are called \"{name}\"");

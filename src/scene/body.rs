@@ -11,12 +11,12 @@ use super::quantity::Length;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
+use crate::mesh::generate::referred::digest;
 use crate::mesh::generate::{
     CablePath, GenerateError, Generator, GradedPlace, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
     TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
-use crate::storage::{self, DATA_LIMIT};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ pub struct Body {
     pub paths: BTreeMap<String, CablePath>,
     /// File name, for provenance
     pub source: String,
-    /// SHA-256 of the file
+    /// SHA-256 of the file, with those that it refers to
     pub sha256: String,
     /// Notes on changes to the content of the file
     pub notes: Vec<String>,
@@ -158,7 +158,7 @@ impl Body {
             };
             let (mesh, changes) = mesh::read_as(&path, &readable, format.reader, &how).map_err(|e| fail(e.into()))?;
             check_element(file, spec, &mesh)?;
-            let mut body = Self::new(file, mesh, BTreeMap::new(), &path)?;
+            let mut body = Self::new(file, mesh, BTreeMap::new(), (&path, format.reader))?;
             body.notes = taken_over(&changes);
             body.warnings.extend(doubtful_unit(&body.mesh, how.unit_m));
             return Ok(body);
@@ -166,7 +166,7 @@ impl Body {
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
-        let mut body = Self::new(file, made.mesh, made.manifest.paths, &made.path)?;
+        let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
         if let Source::File { unit_m, .. } = request.source {
             body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
         }
@@ -186,11 +186,16 @@ impl Body {
         let size = Size::Cells { count, tolerance: ADAPTED_TOLERANCE };
         let request = MeshRequest { size: Some(size), levels: 0, field: Some(field), ..of };
         let made = given_or_found(store).and_then(|store| store.mesh(&request, progress)).map_err(fail)?;
-        Self::new(file, made.mesh, made.manifest.paths, &made.path)
+        Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))
     }
 
-    fn new(file: &Path, mesh: TetMesh, paths: BTreeMap<String, CablePath>, source: &Path) -> Result<Self, SceneError> {
-        let sha256 = storage::sha256(storage::read(source, DATA_LIMIT).map_err(|e| part(file, "mesh", e))?);
+    fn new(
+        file: &Path,
+        mesh: TetMesh,
+        paths: BTreeMap<String, CablePath>,
+        (source, reader): (&Path, Reader),
+    ) -> Result<Self, SceneError> {
+        let sha256 = digest("", source, reader.shape().1).map_err(|e| part(file, "mesh", e))?;
         let source = source.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         Ok(Self {
             mesh,

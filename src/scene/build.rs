@@ -6,6 +6,8 @@ use super::compare::{MeasuredData, read_measured};
 use super::control::{Controls, build_controls};
 use super::cover::check_cover;
 use super::error::{SceneError, hint, part};
+use super::identity::simulated;
+use super::name::is_column;
 use super::numerics::check_numerics;
 use super::output::check_output;
 use super::parts::constraints::{
@@ -24,7 +26,7 @@ use super::rules;
 use super::skin::NamedSkin;
 use super::spec::SceneSpec;
 use super::stable::note_stability;
-use super::stages::{build_spans, check_continued, check_formulas};
+use super::stages::{build_spans, check_continued, check_stages};
 use super::start::check_start;
 use crate::effect::contact::placement::AffineFrame;
 use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Viscoelastic, ViscousDamping};
@@ -82,6 +84,8 @@ pub struct Scene {
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
+    /// Digest of all in it that a run depends on, with the contents of the files at this time
+    pub(super) simulated: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
     pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
@@ -240,8 +244,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
-        let moving = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
-        let carriers = spec.rigids.len() + moving;
+        let carriers = spec.rigids.len() + spec.contacts.iter().filter(|c| c.motion.is_some()).count();
         let inserts = spec.constraints.iter().filter(|c| matches!(c, ConstraintSpec::Rigid(_))).count();
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
@@ -263,7 +266,7 @@ impl Scene {
         probes.extend(own_recorders);
         note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
-        check_formulas(builder)?;
+        check_stages(builder)?;
         check_output(builder, &spec.output)?;
         let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = read_measured(builder, &spec.comparisons, &columns)?;
@@ -304,6 +307,7 @@ impl Scene {
             controls,
             measured,
             spec,
+            simulated: simulated(file, &text),
             text,
             notes,
             no_limit,
@@ -361,15 +365,18 @@ fn reasons_of_no_limit(builder: &mut Builder, spec: &SceneSpec) -> Option<String
     (!causes.is_empty()).then(|| causes.join(", "))
 }
 
-/// Refuses a column that would be recorded twice.
+/// Refuses a column that would be recorded twice, or whose name, from that of a region, is none.
 fn check_columns(file: &Path, columns: &[String]) -> Result<(), SceneError> {
+    let refuse = |fact: String, remedy: &str| {
+        Err(SceneError::Content { file: file.into(), place: "probe".into(), fact, remedy: remedy.into() })
+    };
+    if let Some(wrong) = columns.iter().find(|c| !is_column(c)) {
+        return refuse(format!("{wrong:?} cannot be the name of a column"), "give the region another name");
+    }
     match columns.iter().enumerate().find(|(k, c)| columns[..*k].contains(c)) {
         None => Ok(()),
-        Some((_, twice)) => Err(SceneError::Content {
-            file: file.into(),
-            place: "probe".into(),
-            fact: format!("the column {twice} would be recorded twice"),
-            remedy: "remove one of the two [[probe]]s".into(),
-        }),
+        Some((_, twice)) => {
+            refuse(format!("the column {twice} would be recorded twice"), "remove one of the two [[probe]]s")
+        }
     }
 }

@@ -4,6 +4,7 @@ use super::body::Body;
 use super::control::SignalBuilder;
 use super::control::spec::EventSpec;
 use super::error::{SceneError, hint, part};
+use super::name::{REMEDY, is_name};
 use super::parts::selectors::SelectorSpec;
 use super::protocol::NamedSignal;
 use super::recorder::Recorder;
@@ -57,6 +58,8 @@ pub(super) struct Gathered {
     pub(super) relaxed: BTreeMap<u32, usize>,
     /// Cell → number of the effect by which it softens
     pub(super) softened: BTreeMap<u32, usize>,
+    /// Number, kind, other keys that count, and region of the effects that add up where they share cells
+    pub(super) additive: Vec<(usize, &'static str, String, String)>,
     /// Recorders of effects
     pub(super) recorders: Vec<Box<dyn Recorder>>,
 }
@@ -378,13 +381,13 @@ impl<'a> Builder<'a> {
         })
     }
 
-    /// Names of bodies and contacts are parts of the names of columns and files.
+    /// Refuses a name that cannot be part of the names of columns and files.
     pub(super) fn check_name(&self, place: &str, name: &str) -> Result<(), SceneError> {
-        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
-        if !name.is_empty() && name.chars().all(fits) {
+        if is_name(name) {
             return Ok(());
         }
-        let fact = format!("\"{name}\" cannot be part of a file name");
-        Err(self.content(place, fact, "use letters, digits, \"-\" and \"_\""))
+        // In one line
+        let fact = format!("{name:?} cannot be part of the name of a column or a file");
+        Err(self.content(place, fact, REMEDY))
     }
 }

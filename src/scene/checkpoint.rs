@@ -57,13 +57,11 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 4";
+const FORMAT: &str = "durometer state 5";
 /// Numbers that are written at a time.
 const PIECE: usize = 8192;
 /// Most halvings of a step that a state may tell of: more leave nothing of it.
 const MOST_CUTS: u32 = 1000;
-/// Keys of a scene that a restart may change, since the simulation does not depend on them.
-const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -188,7 +186,8 @@ impl Checkpoint {
             return Err(elsewhere("mesh", ""));
         }
         if head.scene_sha256 != identity(scene) {
-            return Err(elsewhere("scene", " (only title, numerics, output and compare may differ)"));
+            let hint = " (only title, numerics, output and compare may differ, and no file that the other keys name)";
+            return Err(elsewhere("scene", hint));
         }
         let length = head.lengths.iter().try_fold(0usize, |sum, n| sum.checked_add(*n));
         if length.and_then(|n| n.checked_mul(8)) != Some(payload.len()) || !head.fits(scene) {
@@ -287,10 +286,7 @@ fn rows_of(flat: Vec<f64>, columns: usize, count: usize) -> Vec<Vec<f64>> {
     if columns == 0 { vec![Vec::new(); count] } else { rows(flat, columns) }
 }
 
-/// SHA-256 of the scene without the keys that do not matter, and of its signals with their tables.
+/// SHA-256 of the scene, and of its signals with their tables.
 fn identity(scene: &Scene) -> String {
-    let mut table: toml::Table = scene.text.parse().expect("the text was read");
-    FREE.iter().for_each(|key| drop(table.remove(*key)));
-    let text = toml::to_string(&table).expect("a table that was read can be written");
-    sha256(format!("{text}\n{:?}\n{:?}", scene.signals, scene.controls).as_bytes())
+    sha256(format!("{}\n{:?}\n{:?}", scene.simulated, scene.signals, scene.controls))
 }

@@ -1,4 +1,7 @@
 //! Energies of a run: stored at the state, put in and dissipated along the path.
+//!
+//! Work and dissipation count from the start, elastic and kinetic energy are those of the state: over a run, work − dissipation is the
+//! change of elastic + kinetic.
 
 use super::recorder::Energies;
 use crate::solve::AcceptedStep;
@@ -26,20 +29,35 @@ impl EnergyBalance {
         let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
         let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
-        Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] }
+        let mut balance = Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] };
+        balance.store(system, &rest.lambda);
+        balance
+    }
+
+    /// Takes elastic and kinetic energy from those of the effects, and from the multipliers λ of the constraints that give.
+    fn store(&mut self, system: &System, lambda: &[f64]) {
+        let Energies { elastic, kinetic, .. } = &mut self.energies;
+        (*elastic, *kinetic) = (0.0, 0.0);
+        for (effect, energy) in system.effects.iter().zip(&self.effect) {
+            match effect.role() {
+                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing => *elastic += energy,
+                EnergyRole::Kinetic => *kinetic += energy,
+                EnergyRole::Dissipative | EnergyRole::Friction | EnergyRole::Load | EnergyRole::Follower => {}
+            }
+        }
+        for (constraint, lambda) in system.constraints.iter().zip(lambda) {
+            *elastic += 0.5 * constraint.compliance() * lambda.powi(2);
+        }
     }
 
     /// Adds an accepted step.
     pub(super) fn add_step(&mut self, system: &System, step: &AcceptedStep) {
         let AcceptedStep { past, now, sums, .. } = *step;
-        self.energies.elastic = 0.0;
-        self.energies.kinetic = 0.0;
         for (e, effect) in system.effects.iter().enumerate() {
             let energy = sums.energy[e];
             self.energies.dissipated += sums.dissipated[e];
             match effect.role() {
-                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing => self.energies.elastic += energy,
-                EnergyRole::Kinetic => self.energies.kinetic += energy,
+                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing | EnergyRole::Kinetic => {}
                 EnergyRole::Dissipative | EnergyRole::Friction => self.energies.dissipated += energy,
                 EnergyRole::Load => {
                     let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
@@ -59,8 +77,8 @@ impl EnergyBalance {
             let lost = constraint.dissipated(c, [&self.g, &sums.g], [&past.lambda, &now.lambda]);
             self.energies.work += lost - mean * moved;
             self.energies.dissipated += lost;
-            self.energies.elastic += 0.5 * constraint.compliance() * now.lambda[c].powi(2);
         }
+        self.store(system, &now.lambda);
         self.g.copy_from_slice(&sums.g);
         for p in &system.prescribed {
             let dof = p.dof as usize;

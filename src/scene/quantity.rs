@@ -28,6 +28,13 @@ macro_rules! quantity {
             }
         }
 
+        /// The number in SI, as it is shown.
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                units::shown(self.0).fmt(f)
+            }
+        }
+
         impl FromStr for $name {
             type Err = UnitError;
 

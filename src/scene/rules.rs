@@ -28,13 +28,14 @@ impl Refusal {
 type Rule = fn(&SceneSpec, &[TimeSpan]) -> Option<Refusal>;
 
 /// All rules, in the order in which they are checked.
-const RULES: [Rule; 10] = [
+const RULES: [Rule; 11] = [
     time_error_in_statics,
     time_error_of_corrections,
     rates_in_statics,
     acceleration_without_inertia,
     friction_of_cables_along_an_arc,
     undamped_rule_with_exact_constraints,
+    undamped_rule_with_rigid_bodies,
     free_body_in_statics,
     contact_along_an_arc,
     corrections_without_multipliers,
@@ -96,18 +97,27 @@ fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[TimeSpan]) -> Option<R
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
 }
 
-fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
-    spec.constraints.iter().find(|c| c.is_exact())?;
+/// Refuses the first stage with an undamped rule that is not forced, for this reason.
+fn undamped(spec: &SceneSpec, spans: &[TimeSpan], why: &str) -> Option<Refusal> {
     let forced = |k: usize| matches!(spec.stages[k].integrator, IntegratorSpec::Newmark { force: true, .. });
     let rings = |(k, s): (usize, &TimeSpan)| s.integrator.rings_with_constraints() && !forced(k);
     let k = spans.iter().enumerate().position(rings)?;
-    let fact = format!(
-        "{} is undamped, and rings with a cable driven by length or with friction, or a cavity driven by volume \
-         (Cardona & Géradin 1989)",
-        spans[k].integrator.name()
-    );
+    let fact = format!("{} is undamped, and {why}", spans[k].integrator.name());
     let remedy = "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark";
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
+}
+
+fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
+    let (k, part) = spec.constraints.iter().enumerate().find_map(|(k, c)| Some((k, c.exact()?)))?;
+    undamped(spec, spans, &format!("rings with {part} (constraint {}; Cardona & Géradin 1989)", k + 1))
+}
+
+fn undamped_rule_with_rigid_bodies(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
+    let rigid = &spec.rigids.first()?.name;
+    let why = format!(
+        "the energy of a free rigid body grows with it where it turns (rigid 1, {rigid}): its stiffness is high"
+    );
+    undamped(spec, spans, &why)
 }
 
 fn free_body_in_statics(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {

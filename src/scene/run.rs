@@ -94,7 +94,7 @@ impl Scene {
             }
         }
         if let Some(start) = &self.spec.start {
-            set_start(start, &self.body, &self.system, &mut state);
+            set_start(start, (&self.body.mesh, &self.regions), &self.system, &mut state);
         }
         state
     }

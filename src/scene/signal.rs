@@ -3,10 +3,10 @@
 use super::control::{Input, Source};
 use super::kind::by_kind;
 use super::quantity::Quantity;
+use super::signal_table::read_signal;
 use crate::math::formula::Formula;
 use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
-use crate::storage::{self, DATA_LIMIT};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
@@ -150,7 +150,7 @@ pub enum FunctionSpec {
         /// Time by which it is delayed, such as `"1 s"`
         by: Quantity,
     },
-    /// Two columns with a header line: time \[s\], then the value in `unit`
+    /// Two columns with a header line: time \[s\], then the value in `unit`. Names that contradict are refused
     Table {
         /// Path of the CSV file, relative to the scene
         file: PathBuf,
@@ -276,7 +276,11 @@ impl SignalSpec {
             FunctionSpec::Delay { signal, by } => {
                 Signal::Delay { signal: Box::new(signal.build(dimension, &mut site.within(true))?), by: time(by)? }
             }
-            FunctionSpec::Table { file, unit } => Signal::Table(read_table(&site.base.join(file), unit, dimension)?),
+            FunctionSpec::Table { file, unit } => {
+                let (path, factor) = (site.base.join(file), units::parse(&format!("1 {unit}"), dimension)?);
+                let rows = read_signal(&path, (unit, factor), dimension);
+                Signal::Table(rows.map_err(|why| SignalError::Table { file: path.display().to_string(), why })?)
+            }
             FunctionSpec::Points { of, unit } => Signal::Table(points(of, unit, dimension)?),
             FunctionSpec::Product { of } => {
                 let dimensions = std::iter::once(dimension).chain(std::iter::repeat(Dimension::NONE));
@@ -327,26 +331,4 @@ fn build_all(
         return Err(SignalError::Empty(kind));
     }
     of.iter().zip(dimensions).map(|(s, d)| s.build(d, &mut site.within(false))).collect()
-}
-
-fn read_table(path: &Path, unit: &str, dimension: Dimension) -> Result<Vec<(f64, f64)>, SignalError> {
-    let error = |why: String| SignalError::Table { file: path.display().to_string(), why };
-    let factor = units::parse(&format!("1 {unit}"), dimension)?;
-    let bytes = storage::read(path, DATA_LIMIT);
-    let bytes = bytes.map_err(|e| error(format!("{e}; the path is relative to the scene")))?;
-    let mut reader = csv::Reader::from_reader(bytes.as_slice());
-    let mut rows: Vec<(f64, f64)> = Vec::new();
-    for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
-        let (t, value) = record.map_err(|_| {
-            error(format!("line {}: two numbers are needed (time in s, value in {unit}), separated by a comma", k + 2))
-        })?;
-        if !t.is_finite() || !(value * factor).is_finite() {
-            return Err(error(format!("line {}: time or value is no finite number", k + 2)));
-        }
-        if rows.last().is_some_and(|last| last.0 >= t) {
-            return Err(error(format!("line {}: time must increase from row to row", k + 2)));
-        }
-        rows.push((t, value * factor));
-    }
-    if rows.is_empty() { Err(error("the table has no row".into())) } else { Ok(rows) }
 }

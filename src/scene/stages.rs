@@ -5,7 +5,9 @@ use super::error::SceneError;
 use super::kind::by_kind;
 use super::protocol::NamedSignal;
 use super::quantity::Time;
+use crate::mesh::error::point;
 use crate::solve::{Integrator, TimeSpan};
+use crate::system::EnergyRole;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -69,13 +71,13 @@ pub enum IntegratorSpec {
         /// Spectral radius ρ∞ at high frequencies \[–\]: 1 keeps the energy, 0 removes them within a step
         rho: f64,
     },
-    /// `force = true` allows the undamped rule together with constraints
+    /// `force = true` allows the undamped rule together with constraints and rigid bodies
     Newmark {
         /// Newmark's β \[–\]
         beta: f64,
         /// Newmark's γ \[–\]
         gamma: f64,
-        /// Allows the undamped rule together with constraints
+        /// Allows the undamped rule together with constraints and rigid bodies
         #[serde(default)]
         force: bool,
     },
@@ -151,8 +153,14 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
     Ok(spans)
 }
 
+/// Refuses signals and masses with which a stage cannot run.
+pub(super) fn check_stages(builder: &Builder) -> Result<(), SceneError> {
+    check_formulas(builder)?;
+    check_masses(builder)
+}
+
 /// A formula must have a value wherever it is looked at.
-pub(super) fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
+fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
     for NamedSignal { name, signal } in builder.signals.iter().filter(|s| !s.signal.has_inputs()) {
         let times = builder.spans.iter().flat_map(|s| (0..=s.steps().min(100_000)).map(|k| s.point(k)));
         if let Some((t, value)) = times.map(|t| (t, signal.at(t))).find(|(_, value)| !value.is_finite()) {
@@ -162,6 +170,36 @@ pub(super) fn check_formulas(builder: &Builder) -> Result<(), SceneError> {
         }
     }
     Ok(())
+}
+
+/// The acceleration at the start of a stage that needs one has a solution only where every free node has a mass.
+fn check_masses(builder: &Builder) -> Result<(), SceneError> {
+    let needs = |s: &TimeSpan| s.integrator.needs_initial_acceleration();
+    let Some(k) = builder.spans.iter().position(needs) else { return Ok(()) };
+    let mut has_mass = vec![false; builder.nodes];
+    for effect in builder.effects.iter().filter(|e| e.role() == EnergyRole::Kinetic) {
+        let blocks = effect.blocks();
+        for &node in (0..blocks.len()).flat_map(|b| blocks.nodes(b)) {
+            has_mass[node as usize] = true;
+            for &(followed, _) in builder.tied.get(&node).into_iter().flatten() {
+                has_mass[followed as usize] = true;
+            }
+        }
+    }
+    let is_free = |node: u32| {
+        let moves = |dof: u32| builder.motion(dof).is_none() && builder.carried.iter().all(|(other, _)| *other != dof);
+        !builder.tied.contains_key(&node) && (3 * node..3 * node + 3).any(moves)
+    };
+    let light: Vec<u32> = (0..builder.nodes as u32).filter(|&k| !has_mass[k as usize] && is_free(k)).collect();
+    let Some(first) = light.first() else { return Ok(()) };
+    let at = builder.body.mesh.points.get(*first as usize).map_or("a rigid part".into(), point);
+    let fact = format!(
+        "{} needs the acceleration at its start, and {} nodes that move have no mass, one of them at {at}",
+        builder.spans[k].integrator.name(),
+        light.len()
+    );
+    let remedy = "give the whole body an [[effect]] of kind \"inertia\", or take \"bdf2\" or \"implicit_euler\"";
+    Err(builder.content(&format!("stage {}", k + 1), fact, remedy))
 }
 
 /// The points of a continuation are its own, so that nothing can be decided at them.

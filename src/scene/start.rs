@@ -3,17 +3,18 @@
 //! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
 //! rigid bodies say.
 
-use super::body::Body;
 use super::builder::Builder;
-use super::error::{SceneError, part};
+use super::error::SceneError;
 use super::kind::by_kind;
 use super::quantity::{Angle, Length, Speed};
 use crate::math::random::SplitMix;
 use crate::math::tensor::Vec3;
+use crate::mesh::{Region, TetMesh};
 use crate::system::{State, System};
 use nalgebra::{Rotation3, Unit};
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 by_kind!(StartSpec);
 
@@ -85,7 +86,7 @@ pub(super) fn check_start(builder: &Builder, start: Option<&StartSpec>) -> Resul
             return Err(builder.content(place, "the axis has no length", "write for example [1, 0, 0]"));
         }
         Some(StartSpec::Moving { region: Some(name), .. }) => {
-            builder.body.mesh.region(name).map_err(|e| part(builder.file, place, e))?;
+            builder.region(place, name)?;
         }
         _ => {}
     }
@@ -98,16 +99,21 @@ pub(super) fn check_start(builder: &Builder, start: Option<&StartSpec>) -> Resul
     Ok(())
 }
 
-/// Moves a system at rest to its initial state.
-pub(super) fn set_start(start: &StartSpec, body: &Body, system: &System, state: &mut State) {
-    let points = &body.mesh.points;
-    let (low, high) = body.mesh.bounding_box();
+/// Moves a system on a mesh with these regions from rest to its initial state.
+pub(super) fn set_start(
+    start: &StartSpec,
+    (mesh, regions): (&TetMesh, &BTreeMap<String, Region>),
+    system: &System,
+    state: &mut State,
+) {
+    let points = &mesh.points;
+    let (low, high) = mesh.bounding_box();
     let middle = 0.5 * (low + high);
     let moving = match start {
-        StartSpec::Moving { region: Some(name), .. } => body.mesh.regions.get(name),
+        StartSpec::Moving { region: Some(name), .. } => regions.get(name),
         _ => None,
     };
-    let moving = moving.map(|region| body.mesh.nodes_of(region));
+    let moving = moving.map(|region| mesh.nodes_of(region));
     let seed = match start {
         StartSpec::Random { seed, .. } | StartSpec::Collapsed { seed, .. } => *seed,
         StartSpec::Twisted { .. } | StartSpec::Moving { .. } => 0,

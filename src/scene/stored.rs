@@ -56,7 +56,7 @@ fn is_one_stored(file: &Path, spec: &MeshSpec, store: &MeshStore) -> Result<bool
     let fail = |e: GenerateError| part(file, "mesh", e);
     match volume_mesh(file, spec)? {
         Some((path, format)) => match format.reader {
-            Reader::Mesher(name) => store.has_converted(&path, name).map_err(fail),
+            Reader::Mesher(name) => Ok(store.stored_conversion(&path, name).map_err(fail)?.is_some()),
             _ => Ok(true),
         },
         None => Ok(store.stored(&request_from(file, spec, Some(store))?).map_err(fail)?.is_some()),

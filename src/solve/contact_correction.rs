@@ -46,9 +46,9 @@ pub(super) struct ContactPlanes<'a> {
 }
 
 impl<'a> ContactPlanes<'a> {
-    /// Of points that are within `margin` \[m\] of their reach, at displacement x.
-    pub fn new(solver: &mut NonlinearSolver, system: &'a System, x: &[f64], dt: f64, margin: f64) -> Self {
-        let of_effects = system.contact_points(x, dt, margin, &mut solver.equations.sums.caches);
+    /// Of points that are within `margin` \[m\] of their reach, at displacement x in a step from `old`.
+    pub fn new(solver: &mut NonlinearSolver, system: &'a System, [x, old]: [&[f64]; 2], dt: f64, margin: f64) -> Self {
+        let of_effects = system.contact_points([x, old], dt, margin, &mut solver.equations.sums.caches);
         let counts = of_effects.iter().map(Vec::len).collect();
         Self { points: of_effects.into_iter().flatten().collect(), counts, x: x.to_vec() }
     }
@@ -140,7 +140,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
 /// The planes at `next` of the points that may come into contact within the step.
 fn planes_near<'a>(solver: &mut NonlinearSolver, step: &Step<'a>, next: &State) -> ContactPlanes<'a> {
     let motion = next.x.iter().zip(&step.past.x).fold(0.0, |m: f64, (new, old)| m.max((new - old).abs()));
-    ContactPlanes::new(solver, step.system, &next.x, step.at(next).dt, MARGIN * motion)
+    ContactPlanes::new(solver, step.system, [&next.x, &step.past.x], step.at(next).dt, MARGIN * motion)
 }
 
 /// One linearised step without contact, and its correction.
@@ -225,10 +225,12 @@ fn correct(
             let point = &planes.points[k];
             looked_at[k] = true;
             // Without du on the free dofs.
-            let carried = increment.as_ref().map_or(Vec3::zeros(), |d| point.motion(d));
-            let since = |then: &[f64]| point.motion(&next.x) - point.motion(then) + carried;
-            let gap = point.gap + point.normal.dot(&since(&planes.x));
-            contacts.add(system, k, point, (gap, since(&step.past.x)));
+            let since = |s: &[f64], then: &[f64]| {
+                let carried = increment.as_ref().map_or(Vec3::zeros(), |d| point.motion(s, d));
+                point.motion(s, &next.x) - point.motion(s, then) + carried
+            };
+            let gap = point.gap + point.normal.dot(&since(&point.shares, &planes.x));
+            contacts.add(system, k, point, (gap, since(&point.sliding, &step.past.x)));
         }
         let mut columns = contacts.columns(y.len());
         tangent::solve(&mut linear.factor, &equations.sums, &mut columns).map_err(Failure::Linear)?;
@@ -236,8 +238,9 @@ fn correct(
         let direction = direction_under_contact(&problem, &y, &schur, &mut contacts)?;
         let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let motion: Vec<f64> = next.x.iter().zip(&direction.x).zip(&planes.x).map(|((x, d), s)| x + d - s).collect();
-        let is_pressed =
-            |point: &ContactPoint| point.gap + point.normal.dot(&point.motion(&motion)) < point.reach() - CLOSED * size;
+        let is_pressed = |point: &ContactPoint| {
+            point.gap + point.normal.dot(&point.motion(&point.shares, &motion)) < point.reach() - CLOSED * size
+        };
         fresh = (0..forces.len()).filter(|&k| !looked_at[k] && is_pressed(&planes.points[k])).collect();
         if fresh.is_empty() {
             break direction;

@@ -32,7 +32,7 @@ impl<'a> StepStrategy<'a> for CorrectedSteps<'a> {
     fn begin(&mut self, steps: &mut StepSolver<'a>, state: &State, goal: f64) -> Result<(), Status> {
         (self.done, self.origin, self.goal) = (0, state.t, goal);
         let dt = (goal - state.t) / self.count as f64;
-        self.planes = ContactPlanes::new(&mut steps.solver, steps.system, &state.x, dt, 0.0);
+        self.planes = ContactPlanes::new(&mut steps.solver, steps.system, [&state.x, &state.x], dt, 0.0);
         Ok(())
     }
 

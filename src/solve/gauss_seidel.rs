@@ -62,14 +62,14 @@ pub(super) struct Contacts<'a> {
 impl<'a> Contacts<'a> {
     /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
     pub fn add(&mut self, system: &System, place: usize, point: &ContactPoint<'a>, (gap, displacement): (f64, Vec3)) {
-        let row = |direction: &Vec3| -> Vec<(usize, f64)> {
-            let entries = point.nodes.iter().zip(&point.shares).flat_map(|(&node, share)| {
+        let row = |shares: &[f64], direction: &Vec3| -> Vec<(usize, f64)> {
+            let entries = point.nodes.iter().zip(shares).flat_map(|(&node, share)| {
                 (0..3).map(move |i| (system.dofs.equation[3 * node as usize + i], share * direction[i]))
             });
             let free = entries.filter(|(equation, _)| *equation != Dofs::FIXED);
             free.map(|(equation, entry)| (equation as usize, entry)).collect()
         };
-        let normal = row(&point.normal);
+        let normal = row(&point.shares, &point.normal);
         // A point that is prescribed altogether cannot be corrected.
         if normal.is_empty() {
             return;
@@ -81,7 +81,7 @@ impl<'a> Contacts<'a> {
         if point.friction.is_some() {
             let one = perpendicular(&(point.normal / size));
             for along in [one, point.normal.cross(&one) / size] {
-                self.h.push(row(&along));
+                self.h.push(row(&point.sliding, &along));
                 self.free.push(along.dot(&displacement));
             }
         }

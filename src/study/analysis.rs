@@ -1,6 +1,6 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
-use crate::study::curve::peak_words;
+use crate::study::curve::{CHANGE, peak_words};
 use crate::study::store::record::{CaseRecord, NOT_RUN, Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -75,6 +75,11 @@ impl<T> ByQuantity<T> {
     /// `cable tension, length control`
     pub fn title(&self) -> String {
         format!("{}, {}", self.quantity.label, self.variant_label)
+    }
+
+    /// `change of ` before the label on an axis of peaks, where these are changes.
+    pub fn peak_prefix(&self) -> &'static str {
+        if self.peak_is == CHANGE { "change of " } else { "" }
     }
 
     /// `maximum cable tension, length control`

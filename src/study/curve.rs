@@ -138,11 +138,14 @@ pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
     stored.or_else(|| Some(extreme(curve?.f)?.value)).filter(|v| v.is_finite())
 }
 
-/// Words for the peak of a quantity over some cases: [`extreme_word`], or `largest change of` where it is a change.
+/// Words for a peak that is a change.
+pub const CHANGE: &str = "largest change of";
+
+/// Words for the peak of a quantity over some cases: [`extreme_word`], or [`CHANGE`] where it is a change.
 pub fn peak_words<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
     let cases: Vec<&StoredCase> = cases.into_iter().collect();
     match cases.iter().filter_map(|c| Curve::of(&c.series, quantity)).any(|c| starts_elsewhere(&c)) {
-        true => "largest change of",
+        true => CHANGE,
         false => extreme_word(cases, quantity),
     }
 }

@@ -1,6 +1,7 @@
 //! Parts of a study file that several kinds have: variants, families, and checks of their names and roles.
 
-use crate::scene::SceneError;
+use crate::math::units;
+use crate::scene::{SceneError, unit_of_column};
 use crate::schema::AnyTable;
 use crate::study::store::record::{Quantity, Role};
 use schemars::JsonSchema;
@@ -74,7 +75,18 @@ pub fn check_roles(kind: &str, families: &[FamilySpec], known: &[Role]) -> Resul
     Err((format!("family {}", family.name), fact, format!("the roles are {words}")))
 }
 
-/// Every variant lists a quantity, and absolute tolerances are positive.
+/// The unit of a quantity is that of its column, in any spelling: fact and remedy where it is another one.
+pub fn check_unit(q: &Quantity) -> Result<(), (String, String)> {
+    let own = unit_of_column(&q.name);
+    if units::in_unit(&format!("1 {}", q.unit), own).is_ok_and(|one| (one - 1.0).abs() < 1e-12) {
+        return Ok(());
+    }
+    let fact = format!("the unit is \"{}\", and the column {} has numbers in {own}", q.unit, q.name);
+    let own = if own == "1" { "" } else { own };
+    Err((fact, format!("write unit = \"{own}\": figures choose prefixes such as milli themselves")))
+}
+
+/// Every variant lists a quantity, units are those of the columns, and absolute tolerances are positive.
 pub fn check_quantities(variants: &[VariantSpec]) -> Result<(), Mistake> {
     if let Some(variant) = variants.iter().find(|v| v.quantities.is_empty()) {
         let remedy = "add quantity = [{ name = …, label = …, symbol = …, unit = … }] with a recorded column";
@@ -86,6 +98,10 @@ pub fn check_quantities(variants: &[VariantSpec]) -> Result<(), Mistake> {
             let fact = format!("the absolute_tolerance is {}", q.absolute_tolerance.unwrap_or_default());
             let remedy = "give the accepted error as a positive number in the unit of the column";
             return Err((format!("variant {}, quantity {}", variant.name, q.name), fact, remedy.into()));
+        }
+        for q in variant.quantities.iter().flat_map(|q| std::iter::once(q).chain(q.against.as_deref())) {
+            let place = || format!("variant {}, quantity {}", variant.name, q.name);
+            check_unit(q).map_err(|(fact, remedy)| (place(), fact, remedy))?;
         }
     }
     Ok(())
@@ -114,4 +130,32 @@ pub fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quantity_has_the_unit_of_its_column() {
+        let of = |name: &str, unit: &str| Quantity { name: name.into(), unit: unit.into(), ..Quantity::default() };
+        for (name, unit) in [
+            ("tip_z_m", "m"),
+            ("bending_angle_deg", "°"),
+            ("bending_angle_deg", "deg"),
+            ("cavity_volume_m3", "m³"),
+            ("cavity_volume_m3", "m^3"),
+            ("grip_reaction_moment_z_Nm", "N m"),
+            ("line_1_curvature_per_m", "1/m"),
+            ("min_j", ""),
+        ] {
+            assert_eq!(check_unit(&of(name, unit)), Ok(()));
+        }
+        for (name, unit) in
+            [("tip_z_m", "mm"), ("tip_z_m", "N"), ("tip_z_m", ""), ("min_j", "m"), ("tip_z_m", "furlong")]
+        {
+            let (fact, remedy) = check_unit(&of(name, unit)).expect_err("another unit");
+            assert!(fact.contains(name) && remedy.contains("write unit = "), "{fact}; {remedy}");
+        }
+    }
 }

@@ -18,6 +18,8 @@ pub struct ContactPoint<'a> {
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
     pub shares: Vec<f64>,
+    /// s of the material that touches: it slides by Σ_k s_k dz_k across the normal
+    pub sliding: Vec<f64>,
     /// d \[m\]
     pub gap: f64,
     /// m = ∂d/∂x
@@ -36,10 +38,10 @@ impl ContactPoint<'_> {
         self.potential.map_or(0.0, |(potential, _)| potential.reach())
     }
 
-    /// Σ_k s_k z_k of displacements \[m\].
-    pub fn motion(&self, z: &[f64]) -> Vec3 {
+    /// Σ_k s_k z_k of displacements \[m\], with shares of the nodes: its `shares` or its `sliding`.
+    pub fn motion(&self, shares: &[f64], z: &[f64]) -> Vec3 {
         let of_node = |n: u32| Vec3::from_column_slice(&z[3 * n as usize..][..3]);
-        self.nodes.iter().zip(&self.shares).map(|(&n, s)| of_node(n) * *s).sum()
+        self.nodes.iter().zip(shares).map(|(&n, s)| of_node(n) * *s).sum()
     }
 }
 
@@ -47,9 +49,9 @@ impl ContactPoint<'_> {
 pub trait ContactPoints {
     /// Whether the points have friction.
     fn has_friction(&self) -> bool;
-    /// The points at displacement x, for a step of `dt` \[s\], which is infinite in statics. A unilateral contact has all of its points; one
+    /// The points at displacement x, for a step of `dt` \[s\], which is infinite in statics, from the displacement `old`. A unilateral contact has all of its points; one
     /// with a potential those whose distance is less than its reach and the `margin` \[m\].
-    fn points(&self, x: &[f64], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>>;
+    fn points(&self, x_old: [&[f64]; 2], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>>;
     /// Changes x so that the contact forces of these points are these \[N\]. Forces that have a potential follow from x.
     fn set_forces(&self, _x: &mut [f64], _forces: &[f64], _caches: &mut Caches) {}
 }

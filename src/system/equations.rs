@@ -199,8 +199,14 @@ impl System {
     }
 
     /// The points of each effect that has contact points: [`ContactPoints::points`].
-    pub fn contact_points(&self, x: &[f64], dt: f64, margin: f64, caches: &mut Caches) -> Vec<Vec<ContactPoint<'_>>> {
-        self.with_contact_points().map(|effect| effect.points(x, dt, margin, caches)).collect()
+    pub fn contact_points(
+        &self,
+        x_old: [&[f64]; 2],
+        dt: f64,
+        margin: f64,
+        caches: &mut Caches,
+    ) -> Vec<Vec<ContactPoint<'_>>> {
+        self.with_contact_points().map(|effect| effect.points(x_old, dt, margin, caches)).collect()
     }
 
     /// Prescribes the forces N \[N\] of the points of each effect that has some.

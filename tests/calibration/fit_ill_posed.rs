@@ -18,6 +18,29 @@ fn two_points_do_not_determine_ogden() {
     assert!(words.contains("unidentifiable: the data are insensitive to") && words.contains("α"), "{words}");
 }
 
+/// Strains of rounding are refused before any solver sees them; those that a machine may resolve are fitted.
+#[test]
+fn strains_of_rounding_are_refused() {
+    for law in ["neo_hookean", "mooney_rivlin", "ogden"] {
+        let model = Model::new(law, None).expect("registered");
+        let of = |largest: f64| {
+            let rows = (1..40).map(|k| 1.0 + largest * f64::from(k) / 39.0);
+            let rows = rows.map(|stretch| Sample {
+                mode: Mode::Uniaxial,
+                second: 1.0,
+                stretch,
+                stress: 1e5 * (stretch - stretch.powi(-2)),
+                line: 2,
+                specimen: 0,
+            });
+            fit_experiment(&table(rows.collect()), &options(model, &[Mode::Uniaxial]))
+        };
+        let error = of(4e-8).expect_err("no strain").to_string();
+        assert!(error.contains("the largest strain is 4.000e-8, below 1e-6") && error.contains("its unit"), "{error}");
+        assert!(of(1e-4).is_ok(), "{law}");
+    }
+}
+
 /// Planar tests see C10 + C01 alone (I₁ = I₂): the direction and what is determined are named.
 #[test]
 fn planar_tests_see_the_sum_of_mooney_rivlin() {

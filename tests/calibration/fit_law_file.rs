@@ -121,6 +121,40 @@ fn the_committed_law_of_treloar_is_reproduced() {
     assert_eq!(law.keys().collect::<Vec<_>>(), ["law", "mu"], "no partner was given, none is written");
 }
 
+/// A law of every kind, with the lines that the end of a fit names and not without them; the listing of the how-to is that of the Ogden law there.
+#[test]
+fn a_scene_takes_a_law_with_the_lines_that_the_fit_names() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let built = |r: &FitResult, lines: &str| {
+        let path = folder.path().join("law.toml");
+        r.write_law(&path).expect("writable");
+        let mut table = read_law_table(&path).expect("just written");
+        table.extend(lines.parse::<toml::Table>().expect("TOML").into_iter().filter(|(key, _)| key != "include"));
+        durometer::material::law_from_table(&table)
+    };
+    let fitted = |law: &str, partner: Option<Partner>, volumetric: Option<&str>| {
+        let mut request = FitRequest::new(data("treloar-1944/treloar-1944.csv"), law);
+        request.options.modes = Mode::PULLED.to_vec();
+        (request.options.partner, request.options.volumetric) = (partner, volumetric.map(String::from));
+        fit(&request).unwrap_or_else(|e| panic!("{law}: {e}"))
+    };
+    for law in ["neo_hookean", "yeoh", "ogden", "gent"] {
+        let nu = Some(Partner::Nu(0.49));
+        for (partner, volumetric) in [(None, None), (nu, None), (nu, Some("quadratic"))] {
+            let r = fitted(law, partner, volumetric.filter(|_| law != "neo_hookean"));
+            // Each line ends with its other options, in brackets
+            let lines = r.scene_lines();
+            let taken: Vec<&str> = lines.iter().map(|line| line.split(" (or ").next().expect("a line")).collect();
+            assert!(built(&r, &taken.join("\n")).is_ok(), "{law}: {lines:?}");
+            assert_eq!(built(&r, "").is_ok(), lines.is_empty(), "{law}: {lines:?}");
+        }
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/how-to/fit-a-law.md");
+    let page = std::fs::read_to_string(page).expect("a page");
+    let listing = page.split("```toml\n   [laws.rubber]\n").nth(1).and_then(|rest| rest.split("```").next());
+    built(&fitted("ogden", None, None), listing.expect("a listing")).expect("the how-to works as it is written");
+}
+
 #[test]
 fn a_law_file_reads_back_to_the_last_digit() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -232,6 +232,12 @@ fn weights_by_noise_listen_to_the_quiet_mode() {
         message.contains("uniaxial data points do not give a noise level") && message.contains("--noise"),
         "{message}"
     );
+    o.noise = Some(0.0);
+    let message = fit_experiment(&e, &o).expect_err("no noise at all").to_string();
+    assert!(
+        message.contains("--noise 0 Pa is no standard deviation") && message.contains("give a positive one"),
+        "{message}"
+    );
     o.noise = Some(1e3);
     let r = fit_experiment(&e, &o).expect("given");
     assert!(r.noise.iter().all(|n| n.given && n.std_pa == 1e3));

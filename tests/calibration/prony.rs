@@ -297,6 +297,20 @@ fn files_of_specimens_are_read_together() {
     refused(force, "specimens of one test have one unit");
 }
 
+/// A loading that lasts as long as the data leaves nothing of the held state, also where the times of the search would have no range.
+#[test]
+fn a_ramp_that_outlasts_the_data_is_refused() {
+    let t: Vec<f64> = spaced(0.01, 10.0, 40);
+    let y: Vec<f64> = t.iter().map(|t| modulus(*t)).collect();
+    for kind in [TestKind::Relaxation, TestKind::Creep] {
+        for ramp in [12.0, 1000.0] {
+            let long = record(kind, t.clone(), y.clone(), ramp);
+            let error = fit_record(&long, &TermChoice::Evidence).expect_err("no held state").to_string();
+            assert!(error.contains("the loading lasts") && error.contains("the data end at"), "{error}");
+        }
+    }
+}
+
 /// Without a plateau the long-term modulus is a named limit, whatever the misfit.
 #[test]
 fn relaxation_without_a_plateau_is_named() {

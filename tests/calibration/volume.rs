@@ -111,6 +111,35 @@ fn compression_and_ranges_are_understood() {
     assert!((fit.value.value - 0.2).abs() < 1e-12 && fit.rows == 21, "{fit}");
 }
 
+/// A column that does not vary gives no value, whatever the other one does.
+#[test]
+fn a_column_that_does_not_vary_is_refused() {
+    let strain = |k: u32| 0.02 * f64::from(k);
+    for (name, header, test, what, row) in [
+        ("zero", "strain [%],lateral strain [%]", VolumeTest::Lateral, "lateral strain", [1.0, 0.0, 0.0]),
+        ("shifted", "strain [%],lateral strain [%]", VolumeTest::Lateral, "lateral strain", [1.0, 0.0, -1.5]),
+        ("pressed", "volume change [%],Pressure [MPa]", VolumeTest::Bulk, "pressure", [-1.0, 0.0, 2.0]),
+    ] {
+        let [along, across, offset] = row;
+        let path = table(name, header, (0..30).map(|k| [along * strain(k), across * strain(k) + offset]));
+        let error = fit_volume(&request(path, test)).expect_err(what).to_string();
+        assert!(error.contains(&format!("the {what} does not vary")), "{error}");
+    }
+}
+
+/// A lateral strain that comes back while the load goes on has no ratio, however narrow the interval of the line is.
+#[test]
+fn a_line_that_does_not_describe_the_data_determines_nothing() {
+    let row = |k: u32| {
+        let e = 0.01 * f64::from(k);
+        [100.0 * e, -100.0 * (0.02 * e + 0.5 * (0.3 - e).powi(2))]
+    };
+    let path = table("back", "strain [%],transverse strain [%]", (0..60).map(row));
+    let fit = fit_volume(&request(path, VolumeTest::Lateral)).expect("a fit");
+    assert!(fit.misfit > 0.5 && !fit.is_determined(), "{fit}");
+    assert!(fit.to_string().contains("the data do not show a constant ratio"), "{fit}");
+}
+
 /// A nearly incompressible rubber: the interval reaches ½, and the answer is a bound.
 #[test]
 fn an_incompressible_rubber_gives_a_bound() {

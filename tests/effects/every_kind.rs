@@ -64,6 +64,9 @@ fn constraint_kind(spec: &ConstraintSpec) -> usize {
     }
 }
 
+/// Regions of the masses of each form: one effect of inertia on the cells of another is refused.
+const MASSES: [&str; 3] = ["body", "lower", "upper"];
+
 /// Springs with each stiffness, and dampers.
 const EDGES: &str = r#"
 [[effect]]
@@ -198,14 +201,17 @@ softening = { r = 3, m = "20 kPa", beta = 0.1 }
 }
 
 fn sample_with(law: &str, order: Order, remembering: &str) -> Scene {
-    let masses = ["consistent", "lumped", "uniform"].map(|m| {
-        format!("[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"900 kg/m^3\"\nmass = \"{m}\"\n")
+    let masses = [("consistent", MASSES[0]), ("lumped", MASSES[1]), ("uniform", MASSES[2])].map(|(m, region)| {
+        format!("[[effect]]\nkind = \"inertia\"\nregion = \"{region}\"\ndensity = \"900 kg/m^3\"\nmass = \"{m}\"\n")
     });
     let edges = if order == Order::Linear { EDGES } else { "" };
     let text = format!(
         r#"
 [mesh]
 body = "block"
+[mesh.regions]
+lower = {{ kind = "box", min = ["-1 m", "-1 m", "-1 m"], max = ["2 m", "2 m", "0.7 m"], pick = "cells", rule = "all" }}
+upper = {{ kind = "complement", of = ["lower"] }}
 [[effect]]
 kind = "stiffness_damping"
 region = "body"
@@ -535,6 +541,7 @@ fn momentum_balances() {
         let uniform = Vec3::new(0.3, -0.7, 0.2);
         let field: Vec<f64> = (0..n).map(|i| uniform[i % 3]).collect();
         let volume = mesh.volume();
+        let mut masses = MASSES.map(|region| mesh.region_volume(&scene.regions[region].cells)).into_iter();
         for (e, effect) in system.effects.iter().map(AsRef::as_ref).enumerate() {
             let (mut force, mut moment, mut size, mut arm) = (Vec3::zeros(), Vec3::zeros(), 0.0, 0.0);
             with_at(integrator, &past, &x, |at| {
@@ -557,7 +564,7 @@ fn momentum_balances() {
                 "viscous_damping" | "viscoelastic" | "mullins" | "edge_springs" | "edge_dampers" | "membrane"
                 | "fibre" | "fibre_family" => (Vec3::zeros(), true),
                 "stiffness_damping" => (Vec3::zeros(), false),
-                "inertia" => (uniform * 900.0 * volume, false),
+                "inertia" => (uniform * 900.0 * masses.next().expect("one of three"), false),
                 "mass_damping" => (uniform * 3.0 * 900.0 * volume, false),
                 "gravity" => (Vec3::new(1.0, -2.0, 3.0).normalize() * (-1000.0 * 9.0 * volume), false),
                 // Weights of a patch sum up to 1, those of a surface to its area.

@@ -224,6 +224,53 @@ fn an_estimator_without_the_states_of_the_run_says_so() {
     assert!(why.to_string().contains("0 states of a run with 3 rows"), "{why}");
 }
 
+/// A cantilever that a plate bends from below: the multipliers of contact are unknowns of the enriched space, at more points than in the run. Bars hold
+/// against mixed quadratic cells on a finer grid, for the force of the plate too; shares of the cells are those of the estimate.
+#[test]
+fn bars_hold_where_contact_has_multipliers() {
+    let bent = Problem {
+        grid: |n| {
+            format!("kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = [{}, {n}, {n}]", 4 * n)
+        },
+        rest: format!(
+            "[mesh.regions]\nedge = {{ kind = \"box\", pick = \"facets\", min = [\"29 mm\", \"-1 mm\", \"-1 mm\"], max = \
+             [\"41 mm\", \"11 mm\", \"1 um\"] }}\n[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n[[contact]]\nname = \"plate\"\n\
+             region = \"edge\"\nobstacle = {{ kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-0.5 mm\"], normal = [0, 0, 1] }}\n\
+             motion = {{ direction = [0, 0, 1], displacement = {} }}\nresponse = \"multiplier\"\nfriction = 0\n[[probe]]\n\
+             kind = \"reaction\"\nregion = \"xmin\"\n[[probe]]\nkind = \"position\"\nregion = \"xmax\"\n",
+            ramp("5 mm")
+        ),
+        quantities: &["xmin_reaction_z_N", "xmax_z_m"],
+    };
+    let finer = scene(&bent, 5, 0.45, ("tet10", "mixed")).run();
+    for (formulation, n) in FORMULATIONS.into_iter().flat_map(|f| [(f, 1), (f, 2)]) {
+        let coarse = scene(&bent, n, 0.45, formulation);
+        let found = estimate(&coarse, Enrichment::usual(coarse.body.mesh.order), bent.quantities);
+        for q in &found.quantities {
+            let column = finer.columns.iter().position(|c| *c == q.column).expect("recorded");
+            let error = finer.rows.last().expect("rows")[column] - q.value;
+            println!("{formulation:?}, n = {n}: {} {:.4e}, bar {:.2e}, error {error:.2e}", q.column, q.value, q.bar);
+            assert!(q.t == 1.0 && error.abs() <= q.bar, "{formulation:?}, n = {n}: {q:?}, error {error}");
+        }
+    }
+    let shares = localise(&scene(&bent, 2, 0.45, FORMULATIONS[0]), &["xmin_reaction_z_N"]);
+    let (change, cells) = (shares.quantities[0].enriched - shares.quantities[0].value, &shares.cells[0]);
+    println!("change {change:.3e}, remainder {:.3e}", cells.remainder);
+    assert!(cells.remainder.abs() < 0.3 * change.abs(), "{change} and {}", cells.remainder);
+}
+
+/// An estimate that is stopped ends without one, and does not go on with the whole protocol.
+#[test]
+fn an_estimate_can_be_stopped() {
+    let coarse = scene(&problems()[0], 1, 0.3, FORMULATIONS[0]);
+    let stop = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    let mut estimator = ErrorEstimator::new(&coarse).expect("an estimate").stopped_by(stop);
+    let mut add = |state: &State| estimator.add(state);
+    let run = coarse.run_with(RunOptions { on_state: Some(&mut add), ..RunOptions::default() });
+    let why = estimator.estimate(&run, &[]).expect_err("stopped").to_string();
+    assert!(why.to_lowercase().contains("stopped"), "{why}");
+}
+
 fn refusal(text: &str) -> String {
     let scene = parse_scene(text).expect("a scene");
     ErrorEstimator::new(&scene).err().expect("a refusal").to_string()

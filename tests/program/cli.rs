@@ -154,6 +154,39 @@ fn help_names_every_command_and_each_has_an_example() {
     assert!(help.contains("Exit codes"));
 }
 
+/// A file of Linux that is a disk without room.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_without_room_is_an_error_and_results_are_written() {
+    let (_keep, out) = folder();
+    let full = || std::fs::File::options().write(true).open("/dev/full").expect("a device of Linux");
+    for arguments in [
+        &["check", SCENE][..],
+        &["cases", STUDY, "--out", &out],
+        &["schema", "scene"],
+        &["studies"],
+        &["fit", "--help"],
+        &["run", STUDY, "--partition", "1/100000", "--out", &out, "--json"],
+        &["simulate", SCENE, "--out", &out, "--json"],
+    ] {
+        let output = command(arguments).stdout(full()).output().expect("the program starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        let expected = "the standard output cannot be written: No space left on device";
+        assert!(said.contains(expected) && !said.contains("panicked"), "{arguments:?}: {said}");
+    }
+    assert_eq!(json(&read(&Path::new(&out).join("scene.json")))["status"], "Converged");
+}
+
+#[test]
+fn more_threads_than_a_machine_can_use_are_refused() {
+    for arguments in [["run", STUDY, "--jobs", "5000"], ["simulate", SCENE, "--threads", "5000"]] {
+        let output = durometer(&arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && said.contains("only wait for each other"), "{arguments:?}: {said}");
+    }
+}
+
 #[test]
 fn check_says_what_is_assembled_and_nothing_more() {
     let said = call(&["check", SCENE], 0);

@@ -5,7 +5,7 @@ use crate::common::{column, run, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
-use durometer::scene::{Checkpoint, CheckpointError, Progress, Run, RunOptions, Scene};
+use durometer::scene::{Checkpoint, CheckpointError, Progress, Run, RunOptions, Scene, SceneBuilder};
 use durometer::solve::Status;
 use durometer::system::State;
 use serde_json::json;
@@ -231,6 +231,41 @@ fn a_state_of_another_scene_is_refused() {
         assert!(error.contains(says), "{error}");
     }
     assert!(matches!(Checkpoint::read(&folder.path().join("none"), &scene), Err(CheckpointError::Unreadable { .. })));
+}
+
+/// Guides in a file belong to the scene; a table that only `compare` reads does not. The files count as they were when the scene was read.
+#[test]
+fn a_state_is_refused_after_a_file_of_its_scene_changed() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let put = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
+    let text = format!(
+        "{LAW}{}drive = {{ kind = \"length\", signal = \"1 mm\" }}\n{STATIC}[[compare]]\ncolumn = \"cable_tension_N\"\n\
+         file = \"measured.csv\"\nx = {{ column = \"t\", unit = \"s\" }}\ny = {{ column = \"F\", unit = \"N\" }}\n",
+        CABLE.replace(
+            r#"[["15 mm", "5 mm", "2 mm"], ["35 mm", "5 mm", "2 mm"]]"#,
+            r#"{ file = "guides.csv", unit = "mm" }"#
+        )
+    );
+    let read = || {
+        let builder = SceneBuilder::parse(&text).expect("a scene").file(folder.path().join("scene.toml")).text(&text);
+        builder.mesh(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear)).build().unwrap_or_else(|e| panic!("{e}"))
+    };
+    put("guides.csv", "15,5,2\n35,5,2\n");
+    put("measured.csv", "t,F\n0,0\n1,1\n");
+    let scene = read();
+    put("guides.csv", "15,5,2\n35,5,4\n");
+    put("measured.csv", "t,F\n0,0\n1,2\n");
+    let file = folder.path().join("a.state");
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let options = RunOptions { save_at: vec![0.5], on_save: Some(&mut saved), ..RunOptions::default() };
+    scene.run_with(options);
+    let error = Checkpoint::read(&file, &read()).expect_err("other guides").to_string();
+    assert!(
+        error.contains("saved from another scene") && error.contains("no file that the other keys name"),
+        "{error}"
+    );
+    put("guides.csv", "15,5,2\n35,5,2\n");
+    assert!(Checkpoint::read(&file, &read()).is_ok());
 }
 
 /// A formula in t is the function that it says; one in a column is that of the row before, and t that of the row itself.

@@ -244,13 +244,27 @@ fn the_library_neither_prints_nor_exits() {
     assert_none(&loud(&rust_files("src")), "return an error or a result; only the command line prints and exits");
 }
 
+#[test]
+fn the_command_line_prints_by_say() {
+    assert_none(&panicking(&rust_files("src")), "write say!(…): println! panics where the output cannot be written");
+}
+
 fn loud(sources: &[Source]) -> Vec<String> {
     let macros = ["println", "eprintln", "print", "eprint", "dbg", "todo", "unimplemented"];
+    calls(sources, false, &macros, true)
+}
+
+fn panicking(sources: &[Source]) -> Vec<String> {
+    calls(sources, true, &["println", "print", "dbg"], false)
+}
+
+/// Calls of these macros in the library or the program, and of `exit` where it counts too.
+fn calls(sources: &[Source], binary: bool, macros: &[&str], with_exit: bool) -> Vec<String> {
     let names = Names::new(sources);
     let mut wrong = Vec::new();
-    for (source, written) in sources.iter().zip(&names.written).filter(|(s, _)| !s.binary && !s.is_test()) {
+    for (source, written) in sources.iter().zip(&names.written).filter(|(s, _)| s.binary == binary && !s.is_test()) {
         for path in written {
-            let exits = path.segments.ends_with(&["process".into(), "exit".into()]);
+            let exits = with_exit && path.segments.ends_with(&["process".into(), "exit".into()]);
             let loud = path.is_macro() && path.segments.last().is_some_and(|name| macros.contains(&name.as_str()));
             if exits || loud {
                 wrong.push(format!("{}:{}: {}", source.name, path.line, path.segments.join("::")));
@@ -323,6 +337,8 @@ mod on_made_up_files {
         let text = "fn f() { x.print(); vec![dbg!(1)]; std::process::exit(1) }\nfn print() { print(); println!() }";
         let found = loud(&sources(&[("src/lib.rs", text)]));
         assert_eq!(found, ["src/lib.rs:1: dbg", "src/lib.rs:1: std::process::exit", "src/lib.rs:2: println"]);
+        let found = panicking(&sources(&[("src/main.rs", text)]));
+        assert_eq!(found, ["src/main.rs:1: dbg", "src/main.rs:2: println"]);
     }
 
     #[test]

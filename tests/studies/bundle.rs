@@ -192,6 +192,65 @@ fn walk(root: &Path, dir: &Path, out: &mut BTreeSet<String>) {
     }
 }
 
+/// What a mesher has made of `m.inp`: one cell of 10 mm × 10 mm × 20 mm.
+const CONVERTED: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 4 1 4\n3 1 0 4\n1\n2\n3\n4\n0 0 0\n10 0 0\n0 10 0\n0 0 20\n\
+$EndNodes\n$Elements\n1 1 1 1\n3 1 4 1\n1 1 2 3 4\n$EndElements\n";
+const REGIONS: &str = r#"file = "m.inp"
+unit = "mm"
+
+[mesh.regions]
+zmin = { kind = "box", min = ["-1 mm", "-1 mm", "-1 mm"], max = ["11 mm", "11 mm", "1 mm"] }
+zmax = { kind = "box", min = ["-1 mm", "-1 mm", "19 mm"], max = ["11 mm", "11 mm", "21 mm"] }
+"#;
+
+/// The mesh file includes another, and the mesher is a shell script.
+#[cfg(unix)]
+#[test]
+fn a_bundle_on_a_mesh_file_needs_neither_its_mesher_nor_its_cache() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| dir.path().join(name);
+    let grid = SCENE.lines().find(|line| line.starts_with("grid")).expect("a grid");
+    let mesher = "#!/bin/sh\nout=$(sed 's/.*\"output\":\"\\([^\"]*\\)\".*/\\1/')\ngzip < \"${0%mesher}converted.msh\" > \"$out\"\n";
+    let files = [
+        ("bar/scene.toml", SCENE.replace(grid, REGIONS)),
+        ("bar/study.toml", STUDY.into()),
+        ("bar/m.inp", "*HEADING\n*INCLUDE, INPUT=parts/nodes.inp\n".into()),
+        ("bar/parts/nodes.inp", "*NODE\n".into()),
+        ("data/law.toml", "law = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n".into()),
+        ("data/pull.csv", "t,F\n0,0\n0.5,0.5\n1,1\n".into()),
+        ("project/meshes/meshgen/__main__.py", String::new()),
+        ("project/converted.msh", CONVERTED.into()),
+        ("project/script", mesher.into()),
+    ];
+    for (name, text) in files {
+        std::fs::create_dir_all(at(name).parent().expect("a folder")).expect("a folder");
+        std::fs::write(at(name), text).expect("a file");
+    }
+    // A file that another thread may hold open for writing cannot be run; the copy has been closed
+    let made =
+        Command::new("sh").args(["-c", "cp script mesher && chmod +x mesher"]).current_dir(at("project")).status();
+    assert!(made.expect("sh").success());
+    let here = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+        command.args(arguments).current_dir(dir.path()).env("DUROMETER_HOME", at("project"));
+        command.env("DUROMETER_PYTHON", at("project/mesher")).output().expect("the program starts")
+    };
+    let out = here(&["run", "bar/study.toml", "--out", "results"]);
+    assert!(out.status.success(), "{}", said(&out));
+    let out = here(&["bundle", "write", "bar/study.toml", "crate", "--results", "results"]);
+    assert!(out.status.success() && !said(&out).contains("not stored"), "{}", said(&out));
+    let moved = tempfile::tempdir().expect("a temporary folder");
+    let there = moved.path().join("crate");
+    std::fs::rename(at("crate"), &there).expect("a move");
+    drop(dir);
+    for name in ["bar/m.inp", "bar/parts/nodes.inp", "meshes/meshgen/__main__.py"] {
+        assert!(there.join("home").join(name).is_file(), "{name}");
+    }
+    let out = durometer(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]);
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    assert!(said(&out).contains("2 values: 2 unchanged"), "{}", said(&out));
+}
+
 #[test]
 fn what_cannot_be_bundled_is_refused() {
     let (dir, file, results) = study();

@@ -167,6 +167,43 @@ fn a_changed_file_is_seen() {
     }
 }
 
+/// Changes the surface of the obstacle when the first case is finished, and keeps what is noted.
+struct Meddles<'a> {
+    folder: &'a Path,
+    notes: Mutex<Vec<String>>,
+}
+
+impl Watch for Meddles<'_> {
+    fn finished(&self, _: &CaseRecord, _: bool) {
+        std::fs::write(self.folder.join("plate.stl"), plate(-0.4)).expect("writable");
+    }
+
+    fn note(&self, case: &str, text: &str) {
+        self.notes.lock().expect("no panic").push(format!("{case}: {text}"));
+    }
+}
+
+/// A case that is computed after a file has changed says so: other cases of the same run have the file of before.
+#[test]
+fn a_file_that_changes_during_a_run_is_noted() {
+    let keep = folder();
+    let study = Study::read(&keep.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let (stop, watch) = (AtomicBool::new(false), Meddles { folder: keep.path(), notes: Mutex::default() });
+    let options = Options {
+        jobs: 1,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        memory: None,
+        stop: &stop,
+    };
+    run(&study, &keep.path().join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
+    let notes = watch.notes.into_inner().expect("no panic");
+    assert!(notes.iter().any(|note| note.contains("a file that it reads has changed")), "{notes:?}");
+}
+
 /// A table of results that is not the one that was stored is computed again: deleted, cut off, or that of another case.
 #[test]
 fn a_damaged_result_is_computed_again() {

@@ -92,6 +92,27 @@ fn the_lock_of_a_dead_run_is_taken_over() {
     assert!(!is_held(locks.claim("case")));
 }
 
+/// The clock went back by a day: a sign of life from then begins to age when it is seen, and one of a run that lives is renewed anyway.
+#[test]
+fn a_sign_of_life_from_the_future_does_not_last() {
+    let keep = folder();
+    let at = keep.path();
+    let locks = join(at, "x");
+    let (own_file, own) = a_run(at);
+    let dead = leave(at, &own, "elsewhere", SILENT);
+    let file = at.join(format!("runs/{}.json", dead.name));
+    let changed = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).expect("there");
+    let date = |time| {
+        let file = std::fs::File::options().append(true).open(&file).expect("there");
+        file.set_modified(time).expect("the own file");
+    };
+    date(changed(&own_file) + Duration::from_secs(86_400));
+    assert!(!is_held(locks.claim("case")), "it may live");
+    assert!(changed(&file) <= changed(&own_file), "it ages from now on");
+    date(changed(&file) - SILENT);
+    assert!(is_held(locks.claim("case")));
+}
+
 /// Of many that see a dead owner at the same time one gets the case.
 #[test]
 fn one_of_many_takes_over() {

@@ -3,6 +3,7 @@
 import gzip
 import importlib.util
 import json
+import os
 from pathlib import Path
 
 import meshio
@@ -135,6 +136,47 @@ class Conversion(Case):
             self.reject(words, "bad.inp", "abaqus")
         Path(self.path("main.inp")).write_text("*Heading\n*Include, input=absent.inp\n")
         self.reject("cannot read absent.inp", "main.inp", "abaqus")
+
+    def test_included_files(self):
+        node, element = CAE.index("*Node"), CAE.index("*Element")
+        Path(self.path("nodes.inp")).write_text(CAE[node:element].replace("*Node", "*NODE"))
+        main = CAE[:node] + "*Include,\n Input=\"nodes.inp\"\n" + CAE[element:]
+        Path(self.path("main.inp")).write_text(main)
+        Path(self.path("packed.inp.gz")).write_bytes(gzip.compress(main.encode()))
+        for name in ("main.inp", "packed.inp.gz"):
+            self.assertEqual(len(self.converted(name, "abaqus")["nodes"]), 16, name)
+        Path(self.path("main.inp")).write_text("*Heading\n*Include\n")
+        self.reject("line 2: *INCLUDE names no file", "main.inp", "abaqus")
+
+    def test_included_files_without_an_end(self):
+        def write(name: str, *included: str) -> None:
+            Path(self.path(name)).write_text("*Heading\n" + "".join(f"*INCLUDE, INPUT={other}\n" for other in included))
+
+        write("a.inp", "b.inp")
+        write("b.inp", "a.inp")
+        self.reject("files include each other: a.inp → b.inp → a.inp", "a.inp", "abaqus")
+        for i in range(20):
+            write(f"l{i}.inp", f"l{i + 1}.inp")
+        for i in range(12):
+            write(f"t{i}.inp", f"t{i + 1}.inp", f"t{i + 1}.inp")
+        write("t12.inp")
+        self.reject("more than 16 levels", "l0.inp", "abaqus")
+        self.reject("more than 1000 included files", "t0.inp", "abaqus")
+        write("device.inp", os.devnull)
+        self.reject("it is not a regular file", "device.inp", "abaqus")
+        if hasattr(os, "mkfifo"):
+            os.mkfifo(self.path("pipe"))
+            write("pipe.inp", "pipe")
+            self.reject("cannot read pipe: it is not a regular file", "pipe.inp", "abaqus")
+
+    def test_nothing_is_run(self):
+        script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
+        for name in ("a.geo", "b.fem"):
+            Path(self.path(name)).write_text(script)
+            self.reject("holds no cells", name, "nastran")
+        Path(self.path("c.geo")).write_text("    -1\n" + script)
+        self.reject("holds no cells", "c.geo", "gmsh")
+        self.assertFalse(Path(self.path("run")).exists())
 
     def test_refusals(self):
         self.store("good.vtu")

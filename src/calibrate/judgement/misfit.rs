@@ -51,7 +51,7 @@ pub struct Misfit {
     pub max_pa: f64,
     /// max |rᵢ/Pᵢ| over data points with Pᵢ ≠ 0 \[–\]
     pub max_relative: f64,
-    /// −Σrᵢ/Σ|Pᵢ| \[–\]: negative where the law is too soft
+    /// −(Σrᵢ/n)/√(ΣPᵢ²/n) \[–\]: negative where the law is too soft; its size is at most `rms_relative`
     pub bias_relative: f64,
 }
 
@@ -71,7 +71,31 @@ impl Misfit {
             rms_relative: ratio(r2, p2).sqrt(),
             max_pa: largest(|r| r.residual.abs()),
             max_relative: largest(|r| if r.measured == 0.0 { 0.0 } else { (r.residual / r.measured).abs() }),
-            bias_relative: ratio(-sum(|r| r.residual), sum(|r| r.measured.abs())),
+            bias_relative: ratio(-sum(|r| r.residual), (rows.len() as f64 * p2).sqrt()),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bias_is_relative_to_what_the_rms_is() {
+        let row = |measured: f64, law: f64| Residual {
+            mode: Mode::Uniaxial,
+            stretch: 2.0,
+            measured,
+            law,
+            residual: measured - law,
+            line: 1,
+        };
+        // A law that is too soft by the same stress everywhere
+        let shifted = Misfit::of(&[row(1e3, 9e2), row(1e5, 99_900.0), row(2e5, 199_900.0)]).expect("rows");
+        assert!((shifted.bias_relative + shifted.rms_relative).abs() < 1e-12, "{shifted:?}");
+        let mixed = Misfit::of(&[row(1e3, 5e2), row(2e3, 1.9e3), row(-1e3, -1.4e3)]).expect("rows");
+        assert!(mixed.bias_relative.abs() < mixed.rms_relative, "{mixed:?}");
+        let nothing = Misfit::of(&[row(0.0, 0.0)]).expect("rows");
+        assert_eq!((nothing.bias_relative, nothing.rms_relative), (0.0, 0.0));
     }
 }

@@ -265,8 +265,7 @@ fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<Fit
     if model.form.compressible {
         return None;
     }
-    let chosen = model.law.info.choices.iter().any(|c| c.name == "volumetric" && c.default.is_none());
-    let needs_volumetric = chosen && result.volumetric.is_none();
+    let needs_volumetric = model.volumetric().is_some() && result.volumetric.is_none();
     let nu = match (result.partner, mu) {
         (None, _) => return Some(FitWarning::NoPartner { volumetric: needs_volumetric }),
         (Some(Partner::Nu(nu)), _) => nu,

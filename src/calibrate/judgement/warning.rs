@@ -1,6 +1,7 @@
 //! Reasons not to take the answer of a fit at its word.
 
 use super::estimate::Direction;
+use crate::calibrate::constant_format::{number_text, probability_text, stress_text};
 use crate::calibrate::{Mode, Treatment};
 use crate::wording;
 use serde::Serialize;
@@ -140,7 +141,8 @@ impl FitWarning {
                  least of all {least}. Take a law with fewer constants, or more data points"
             ),
             Self::Limit { found } => {
-                let all: Vec<_> = found.iter().map(|(symbol, value)| format!("{symbol} = {value:.3e}")).collect();
+                let all: Vec<_> =
+                    found.iter().map(|(symbol, value)| format!("{symbol} = {}", number_text(*value))).collect();
                 write!(
                     f,
                     "{} is at an end of the interval that is searched: the data would take it further, and the interval does not account for the limit; \
@@ -175,10 +177,10 @@ fn write_systematic(
 ) -> fmt::Result {
     write!(f, "the law does not describe this range: its residuals have a pattern (")?;
     if let (Some(runs), Some(p)) = (runs, runs_p) {
-        write!(f, "{runs} runs of sign, p = {p:.2e}; ")?;
+        write!(f, "{runs} runs of sign, {}; ", probability_text(p))?;
     }
     if let Some(p) = departure_p {
-        write!(f, "stiffness changes with stretch, p = {p:.2e}; ")?;
+        write!(f, "stiffness changes with stretch, {}; ", probability_text(p))?;
     }
     write!(
         f,
@@ -188,7 +190,7 @@ fn write_systematic(
 }
 
 fn write_stiffness(f: &mut fmt::Formatter<'_>, mu_pa: f64, unit: &str, instead: Option<&str>) -> fmt::Result {
-    write!(f, "μ = {mu_pa:.4e} Pa is outside 1 kPa to 10 MPa, the range of rubbers")?;
+    write!(f, "μ = {} is outside 1 kPa to 10 MPa, the range of rubbers", stress_text(mu_pa))?;
     match instead {
         Some(other) => write!(f, "; are the stresses in {other} rather than {unit}? Pass --stress-unit"),
         None => write!(f, "; check the stress column and its unit ({unit})"),

@@ -22,6 +22,10 @@ pub enum RelaxationError {
         "{file}: the duration of the loading is not known, and the early relaxation depends on it; pass --ramp \"0.5 s\", or \"0 s\" for an ideal step"
     )]
     NoRamp { file: String },
+    #[error(
+        "{file}: the loading lasts {ramp:.4} s and the data end at {last:.4} s, so that no data point is of the held state; check --ramp, --start and the unit of time, or measure longer"
+    )]
+    LongRamp { file: String, ramp: f64, last: f64 },
     #[error("{flag} = {value}: {remedy}")]
     Flag { flag: &'static str, value: String, remedy: &'static str },
     #[error("{flag} does not go with --experiment {experiment}: {remedy}")]

@@ -30,6 +30,7 @@ pub fn fit_relaxation(request: &RelaxationRequest) -> Result<RelaxationFit, Rela
 /// Fits a series to a record.
 pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, RelaxationError> {
     check_rows(record, 3)?;
+    check_ramp(record)?;
     let (times, criteria, free) = times(record, terms)?;
     let (series, weighted) = settled(record, &times, free)?;
     let constants = 1 + series.terms.len() * if free { 2 } else { 1 };
@@ -146,6 +147,16 @@ fn check_rows(record: &Record, constants: usize) -> Result<(), RelaxationError> 
         return Ok(());
     }
     Err(RelaxationError::TooFewRows { file: record.file.clone(), rows, constants })
+}
+
+/// Refuses a specimen whose data end before the loading does.
+fn check_ramp(record: &Record) -> Result<(), RelaxationError> {
+    let last = |r: &Record| r.x.last().copied().unwrap_or(0.0);
+    let of_time = matches!(record.kind, TestKind::Relaxation | TestKind::Creep);
+    match record.specimens().find(|r| of_time && r.ramp > 0.0 && last(r) <= r.ramp) {
+        None => Ok(()),
+        Some(r) => Err(RelaxationError::LongRamp { file: r.file.clone(), ramp: r.ramp, last: last(r) }),
+    }
 }
 
 /// Times of the series, the criterion of each number of terms that was tried, and whether the times are unknowns.

@@ -26,6 +26,9 @@ const LEAST: usize = 5;
 
 /// The noise of each mode, as given or estimated.
 pub fn of_modes(samples: &[Sample], modes: &[Mode], given: Option<f64>) -> Result<Vec<ModeNoise>, FitError> {
+    if let Some(std_pa) = given.filter(|std_pa| *std_pa <= 0.0) {
+        return Err(FitError::Noise { std_pa });
+    }
     let one = |mode: &Mode| match given {
         Some(std_pa) => Ok(ModeNoise { mode: *mode, std_pa, given: true }),
         None => estimate(samples, *mode).map(|std_pa| ModeNoise { mode: *mode, std_pa, given: false }),

@@ -11,6 +11,7 @@ use super::condense;
 use super::cycle::{self, Cycle};
 use super::rupture::{self, Beginning};
 use super::{Alternative, Preparation, Treatment};
+use crate::calibrate::constant_format::stress_text;
 use crate::calibrate::judgement::statistics::extent;
 use crate::calibrate::{AuditKind, Experiment, FitError, Mode, RawRow, Sample};
 use crate::math::units::{self, Dimension};
@@ -130,8 +131,9 @@ impl Experiment {
             let Some(found) = rupture::beginning(&of_group(rows, group), group.1) else { continue };
             let words = match found {
                 Beginning::Offset { stress, part, to } => format!(
-                    "up to a strain of {to:.3} the data extrapolate to {stress:.4e} Pa at stretch 1, {:.1} % of the stress reached there: the force \
+                    "up to a strain of {to:.3} the data extrapolate to {} at stretch 1, {:.1} % of the stress reached there: the force \
                      was not zeroed (--zero N where the first N data points are unloaded), or the piece was slack or pretensioned (--slack yes)",
+                    stress_text(stress),
                     100.0 * part
                 ),
                 Beginning::Slack { strain, to } => format!(
@@ -364,10 +366,10 @@ fn shift(samples: &mut Vec<Sample>, group: (usize, Mode), level: f64) -> Result<
     let moved = samples.iter_mut().filter(|s| is_of(s, group));
     moved.for_each(|s| s.stretch = mode.stretch(mode.strain(s.stretch) - origin));
     let message = format!(
-        "strain was shifted by {:+.6}: the line through lines {from} to {to} ({} data points, slope {slope:.4e} Pa) reaches zero stress at \
-         {origin:.6}",
+        "strain was shifted by {:+.6}: the line through lines {from} to {to} ({} data points, slope {}) reaches zero stress at {origin:.6}",
         -origin,
-        points.len()
+        points.len(),
+        stress_text(slope)
     );
     Ok((message, gone))
 }

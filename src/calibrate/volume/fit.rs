@@ -12,6 +12,8 @@ use crate::material::{Volumetric, VolumetricKind};
 
 /// Rows that a fit needs
 const ROWS: usize = 4;
+/// Change below which a column is constant, of a stretch, a volume over that at rest, or a pressure over itself \[–\]
+const LEAST_CHANGE: f64 = 1e-9;
 
 /// Reads the tables and fits Poisson's ratio or the bulk modulus.
 pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
@@ -108,12 +110,12 @@ fn read(request: &VolumeRequest, path: &std::path::Path) -> Result<Table, Volume
     if x.len() < ROWS {
         return Err(VolumeError::TooFewRows { file, rows: x.len() });
     }
-    let varies = |values: &[f64]| values.iter().any(|v| (v - values[0]).abs() > 1e-9);
-    let still = match request.test {
-        VolumeTest::Lateral if !varies(&x) => Some("strain"),
-        VolumeTest::Bulk if !varies(&x) => Some("volume"),
-        _ => None,
+    let varies = |values: &[f64]| values.iter().any(|v| (v - values[0]).abs() > LEAST_CHANGE * v.abs());
+    let names = match request.test {
+        VolumeTest::Lateral => ["strain", "lateral strain"],
+        VolumeTest::Bulk => ["volume", "pressure"],
     };
+    let still = names.into_iter().zip([&x, &y]).find(|(_, values)| !varies(values)).map(|(what, _)| what);
     match still {
         Some(what) => Err(VolumeError::Constant { file, what }),
         None => Ok(Table { file, sha256: table.sha256, x, y, notes: table.notes }),

@@ -3,6 +3,7 @@
 use super::error::VolumeError;
 use super::line::{Line, Points};
 use super::request::VolumeTest;
+use crate::calibrate::constant_format::stress_text;
 use crate::calibrate::{Bounded, CurveSet, ErrorModel, FitSummary, MeasuredCurves};
 use crate::material::VolumetricKind;
 use crate::storage;
@@ -46,6 +47,9 @@ pub struct VolumeFit {
 /// Misfit below which a bend is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
 
+/// Misfit above which the line does not describe the data: more than a quarter of the variance is left \[–\]
+const MOST: f64 = 0.5;
+
 /// Limits of the use of the value.
 fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Vec<String> {
     let mut messages = vec![];
@@ -56,6 +60,13 @@ fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Ve
         ));
     } else if bound_only {
         messages.push("the interval of kappa reaches zero: the data do not determine it".into());
+    }
+    if line.misfit > MOST {
+        let (what, law) = if lateral { ("lateral strain", "constant ratio") } else { ("pressure", "bulk modulus") };
+        messages.push(format!(
+            "the line leaves {:.0} % rms of the variation of the {what}: the data do not show a {law}; check the columns, measure more exactly, or use another range",
+            100.0 * line.misfit
+        ));
     }
     let [a, b] = line.bend.interval;
     if a * b > 0.0 && line.misfit > ROUNDING {
@@ -115,7 +126,7 @@ pub fn words(
         "p = −U′(J) of the volumetric part, with an offset of the pressure".into()
     });
     for (kind, kappa, misfit) in others.iter().flatten() {
-        method.push(format!("{}: kappa = {:.4e} Pa, misfit {:.3} % rms", kind.name(), kappa, 100.0 * misfit));
+        method.push(format!("{}: kappa = {}, misfit {:.3} % rms", kind.name(), stress_text(*kappa), 100.0 * misfit));
     }
     let offset_unit = if lateral { "–" } else { "Pa" };
     let file = data.files.join(", ");
@@ -159,9 +170,9 @@ pub fn words(
 }
 
 impl VolumeFit {
-    /// Whether the data determine the value, not a bound of it.
+    /// Whether the data determine the value, not a bound of it, and the line describes them.
     pub fn is_determined(&self) -> bool {
-        !self.bound_only
+        !self.bound_only && self.misfit <= MOST
     }
 
     /// Text of `volume.toml`: keys for the table of a law.

@@ -2,6 +2,8 @@
 //!
 //! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it, F_t = −μ N f(|u|/ε) u/|u|
 //! with f of [`friction`](crate::system::friction). A point sticks while f < 1: it creeps by less than ε in a step.
+//! s are the shares of the material that touches. Of a ball this is the spot −r n, as it was turned at the start of the step: the force has
+//! a moment about the centre, and a ball rolls, with an error of second order in the angle of a step.
 //! ε = stick velocity · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
@@ -44,7 +46,7 @@ impl Coulomb {
         let u = sliding(at, nodes, press);
         let (ratio, _) = regularised(u.norm(), epsilon);
         let part = u * press.normal.transpose() * (-self.coefficient * ratio * press.stiffness);
-        for (k, sk) in press.shares.iter().enumerate() {
+        for (k, sk) in press.sliding.iter().enumerate() {
             for (l, sl) in press.shares.iter().enumerate() {
                 for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
                     out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * part[(i, j)];
@@ -64,7 +66,7 @@ impl Coulomb {
         let (limit, size) = (self.coefficient * press.force, u.norm());
         let (ratio, slope) = regularised(size, epsilon);
         out.energy += limit * ratio * size * size;
-        for (k, s) in press.shares.iter().enumerate() {
+        for (k, s) in press.sliding.iter().enumerate() {
             (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
         }
         if want < Want::Tangent {
@@ -73,8 +75,8 @@ impl Coulomb {
         let along = u.try_normalize(0.0).unwrap_or(Vec3::zeros());
         let plane = Mat3::identity() - press.normal * press.normal.transpose();
         let stiff = (plane * ratio + along * along.transpose() * (slope - ratio)) * limit;
-        for (k, sk) in press.shares.iter().enumerate() {
-            for (l, sl) in press.shares[..=k].iter().enumerate() {
+        for (k, sk) in press.sliding.iter().enumerate() {
+            for (l, sl) in press.sliding[..=k].iter().enumerate() {
                 for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
                     out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * stiff[(i, j)];
                 }
@@ -86,7 +88,7 @@ impl Coulomb {
 /// (I − nnᵀ) Σ_k s_k (z_k − z_k^old)
 fn sliding(at: &At, nodes: &[u32], press: &NormalForce) -> Vec3 {
     let u: Vec3 =
-        nodes.iter().zip(&press.shares).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
+        nodes.iter().zip(&press.sliding).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
     u - press.normal * press.normal.dot(&u)
 }
 
@@ -99,6 +101,15 @@ pub struct ContactFriction {
 impl ContactFriction {
     fn contact(&self) -> &Contact {
         self.pressing.contact()
+    }
+
+    /// The normal forces on point `b`, with the shares of the material that touches.
+    fn presses(&self, at: &At, b: usize) -> Vec<NormalForce> {
+        let mut presses = self.pressing.normal_forces(at.x, b);
+        for press in &mut presses {
+            press.sliding = self.contact().touching([at.x, at.old], b, &press.normal, &press.shares);
+        }
+        presses
     }
 }
 
@@ -117,7 +128,7 @@ impl Effect for ContactFriction {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
-        for press in self.pressing.normal_forces(at.x, b) {
+        for press in self.presses(at, b) {
             self.law.add(at, nodes, &press, n, want, out);
         }
         Ok(())
@@ -132,7 +143,7 @@ impl Effect for ContactFriction {
 impl UnsymmetricTangent for ContactFriction {
     fn eval(&self, at: &At, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
         let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
-        for press in self.pressing.normal_forces(at.x, b) {
+        for press in self.presses(at, b) {
             self.law.add_unsymmetric(at, nodes, &press, n, out);
         }
         Ok(())

@@ -59,6 +59,8 @@ pub struct NormalForce {
     pub normal: Vec3,
     /// s of the nodes of the block
     pub shares: Vec<f64>,
+    /// s of the material that touches, by which friction acts: other than those of the point where this is the centre of a ball
+    pub sliding: Vec<f64>,
     /// −∂N/∂d, where d is the distance along the normal \[N/m\]
     pub stiffness: f64,
 }
@@ -68,7 +70,7 @@ impl NormalForce {
     fn new(pair: &Pair, own: &[f64], (first, second): (f64, f64)) -> Self {
         let size = pair.normal.norm();
         let (normal, shares) = (pair.normal / size, pair.shares(own));
-        Self { force: first * size, normal, shares, stiffness: second * size * size }
+        Self { force: first * size, normal, sliding: shares.clone(), shares, stiffness: second * size * size }
     }
 }
 
@@ -152,6 +154,19 @@ impl Contact {
     fn motion(&self, dx: &[f64], b: usize) -> Vec3 {
         let p = &self.points[b];
         p.nodes.iter().zip(&p.weights).map(|(&node, w)| displacement(dx, node) * *w).sum()
+    }
+
+    /// s of the material that touches at point `b` along the `normal`, which points away from the obstacle: of a ball the spot −r n on it as it
+    /// was turned at the start of the step, and what is there of the obstacle at x; of a point of a surface the `shares` of the point.
+    fn touching(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> Vec<f64> {
+        let point = &self.points[b];
+        if point.carrier.is_none() {
+            return shares.to_vec();
+        }
+        let arm = -normal.normalize() * point.radius;
+        let spot = self.obstacle.at(x).place(&(self.position(x, b) + arm));
+        let of_obstacle = self.obstacle.body.iter().flat_map(|body| body.weights(&spot)).map(|w| -w);
+        point.weights_at(old, &arm).into_iter().chain(of_obstacle).collect()
     }
 
     /// Distance of point `b` at displacement x \[m\], negative inside.

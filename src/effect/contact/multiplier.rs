@@ -88,13 +88,15 @@ impl ContactPoints for Multiplier {
         self.friction.is_some()
     }
 
-    fn points(&self, x: &[f64], dt: f64, _: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
+    fn points(&self, [x, old]: [&[f64]; 2], dt: f64, _: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let start = Instant::now();
         let point = |b: usize| {
             let pair = self.pair(x, b);
+            let shares = pair.shares(&self.contact.points[b].weights);
             ContactPoint {
                 nodes: self.contact.blocks().nodes(b).to_vec(),
-                shares: pair.shares(&self.contact.points[b].weights),
+                sliding: self.contact.touching([x, old], b, &pair.normal, &shares),
+                shares,
                 gap: pair.gap,
                 normal: pair.normal,
                 force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),

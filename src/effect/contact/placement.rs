@@ -115,7 +115,7 @@ impl Obstacle {
 
 impl Placed<'_> {
     /// X of a point in space.
-    fn place(&self, x: &Vec3) -> Vec3 {
+    pub fn place(&self, x: &Vec3) -> Vec3 {
         match &self.obstacle.body {
             None => *x,
             Some(body) => body.center + self.inverse * (x - self.p0),

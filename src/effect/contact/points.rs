@@ -4,6 +4,7 @@
 //! is zero at the corners, so pressures are evaluated at the six points of a rule of degree 4 there. Corners between them might still
 //! cross an obstacle: they are guards, with a millionth of the area.
 
+use super::placement::AffineFrame;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use std::collections::BTreeMap;
@@ -23,6 +24,23 @@ pub struct SurfacePoint {
     pub area: f64,
     /// Of a ball about the point \[m\], 0 of a point of a surface
     pub radius: f64,
+    /// The affine body that the ball is a part of, whose four nodes are those of the point; None of a point of a surface
+    pub carrier: Option<AffineFrame>,
+}
+
+impl SurfacePoint {
+    /// A point of a surface, without a ball about it.
+    pub fn flat(at: Vec3, nodes: Vec<u32>, weights: Vec<f64>, area: f64) -> Self {
+        Self { at, nodes, weights, area, radius: 0.0, carrier: None }
+    }
+
+    /// N_a of the material that lies at `arm` from the point, where the nodes have this displacement.
+    pub(super) fn weights_at(&self, x: &[f64], arm: &Vec3) -> Vec<f64> {
+        let Some(frame) = &self.carrier else { return self.weights.clone() };
+        // A collapsed body has no material elsewhere than in its centre.
+        let turned = frame.gradient(&frame.positions(x)).try_inverse().map_or(Vec3::zeros(), |back| back * arm);
+        frame.weights(&(self.at + turned)).to_vec()
+    }
 }
 
 /// Where the points are.
@@ -50,11 +68,11 @@ pub fn points(mesh: &TetMesh, facets: &[u32], sampling: Sampling) -> Vec<Surface
             let weights = element::facet_shape(mesh.order, xi)[..list.len()].to_vec();
             let part = w * mesh.facet_normal(f as usize, xi).norm();
             area += part;
-            out.push(SurfacePoint { at: at(&weights), nodes: list.to_vec(), weights, area: part, radius: 0.0 });
+            out.push(SurfacePoint::flat(at(&weights), list.to_vec(), weights, part));
         }
         for a in (0..list.len()).filter(|&a| guarded.insert(list[a])) {
             let weights: Vec<f64> = (0..list.len()).map(|k| if k == a { 1.0 } else { 0.0 }).collect();
-            out.push(SurfacePoint { at: at(&weights), nodes: list.to_vec(), weights, area: GUARD * area, radius: 0.0 });
+            out.push(SurfacePoint::flat(at(&weights), list.to_vec(), weights, GUARD * area));
         }
     }
     out
@@ -77,12 +95,6 @@ fn nodes(mesh: &TetMesh, facets: &[u32]) -> Vec<SurfacePoint> {
             *areas.entry(node).or_insert(0.0) += share * area;
         }
     }
-    let point = |(node, area): (u32, f64)| SurfacePoint {
-        at: mesh.points[node as usize],
-        nodes: vec![node],
-        weights: vec![1.0],
-        area,
-        radius: 0.0,
-    };
+    let point = |(node, area): (u32, f64)| SurfacePoint::flat(mesh.points[node as usize], vec![node], vec![1.0], area);
     areas.into_iter().map(point).collect()
 }

@@ -97,7 +97,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
         self.friction.is_some()
     }
 
-    fn points(&self, x: &[f64], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
+    fn points(&self, [x, old]: [&[f64]; 2], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let Contact { points, obstacle, .. } = &*self.contact;
         let placed = obstacle.at(x);
         let mut found = Vec::new();
@@ -110,9 +110,11 @@ impl<R: Response> ContactPoints for Pressed<R> {
             }
             found.extend(witnesses.iter().map(|witness| {
                 let pair = placed.pair(&at, witness, point.radius);
+                let shares = pair.shares(&point.weights);
                 ContactPoint {
                     nodes: self.contact.blocks().nodes(b as usize).to_vec(),
-                    shares: pair.shares(&point.weights),
+                    sliding: self.contact.touching([x, old], b as usize, &pair.normal, &shares),
+                    shares,
                     gap: pair.gap,
                     normal: pair.normal,
                     force: self.response.potential(pair.gap).map_or(0.0, |[_, first, _]| -first * point.area),

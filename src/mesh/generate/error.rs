@@ -25,6 +25,9 @@ pub enum GenerateError {
     Request { fact: String, remedy: String },
     #[error("{}: {reason}; check the path, its permissions and the free space", file.display())]
     Io { file: PathBuf, reason: String },
+    /// A mesh file refers to files that cannot be taken.
+    #[error("{}: {fact}; {remedy}", file.display())]
+    Refers { file: PathBuf, fact: String, remedy: String },
     #[error("no mesh {name} is stored and the mesher is not installed ({reason}); run: {}", host::setup())]
     NotInstalled { name: String, reason: String },
     #[error("the mesher refused the request: {fact}{}", hint(remedy))]
@@ -39,11 +42,8 @@ pub enum GenerateError {
     },
     #[error("the mesher stopped ({status}) before it wrote a mesh; try another size or seed{}", tail(lines))]
     Died { status: String, lines: Vec<String> },
-    #[error(
-        "the mesher was ended after its time limit of {seconds} s; ask for fewer cells or a larger size, try the other generator, or raise mesh.time_limit{}",
-        tail(lines)
-    )]
-    TimeLimit { seconds: f64, lines: Vec<String> },
+    #[error("the mesher was ended after its time limit of {seconds} s; {remedy}{}", tail(lines))]
+    TimeLimit { seconds: f64, remedy: &'static str, lines: Vec<String> },
     #[error("{}: {fact}; delete the mesh and its manifest: they are made again", file.display())]
     Manifest { file: PathBuf, fact: String },
     #[error("setting up the mesher failed at: {command}{}; {remedy}", tail(lines))]

@@ -8,6 +8,7 @@ mod error;
 pub mod interpreter;
 pub mod manifest;
 mod python;
+pub mod referred;
 pub mod request;
 mod size_field;
 mod store;

@@ -19,6 +19,10 @@ const KEPT: usize = 12;
 /// Most bytes of an answer that are kept.
 const ANSWER: u64 = 256 << 20;
 
+/// Remedies where the mesher takes too long: a conversion has neither a size nor a key for its time.
+const MESHING_LATE: &str = "ask for fewer cells or a larger size, try the other generator, or raise mesh.time_limit";
+const CONVERSION_LATE: &str = "give a smaller mesh, or write it as .msh or legacy .vtk, which need no conversion";
+
 /// The command that installs Python on this system.
 const INSTALL: &str = if cfg!(windows) {
     "winget install Python.Python.3.13"
@@ -252,7 +256,8 @@ impl Mesher<'_> {
         let output = run(&mut self.meshgen(), &request.to_string(), limit, progress)
             .map_err(|e| missing(format!("{}: {e}", self.python.display())))?;
         if output.late {
-            return Err(GenerateError::TimeLimit { seconds: limit_s, lines: output.lines });
+            let remedy = if request.get("convert").is_some() { CONVERSION_LATE } else { MESHING_LATE };
+            return Err(GenerateError::TimeLimit { seconds: limit_s, remedy, lines: output.lines });
         }
         if output.status.success() {
             return Ok(output.stdout);

@@ -2,12 +2,12 @@
 
 use super::GenerateError;
 use super::body::Body;
+use super::referred::digest;
 use super::size_field::SizeField;
 use crate::mesh::format::recognise;
-use crate::storage::{self, DATA_LIMIT};
+use crate::storage;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -129,7 +129,7 @@ impl MeshRequest {
     }
 
     /// The request as the mesher reads it, with every default filled in, and its name: the first 16 digits of the SHA-256
-    /// of its canonical JSON. A file counts by its content, not by its path.
+    /// of its canonical JSON. A file counts by its content and that of the files it refers to, not by its path.
     pub fn resolve(&self, home: &Path) -> Result<(Value, String), GenerateError> {
         if !matches!(self.order, 1 | 2) {
             return Err(GenerateError::Request {
@@ -155,11 +155,10 @@ impl MeshRequest {
             }
             Source::File { path, unit_m } => {
                 let (path, text) = full_path(path)?;
-                let bytes = storage::read(&path, DATA_LIMIT).map_err(|e| GenerateError::io(&path, &e))?;
                 let (kind, format) = recognise(&path)?.reader.shape();
                 request["body"] = json!("file");
                 request["parameters"] = json!({ "path": text, "unit_m": unit_m, "kind": kind, "format": format });
-                content = json!({ "sha256": storage::sha256(bytes), "unit_m": unit_m });
+                content = json!({ "sha256": digest("", &path, format)?, "unit_m": unit_m });
             }
         }
         let size = match self.size {
@@ -198,26 +197,11 @@ fn full_path(path: &Path) -> Result<(PathBuf, String), GenerateError> {
 }
 
 /// The request to convert a mesh file, without its output, and its name: the first 16 digits of the SHA-256 of the content of the file and of those
-/// that belong to it.
+/// that it refers to.
 pub(super) fn conversion(path: &Path, format: &str) -> Result<(Value, String), GenerateError> {
     let (path, text) = full_path(path)?;
-    let mut hash = Sha256::new();
-    hash.update(format!("conversion {CONVERTER} from {format}"));
-    for part in companions(&path, format) {
-        hash.update(storage::read(&part, DATA_LIMIT).map_err(|e| GenerateError::io(&part, &e))?);
-    }
-    Ok((json!({ "path": text, "format": format }), storage::hexadecimal(&hash.finalize())[..16].to_string()))
-}
-
-/// The file, and those of the same name that its format spreads the mesh over.
-pub fn companions(path: &Path, format: &str) -> Vec<PathBuf> {
-    let endings: &[&str] = match format {
-        "tetgen" => &["node", "ele"],
-        "xdmf" => &["h5"],
-        _ => &[],
-    };
-    let others = endings.iter().map(|end| path.with_extension(end)).filter(|other| other != path && other.is_file());
-    std::iter::once(path.to_path_buf()).chain(others).collect()
+    let name = digest(&format!("conversion {CONVERTER} from {format}"), &path, format)?[..16].to_string();
+    Ok((json!({ "path": text, "format": format }), name))
 }
 
 /// The request with the hash of its size field in place of the field.

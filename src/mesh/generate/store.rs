@@ -182,10 +182,10 @@ impl MeshStore {
         Ok(folder)
     }
 
-    /// Whether this mesh file is converted already.
-    pub fn has_converted(&self, path: &Path, format: &str) -> Result<bool, GenerateError> {
+    /// The volume mesh that this mesh file was converted to; none before.
+    pub fn stored_conversion(&self, path: &Path, format: &str) -> Result<Option<PathBuf>, GenerateError> {
         let (_, name) = conversion(path, format)?;
-        Ok(self.converted_file(&name).is_some())
+        Ok(self.converted_file(&name))
     }
 
     /// A converted mesh: one that lies with the committed ones, else a made one.

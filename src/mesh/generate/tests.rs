@@ -100,6 +100,43 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     assert_ne!(before, file(&b));
 }
 
+/// A mesh file that includes another, in the folder of a project.
+fn with_included(store: &MeshStore) -> (std::path::PathBuf, impl Fn(&str)) {
+    let (file, other) = (store.home.path.join("m.inp"), store.home.path.join("nodes.inp"));
+    std::fs::write(&file, "*HEADING\n*Include, input=nodes.inp\n").expect("writable");
+    let write = move |text: &str| std::fs::write(&other, text).expect("writable");
+    write("*NODE\n1, 0, 0, 0\n");
+    (file, write)
+}
+
+#[test]
+fn a_mesh_file_is_converted_anew_when_a_file_that_it_includes_changes() {
+    let (_folder, store) = project(&working());
+    let (file, write) = with_included(&store);
+    let convert = || store.converted(&file, "abaqus", &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    let first = convert();
+    assert_eq!((convert(), store.stored_conversion(&file, "abaqus")), (first.clone(), Ok(Some(first.clone()))));
+    write("*NODE\n1, 0, 0, 1\n");
+    assert_eq!(store.stored_conversion(&file, "abaqus"), Ok(None));
+    assert_ne!(convert(), first);
+    // The surface of the file, to be meshed
+    let name = || {
+        let source = Source::File { path: file.clone(), unit_m: 1e-3 };
+        MeshRequest { source, ..request() }.resolve(&store.home.path).expect("a good request").1
+    };
+    let before = name();
+    write("*NODE\n1, 0, 0, 2\n");
+    assert_ne!(name(), before);
+}
+
+#[test]
+fn a_conversion_that_takes_too_long_has_no_key_for_its_time() {
+    let (_folder, store) = project("exec sleep 60");
+    let asked = serde_json::json!({ "convert": {} });
+    let error = store.mesher().call(&asked, "of m.inp", 0.3, &mut |_| {}).expect_err("too long").to_string();
+    assert!(error.contains("give a smaller mesh") && !error.contains("time_limit"), "{error}");
+}
+
 #[test]
 fn unknown_names_are_refused_with_the_nearest_one() {
     let (_folder, store) = project("");

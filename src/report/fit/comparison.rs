@@ -84,7 +84,8 @@ fn table(stored: &Stored) -> Table {
     Table {
         name: "comparison",
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
-                  mode from the others. The best prediction comes first, of the laws that are stable over the fitted stretches; the misfit of the fit ranks nothing."
+                  mode from the others. The order is that of the worse prediction, then of the other one, then of the number of constants; laws that are not stable over the \
+                  fitted stretches are last."
             .into(),
         columns: headings(&[
             ("Law", "", false),

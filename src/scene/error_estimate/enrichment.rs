@@ -14,9 +14,11 @@ use crate::scene::build::SceneBuilder;
 use crate::scene::patches::Patches;
 use crate::scene::spec::{EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
-use crate::solve::{Integrator, Status, Step};
+use crate::solve::{Integrator, NonlinearSolver, Status, Step};
 use crate::system::{State, Want};
+use std::collections::HashMap;
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The way in which the space of a run is enriched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,6 +93,8 @@ pub(super) struct EnrichedScene {
     map: Enriched,
     /// \[effects\] whether the run has pressures in it
     mixed_in_run: Vec<bool>,
+    /// Set to stop its solutions
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl EnrichedScene {
@@ -147,6 +151,7 @@ impl EnrichedScene {
                 scene: fine,
                 map,
                 mixed_in_run: scene.spec.effects.iter().map(is_mixed).collect(),
+                stop: None,
             }),
         }
     }
@@ -159,7 +164,7 @@ impl EnrichedScene {
         self.prescribe(&mut start);
         let step = Step { system: &scene.system, integrator: Integrator::Static, past: &start, dt: 1.0 };
         let mut next = start.clone();
-        let mut solver = scene.driver().steps.solver;
+        let mut solver = self.solver();
         let found = solver.solve(&step, &mut next);
         *factorisations += solver.linear.factor.count;
         found.ok()?;
@@ -169,9 +174,16 @@ impl EnrichedScene {
         Some(scene.record(&next, Some(&step.at(&next)), residual, Energies::default(), 0, &memory))
     }
 
+    /// The solver of its equations.
+    pub fn solver(&self) -> NonlinearSolver {
+        let mut solver = self.scene.driver().steps.solver;
+        solver.equations.limit.stop.clone_from(&self.stop);
+        solver
+    }
+
     /// The whole protocol.
     pub fn run(&self) -> Result<Run, EstimateError> {
-        let run = self.scene.run();
+        let run = self.scene.run_with(RunOptions { stop: self.stop.clone(), ..RunOptions::default() });
         match run.status {
             Status::Converged => Ok(run),
             status => {
@@ -189,7 +201,8 @@ impl EnrichedScene {
         let whole = std::mem::replace(&mut self.scene.spans, spans);
         let mut end = None;
         let mut keep = |state: &State| end = Some(state.clone());
-        let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), ..RunOptions::default() });
+        let stop = self.stop.clone();
+        let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), stop, ..RunOptions::default() });
         self.scene.spans = whole;
         let values = run.rows.into_iter().zip(run.memories).next_back();
         match (run.status, values, end) {
@@ -200,8 +213,8 @@ impl EnrichedScene {
         }
     }
 
-    /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
-    /// on the enriched mesh.
+    /// A state of the run in the enriched space: the same displacements and pressures as functions, those of contact included, with prescribed values
+    /// as they are on the enriched mesh.
     pub fn prolong(&self, from: &Scene, kept: &Kept) -> State {
         let Self { scene, map, .. } = self;
         let displacements = 3 * from.points.len();
@@ -210,6 +223,8 @@ impl EnrichedScene {
         x.extend_from_slice(&kept.x[of_mesh..displacements]);
         x.extend(self.pressures(from, &kept.x[displacements..]));
         let rest = scene.system.rest();
+        x.resize(rest.x.len(), 0.0);
+        self.press(from, &kept.x, &mut x);
         let (lambda, inputs) = (kept.lambda.clone(), kept.inputs.clone());
         let mut state = State { t: kept.t, x, lambda, inputs, ..rest };
         self.prescribe(&mut state);
@@ -217,6 +232,27 @@ impl EnrichedScene {
             self.relax_pressures(&mut state);
         }
         state
+    }
+
+    /// Sets the multipliers of contact to the pressures of the run. The unknown is p A/(E h) with the area A of a point and the mean cell size h.
+    fn press(&self, from: &Scene, of_run: &[f64], x: &mut [f64]) {
+        let (h, own_h) = (from.body.mesh.h(), self.scene.body.mesh.h());
+        for (before, now) in from.contacts.iter().zip(&self.scene.contacts) {
+            let (Some(before), Some(now)) = (before.points(), now.points()) else { continue };
+            let pressures: HashMap<u32, f64> = (before.points.iter().enumerate())
+                .filter(|(_, point)| point.area > 0.0)
+                .filter_map(|(b, point)| {
+                    let scalar = *before.blocks().scalars(b).first()?;
+                    Some((point.nodes[0], of_run[scalar as usize] * h / point.area))
+                })
+                .collect();
+            for (b, point) in now.points.iter().enumerate() {
+                let Some(&scalar) = now.blocks().scalars(b).first() else { break };
+                let weights = self.map.weights.get(point.nodes[0] as usize).into_iter().flatten();
+                let pressure: f64 = weights.filter_map(|(node, weight)| Some(weight * pressures.get(node)?)).sum();
+                x[scalar as usize] = pressure.max(0.0) * point.area / own_h;
+            }
+        }
     }
 
     fn prescribe(&self, state: &mut State) {
@@ -276,7 +312,10 @@ impl EnrichedScene {
             return;
         }
         let first = system.dofs.displacements;
-        let of: Vec<usize> = (0..system.dofs.free.len()).filter(|&k| system.dofs.free[k] >= first).collect();
+        // Without the multipliers of contact, which are behind them
+        let pressures = first..first + self.pressure_nodes().count() as u32;
+        let of: Vec<usize> =
+            (0..system.dofs.free.len()).filter(|&k| pressures.contains(&system.dofs.free[k])).collect();
         let multiply = |p: &[f64]| {
             let (mut whole, mut product) = (vec![0.0; system.dofs.free.len()], vec![0.0; system.dofs.free.len()]);
             of.iter().zip(p).for_each(|(&k, p)| whole[k] = -p);

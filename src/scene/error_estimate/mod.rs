@@ -40,6 +40,8 @@ use crate::system::State;
 use enrichment::EnrichedScene;
 use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// Error of one recorded quantity.
@@ -124,6 +126,8 @@ pub struct ErrorEstimator<'a> {
     /// The errors whose shares of the cells are found, too
     localised: Localised<'a>,
     states: Vec<Kept>,
+    /// Set to stop the solutions in the enriched space
+    stop: Option<Arc<AtomicBool>>,
 }
 
 /// Whether the shares of the cells in an error are found.
@@ -139,7 +143,7 @@ impl<'a> ErrorEstimator<'a> {
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
         let whole_run = refusal::path_dependence(scene).is_some();
-        Ok(Self { scene, enrichment, whole_run, localised: Box::new(|_| false), states: Vec::new() })
+        Ok(Self { scene, enrichment, whole_run, localised: Box::new(|_| false), states: Vec::new(), stop: None })
     }
 
     /// Shares of the cells in addition, by an adjoint solution of every quantity.
@@ -151,6 +155,11 @@ impl<'a> ErrorEstimator<'a> {
     pub fn localised_where(self, wanted: impl Fn(&QuantityError) -> bool + 'a) -> Result<Self, EstimateError> {
         refusal::check_adjoint(self.scene)?;
         Ok(Self { localised: Box::new(wanted), ..self })
+    }
+
+    /// The same with solutions in the enriched space that end where `stop` is set: there is no estimate then.
+    pub fn stopped_by(self, stop: Arc<AtomicBool>) -> Self {
+        Self { stop: Some(stop), ..self }
     }
 
     /// Takes a state on the time grid: the [`on_state`](super::RunOptions::on_state) of the run.
@@ -168,6 +177,7 @@ impl<'a> ErrorEstimator<'a> {
             return Err(EstimateError::OtherRun { states: self.states.len(), rows: run.rows.len() });
         }
         let mut enriched = EnrichedScene::new(self.scene, self.enrichment)?;
+        enriched.stop.clone_from(&self.stop);
         let mut peaks: Vec<(usize, Vec<usize>)> = Vec::new();
         for column in columns {
             let row = extreme(run.rows.iter().map(|row| row[column])).map_or(0, |e| e.at);
@@ -248,7 +258,7 @@ impl<'a> ErrorEstimator<'a> {
         let scene = &enriched.scene;
         let step = Step { system: &scene.system, integrator: Integrator::Static, past: &past, dt: 1.0 };
         let mut next = past.clone();
-        let mut solver = scene.driver().steps.solver;
+        let mut solver = enriched.solver();
         if solver.solve(&step, &mut next).is_err() {
             return enriched.run_until(past);
         }

@@ -81,6 +81,7 @@ impl RigidBody {
             weights: self.frame.weights(at).to_vec(),
             area: area / self.surface.len() as f64,
             radius: *radius,
+            carrier: (*radius > 0.0).then(|| self.frame.clone()),
         };
         self.surface.iter().map(point).collect()
     }

@@ -30,11 +30,7 @@ pub struct SkinSpec {
 pub(in crate::scene) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) -> Result<(), SceneError> {
     for (k, spec) in specs.iter().enumerate() {
         let place = format!("skin {}", k + 1);
-        let fits = |c: char| c.is_alphanumeric() || "_-".contains(c);
-        if spec.name.is_empty() || !spec.name.chars().all(fits) {
-            let fact = format!("\"{}\" cannot be part of a file name", spec.name);
-            return Err(builder.content(&place, fact, "use letters, digits, \"-\" and \"_\""));
-        }
+        builder.check_name(&place, &spec.name)?;
         if builder.skins.iter().any(|s| s.name == spec.name) {
             let fact = format!("another skin is called \"{}\" too", spec.name);
             return Err(builder.content(&place, fact, "give each skin a `name` of its own"));

@@ -11,7 +11,7 @@ pub enum BundleError {
     #[error(transparent)]
     Report(#[from] ReportError),
     #[error(transparent)]
-    Home(GenerateError),
+    Mesh(#[from] GenerateError),
     #[error("{}: {reason}", path.display())]
     Unreadable { path: PathBuf, reason: String },
     #[error("{}: it cannot be written: {reason}; choose another place, or make room", path.display())]

@@ -1,7 +1,8 @@
-//! The files that a study reads: its own, those that they name, bodies and meshes.
+//! The files that a study reads: its own, those that they name, and the meshes that were made of bodies and files.
 
 use super::error::BundleError;
-use crate::mesh::generate::MeshStore;
+use crate::mesh::format::{Format, Reader, recognise};
+use crate::mesh::generate::{MeshStore, manifest_path, referred};
 use crate::storage::{self, TEXT_LIMIT};
 use crate::study::store::record::StoredCase;
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,10 +22,6 @@ pub struct Inputs {
 
 /// Gathers everything that a run of the study reads. Places keep the folders as they are below the home of the project, or below what all files share.
 pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError> {
-    let store = match MeshStore::find() {
-        Err(e) if cases.iter().any(|c| is_made(&c.record.mesh.source)) => return Err(BundleError::Home(e)),
-        found => found.ok(),
-    };
     let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
     let study = &real(study)?;
     let (mut found, mut absolute) = (BTreeSet::new(), BTreeSet::new());
@@ -32,6 +29,10 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
     if !absolute.is_empty() {
         return Err(BundleError::Absolute { files: absolute.into_iter().collect() });
     }
+    let store = match MeshStore::find() {
+        Err(e) if sources(cases).any(is_made) || found.iter().any(|f| is_converted(f, cases)) => return Err(e.into()),
+        found => found.ok(),
+    };
     let about = study.with_file_name("README.md");
     found.extend(about.is_file().then(|| real(&about)).transpose()?);
     let home = store.as_ref().map(|s| real(&s.home.path)).transpose()?;
@@ -47,12 +48,31 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
     let mut inputs = Inputs { study: place(study), files: Files::new(), missing: vec![] };
     inputs.files.extend(found.iter().map(|f| (place(f), f.clone())));
     if let Some(store) = store {
-        bodies(&store, cases, &mut inputs)?;
+        meshes(&store, cases, &found, &mut inputs)?;
     }
     Ok(inputs)
 }
 
-/// Whether a mesh was made of a body: it is stored under the digest of its request.
+/// Names of the meshes of the cases; a scene of several bodies may have several.
+fn sources(cases: &[StoredCase]) -> impl Iterator<Item = &str> {
+    cases.iter().flat_map(|c| c.record.mesh.source.split(" + "))
+}
+
+/// The format by which the mesher converts a mesh file; none of other files.
+fn converter(file: &Path) -> Option<&'static str> {
+    match recognise(file) {
+        Ok(Format { reader: Reader::Mesher(name), .. }) => Some(name),
+        _ => None,
+    }
+}
+
+/// Whether a case has the mesh that this file was converted to. Its surface may have been meshed anew instead.
+fn is_converted(file: &Path, cases: &[StoredCase]) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    converter(file).is_some() && sources(cases).any(|source| source == name)
+}
+
+/// Whether a mesh was made of a body or a shape: it is stored under the digest of its request.
 fn is_made(source: &str) -> bool {
     source.strip_suffix(".msh.gz").is_some_and(|s| s.len() == 16 && s.chars().all(|c| c.is_ascii_hexdigit()))
 }
@@ -62,10 +82,13 @@ pub fn name(path: &Path) -> String {
     path.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Adds a file and, of a TOML file, everything that its texts name.
+/// Adds a file and what it names: the texts of a TOML file, and the files that a mesh file refers to.
 fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<String>) -> Result<(), BundleError> {
-    if !found.insert(file.into()) || file.extension().is_none_or(|e| e != "toml") {
+    if !found.insert(file.into()) {
         return Ok(());
+    }
+    if file.extension().is_none_or(|e| e != "toml") {
+        return refer(file, found, absolute);
     }
     let text = storage::read_text(file, TEXT_LIMIT).map_err(|e| BundleError::unreadable(file, &e))?;
     // A file that is not TOML names nothing; the run says what is wrong with it
@@ -83,6 +106,21 @@ fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<St
         } else {
             let path = path.canonicalize().map_err(|e| BundleError::unreadable(&path, &e))?;
             follow(&path, found, absolute)?;
+        }
+    }
+    Ok(())
+}
+
+/// Adds the files that a mesh file refers to; other files refer to none.
+fn refer(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<String>) -> Result<(), BundleError> {
+    let Some(format) = converter(file) else { return Ok(()) };
+    let folder = referred::folder(file, format)?;
+    for name in referred::names(file, format)? {
+        if name.is_absolute() {
+            absolute.insert(format!("{} names {}", file.display(), name.display()));
+        } else {
+            let path = folder.join(name);
+            found.insert(path.canonicalize().map_err(|e| BundleError::unreadable(&path, &e))?);
         }
     }
     Ok(())
@@ -106,9 +144,44 @@ fn shared(files: &BTreeSet<PathBuf>) -> PathBuf {
     })
 }
 
-/// Bodies with the mesher, and the stored meshes of the cases.
-fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Result<(), BundleError> {
-    let meshes = store.home.path.join("meshes");
+/// Bodies with the mesher, and the meshes that it made of them and of files, where they are stored.
+fn meshes(
+    store: &MeshStore,
+    cases: &[StoredCase],
+    found: &BTreeSet<PathBuf>,
+    inputs: &mut Inputs,
+) -> Result<(), BundleError> {
+    let folder = store.home.path.join("meshes");
+    let mut names = bodies(&folder, cases);
+    let mut stored = converted(store, cases, found, inputs)?;
+    let folders = names.iter().map(|name| folder.join(name)).chain([folder.join("file"), store.home.meshes.clone()]);
+    let folders: Vec<PathBuf> = folders.collect();
+    for source in sources(cases).filter(|s| is_made(s)).collect::<BTreeSet<_>>() {
+        match folders.iter().map(|folder| folder.join(source)).find(|path| path.is_file()) {
+            Some(path) => stored.extend([manifest_path(&path), path]),
+            None => inputs.missing.push(source.into()),
+        }
+    }
+    if names.is_empty() && stored.is_empty() && inputs.missing.is_empty() {
+        return Ok(());
+    }
+    // A folder without the mesher is no home of meshes
+    names.insert("meshgen".into());
+    let place = |path: &Path| match path.strip_prefix(&folder) {
+        Ok(inside) => format!("home/meshes/{}", name(inside)),
+        Err(_) => format!("home/meshes/cache/{}", name(Path::new(path.file_name().unwrap_or_default()))),
+    };
+    inputs.files.extend(stored.into_iter().map(|path| (place(&path), path)));
+    for body in &names {
+        let is_source = |file: &PathBuf| file.extension().is_some_and(|e| e == "py" || e == "toml" || e == "txt");
+        let sources = list(&folder.join(body))?.into_iter().filter(is_source);
+        inputs.files.extend(sources.map(|file| (place(&file), file)));
+    }
+    Ok(())
+}
+
+/// Names of the bodies that the scenes of the cases name.
+fn bodies(folder: &Path, cases: &[StoredCase]) -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     for case in cases {
         if let Ok(scene) = case.record.provenance.scene.parse::<toml::Table>() {
@@ -118,36 +191,29 @@ fn bodies(store: &MeshStore, cases: &[StoredCase], inputs: &mut Inputs) -> Resul
                 .extend(words.into_iter().filter(|w| crate::study::spec::check_names(std::slice::from_ref(w)).is_ok()));
         }
     }
-    names.retain(|name| meshes.join(name).join("body.toml").is_file());
-    if names.is_empty() {
-        return Ok(());
-    }
-    names.insert("meshgen".into());
-    for body in &names {
-        for file in list(&meshes.join(body))? {
-            let is_source = file.extension().is_some_and(|e| e == "py" || e == "toml" || e == "txt");
-            if is_source {
-                inputs.files.insert(
-                    format!("home/meshes/{body}/{}", name(Path::new(file.file_name().unwrap_or_default()))),
-                    file,
-                );
+    names.retain(|name| folder.join(name).join("body.toml").is_file());
+    names
+}
+
+/// The meshes that mesh files were converted to. One that a case has used and that is not stored is missing.
+fn converted(
+    store: &MeshStore,
+    cases: &[StoredCase],
+    found: &BTreeSet<PathBuf>,
+    inputs: &mut Inputs,
+) -> Result<Vec<PathBuf>, BundleError> {
+    let mut stored = vec![];
+    for file in found {
+        let Some(format) = converter(file) else { continue };
+        match store.stored_conversion(file, format)? {
+            Some(path) => stored.push(path),
+            None if is_converted(file, cases) => {
+                inputs.missing.push(name(Path::new(file.file_name().unwrap_or_default())))
             }
+            None => {}
         }
     }
-    let sources: BTreeSet<&str> = cases.iter().map(|c| c.record.mesh.source.as_str()).filter(|s| is_made(s)).collect();
-    for source in sources {
-        let committed = names.iter().map(|name| (name.as_str(), meshes.join(name)));
-        let folders = committed.chain([("cache", store.home.meshes.clone())]);
-        let found = folders.map(|(name, folder)| (name, folder.join(source))).find(|(_, path)| path.is_file());
-        let Some((folder, path)) = found else {
-            inputs.missing.push(source.into());
-            continue;
-        };
-        let manifest = path.with_file_name(source.replace(".msh.gz", ".json"));
-        inputs.files.insert(format!("home/meshes/{folder}/{source}"), path);
-        inputs.files.insert(format!("home/meshes/{folder}/{}", source.replace(".msh.gz", ".json")), manifest);
-    }
-    Ok(())
+    Ok(stored)
 }
 
 /// The files of a folder, without those of folders in it.

@@ -108,7 +108,7 @@ pub struct Bundle {
     pub home: PathBuf,
     pub study: PathBuf,
     pub results: PathBuf,
-    /// The bodies of the study are programs that make its meshes
+    /// It brings meshes, and the mesher with the bodies, which are programs
     pub has_bodies: bool,
 }
 

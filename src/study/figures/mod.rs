@@ -5,6 +5,14 @@ pub mod time;
 use crate::report::canvas::italic;
 use crate::study::store::record::Quantity;
 
+/// Quantities that a figure with a panel for each shows.
+pub const PANELS: usize = 6;
+
+/// The end of a caption where there are more quantities than panels.
+pub fn first_of(quantities: usize) -> String {
+    if quantities > PANELS { format!(" Of {quantities} quantities the first {PANELS}.") } else { String::new() }
+}
+
 /// `bending angle θ [°]`, for an axis.
 pub fn axis_label(q: &Quantity, prefix: &str) -> String {
     let unit = if q.unit.is_empty() { String::new() } else { format!(" [{}]", q.unit) };

@@ -4,7 +4,7 @@
 //! d = f(x) − m at the measured x within the range of both,  ‖d‖₂/‖m‖₂ with ‖d‖₂ = √(1/X ∫ d² dx),  max |d|/max |m|
 //! ```
 //!
-//! f is linear between its rows. Over another column than time both curves count up to their first turning point in x.
+//! f is linear between its rows. Over another column than time both curves count along their longest branch, between two turning points in x.
 
 pub mod distance;
 pub mod figure;
@@ -13,11 +13,13 @@ pub mod markers;
 mod markers_figure;
 pub mod markers_in_study;
 
+use crate::report::numbers::significant;
 use crate::report::{ReportError, export};
 use crate::scene::{Measured, Run, Scene};
 use crate::study::curve::{Curve, l2};
 use distance::{Distance, Overlay};
 use markers::MarkerOverlay;
+use std::ops::Range;
 use std::path::Path;
 
 /// The overlays that the scene asks for.
@@ -52,16 +54,42 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     })
 }
 
-/// The curve up to the first turning point of x, by ascending x; none if it turns at once.
+/// The branch that is longest in x, the first of those that are, by ascending x; none if x does not change.
 fn branch(x: &[f64], y: &[f64]) -> Option<Curve> {
-    let up = x.get(1)? > x.first()?;
-    let n = 1 + x.windows(2).take_while(|w| w[0] != w[1] && (w[1] > w[0]) == up).count();
-    let (mut t, mut f) = (x[..n].to_vec(), y[..n].to_vec());
-    if !up {
+    let mut longest = 0..0;
+    let length = |range: &Range<usize>| range.clone().last().map_or(0.0, |last| (x[last] - x[range.start]).abs());
+    let mut start = 0;
+    while start + 1 < x.len() {
+        let up = x[start + 1] > x[start];
+        let steps = x[start..].windows(2).take_while(|w| w[0] != w[1] && (w[1] > w[0]) == up).count();
+        let found = start..start + steps + 1;
+        if length(&found) > length(&longest) {
+            longest = found;
+        }
+        start += steps.max(1);
+    }
+    let (mut t, mut f) = (x[longest.clone()].to_vec(), y[longest].to_vec());
+    if t.first() > t.last() {
         t.reverse();
         f.reverse();
     }
-    (n >= 2).then_some(Curve { t, f })
+    (t.len() >= 2).then_some(Curve { t, f })
+}
+
+/// A note for each measured curve that has no range in common with the recorded one.
+pub fn apart(overlays: &[Overlay]) -> impl Iterator<Item = String> + '_ {
+    let words = |x: &[f64], y: &[f64]| {
+        let range =
+            branch(x, y).map(|c| format!("{} to {}", significant(c.t[0], 3), significant(c.t[c.t.len() - 1], 3)));
+        range.unwrap_or_else(|| "one value".into())
+    };
+    overlays.iter().filter(|overlay| overlay.distance.is_none()).map(move |Overlay { measured, x, y, .. }| {
+        let Measured { column, over, source, .. } = measured;
+        let (own, other) = (words(x, y), words(&measured.x, &measured.y));
+        format!(
+            "{column} has no distance from {source}: the longest branches have no range of {over} in common, {own} simulated and {other} measured"
+        )
+    })
 }
 
 /// Draws measured curves over recorded ones, `<name>-compare-1.svg`, `.png`, `.pdf` and so on in `dir`, and tracks over recorded points,
@@ -94,12 +122,22 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_counts_up_to_its_first_turn() {
+    fn a_loop_counts_along_its_longest_branch() {
+        // A body that sags before it is lifted
+        let sag = branch(&[0.0, 4.6, 1.0, 30.0, 55.0, 50.0], &[0.0, 9.0, 1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(sag, Some(Curve { t: vec![1.0, 30.0, 55.0], f: vec![1.0, 2.0, 3.0] }));
+        assert_eq!(branch(&[2.0], &[1.0]), None);
         let (x, y) = ([3.0, 2.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 7.0, 7.0]);
         assert_eq!(branch(&x, &y), Some(Curve { t: vec![1.0, 2.0, 3.0], f: vec![2.0, 1.0, 0.0] }));
         assert_eq!(branch(&[1.0, 1.0], &[0.0, 1.0]), None);
         let d = distance(&measured(&x, &y), &[3.0, 1.0], &[0.0, 2.0]).expect("a common range");
         assert_eq!((d.l2, d.largest), (0.0, 0.0));
-        assert_eq!(distance(&measured(&[5.0, 6.0], &[1.0, 1.0]), &[0.0, 1.0], &[0.0, 1.0]), None);
+        let (far, x, y) = (measured(&[5.0, 6.0], &[1.0, 1.0]), vec![0.0, 1.0], vec![0.0, 1.0]);
+        let overlay = Overlay { distance: distance(&far, &x, &y), measured: far, x, y };
+        let note = apart(&[overlay]).next().expect("nothing in common");
+        assert!(
+            note.contains("f has no distance from m.csv") && note.contains("0 to 1 simulated and 5 to 6 measured"),
+            "{note}"
+        );
     }
 }

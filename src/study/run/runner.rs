@@ -201,6 +201,11 @@ fn prepare(
     Ok(all.into_iter().map(|ready| Turn { ready, waits: false }).collect())
 }
 
+/// Whether a result was computed from other files than there were when the run began.
+fn changed_meanwhile(before: Option<&Identity>, record: &CaseRecord) -> bool {
+    !record.broke() && before.is_some_and(|before| record.provenance.identity != *before)
+}
+
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
@@ -298,6 +303,10 @@ impl Running<'_> {
         self.cases.fetch_sub(1, Ordering::SeqCst);
         let record = record?;
         record.iter().for_each(|record| self.watch.finished(record, false));
+        if record.iter().any(|record| changed_meanwhile(ready.identity.as_ref(), record)) {
+            let fact = "a file that it reads has changed since the study began: its result and those of other cases are of different contents";
+            self.watch.note(id, &format!("{fact}; run the study again"));
+        }
         Ok(Some(record))
     }
 

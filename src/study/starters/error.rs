@@ -1,5 +1,6 @@
 //! Reasons why there is no new project.
 
+use crate::mesh::generate::GenerateError;
 use crate::scene::SceneError;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +21,9 @@ pub enum StarterError {
     /// The shape cannot be used.
     #[error(transparent)]
     Shape(#[from] SceneError),
+    /// The files that the shape refers to cannot be taken.
+    #[error(transparent)]
+    Referred(#[from] GenerateError),
 }
 
 impl StarterError {

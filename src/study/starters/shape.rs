@@ -3,9 +3,10 @@
 use super::error::StarterError;
 use super::folder::write;
 use crate::mesh::format::recognise;
-use crate::mesh::generate::request::companions;
+use crate::mesh::generate::GenerateError;
+use crate::mesh::generate::referred::{self, names};
 use crate::scene::{Import, SceneError, starter};
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// Fills the folder of a project with a copy of the file, a scene that holds the body at one end under its weight, a study and a page.
 pub(super) fn fill(
@@ -16,11 +17,9 @@ pub(super) fn fill(
     progress: &mut dyn FnMut(&str),
 ) -> Result<(), StarterError> {
     let format = recognise(file).map_err(SceneError::Mesh)?;
-    for part in companions(file, format.reader.shape().1) {
-        let name = part.file_name().unwrap_or_default();
-        std::fs::copy(&part, folder.join(name)).map_err(|e| StarterError::io(&part, &e))?;
-    }
     let copy = folder.join(file.file_name().unwrap_or_default());
+    std::fs::copy(file, &copy).map_err(|e| StarterError::io(file, &e))?;
+    copy_referred(folder, file, format.reader.shape().1)?;
     // Messages name the file of the user
     let mut import = Import::of(file, unit, progress)?;
     let imported = import.load(progress)?;
@@ -38,9 +37,44 @@ pub(super) fn fill(
     write(folder, [("scene.toml", &scene), ("study.toml", &study), ("README.md", &page)])
 }
 
+/// Copies the files that a mesh file refers to, under the same names; one with an absolute path is found from everywhere.
+fn copy_referred(folder: &Path, file: &Path, format: &str) -> Result<(), StarterError> {
+    let from = referred::folder(file, format)?;
+    for name in names(file, format)?.iter().filter(|name| name.is_relative()) {
+        if name.components().any(|c| c == Component::ParentDir) {
+            let fact = format!("it refers to {}, which is in a folder above its own", name.display());
+            let remedy = "put both in one folder, and change the name in the file".to_string();
+            return Err(GenerateError::Refers { file: file.into(), fact, remedy }.into());
+        }
+        let (from, to) = (from.join(name), folder.join(name));
+        std::fs::create_dir_all(to.parent().unwrap_or(folder)).map_err(|e| StarterError::io(&to, &e))?;
+        std::fs::copy(&from, &to).map_err(|e| StarterError::io(&from, &e))?;
+    }
+    Ok(())
+}
+
 /// The study with meshes of so many cells, and of 2.5 and 6 times as many.
 fn convergence(cells: usize) -> String {
     let member = |cells: usize| format!("\n{cells} = {{ \"mesh.cells\" = {cells} }}");
     let usual = include_str!("shape/convergence.toml").to_string();
     [2000, 5000, 12000].iter().fold(usual, |text, n| text.replace(&member(*n), &member(n * cells / 2000)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_files_that_a_mesh_file_refers_to_are_copied_with_it() {
+        let (from, to) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+        let file = from.path().join("m.inp");
+        std::fs::create_dir(from.path().join("parts")).expect("room");
+        std::fs::write(from.path().join("parts/nodes.inp"), "*NODE\n").expect("room");
+        std::fs::write(&file, "*INCLUDE, INPUT=parts/nodes.inp\n").expect("room");
+        copy_referred(to.path(), &file, "abaqus").unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(std::fs::read_to_string(to.path().join("parts/nodes.inp")).expect("a copy"), "*NODE\n");
+        std::fs::write(&file, "*INCLUDE, INPUT=parts/../parts/nodes.inp\n").expect("room");
+        let error = copy_referred(to.path(), &file, "abaqus").expect_err("above").to_string();
+        assert!(error.contains("folder above its own; put both in one folder"), "{error}");
+    }
 }

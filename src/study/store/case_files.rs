@@ -1,7 +1,7 @@
 //! The files of a case in a folder of results: which there are, and whether they are those that were stored together.
 
+use crate::scene::FileDigest;
 use crate::storage::{self, DATA_LIMIT, sha256};
-use crate::study::store::identity::FileDigest;
 use crate::study::store::other_build::explain;
 use crate::study::store::record::{CaseRecord, StudyRecord};
 use crate::study::store::seal;

@@ -1,11 +1,11 @@
 //! Files of a case on disk. The record is written last: with it the case counts as done.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Run, Sensitivities};
+use crate::scene::{FileDigest, Run, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::store::case_files::{ENDS, PAGE, SEARCH, STATES, check_in};
 use crate::study::store::csv_text;
-use crate::study::store::identity::{FileDigest, Identity};
+use crate::study::store::identity::Identity;
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
 use crate::study::store::seal;
 use crate::study::store::skin::Skin;

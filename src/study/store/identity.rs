@@ -1,18 +1,9 @@
 //! Identity of a result: its resolved scene, the contents of every file that it reads, its mesh, and the build that computed it.
 
-use crate::scene::Body;
-use crate::storage::{self, DATA_LIMIT, sha256};
+use crate::scene::{Body, FileDigest, named_files};
+use crate::storage::sha256;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
-use toml::Value;
-
-/// A file by its contents.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
-pub struct FileDigest {
-    pub file: String,
-    /// Empty where the file cannot be read
-    pub sha256: String,
-}
 
 /// The program that computed a result.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
@@ -76,7 +67,7 @@ pub struct Identity {
 impl Identity {
     /// Of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
     pub fn of(scene_file: &Path, text: &str, asked: &str, mesh_sha256: String) -> Self {
-        let files = files(scene_file, text);
+        let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
         let mut all = format!("{:?}", (text, asked, &mesh_sha256));
         files.iter().for_each(|f| all += &format!("{:?}", (&f.file, &f.sha256)));
         Self { sha256: sha256(all), files, mesh_sha256 }
@@ -88,57 +79,9 @@ pub fn mesh_sha256(body: &Body) -> String {
     sha256(format!("{}{:?}", body.sha256, body.paths))
 }
 
-/// Keys under which a scene names files, wherever they are.
-const KEYS: [&str; 2] = ["file", "reference"];
-
-/// The files that a resolved scene names: relative to the scene.
-fn files(scene_file: &Path, text: &str) -> Vec<FileDigest> {
-    let base = scene_file.parent().unwrap_or(Path::new(""));
-    let mut names = vec![];
-    if let Ok(table) = text.parse() {
-        named(&Value::Table(table), &mut names);
-    }
-    let digest = |file: String| {
-        let sha256 = storage::read(&base.join(&file), DATA_LIMIT).map(sha256).unwrap_or_default();
-        FileDigest { file, sha256 }
-    };
-    names.into_iter().map(digest).collect()
-}
-
-fn named(value: &Value, names: &mut Vec<String>) {
-    match value {
-        Value::Table(table) => {
-            for (key, value) in table {
-                match value.as_str() {
-                    Some(name) if KEYS.contains(&key.as_str()) => {
-                        if !names.iter().any(|n| n == name) {
-                            names.push(name.into());
-                        }
-                    }
-                    _ => named(value, names),
-                }
-            }
-        }
-        Value::Array(values) => values.iter().for_each(|value| named(value, names)),
-        _ => {}
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn every_file_of_a_scene_counts_by_its_contents() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let scene = folder.path().join("scene.toml");
-        std::fs::write(folder.path().join("a.csv"), "0,1\n").expect("room");
-        let text = "[x.y]\nfile = \"a.csv\"\n[[z]]\nsignal = { file = \"b.csv\" }\n[[z]]\nsurface.file = \"a.csv\"\n";
-        let found = files(&scene, text);
-        assert_eq!(found.iter().map(|f| f.file.as_str()).collect::<Vec<_>>(), ["a.csv", "b.csv"]);
-        assert_eq!(found[0].sha256, sha256("0,1\n"));
-        assert_eq!(found[1].sha256, "");
-    }
 
     #[test]
     fn a_build_names_its_sources() {

@@ -8,7 +8,8 @@
 //! locks and equal clocks are not relied on.
 //!
 //! A run is alive where its process is, if it is on this machine, and otherwise as long as its file is not older than [`SILENT`], compared
-//! with the own one. The lock of a run that is not alive is taken over: by the one that gets the lock `<id>.json.after-<name>` first, so that
+//! with the own one. A sign of life that is further ahead than that, because the clock of the file system went back, is dated anew by whoever
+//! sees it: a run that lives gives the next one soon, and one that does not is silent from then on. The lock of a run that is not alive is taken over: by the one that gets the lock `<id>.json.after-<name>` first, so that
 //! two do not take it over from each other. A run on another machine that was suspended for longer loses its cases; they are then computed
 //! twice, with equal results.
 
@@ -163,11 +164,20 @@ impl Locks {
         file.is_file() && started(run.pid) == Some(run.pid_started)
     }
 
-    /// Age of a file against the own sign of life, by the clock of the file system.
+    /// Age of a file against the own sign of life, by the clock of the file system. A file that is far ahead of it begins to age now, and
+    /// counts as silent where it cannot be dated.
     fn age(&self, file: &Path) -> Option<Duration> {
         let changed = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
         let now = changed(&run_file(&self.dir, &self.own.name)).unwrap_or_else(SystemTime::now);
-        Some(now.duration_since(changed(file)?).unwrap_or_default())
+        let age = match now.duration_since(changed(file)?) {
+            Ok(age) => age,
+            Err(ahead) if ahead.duration() <= SILENT => Duration::ZERO,
+            Err(_) => {
+                let dated = std::fs::File::options().append(true).open(file).and_then(|file| file.set_modified(now));
+                dated.map_or(SILENT, |()| Duration::ZERO)
+            }
+        };
+        Some(age)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::scene::{Extreme, NamedSkin, Run, Scene, extreme, path_dependence};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
-use crate::study::overlay::overlays;
+use crate::study::overlay::{apart, overlays};
 use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
@@ -26,6 +26,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
     let quality = Quality::of(mesh);
     let wall = wall(scene);
     let (markers, unread) = marker_distances(scene, run);
+    let overlays = overlays(scene, run);
     CaseRecord {
         id: String::new(),
         family: String::new(),
@@ -88,8 +89,15 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         probes: probes(run),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
-        notes: scene.notes.iter().cloned().chain(solver::notes(scene, run)).chain(unread).collect(),
-        distances: overlays(scene, run).into_iter().filter_map(|o| o.distance).collect(),
+        notes: scene
+            .notes
+            .iter()
+            .cloned()
+            .chain(solver::notes(scene, run))
+            .chain(unread)
+            .chain(apart(&overlays))
+            .collect(),
+        distances: overlays.into_iter().filter_map(|o| o.distance).collect(),
         measured: scene.measured.curves.clone(),
         markers,
         one_run: None,

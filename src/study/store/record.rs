@@ -4,7 +4,7 @@ use crate::material::Law;
 use crate::report::names::title;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
-use crate::scene::{ExtremeKind, Measured};
+use crate::scene::{ExtremeKind, FileDigest, Measured};
 use crate::solve::{Integrator, Status};
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::overlay::distance::{Distance, MarkerDistance};
@@ -13,7 +13,7 @@ use crate::study::run::one_run::OneRunRecord;
 use crate::study::run::refinement::RefinementRecord;
 use crate::study::run::work::{RepeatRecord, WorkRecord};
 use crate::study::store::contact::ContactRecord;
-use crate::study::store::identity::{Build, FileDigest, Identity};
+use crate::study::store::identity::{Build, Identity};
 use crate::study::store::solver::SolverRecord;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -374,6 +374,7 @@ impl StudyRecord {
 
 /// A recorded quantity of interest: a column of `cases/<id>.csv`.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
+#[serde(deny_unknown_fields)]
 pub struct Quantity {
     /// Column, with its unit as the suffix: `bending_angle_deg`
     pub name: String,

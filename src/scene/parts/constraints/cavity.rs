@@ -75,8 +75,8 @@ impl ConstraintPart for CavitySpec {
         Some(Headline { column, label: "pressure", symbol: "p", unit: "Pa" })
     }
 
-    fn is_exact(&self) -> bool {
-        self.drive.is_by_volume()
+    fn exact(&self) -> Option<&'static str> {
+        self.drive.is_by_volume().then_some("a cavity driven by volume")
     }
 }
 
@@ -94,6 +94,7 @@ pub(in crate::scene) fn build_cavity(
     spec: &CavitySpec,
 ) -> Result<NamedCavity, SceneError> {
     let CavitySpec { name, drive, open, .. } = spec;
+    builder.check_name(place, name)?;
     let body = builder.body.clone();
     let mesh = &body.mesh;
     let (surface, wall) = wall(builder, place, name, (spec.region.as_deref(), spec.skin.as_deref()))?;

@@ -47,9 +47,9 @@ impl ConstraintSpec {
         self.part().headline()
     }
 
-    /// Whether a multiplier keeps it exactly, so that an undamped integrator rings.
-    pub(in crate::scene) fn is_exact(&self) -> bool {
-        self.part().is_exact()
+    /// The constraint in words, if it is kept exactly, so that an undamped integrator rings.
+    pub(in crate::scene) fn exact(&self) -> Option<&'static str> {
+        self.part().exact()
     }
 
     /// Whether it has friction, so that its forces depend on the path.

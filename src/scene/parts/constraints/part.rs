@@ -10,9 +10,9 @@ pub(in crate::scene) trait ConstraintPart {
         None
     }
 
-    /// Whether a multiplier keeps it exactly, so that an undamped integrator rings.
-    fn is_exact(&self) -> bool {
-        false
+    /// The part in words, if it is kept exactly, so that an undamped integrator rings: `a cable driven by length`.
+    fn exact(&self) -> Option<&'static str> {
+        None
     }
 
     /// Whether it has friction, so that its forces depend on the path.

@@ -28,8 +28,8 @@ fn insert() -> String {
 }
 
 impl ConstraintPart for RigidInsertSpec {
-    fn is_exact(&self) -> bool {
-        true
+    fn exact(&self) -> Option<&'static str> {
+        Some("a rigid part")
     }
 }
 

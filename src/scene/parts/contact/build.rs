@@ -7,6 +7,7 @@ use crate::effect::contact::penalty::Penalty;
 use crate::effect::contact::placement::{AffineFrame, Obstacle};
 use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
+use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
@@ -69,8 +70,8 @@ fn build_contact(
         let fact = format!("friction = {}", spec.friction);
         return Err(builder.content(place, fact, "a coefficient of friction is not negative"));
     }
-    let h = builder.body.mesh.h();
-    let distance = positive_or(builder, place, "distance", spec.distance.map(|l| l.0), 0.01 * h)?;
+    let cell = cell_size(builder, place, spec, bodies)?;
+    let distance = positive_or(builder, place, "distance", spec.distance.map(|l| l.0), 0.01 * cell)?;
     let stiffest = stiffest(builder);
     if stiffest == 0.0 && spec.modulus.is_none() {
         let fact = "no law of the scene gives the pressure that the response is scaled with";
@@ -79,7 +80,7 @@ fn build_contact(
     let modulus = positive_or(builder, place, "modulus", spec.modulus.map(|m| m.0), stiffest)?;
     let size = builder.body.mesh.diagonal();
     let stick_velocity = positive_or(builder, place, "stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
-    let slip = positive_or(builder, place, "slip", spec.slip.map(|l| l.0), 1e-3 * h)?;
+    let slip = positive_or(builder, place, "slip", spec.slip.map(|l| l.0), 1e-3 * cell)?;
     let law = Coulomb { coefficient: spec.friction, stick_velocity, slip };
     if let ShapeSpec::Region { region } = &spec.obstacle {
         let barrier = Barrier { distance, stiffness: modulus / distance };
@@ -105,7 +106,8 @@ fn build_contact(
             press(&contact, Penalty { stiffness: modulus / distance, rounding: distance }, friction, builder)
         }
         ResponseSpec::Multiplier => {
-            let shared = Arc::new(Multiplier { contact, stiffness: modulus * h, friction });
+            let stiffness = modulus * builder.body.mesh.h();
+            let shared = Arc::new(Multiplier { contact, stiffness, friction });
             builder.effects.push(Box::new(shared.clone()));
             shared
         }
@@ -118,6 +120,34 @@ fn build_contact(
     });
     let of = ContactSides::Points { pressing, moves: spec.motion.is_some(), friction };
     Ok(NamedContact { name, response: spec.response, of })
+}
+
+/// Mean size of the cells where a contact acts \[m\]: of those at its region, at the finer one of two regions, of all where rigid bodies meet
+/// obstacles.
+fn cell_size(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[RigidBody]) -> Result<f64, SceneError> {
+    let mesh = &builder.body.mesh;
+    let other = match &spec.obstacle {
+        ShapeSpec::Region { region } => Some(region),
+        _ => None,
+    };
+    let own = Some(&spec.region).filter(|name| bodies.iter().all(|b| b.name != **name));
+    let mut least: Option<f64> = None;
+    for name in own.into_iter().chain(other) {
+        let size = size_at(mesh, builder.contact_facets(place, name)?);
+        least = Some(least.map_or(size, |least| least.min(size)));
+    }
+    Ok(least.unwrap_or_else(|| mesh.h()))
+}
+
+/// (V/N)^{1/3} of the cells at facets \[m\].
+fn size_at(mesh: &TetMesh, facets: &[u32]) -> f64 {
+    let mut touches = vec![false; mesh.points.len()];
+    for &node in facets.iter().flat_map(|&f| mesh.facet(f as usize)) {
+        touches[node as usize] = true;
+    }
+    let cells = (0..mesh.cell_count()).filter(|&c| mesh.cell(c).iter().any(|&node| touches[node as usize]));
+    let (volume, count) = cells.fold((0.0, 0), |(volume, count), c| (volume + mesh.cell_volume(c), count + 1));
+    (volume / f64::from(count)).cbrt()
 }
 
 fn positive_or(

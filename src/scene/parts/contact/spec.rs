@@ -24,13 +24,13 @@ pub struct ContactSpec {
     pub response: ResponseSpec,
     /// Coulomb's coefficient, 0 without friction
     pub friction: f64,
-    /// Length in which the response acts; a hundredth of h if absent
+    /// Length in which the response acts; a hundredth of the mean size of the cells at the region if absent
     pub distance: Option<Length>,
     /// Pressure that the response is scaled with; Young's modulus of the stiffest law if absent
     pub modulus: Option<Modulus>,
     /// Speed below which a point counts as sticking; a thousandth of the size of the body per second if absent
     pub stick_velocity: Option<Speed>,
-    /// The same over a static step; a thousandth of h if absent
+    /// The same over a static step; a thousandth of the mean size of the cells at the region if absent
     pub slip: Option<Length>,
 }
 

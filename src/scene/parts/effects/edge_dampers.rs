@@ -2,6 +2,7 @@
 
 use super::edge_springs::linear_cells;
 use super::part::EffectPart;
+use super::repeated::check_repeated;
 use crate::effect::EdgeDampers;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -30,10 +31,14 @@ impl EffectPart for EdgeDampersSpec {
     }
 
     fn words(&self) -> String {
-        format!("region {}, {} N s/m", self.region, self.damping.0)
+        format!("region {}, {} N s/m", self.region, self.damping)
     }
 
     fn needs_rates(&self) -> bool {
         true
+    }
+
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        check_repeated(builder, number, "edge_dampers", String::new(), &self.region)
     }
 }

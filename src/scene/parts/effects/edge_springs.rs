@@ -51,8 +51,8 @@ impl EffectPart for EdgeSpringsSpec {
 
     fn words(&self) -> String {
         match (self.stiffness, self.modulus) {
-            (Some(k), _) => format!("region {}, {} N/m on every edge", self.region, k.0),
-            (None, modulus) => format!("region {}, E = {} Pa", self.region, modulus.map_or(0.0, |e| e.0)),
+            (Some(k), _) => format!("region {}, {} N/m on every edge", self.region, k),
+            (None, modulus) => format!("region {}, E = {} Pa", self.region, modulus.unwrap_or_default()),
         }
     }
 

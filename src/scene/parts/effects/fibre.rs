@@ -151,7 +151,7 @@ impl EffectPart for FibreSpec {
             FibreAlong::Polylines { lines } => format!("along {} polyline(s)", lines.len()),
             FibreAlong::Helix(helix) => helix.words(),
         };
-        format!("{}, {along}, EA = {} N, {sides}", self.name, self.axial.0)
+        format!("{}, {along}, EA = {} N, {sides}", self.name, self.axial)
     }
 
     fn no_limit(&self) -> Option<&'static str> {

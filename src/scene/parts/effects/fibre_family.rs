@@ -155,7 +155,7 @@ impl EffectPart for FibreFamilySpec {
             DirectionSpec::Constant { vectors } => format!("{} constant direction(s)", vectors.len()),
             DirectionSpec::Helical { angle, .. } => format!("helices at {:.4}° to the axis", angle.0.to_degrees()),
         };
-        format!("{name}, region {region}, k1 = {} Pa, k2 = {k2}, kappa = {kappa}, {direction}", k1.0)
+        format!("{name}, region {region}, k1 = {} Pa, k2 = {k2}, kappa = {kappa}, {direction}", k1)
     }
 
     fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {

@@ -1,6 +1,7 @@
 //! Effect `gravity`: the weight of a region.
 
 use super::part::EffectPart;
+use super::repeated::check_repeated;
 use crate::effect::Gravity;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
@@ -40,6 +41,13 @@ impl EffectPart for GravitySpec {
     }
 
     fn words(&self) -> String {
-        format!("region {}, {} kg/m^3, towards {:?}", self.region, self.density.0, self.direction)
+        format!("region {}, {} kg/m^3, towards {:?}", self.region, self.density, self.direction)
+    }
+
+    /// Weights in two directions, or over time in two ways, are a field of two parts.
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        let direction = Vec3::from(self.direction).normalize();
+        let which = format!("{direction:?} {:?}", self.acceleration);
+        check_repeated(builder, number, "gravity", which, &self.region)
     }
 }

@@ -1,6 +1,7 @@
 //! Effect `inertia`: the mass of a region.
 
 use super::part::EffectPart;
+use super::repeated::check_repeated;
 use crate::effect::{Inertia, Lumping, Mass};
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -74,10 +75,14 @@ impl EffectPart for InertiaSpec {
     }
 
     fn words(&self) -> String {
-        format!("region {}, {} kg/m^3, mass {}", self.region, self.density.0, self.mass.name())
+        format!("region {}, {} kg/m^3, mass {}", self.region, self.density, self.mass.name())
     }
 
     fn needs_rates(&self) -> bool {
         true
+    }
+
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        check_repeated(builder, number, "inertia", String::new(), &self.region)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::inertia::{LumpingSpec, mass};
 use super::part::EffectPart;
+use super::repeated::check_repeated;
 use crate::effect::MassDamping;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -35,10 +36,14 @@ impl EffectPart for MassDampingSpec {
     }
 
     fn words(&self) -> String {
-        format!("region {}, alpha = {} 1/s, mass {}", self.region, self.alpha.0, self.mass.name())
+        format!("region {}, alpha = {} 1/s, mass {}", self.region, self.alpha, self.mass.name())
     }
 
     fn needs_rates(&self) -> bool {
         true
+    }
+
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        check_repeated(builder, number, "mass_damping", String::new(), &self.region)
     }
 }

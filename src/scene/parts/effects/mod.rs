@@ -13,6 +13,7 @@ mod mullins;
 mod of_law;
 mod part;
 mod point_force;
+mod repeated;
 mod stiffness_damping;
 mod traction;
 mod viscoelastic;

@@ -4,6 +4,7 @@ use super::of_law::check_elastic_with;
 use super::part::EffectPart;
 use crate::effect::Mullins;
 use crate::material::Softening;
+use crate::math::units::shown;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::Modulus;
@@ -66,7 +67,8 @@ impl EffectPart for MullinsSpec {
     }
 
     fn words(&self) -> String {
-        let constants = self.softening.constants().map_or_else(|e| e, |(r, m, b)| format!("r {r}, m {m} Pa, beta {b}"));
+        let constants =
+            self.softening.constants().map_or_else(|e| e, |(r, m, b)| format!("r {r}, m {} Pa, beta {b}", shown(m)));
         format!("region {}, law {}, {constants}", self.region, self.law)
     }
 

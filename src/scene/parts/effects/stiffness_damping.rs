@@ -1,6 +1,7 @@
 //! Effect `stiffness_damping`: damping β K of a region, for comparison with other simulators.
 
 use super::part::EffectPart;
+use super::repeated::check_repeated;
 use crate::effect::{Stiffness, StiffnessDamping};
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
@@ -30,6 +31,16 @@ pub enum StiffnessSpec {
     Initial,
     /// At the start of the step
     Last,
+}
+
+impl StiffnessSpec {
+    /// Name as in files.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Initial => "initial",
+            Self::Last => "last",
+        }
+    }
 }
 
 impl From<StiffnessSpec> for Stiffness {
@@ -63,11 +74,7 @@ impl EffectPart for StiffnessDampingSpec {
     }
 
     fn words(&self) -> String {
-        let stiffness = match self.stiffness {
-            StiffnessSpec::Initial => "initial",
-            StiffnessSpec::Last => "last",
-        };
-        format!("region {}, beta = {} s, stiffness {stiffness}", self.region, self.beta.0)
+        format!("region {}, beta = {} s, stiffness {}", self.region, self.beta, self.stiffness.name())
     }
 
     fn needs_rates(&self) -> bool {
@@ -76,5 +83,9 @@ impl EffectPart for StiffnessDampingSpec {
 
     fn needs_others(&self) -> bool {
         true
+    }
+
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        check_repeated(builder, number, "stiffness_damping", self.stiffness.name().into(), &self.region)
     }
 }

@@ -1,6 +1,7 @@
 //! Effect `viscous_damping`: damping of a region by a viscosity.
 
 use super::part::EffectPart;
+use super::repeated::check_repeated;
 use crate::effect::ViscousDamping;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -32,10 +33,14 @@ impl EffectPart for ViscousDampingSpec {
     }
 
     fn words(&self) -> String {
-        format!("region {}, eta = {} Pa s", self.region, self.eta.0)
+        format!("region {}, eta = {} Pa s", self.region, self.eta)
     }
 
     fn needs_rates(&self) -> bool {
         true
+    }
+
+    fn check(&self, number: usize, builder: &mut Builder) -> Result<(), SceneError> {
+        check_repeated(builder, number, "viscous_damping", String::new(), &self.region)
     }
 }

@@ -64,6 +64,7 @@ fn one() -> usize {
 
 impl Probe for CentreLine {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        builder.check_name(place, &self.name)?;
         let stations = self.stations(place, builder)?;
         let (count, segments) = (stations.len(), self.segments);
         let line = Line { stations, each: (count - 1) / segments, frame: [Vec3::x(), Vec3::z()] };

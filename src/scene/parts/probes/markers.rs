@@ -26,6 +26,7 @@ pub struct Markers {
 
 impl Probe for Markers {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        builder.check_name(place, &self.name)?;
         let marker = |p: &[Length; 3]| {
             let origin = Vec3::new(p[0].0, p[1].0, p[2].0);
             let embedded = embed(&builder.body.mesh, origin).map_err(|e| part(builder.file, place, e))?;

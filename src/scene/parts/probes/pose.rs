@@ -57,6 +57,7 @@ pub struct Pose {
 
 impl Probe for Pose {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
+        self.name.iter().try_for_each(|name| builder.check_name(place, name))?;
         let mesh = &builder.body.mesh;
         let of_region = |name: &String| {
             let frame = Frame::new(mesh, shares_of_region(mesh, builder.region(place, name)?));

@@ -2,8 +2,8 @@
 //!
 //! The family whose bars are nearest to the tolerance is refined, among those that do not lock: its next size follows from its finest and
 //! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
-//! observed order (2 where there is none), from 1.3 to 2; more than that is another step. The cost is that of the power law through
-//! the family.
+//! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
+//! family. The cost is that of the power law through the family.
 
 use crate::report::numbers::{percent, seconds, thousands};
 use crate::study::analysis::ByQuantity;
@@ -142,7 +142,7 @@ impl Finer {
                 }
                 ("divisions", Value::Array(now)) => {
                     let before = coarse.get(key).and_then(Value::as_array);
-                    let (new, more) = divided(now, before.filter(|_| !all), ratio)?;
+                    let (new, more) = divided(now, before, all, ratio)?;
                     factor *= more;
                     new
                 }
@@ -160,17 +160,31 @@ impl Finer {
     }
 }
 
-/// Numbers of boxes times the ratio, where they differ from those `before`, and the factor on their product.
-fn divided(now: &[Value], before: Option<&Vec<Value>>, ratio: f64) -> Option<(Value, f64)> {
-    let (mut new, mut factor) = (vec![], 1.0);
-    for (k, n) in now.iter().enumerate() {
-        let n = n.as_integer()?;
-        let is_left = before.is_some_and(|b| b.get(k).and_then(Value::as_integer) == Some(n));
-        let m = if is_left { n } else { (n as f64 * ratio).ceil() as i64 };
-        factor *= m as f64 / n as f64;
-        new.push(Value::Integer(m));
-    }
-    Some((Value::Array(new), factor))
+/// Numbers of boxes times the ratio, in `all` directions or those in which they differ from the numbers `before`, and the factor on their product.
+/// Where the two meshes have the same proportions, the next one has them too and the ratio is at least this one; otherwise nearly.
+fn divided(now: &[Value], before: Option<&Vec<Value>>, all: bool, ratio: f64) -> Option<(Value, f64)> {
+    let numbers = |list: &[Value]| list.iter().map(Value::as_integer).collect::<Option<Vec<i64>>>();
+    let now = numbers(now)?;
+    let before = before.and_then(|list| numbers(list)).filter(|list| list.len() == now.len());
+    let is_left = |k: usize| !all && before.as_ref().is_some_and(|b| b[k] == now[k]);
+    let refined: Vec<usize> = (0..now.len()).filter(|k| !is_left(*k)).collect();
+    let pair = |k: usize| before.as_ref().map(|b| (now[k], b[k]));
+    let proportional = |w: &[usize]| pair(w[0]).zip(pair(w[1])).is_some_and(|((a, b), (c, d))| a * d == b * c);
+    let scale = if refined.windows(2).all(proportional) {
+        let common = refined.iter().fold(0, |g, k| greatest_common_divisor(g, now[*k])) as f64;
+        // A product that is whole but for rounding is not rounded up
+        (common * ratio - 1e-9).ceil() / common
+    } else {
+        ratio
+    };
+    let finer = |n: i64| ((n as f64 * scale).round() as i64).max(n + 1);
+    let new: Vec<i64> = (0..now.len()).map(|k| if is_left(k) { now[k] } else { finer(now[k]) }).collect();
+    let factor = new.iter().zip(&now).map(|(m, n)| *m as f64 / *n as f64).product();
+    Some((Value::from(new), factor))
+}
+
+fn greatest_common_divisor(a: i64, b: i64) -> i64 {
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 /// Three significant digits.
@@ -217,6 +231,24 @@ mod tests {
     }
 
     #[test]
+    fn a_finer_grid_has_the_proportions_of_its_family() {
+        let grid = |n: &str| format!("grid = {{ kind = \"box\", divisions = {n} }}");
+        for (second, finest, ratio, expected) in [
+            ("[18, 3, 3]", "[24, 4, 4]", 1.3, "[36, 6, 6]"),
+            ("[18, 3, 3]", "[24, 4, 4]", 1.25, "[30, 5, 5]"),
+            ("[20, 10, 5]", "[40, 20, 10]", 1.3, "[52, 26, 13]"),
+            ("[4, 1, 1]", "[8, 2, 2]", 2.0, "[16, 4, 4]"),
+            ("[8, 4, 2]", "[16, 8, 2]", 1.3, "[22, 11, 2]"),
+            // Members of other proportions: the nearest numbers, and none that stays
+            ("[3, 5, 2]", "[5, 7, 3]", 1.4, "[7, 10, 4]"),
+            ("[8, 2, 1]", "[16, 3, 2]", 1.3, "[21, 4, 3]"),
+        ] {
+            let (set, _) = next(&grid(second), &grid(finest), ratio, false).expect("a finer mesh");
+            assert_eq!(set, format!("\"mesh.grid.divisions\" = {expected}"), "{second} {finest} {ratio}");
+        }
+    }
+
+    #[test]
     fn the_keys_that_set_the_size_are_continued() {
         let of = |a: &str, b: &str| next(a, b, 1.5, false).expect("a finer mesh");
         assert_eq!(of("cells = 500", "cells = 1000"), ("\"mesh.cells\" = 3380".into(), 3380));
@@ -224,7 +256,7 @@ mod tests {
         assert_eq!(of("size = \"2 mm\"", "size = \"1.5 mm\""), ("\"mesh.size\" = \"1 mm\"".into(), 3380));
         let grid = |n: &str| format!("grid = {{ kind = \"box\", divisions = {n} }}");
         let (set, cells) = of(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"));
-        assert_eq!((set.as_str(), cells), ("\"mesh.grid.divisions\" = [9, 14, 1]", 2330));
+        assert_eq!((set.as_str(), cells), ("\"mesh.grid.divisions\" = [10, 15, 1]", 2780));
         let thick = next(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"), 2.0, true).expect("a finer mesh");
         assert_eq!(thick, ("\"mesh.grid.divisions\" = [12, 18, 2]".into(), 8000));
         assert!(next("file = \"a.msh\"", "file = \"b.msh\"", 1.5, false).is_none(), "files cannot be continued");

@@ -6,7 +6,7 @@ use crate::study::axis::{self, AxisSpec, Combine};
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::robustness::check::{Check, CheckSpec};
 use crate::study::kinds::robustness::record::{MapRecord, RobustnessRecord, SuiteRecord};
-use crate::study::spec::{FamilySpec, Mistake, VariantSpec};
+use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_unit};
 use crate::study::store::record::{Quantity, REFUSED, Role};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -159,6 +159,7 @@ fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<()
             }
         };
         out.families.push(family(&map.name, map.variants.clone(), expanded.family.members));
+        check_unit(&map.quantity).map_err(|(fact, remedy)| (format!("map {}", map.name), fact, remedy))?;
         out.columns.insert(map.name.clone(), vec![map.quantity.name.clone()]);
         out.details.maps.push(MapRecord {
             family: map.name.clone(),

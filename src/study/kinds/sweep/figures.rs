@@ -12,7 +12,7 @@ use crate::report::unit;
 use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
-use crate::study::figures::axis_label;
+use crate::study::figures::{PANELS, axis_label, first_of};
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
 
@@ -27,8 +27,6 @@ const LEAST: f64 = 40.0;
 const EACH: f64 = 52.0;
 /// From a row of panels to the next one \[mm\]
 const ROW: f64 = TALL + 17.0;
-/// Quantities that a map and the curves over time show.
-const PANELS: usize = 3;
 
 /// The place of value `k` on an axis; words are counted from 1.
 fn place(axis: &AxisRecord, k: usize) -> f64 {
@@ -120,7 +118,8 @@ fn panel(
     let middle =
         |p: &SweepPoint| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
     let lines: Vec<Vec<&SweepPoint>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
-    let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &axis_label(&q.quantity, ""));
+    let label = axis_label(&q.quantity, q.peak_prefix());
+    let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &label);
     let frame = [mm(left), mm(top), mm(right), mm(top + TALL)];
     let plot = Plot { area, frame, x: scale(axis), y };
     plot.grid();
@@ -138,14 +137,26 @@ fn panel(
         }
     }
     plot.axes(true);
-    plot.title(letter, &capital(&q.quantity.label));
+    plot.title(letter, &peak_name(q));
     legend(area, (mm(right + 2.5), mm(top + 2.0)), &entries);
+}
+
+/// The quantities of a variant that have a panel, and the end of the caption.
+fn shown<'a>(a: &'a SweepFindings, variant: &str) -> (Vec<&'a ByQuantity<Dependence>>, String) {
+    let mut all: Vec<_> = a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).collect();
+    let more = first_of(all.len());
+    all.truncate(PANELS);
+    (all, more)
+}
+
+/// `Change of cavity volume`, over a panel of peaks.
+fn peak_name(q: &ByQuantity<Dependence>) -> String {
+    capital(&format!("{}{}", q.peak_prefix(), q.quantity.label))
 }
 
 /// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
 pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
-    let maps: Vec<&ByQuantity<Dependence>> =
-        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(PANELS).collect();
+    let (maps, more) = shown(a, variant);
     let [first, second] = &a.axes[..] else { return None };
     if a.list || maps.is_empty() {
         return None;
@@ -159,12 +170,12 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
             let (power, unit) = unit::shown(&q.quantity.unit, low.abs().max(high.abs()));
             squares(area, q, power, (first, second), [x, top, x + panels.each, top + TALL]);
             let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-            let title = heading(letter(k, maps.len()), &format!("{}{unit}", capital(&q.quantity.label)));
+            let title = heading(letter(k, maps.len()), &format!("{}{unit}", peak_name(q)));
             text(area, &title, (mm(x), mm(top - 2.4)), At::Left, LABEL, INK);
         }
     });
     let caption =
-        format!("Peaks over the grid, {}. An empty square has no converged case.", store.study.label(variant));
+        format!("Peaks over the grid, {}. An empty square has no converged case.{more}", store.study.label(variant));
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
 
@@ -202,8 +213,7 @@ fn squares(
 
 /// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
-    let panels: Vec<&ByQuantity<Dependence>> =
-        a.quantities.iter().filter(|q| q.variant == variant && !q.points.is_empty()).take(PANELS).collect();
+    let (panels, more) = shown(a, variant);
     let first = a.axes.first()?;
     if panels.is_empty() {
         return None;
@@ -240,7 +250,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
         .collect();
     let held = if held.is_empty() { String::new() } else { format!(", with {}", held.join(", ")) };
     let caption =
-        format!("The quantities over time, {}, coloured by {}{held}.", store.study.label(variant), first.label);
+        format!("The quantities over time, {}, coloured by {}{held}.{more}", store.study.label(variant), first.label);
     Some(Figure { name: format!("sweep-{variant}"), svg, caption })
 }
 

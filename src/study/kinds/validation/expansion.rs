@@ -2,7 +2,7 @@
 //!
 //! All cases of the [design](super::design) have derivatives by unknowns and inputs.
 
-use crate::scene::{ParameterKey, SceneError, from_text, hint, read_scene};
+use crate::scene::{ParameterKey, SceneError, from_text, hint, read_scene, unit_of_column};
 use crate::study::kind::Expansion;
 use crate::study::kinds::validation::constants::{record, unknown, without_use};
 use crate::study::kinds::validation::design::cases;
@@ -46,11 +46,15 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         let of = |q: &&QuantityPlan| q.records.contains_key(&r.name);
         let mut columns: Vec<&QuantityPlan> = plan.quantities.iter().filter(of).collect();
         columns.dedup_by_key(|q| q.column.clone());
+        // The column as it is recorded: the label is that of what is evaluated from it
         let quantity = |q: &&QuantityPlan| Quantity {
             name: q.column.clone(),
-            label: q.label.clone(),
+            label: q.column.clone(),
             symbol: q.symbol.clone(),
-            unit: q.column.rsplit('_').next().unwrap_or_default().into(),
+            unit: match unit_of_column(&q.column) {
+                "1" => String::new(),
+                unit => unit.into(),
+            },
             ..Quantity::default()
         };
         VariantSpec {

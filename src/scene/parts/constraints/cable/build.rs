@@ -48,6 +48,7 @@ pub(in crate::scene) fn build_cables(
     let mut routes = find_routes(builder, place, spec)?;
     for (k, route) in routes.iter().enumerate() {
         let name = &route.name;
+        builder.check_name(place, name)?;
         if known.iter().map(|c| &c.name).chain(routes[..k].iter().map(|r| &r.name)).any(|other| other == name) {
             let fact = format!("another cable is called \"{name}\" too");
             return Err(builder.content(place, fact, "give each cable a `name` of its own"));

@@ -196,8 +196,12 @@ impl ConstraintPart for CableSpec {
         Some(Headline { column, label: "cable tension", symbol: "T", unit: "N" })
     }
 
-    fn is_exact(&self) -> bool {
-        self.friction.is_some() || self.drive.is_by_length()
+    fn exact(&self) -> Option<&'static str> {
+        match (&self.friction, self.drive.is_by_length()) {
+            (_, true) => Some("a cable driven by length"),
+            (Some(_), false) => Some("a cable with friction"),
+            (None, false) => None,
+        }
     }
 
     fn has_friction(&self) -> bool {

@@ -10,7 +10,7 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
-use crate::study::figures::axis_label;
+use crate::study::figures::{PANELS, axis_label, first_of};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::store::record::{Quantity, Role, StoredCase};
 use crate::study::store::results::Results;
@@ -44,10 +44,12 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
             deciding.push(q);
         }
     }
-    let own = store.study.quantities.get(variant).into_iter().flatten().take(2);
-    let shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
+    let own = store.study.quantities.get(variant).into_iter().flatten();
+    let mut shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
+    shown.retain(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()));
+    let more = first_of(shown.len());
     let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
-        .filter(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()))
+        .take(PANELS)
         .map(|q| {
             let study = analysis.find(variant, &q.name);
             let curves = study.and_then(|q| q.curves.iter().find(|(f, _)| *f == family.name)).map(|(_, c)| c);
@@ -98,7 +100,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     let below =
         if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
     let caption = format!(
-        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}",
+        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}{more}",
         capital(&store.study.label(variant)),
         family.name
     );

@@ -10,6 +10,7 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
+use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
@@ -44,6 +45,11 @@ fn dots<'a>(store: &'a Results, analysis: &ConvergenceFindings, q: &ByQuantity<M
         .collect()
 }
 
+/// Number of deciding quantities.
+fn deciding(analysis: &ConvergenceFindings) -> usize {
+    analysis.quantities.iter().filter(|q| q.deciding).count()
+}
+
 /// Shared layout: one panel per deciding quantity with a reference, the legend below.
 fn sheet(
     store: &Results,
@@ -52,7 +58,7 @@ fn sheet(
     panel: impl Fn(&Area, [i32; 4], Option<char>, &ByQuantity<MeshErrors>, &[ErrorDot]),
 ) -> Option<String> {
     let shown: Vec<(&ByQuantity<MeshErrors>, Vec<ErrorDot>)> =
-        (analysis.quantities.iter().filter(|q| q.deciding).take(3))
+        (analysis.quantities.iter().filter(|q| q.deciding).take(PANELS))
             .map(|q| (q, dots(store, analysis, q)))
             .filter(|(_, d)| d.iter().any(|d| d.error > 0.0))
             .collect();
@@ -147,11 +153,14 @@ fn parts_above(curve: &[(f64, f64)], edge: f64) -> Vec<Vec<(f64, f64)>> {
 
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
-    let extra = vec![
-        (Sample::Line(GREY), format!("fit of order {}", italic("p"))),
+    let mut extra = vec![
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
+    let fits = |q: &ByQuantity<MeshErrors>| q.estimates.iter().any(|e| model(e, e.h_m[0]).is_some());
+    if analysis.quantities.iter().any(|q| q.deciding && q.reference.is_some() && fits(q)) {
+        extra.insert(0, (Sample::Line(GREY), format!("fit of order {}", italic("p"))));
+    }
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let h = |d: &ErrorDot| 1e3 * d.record.mesh.h_m;
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
@@ -202,9 +211,11 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
             text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
         }
     })?;
-    let caption = "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
-                   the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis."
-        .into();
+    let caption = format!(
+        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
+         the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{}",
+        first_of(deciding(analysis))
+    );
     Some(Figure { name: "error-h".into(), svg, caption })
 }
 
@@ -246,7 +257,8 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis."
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis.{}",
+        first_of(deciding(analysis))
     );
     Some(Figure { name: "work-precision".into(), svg, caption })
 }

@@ -6,11 +6,11 @@ use crate::report::numbers::{digits, space};
 use crate::report::panels::{heading, letter};
 use crate::report::unit;
 use crate::study::analysis::Analysis;
+use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 
 /// Predictions and groups that are drawn.
-const PANELS: usize = 6;
 const BARS: usize = 9;
 const WIDE: f64 = 62.0;
 const ROW: f64 = 5.0;
@@ -50,11 +50,7 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
             top = bottom + GAP;
         }
     });
-    let more = if a.predictions.len() > PANELS {
-        format!(" Of {} predictions the first {PANELS}.", a.predictions.len())
-    } else {
-        String::new()
-    };
+    let more = first_of(a.predictions.len());
     let caption = format!(
         "Half-width of the 95 % interval of each prediction that every group of errors alone would give, largest first; groups add as squares.{more}"
     );

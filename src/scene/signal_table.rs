@@ -1,0 +1,141 @@
+//! The table of a signal: a CSV with a header line, time in s, then the value.
+
+use crate::math::units::{self, Dimension};
+use crate::storage::{self, DATA_LIMIT};
+use std::path::Path;
+
+/// Difference of two factors below which they are the same unit \[–\]
+const SAME: f64 = 1e-12;
+/// Units that are words or symbols as well: at the end of a name they count only where their dimension is that of the column.
+const AMBIGUOUS: [&str; 7] = ["m", "s", "g", "l", "in", "min", "bar"];
+
+/// Times \[s\] and values \[SI\] of a file whose values are in `unit`; else the fact and the remedy.
+pub(super) fn read_signal(
+    path: &Path,
+    (unit, factor): (&str, f64),
+    dimension: Dimension,
+) -> Result<Vec<(f64, f64)>, String> {
+    let bytes = storage::read(path, DATA_LIMIT).map_err(|e| format!("{e}; the path is relative to the scene"))?;
+    let mut reader = csv::Reader::from_reader(bytes.as_slice());
+    let header = reader.headers().map_err(|e| format!("line 1: {e}; write for example \"t_s,value\""))?;
+    let name = |k: usize| header.get(k).unwrap_or_default().trim();
+    check_header([name(0), name(1)], (unit, factor), dimension)?;
+    let mut rows: Vec<(f64, f64)> = Vec::new();
+    for (k, record) in reader.deserialize::<(f64, f64)>().enumerate() {
+        let (t, value) = record.map_err(|_| {
+            format!("line {}: two numbers are needed (time in s, value in {unit}), separated by a comma", k + 2)
+        })?;
+        if !t.is_finite() || !(value * factor).is_finite() {
+            return Err(format!("line {}: time or value is no finite number", k + 2));
+        }
+        if rows.last().is_some_and(|last| last.0 >= t) {
+            return Err(format!("line {}: time must increase from row to row", k + 2));
+        }
+        rows.push((t, value * factor));
+    }
+    if rows.is_empty() { Err("the table has no row".into()) } else { Ok(rows) }
+}
+
+/// Refuses a first line that is no header, and names that contradict the order or the units of the columns.
+fn check_header([first, second]: [&str; 2], (unit, factor): (&str, f64), dimension: Dimension) -> Result<(), String> {
+    if first.parse::<f64>().is_ok() {
+        let fact = "line 1: it has numbers, and the first line is the header, from which no point is taken";
+        return Err(format!("{fact}; add a header line such as \"t_s,value\""));
+    }
+    if is_time(second) && !is_time(first) {
+        return Err(format!("line 1: \"{second}\" is the second column; put the time first, and the value after it"));
+    }
+    let time = named_unit(first, Dimension::TIME).filter(|own| !own.is(1.0, Dimension::TIME));
+    if let Some(own) = time {
+        let remedy = "give the times in s, and the name without another unit";
+        return Err(format!("line 1: the time \"{first}\" is in {}, and must be in s; {remedy}", own.name));
+    }
+    let value = named_unit(second, dimension).filter(|own| !own.is(factor, dimension));
+    value.map_or(Ok(()), |own| {
+        let fact = format!("line 1: the values \"{second}\" are in {}, and the scene says unit = \"{unit}\"", own.name);
+        Err(format!("{fact}; correct the one that is wrong"))
+    })
+}
+
+/// A unit in the name of a column.
+struct NamedUnit<'a> {
+    name: &'a str,
+    factor: f64,
+    dimension: Dimension,
+}
+
+impl NamedUnit<'_> {
+    fn is(&self, factor: f64, dimension: Dimension) -> bool {
+        self.dimension == dimension && (self.factor / factor - 1.0).abs() < SAME
+    }
+}
+
+/// The unit in brackets, or else after the last underscore or space, of a column that is expected to have this dimension.
+fn named_unit(name: &str, expected: Dimension) -> Option<NamedUnit<'_>> {
+    let read = |name| units::parts(&format!("1 {name}")).ok().map(|(_, _, factor, dimension)| (factor, dimension));
+    let unit = |name| {
+        let found = read(name).filter(|_| !matches!(name, "" | "1"));
+        found.map(|(factor, dimension)| NamedUnit { name, factor, dimension })
+    };
+    let open = name.rfind(['[', '(']);
+    if let Some(inside) = open.map(|k| name[k + 1..].trim_end_matches([']', ')', ' ']).trim()) {
+        return unit(inside);
+    }
+    let (_, last) = name.rsplit_once(['_', ' '])?;
+    unit(last).filter(|own| own.dimension == expected || !AMBIGUOUS.contains(&last))
+}
+
+/// Whether a column is called time, or has a unit of it in brackets.
+fn is_time(name: &str) -> bool {
+    let title = name.split(['[', '(', '_', ' ']).next().unwrap_or_default().to_lowercase();
+    let in_time = || named_unit(name, Dimension::NONE).is_some_and(|own| own.dimension == Dimension::TIME);
+    matches!(title.as_str(), "t" | "time") || in_time()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(names: [&str; 2]) -> Result<(), String> {
+        check_header(names, ("mm", 1e-3), Dimension::LENGTH)
+    }
+
+    #[test]
+    fn a_header_that_contradicts_is_refused() {
+        for (names, says) in [
+            (["0", "0"], "add a header line"),
+            (["-1e-3", "x"], "add a header line"),
+            (["t [ms]", "u [mm]"], "in ms, and must be in s"),
+            (["time_ms", "u"], "in ms, and must be in s"),
+            (["t (min)", "u"], "in min, and must be in s"),
+            (["t", "u [m]"], "are in m, and the scene says unit = \"mm\""),
+            (["t_s", "u_m"], "are in m, and the scene says unit = \"mm\""),
+            (["t_s", "force_N"], "are in N, and the scene says unit = \"mm\""),
+            (["t", "p (kPa)"], "are in kPa"),
+            (["u", "t"], "put the time first"),
+            (["shortening_mm", "time [s]"], "put the time first"),
+            (["u", "x [s]"], "put the time first"),
+        ] {
+            let error = header(names).expect_err(says);
+            assert!(error.contains(says), "{names:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn other_names_are_taken() {
+        for names in [
+            ["t_s", "shortening_mm"],
+            ["t", "u"],
+            ["Time [s]", "Displacement [mm]"],
+            ["time", "u (pull_in)"],
+            ["t [s]", "u [1]"],
+            ["t", "u_1"],
+            ["x", "y"],
+            ["t", "rate_s"],
+            ["", ""],
+            ["t", "length of the cable"],
+        ] {
+            assert_eq!(header(names), Ok(()), "{names:?}");
+        }
+    }
+}
