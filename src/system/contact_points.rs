@@ -18,7 +18,7 @@ pub struct ContactPoint<'a> {
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
     pub shares: Vec<f64>,
-    /// s of the material that touches: it slides by Σ_k s_k dz_k across the normal
+    /// s of the material in contact: it slides by Σ_k s_k dz_k across the normal
     pub sliding: Vec<f64>,
     /// d \[m\]
     pub gap: f64,

@@ -237,3 +237,39 @@ fn friction_obeys_coulomb() {
     }
     assert!(slid > 20 && stuck > 20, "{slid} {stuck}");
 }
+
+/// Friction of a ball acts on the material in contact at the start of the step: its moment about the centre is that of its force there, and it is
+/// opposite to the sliding of that material.
+#[test]
+fn friction_of_a_ball_has_a_moment() {
+    let frame = AffineFrame { nodes: [0, 1, 2, 3], center: Vec3::new(0.2, -0.1, 0.95), length: 0.8 };
+    let (nodes, weights) = (frame.nodes.to_vec(), vec![1.0, 0.0, 0.0, 0.0]);
+    let carrier = Some(frame.clone());
+    let ball = SurfacePoint { at: frame.center, nodes, weights, area: 0.7, radius: 1.0, carrier };
+    let obstacle = Obstacle { shape: Shape::floor(), origin: Vec3::zeros(), axes: Mat3::identity(), body: None };
+    let contact = Arc::new(Contact::new("c".into(), vec![ball], obstacle));
+    let response = Penalty { stiffness: 5.0, rounding: 0.0 };
+    let pressing = Arc::new(Pressed { contact, response, friction: None });
+    let law = Coulomb { coefficient: 0.4, stick_velocity: 1e-3, slip: 1.0 };
+    let friction = ContactFriction { name: "f".into(), pressing, law };
+    let mut random = Random(5);
+    let mut felt = 0;
+    for _ in 0..40 {
+        let x = random.vector(12, 0.1);
+        let local = eval(&friction, &x, Want::Residual);
+        let forces = [0, 1, 2, 3].map(|k| -Vec3::from_column_slice(&local.r[3 * k..3 * k + 3]));
+        let force: Vec3 = forces.iter().sum();
+        if force.norm() == 0.0 {
+            continue;
+        }
+        felt += 1;
+        let p = frame.positions(&x);
+        let arm = frame.gradient(&p) * Vec3::new(0.0, 0.0, -1.0);
+        let moment: Vec3 = (0..4).map(|k| (p[k] - p[0]).cross(&forces[k])).sum();
+        assert!((moment - arm.cross(&force)).norm() < 1e-12, "{moment:?}");
+        let slid = p[0] + arm - frame.center + Vec3::z();
+        let slid = Vec3::new(slid.x, slid.y, 0.0);
+        assert!((force.dot(&slid) + force.norm() * slid.norm()).abs() < 1e-12, "{force:?} against {slid:?}");
+    }
+    assert!(felt > 10, "{felt}");
+}

@@ -11,6 +11,7 @@ mod limits;
 mod loops;
 mod motion;
 mod rigid;
+mod rolling;
 mod setup;
 mod statics;
 mod surface;

@@ -150,3 +150,53 @@ friction = 0.3
         }
     }
 }
+
+/// The default distance is a hundredth of the size of the cells at the region, not of all: of a block whose layers are thinner towards the top, that
+/// of the top layer, each hexahedron of which is six cells.
+#[test]
+fn the_default_distance_is_that_of_the_cells_in_contact() {
+    let (width, height, layers) = (0.02, 0.01, 4);
+    let mut mesh = block(4, 4, layers, width, width, height, Order::Linear);
+    mesh.points.iter_mut().for_each(|p| p.z = height * (1.0 - (1.0 - p.z / height).powi(2)));
+    let top = width * width * height / 16.0 / f64::from(layers as u32).powi(2);
+    let size = (top / 6.0).cbrt();
+    let force = |extra: &str| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[contact]]
+name = "plate"
+region = "zmax"
+obstacle = {{ kind = "box", min = ["-5 mm", "-5 mm", "10.1 mm"], max = ["25 mm", "25 mm", "20 mm"] }}
+motion = {{ direction = [0, 0, -1], displacement = {{ kind = "ramp", from = "0 mm", to = "0.5 mm", end = "1 s" }} }}
+response = "barrier"
+friction = 0
+{extra}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.25 s"
+"#
+        );
+        let run = run(&scene(mesh.clone(), &text));
+        assert_eq!(run.status, Status::Converged, "{extra}");
+        last(&run, "plate_force_z_N")
+    };
+    let of = |size: f64| force(&format!("distance = \"{} mm\"", 10.0 * size));
+    let (default, at_region, at_mean) = (force(""), of(size), of(mesh.h()));
+    println!("forces: {default} {at_region} {at_mean} N");
+    assert!((default / at_region - 1.0).abs() < 1e-6, "{default} for {at_region}");
+    assert!((default / at_mean - 1.0).abs() > 1e-3, "{default} and {at_mean}");
+}

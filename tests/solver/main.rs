@@ -12,5 +12,6 @@ mod instability;
 mod iterative;
 mod random_scenes;
 mod robust;
+mod start;
 mod threads;
 mod time_error;

@@ -2,7 +2,7 @@
 //!
 //! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it, F_t = −μ N f(|u|/ε) u/|u|
 //! with f of [`friction`](crate::system::friction). A point sticks while f < 1: it creeps by less than ε in a step.
-//! s are the shares of the material that touches. Of a ball this is the spot −r n, as it was turned at the start of the step: the force has
+//! s are the shares of the material in contact. Of a ball this is the spot −r n, as it was turned at the start of the step: the force has
 //! a moment about the centre, and a ball rolls, with an error of second order in the angle of a step.
 //! ε = stick velocity · Δt in dynamics, and a length in statics.
 //!
@@ -103,11 +103,11 @@ impl ContactFriction {
         self.pressing.contact()
     }
 
-    /// The normal forces on point `b`, with the shares of the material that touches.
+    /// The normal forces on point `b`, with the shares of the material in contact.
     fn presses(&self, at: &At, b: usize) -> Vec<NormalForce> {
         let mut presses = self.pressing.normal_forces(at.x, b);
         for press in &mut presses {
-            press.sliding = self.contact().touching([at.x, at.old], b, &press.normal, &press.shares);
+            press.sliding = self.contact().contact_shares([at.x, at.old], b, &press.normal, &press.shares);
         }
         presses
     }

@@ -59,7 +59,7 @@ pub struct NormalForce {
     pub normal: Vec3,
     /// s of the nodes of the block
     pub shares: Vec<f64>,
-    /// s of the material that touches, by which friction acts: other than those of the point where this is the centre of a ball
+    /// s of the material in contact, by which friction acts: other than those of the point where this is the centre of a ball
     pub sliding: Vec<f64>,
     /// −∂N/∂d, where d is the distance along the normal \[N/m\]
     pub stiffness: f64,
@@ -156,9 +156,9 @@ impl Contact {
         p.nodes.iter().zip(&p.weights).map(|(&node, w)| displacement(dx, node) * *w).sum()
     }
 
-    /// s of the material that touches at point `b` along the `normal`, which points away from the obstacle: of a ball the spot −r n on it as it
+    /// s of the material in contact at point `b` along the `normal`, which points away from the obstacle: of a ball the spot −r n on it as it
     /// was turned at the start of the step, and what is there of the obstacle at x; of a point of a surface the `shares` of the point.
-    fn touching(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> Vec<f64> {
+    fn contact_shares(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> Vec<f64> {
         let point = &self.points[b];
         if point.carrier.is_none() {
             return shares.to_vec();

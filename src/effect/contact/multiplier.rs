@@ -95,7 +95,7 @@ impl ContactPoints for Multiplier {
             let shares = pair.shares(&self.contact.points[b].weights);
             ContactPoint {
                 nodes: self.contact.blocks().nodes(b).to_vec(),
-                sliding: self.contact.touching([x, old], b, &pair.normal, &shares),
+                sliding: self.contact.contact_shares([x, old], b, &pair.normal, &shares),
                 shares,
                 gap: pair.gap,
                 normal: pair.normal,

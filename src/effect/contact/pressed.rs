@@ -113,7 +113,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
                 let shares = pair.shares(&point.weights);
                 ContactPoint {
                     nodes: self.contact.blocks().nodes(b as usize).to_vec(),
-                    sliding: self.contact.touching([x, old], b as usize, &pair.normal, &shares),
+                    sliding: self.contact.contact_shares([x, old], b as usize, &pair.normal, &shares),
                     shares,
                     gap: pair.gap,
                     normal: pair.normal,

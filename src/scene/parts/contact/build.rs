@@ -122,7 +122,7 @@ fn build_contact(
     Ok(NamedContact { name, response: spec.response, of })
 }
 
-/// Mean size of the cells where a contact acts \[m\]: of those at its region, at the finer one of two regions, of all where rigid bodies meet
+/// Mean size of the cells where a contact acts \[m\]: of those at its region, at the finer one of two regions, of all cells where rigid bodies meet
 /// obstacles.
 fn cell_size(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[RigidBody]) -> Result<f64, SceneError> {
     let mesh = &builder.body.mesh;
@@ -141,11 +141,11 @@ fn cell_size(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[Rigid
 
 /// (V/N)^{1/3} of the cells at facets \[m\].
 fn size_at(mesh: &TetMesh, facets: &[u32]) -> f64 {
-    let mut touches = vec![false; mesh.points.len()];
+    let mut is_there = vec![false; mesh.points.len()];
     for &node in facets.iter().flat_map(|&f| mesh.facet(f as usize)) {
-        touches[node as usize] = true;
+        is_there[node as usize] = true;
     }
-    let cells = (0..mesh.cell_count()).filter(|&c| mesh.cell(c).iter().any(|&node| touches[node as usize]));
+    let cells = (0..mesh.cell_count()).filter(|&c| mesh.cell(c).iter().any(|&node| is_there[node as usize]));
     let (volume, count) = cells.fold((0.0, 0), |(volume, count), c| (volume + mesh.cell_volume(c), count + 1));
     (volume / f64::from(count)).cbrt()
 }

@@ -1,0 +1,88 @@
+//! Rigid spheres on a plane with friction: they roll, slide, and go over from the one to the other.
+
+use crate::common::{column, run, scene};
+use crate::setup::{CUBE, RESPONSES};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::solve::Status;
+
+/// Radius of the sphere \[m\].
+const RADIUS: f64 = 0.01;
+const GRAVITY: f64 = 9.81;
+/// Duration of a run and its step \[s\].
+const TIMES: (f64, f64) = (0.2, 1e-3);
+
+/// Distances along a plane at this slope, at every step \[m\].
+fn path(response: &str, slope: f64, friction: f64, start: &str) -> Vec<f64> {
+    let (sin, cos) = slope.sin_cos();
+    // A barrier carries the weight just within its distance.
+    let height = 1e3 * RADIUS + if response == "barrier" { 0.0196 } else { 0.0 };
+    let text = format!(
+        r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "ball"
+shape = {{ kind = "sphere", center = ["{} mm", "0 mm", "{} mm"], radius = "10 mm" }}
+density = "1000 kg/m^3"
+gravity = {{ direction = [0, 0, -1], acceleration = "{GRAVITY} m/s^2" }}
+{start}
+[[contact]]
+name = "plane"
+region = "ball"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [{sin}, 0, {cos}] }}
+response = "{response}"
+friction = {friction}
+distance = "0.02 mm"
+stick_velocity = "0.1 mm/s"
+[[stage]]
+integrator = "bdf2"
+duration = "{} s"
+dt = "{} s"
+[numerics]
+max_iterations = 200
+"#,
+        height * sin,
+        height * cos,
+        TIMES.0,
+        TIMES.1
+    );
+    let run = run(&scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text));
+    assert_eq!(run.status, Status::Converged, "{response}");
+    let (x, z) = (column(&run, "ball_x_m"), column(&run, "ball_z_m"));
+    x.iter().zip(&z).map(|(at_x, at_z)| (at_x - x[0]) * cos - (at_z - z[0]) * sin).collect()
+}
+
+/// On a slope of 20°: 5/7 g sin θ where friction is enough to roll, g (sin θ − μ cos θ) where μ is less than 2/7 tan θ. The step turns the sphere
+/// by up to 0.05, whose square over six is 4e-4, and it sticks with a creep of less than 0.1 mm/s, 2e-4 of its speed.
+#[test]
+fn a_sphere_rolls_or_slides_down_a_slope() {
+    let slope = 20f64.to_radians();
+    for response in RESPONSES {
+        for (friction, acceleration) in [(0.5, 5.0 / 7.0 * slope.sin()), (0.05, slope.sin() - 0.05 * slope.cos())] {
+            let s = path(response, slope, friction, "");
+            let measured = 2.0 * s[s.len() - 1] / TIMES.0.powi(2);
+            let expected = GRAVITY * acceleration;
+            println!("{response}, friction {friction}: {measured} m/s², {expected}");
+            assert!((measured / expected - 1.0).abs() < 5e-3, "{response}, {friction}: {measured} for {expected}");
+        }
+    }
+}
+
+/// A sphere that slides ends with 5/7 of its speed, one that spins with 2/7 of that of its surface: the moment of momentum about a point of the
+/// plane is kept. The sliding ends after 2/7 v/μg = 0.05 s.
+#[test]
+fn a_sphere_that_slides_or_spins_comes_to_roll() {
+    for response in RESPONSES {
+        for (start, expected) in [
+            ("velocity = [\"0.5 m/s\", \"0 m/s\", \"0 m/s\"]", 5.0 / 7.0 * 0.5),
+            ("spin = [\"0 rad/s\", \"50 rad/s\", \"0 rad/s\"]", 2.0 / 7.0 * 50.0 * RADIUS),
+        ] {
+            let s = path(response, 0.0, 0.3, start);
+            let measured = (s[s.len() - 1] - s[s.len() - 2]) / TIMES.1;
+            println!("{response}, {start}: {measured} m/s, {expected}");
+            assert!((measured / expected - 1.0).abs() < 5e-3, "{response}, {start}: {measured} for {expected}");
+        }
+    }
+}
