@@ -84,7 +84,7 @@ fn size(path: &Path, folder: &Path, name: &Path) -> Result<u64, GenerateError> {
 struct Includes<'a> {
     main: &'a Path,
     folder: &'a Path,
-    /// What each file includes
+    /// Files that each file includes
     known: BTreeMap<PathBuf, Vec<PathBuf>>,
     /// The file that is read, after those that include it
     open: Vec<PathBuf>,

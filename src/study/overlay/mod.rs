@@ -136,7 +136,8 @@ mod tests {
         let overlay = Overlay { distance: distance(&far, &x, &y), measured: far, x, y };
         let note = apart(&[overlay]).next().expect("nothing in common");
         assert!(
-            note.contains("f has no distance from m.csv") && note.contains("0 to 1 simulated and 5 to 6 measured"),
+            note.contains("f has no distance from m.csv")
+                && note.contains("0 to 1.00 simulated and 5.00 to 6.00 measured"),
             "{note}"
         );
     }

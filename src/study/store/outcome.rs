@@ -22,9 +22,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
-    let mesh = &scene.body.mesh;
-    let quality = Quality::of(mesh);
-    let wall = wall(scene);
     let (markers, unread) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
     CaseRecord {
@@ -32,18 +29,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         family: String::new(),
         variant: String::new(),
         member: String::new(),
-        mesh: MeshRecord {
-            cells: mesh.cell_count(),
-            nodes: mesh.points.len(),
-            h_m: mesh.h(),
-            edge_m: Some(mesh.mean_edge()),
-            wall_cells: wall.map(|w| w.cells),
-            wall_m: wall.map(|w| w.thickness),
-            min_quality: quality.radius_ratio_min,
-            mean_quality: quality.radius_ratio_mean,
-            volume_m3: mesh.volume(),
-            source: scene.body.source.clone(),
-        },
+        mesh: mesh_record(scene),
         formulation: scene.spec.formulation(),
         law: scene.law.as_deref().map(LawRecord::new),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
@@ -106,6 +92,24 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         no_limit: scene.no_limit.clone(),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
+    }
+}
+
+/// The mesh of a scene.
+fn mesh_record(scene: &Scene) -> MeshRecord {
+    let mesh = &scene.body.mesh;
+    let (quality, wall) = (Quality::of(mesh), wall(scene));
+    MeshRecord {
+        cells: mesh.cell_count(),
+        nodes: mesh.points.len(),
+        h_m: mesh.h(),
+        edge_m: Some(mesh.mean_edge()),
+        wall_cells: wall.map(|w| w.cells),
+        wall_m: wall.map(|w| w.thickness),
+        min_quality: quality.radius_ratio_min,
+        mean_quality: quality.radius_ratio_mean,
+        volume_m3: mesh.volume(),
+        source: scene.body.source.clone(),
     }
 }
 

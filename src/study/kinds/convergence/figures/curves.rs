@@ -37,16 +37,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         let here = |c: &&StoredCase| c.record.variant == variant && r.cases.contains(&c.record.id);
         cases.extend(store.cases.iter().find(here).filter(|c| !family.cases.contains(&c.record.id)));
     }
-    // Those that decide, wherever they are listed; else the first ones that the variant lists
-    let mut deciding: Vec<&Quantity> = vec![];
-    for q in analysis.quantities.iter().map(|q| &q.quantity).filter(|q| q.deciding || q.headline) {
-        if deciding.iter().all(|known| known.name != q.name) {
-            deciding.push(q);
-        }
-    }
-    let own = store.study.quantities.get(variant).into_iter().flatten();
-    let mut shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
-    shown.retain(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()));
+    let shown = shown(store, analysis, variant, &cases);
     let more = first_of(shown.len());
     let panels: Vec<(Quantity, Option<&CurveStudy>)> = (shown.into_iter())
         .take(PANELS)
@@ -105,6 +96,25 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })
+}
+
+/// The quantities with a panel: those that decide, wherever they are listed; else those that the variant lists.
+fn shown<'a>(
+    store: &'a Results,
+    analysis: &'a ConvergenceFindings,
+    variant: &str,
+    cases: &[&StoredCase],
+) -> Vec<&'a Quantity> {
+    let mut deciding: Vec<&Quantity> = vec![];
+    for q in analysis.quantities.iter().map(|q| &q.quantity).filter(|q| q.deciding || q.headline) {
+        if deciding.iter().all(|known| known.name != q.name) {
+            deciding.push(q);
+        }
+    }
+    let own = store.study.quantities.get(variant).into_iter().flatten();
+    let mut shown: Vec<&Quantity> = if deciding.is_empty() { own.collect() } else { deciding };
+    shown.retain(|q| cases.iter().any(|c| Curve::of(&c.series, &q.name).is_some()));
+    shown
 }
 
 /// The order of the curves of every quantity, in a sentence.
