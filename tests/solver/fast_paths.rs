@@ -254,10 +254,11 @@ tolerance = 1e-11
 
 /// A finger pushes a rigid cube over a floor, with barriers and friction: corrections, in which each point solves for its own force, lead to
 /// the states of Newton's method with a third of its iterations. Friction adds up over the path, each step to the tolerance of its forces,
-/// 1e-8 of their sum, some 1e-5 of the force on the cube: the travel agrees to 1e-4 of itself.
+/// 1e-8 of their sum, some 1e-5 of the force on the cube: the travel agrees to 1e-4 of itself. In the step to 0.76 s one of the points of the finger
+/// leaves the cube, and there are two equilibria, with its left or its right corner pressed more: the comparison ends before.
 #[test]
 fn corrections_lead_to_the_states_of_newtons_method() {
-    let short: &[&str] = &["mesh.cells=1770", "stage.0.duration=\"0.76 s\""];
+    let short: &[&str] = &["mesh.cells=1770", "stage.0.duration=\"0.74 s\""];
     let (corrected, newton) = (run("finger-cube", short), run("finger-cube", &[short, &[FRESH]].concat()));
     let travel = |run: &Run| column(run, "cube_x_m").last().expect("rows") - column(run, "cube_x_m")[0];
     let (ours, other) = (travel(&corrected), travel(&newton));
