@@ -95,16 +95,7 @@ pub fn exp_m1_minus_y(y: f64) -> f64 {
         return y.exp_m1() - y;
     }
     // y²/2 (1 + y/3 (1 + y/4 (…))): the term dropped is 2 y¹³/15! of the first one, below 1e-15 at |y| = ½.
-    const INVERSES: [f64; 13] = {
-        let mut inverses = [0.0; 13];
-        let mut k = 0;
-        while k < 13 {
-            inverses[k] = 1.0 / (15 - k) as f64;
-            k += 1;
-        }
-        inverses
-    };
-    let tail = INVERSES.iter().fold(1.0, |s, inverse| 1.0 + s * y * inverse);
+    let tail = (3..=15).rev().fold(1.0, |s, n| 1.0 + s * y / f64::from(n));
     0.5 * y * y * tail
 }
 

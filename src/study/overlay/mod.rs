@@ -4,7 +4,8 @@
 //! d = f(x) − m at the measured x within the range of both,  ‖d‖₂/‖m‖₂ with ‖d‖₂ = √(1/X ∫ d² dx),  max |d|/max |m|
 //! ```
 //!
-//! f is linear between its rows. Over another column than time both curves count along their longest branch, between two turning points in x.
+//! f is linear between its rows. Over another column than time both curves count along their first long branch between two turning points
+//! in x.
 
 pub mod distance;
 pub mod figure;
@@ -54,26 +55,28 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     })
 }
 
-/// The branch that is longest in x, the first of those that are, by ascending x; none if x does not change.
+/// Least length of the branch that counts, as a share of the longest one: a body that sags turns before it is lifted \[–\]
+const BRANCH: f64 = 0.5;
+
+/// The first branch between two turning points of x that is about as long as the longest one, by ascending x; none if x does not change.
 fn branch(x: &[f64], y: &[f64]) -> Option<Curve> {
-    let mut longest = 0..0;
-    let length = |range: &Range<usize>| range.clone().last().map_or(0.0, |last| (x[last] - x[range.start]).abs());
+    let mut branches: Vec<Range<usize>> = vec![];
     let mut start = 0;
     while start + 1 < x.len() {
         let up = x[start + 1] > x[start];
         let steps = x[start..].windows(2).take_while(|w| w[0] != w[1] && (w[1] > w[0]) == up).count();
-        let found = start..start + steps + 1;
-        if length(&found) > length(&longest) {
-            longest = found;
-        }
+        branches.push(start..start + steps + 1);
         start += steps.max(1);
     }
-    let (mut t, mut f) = (x[longest.clone()].to_vec(), y[longest].to_vec());
+    let length = |range: &Range<usize>| (x[range.end - 1] - x[range.start]).abs();
+    let longest = branches.iter().map(length).fold(0.0, f64::max);
+    let counts = branches.into_iter().find(|range| range.len() > 1 && length(range) >= BRANCH * longest)?;
+    let (mut t, mut f) = (x[counts.clone()].to_vec(), y[counts].to_vec());
     if t.first() > t.last() {
         t.reverse();
         f.reverse();
     }
-    (t.len() >= 2).then_some(Curve { t, f })
+    Some(Curve { t, f })
 }
 
 /// A note for each measured curve that has no range in common with the recorded one.
@@ -87,7 +90,7 @@ pub fn apart(overlays: &[Overlay]) -> impl Iterator<Item = String> + '_ {
         let Measured { column, over, source, .. } = measured;
         let (own, other) = (words(x, y), words(&measured.x, &measured.y));
         format!(
-            "{column} has no distance from {source}: the longest branches have no range of {over} in common, {own} simulated and {other} measured"
+            "{column} has no distance from {source}: their branches have no range of {over} in common, {own} simulated and {other} measured"
         )
     })
 }
@@ -122,10 +125,13 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_counts_along_its_longest_branch() {
+    fn a_loop_counts_along_its_first_long_branch() {
         // A body that sags before it is lifted
         let sag = branch(&[0.0, 4.6, 1.0, 30.0, 55.0, 50.0], &[0.0, 9.0, 1.0, 2.0, 3.0, 4.0]);
         assert_eq!(sag, Some(Curve { t: vec![1.0, 30.0, 55.0], f: vec![1.0, 2.0, 3.0] }));
+        // A loop that is closed a little beyond its start is compared as it is loaded
+        let closed = branch(&[0.0, 30.0, 55.0, 30.0, -0.1], &[0.0, 2.0, 3.0, 1.0, 0.0]);
+        assert_eq!(closed, Some(Curve { t: vec![0.0, 30.0, 55.0], f: vec![0.0, 2.0, 3.0] }));
         assert_eq!(branch(&[2.0], &[1.0]), None);
         let (x, y) = ([3.0, 2.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 7.0, 7.0]);
         assert_eq!(branch(&x, &y), Some(Curve { t: vec![1.0, 2.0, 3.0], f: vec![2.0, 1.0, 0.0] }));
