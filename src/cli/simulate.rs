@@ -381,7 +381,7 @@ fn estimate(
     }
     bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
     let found = match estimator.estimate(run, estimated_columns(args)) {
-        Err(why @ EstimateError::NotSolved { .. }) => {
+        Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Stopped)) => {
             eprintln!("not complete: no error estimate: {why}");
             return Ok(None);
         }

@@ -113,8 +113,9 @@ impl EnrichedScene {
         match on_smooth_surface(&scene.body.mesh, &self.map) {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
-            Smoothed::Moved(map) => Self::on(scene, self.enrichment, map)
-                .map_or(SmoothSurface::Folded, |moved| SmoothSurface::Curved(Box::new(moved))),
+            Smoothed::Moved(map) => Self::on(scene, self.enrichment, map).map_or(SmoothSurface::Folded, |moved| {
+                SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }))
+            }),
         }
     }
 

@@ -41,7 +41,7 @@ use enrichment::EnrichedScene;
 use geometry::{GEOMETRY, Geometry};
 use kept_state::{Kept, Solved};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Error of one recorded quantity.
@@ -171,6 +171,13 @@ impl<'a> ErrorEstimator<'a> {
 
     /// Errors of these columns of the run, or of all that are functions of the state.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
+        let found = self.estimate_whole(run, columns);
+        // A solution that was stopped may look like one that does not exist
+        let stopped = self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+        if stopped { Err(EstimateError::Stopped) } else { found }
+    }
+
+    fn estimate_whole(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         let columns = self.columns(&run.columns, columns)?;
         if !self.whole_run && self.states.len() != run.rows.len() {

@@ -44,6 +44,8 @@ pub enum EstimateError {
     NoDerivative { column: String, t: f64 },
     #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
     NotSolved { t: f64, status: &'static str },
+    #[error("the estimate was stopped; run the scene again to have it")]
+    Stopped,
 }
 
 /// Refuses a scene that has no error, or whose states have no counterparts in the enriched space.
