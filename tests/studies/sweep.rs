@@ -139,6 +139,27 @@ fn a_missing_point_is_named_and_the_report_is_written() {
     }
 }
 
+/// A quantity that does not start at zero is judged by its change: its peaks are called so, its curve over time is not.
+#[test]
+fn peaks_that_are_changes_are_called_so() {
+    let drawn = |start: f64| {
+        let (study, mut stored) = study(&P, &Q, |p, q| p / q);
+        for case in &mut stored {
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value += start);
+        }
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &(study, stored));
+        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        ["against-cable_tension_N-length", "map-length", "sweep-length"].map(|name| {
+            let svg = std::fs::read_to_string(dir.path().join(format!("figures/{name}.svg"))).expect("drawn");
+            svg.to_lowercase().contains("change of cable tension")
+        })
+    };
+    assert_eq!(drawn(0.0), [false; 3]);
+    assert_eq!(drawn(50.0), [true, true, false]);
+}
+
 /// A study of the small scene of the command line's tests.
 fn written(text: &str) -> (tempfile::TempDir, Result<Study, String>) {
     let dir = tempfile::tempdir().expect("temporary folder");

@@ -18,3 +18,14 @@ pub fn axis_label(q: &Quantity, prefix: &str) -> String {
     let unit = if q.unit.is_empty() { String::new() } else { format!(" [{}]", q.unit) };
     format!("{prefix}{} {}{unit}", q.label, italic(&q.symbol))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_caption_says_what_has_no_panel() {
+        assert_eq!(first_of(PANELS), "");
+        assert_eq!(first_of(8), " Of 8 quantities the first 6.");
+    }
+}
