@@ -174,6 +174,10 @@ fn mistakes_are_refused_before_the_run() {
     let (code, both) = simulate(folder.path(), &format!("{SCENE}{curve}{COMPARED}"), &["simulate", "--out", "out"]);
     assert_eq!(code, Some(0), "{out} {both}");
     assert!(both.contains("is off m.csv by") && both.contains("tip of capture.csv is off"), "{both}");
+    std::fs::write(folder.path().join("far.csv"), "t,z\n100,0.02\n200,0.01\n").expect("writable");
+    let far = curve.replace("m.csv", "far.csv");
+    let (code, apart) = simulate(folder.path(), &format!("{SCENE}{far}"), &["simulate", "--out", "out"]);
+    assert!(code == Some(0) && apart.contains("face_1_z_m has no distance from far.csv"), "{code:?} {apart}");
     for (from, to, part) in [
         ("face_1", "fcae_1", "the scene records no positions of \"fcae_1\""),
         ("tip = ", "tpi = ", "there are no markers tpi"),

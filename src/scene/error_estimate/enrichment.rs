@@ -354,3 +354,23 @@ impl EnrichedScene {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::parse_scene;
+
+    /// All solutions in the enriched space end where `stop` is set, those on the smooth surface through curved facets too.
+    #[test]
+    fn solutions_end_where_they_are_stopped() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/coverage/scenes/sphere-volume.toml");
+        let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
+        let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
+        enriched.stop = Some(Arc::new(AtomicBool::new(true)));
+        assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
+        let SmoothSurface::Curved(moved) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
+        for space in [&enriched, &*moved] {
+            assert!(space.solver().equations.limit.reached().is_some());
+        }
+    }
+}
