@@ -16,7 +16,6 @@ use crate::scene::spec::{EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, NonlinearSolver, Status, Step};
 use crate::system::{State, Want};
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -214,8 +213,8 @@ impl EnrichedScene {
         }
     }
 
-    /// A state of the run in the enriched space: the same displacements and pressures as functions, those of contact included, with prescribed values
-    /// as they are on the enriched mesh.
+    /// A state of the run in the enriched space: the same displacements and pressures as functions, with prescribed values as they are
+    /// on the enriched mesh.
     pub fn prolong(&self, from: &Scene, kept: &Kept) -> State {
         let Self { scene, map, .. } = self;
         let displacements = 3 * from.points.len();
@@ -224,8 +223,8 @@ impl EnrichedScene {
         x.extend_from_slice(&kept.x[of_mesh..displacements]);
         x.extend(self.pressures(from, &kept.x[displacements..]));
         let rest = scene.system.rest();
+        // The multipliers of contact, at other points than in the run, begin at zero
         x.resize(rest.x.len(), 0.0);
-        self.press(from, &kept.x, &mut x);
         let (lambda, inputs) = (kept.lambda.clone(), kept.inputs.clone());
         let mut state = State { t: kept.t, x, lambda, inputs, ..rest };
         self.prescribe(&mut state);
@@ -233,27 +232,6 @@ impl EnrichedScene {
             self.relax_pressures(&mut state);
         }
         state
-    }
-
-    /// Sets the multipliers of contact to the pressures of the run. The unknown is p A/(E h) with the area A of a point and the mean cell size h.
-    fn press(&self, from: &Scene, of_run: &[f64], x: &mut [f64]) {
-        let (h, own_h) = (from.body.mesh.h(), self.scene.body.mesh.h());
-        for (before, now) in from.contacts.iter().zip(&self.scene.contacts) {
-            let (Some(before), Some(now)) = (before.points(), now.points()) else { continue };
-            let pressures: HashMap<u32, f64> = (before.points.iter().enumerate())
-                .filter(|(_, point)| point.area > 0.0)
-                .filter_map(|(b, point)| {
-                    let scalar = *before.blocks().scalars(b).first()?;
-                    Some((point.nodes[0], of_run[scalar as usize] * h / point.area))
-                })
-                .collect();
-            for (b, point) in now.points.iter().enumerate() {
-                let Some(&scalar) = now.blocks().scalars(b).first() else { break };
-                let weights = self.map.weights.get(point.nodes[0] as usize).into_iter().flatten();
-                let pressure: f64 = weights.filter_map(|(node, weight)| Some(weight * pressures.get(node)?)).sum();
-                x[scalar as usize] = pressure.max(0.0) * point.area / own_h;
-            }
-        }
     }
 
     fn prescribe(&self, state: &mut State) {
