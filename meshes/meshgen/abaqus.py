@@ -24,7 +24,10 @@ FACES = {
     7: [(0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)],
 }
 
-# Limits of *INCLUDE, which are those of the program too; a file that is included twice counts twice
+# Keywords whose data lines may be in the file of their INPUT=; the program knows the same
+WITH_INPUT = ("node", "element", "nset", "elset", "surface")
+
+# Limits of *INCLUDE and of INPUT=, which are those of the program too; a file that is included twice counts twice
 MOST_LEVELS = 16
 MOST_FILES = 1000
 MOST_BYTES = 4 << 30
@@ -161,6 +164,8 @@ class Reader:
             self.read(self.path.parent / given["input"])
         elif word == "element":
             self.element = self.element_kind(given.get("type", "").upper(), number)
+        if word in WITH_INPUT and given.get("input"):
+            self.read(self.path.parent / given["input"])
 
     def element_kind(self, name: str, number: int) -> tuple | None:
         """gmsh's kind and the number of nodes; none of elements that have no volume and are no facets."""

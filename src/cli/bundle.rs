@@ -74,7 +74,7 @@ fn written(args: &WriteArgs) -> CommandResult {
     } else {
         say!("{} files, {:.1} MB: {}", done.files, 1e-6 * done.bytes as f64, args.out.display());
         for mesh in &done.without_mesh {
-            eprintln!("note: the mesh {mesh} is not stored any more; a rerun makes it again with --with-mesher");
+            tell!("note: the mesh {mesh} is not stored any more; a rerun makes it again with --with-mesher");
         }
     }
     Ok(Outcome::Complete)
@@ -82,7 +82,7 @@ fn written(args: &WriteArgs) -> CommandResult {
 
 fn rerun(args: &RerunArgs) -> CommandResult {
     let bundle = open(&args.dir)?;
-    eprintln!("every file of the bundle is the one that was written");
+    tell!("every file of the bundle is the one that was written");
     let mut run = Launch::running()?.command();
     run.arg("run").arg(&bundle.study).arg("--out").arg(&args.out);
     if let Bundle { home, has_bodies: true, .. } = &bundle {

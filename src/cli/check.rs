@@ -109,8 +109,7 @@ type Bodies = BTreeMap<String, Result<Arc<Body>, String>>;
 
 /// The mesh of a scene. It is made or refused once.
 fn body(file: &Path, spec: &SceneSpec, bodies: &mut Bodies) -> Result<Arc<Body>, String> {
-    let make =
-        || Body::load(file, &spec.mesh, &mut |line| eprintln!("{line}")).map(Arc::new).map_err(|e| e.to_string());
+    let make = || Body::load(file, &spec.mesh, &mut |line| tell!("{line}")).map(Arc::new).map_err(|e| e.to_string());
     // A mesh file is looked for from the folder of the scene
     bodies.entry(format!("{:?} {:?}", file.parent(), spec.mesh)).or_insert_with(make).clone()
 }

@@ -23,7 +23,7 @@ pub struct Args {
 pub fn main(args: Args) -> CommandResult {
     let mut store = MeshStore::find()?;
     if args.setup {
-        store.mesher().setup_environment(&mut |line| eprintln!("{line}"))?;
+        store.mesher().setup_environment(&mut |line| tell!("{line}"))?;
         store = MeshStore::find()?;
     }
     let mut sound = files(&store.home);

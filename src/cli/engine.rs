@@ -99,7 +99,7 @@ pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], 
     let (packing, requests) = numbers(args)?;
     if !args.dry_run {
         // Once, here: tasks that want the same mesh would all make it
-        prepare(study, &mut |case, line| eprintln!("{case}: mesher: {line}"))?;
+        prepare(study, &mut |case, line| tell!("{case}: mesher: {line}"))?;
     }
     let cases = list(study, dir);
     let counts = |c: &&Listed| c.state != State::Stored && !(accept_build && c.state == State::OtherBuild);

@@ -40,9 +40,9 @@ pub fn main(args: Args) -> CommandResult {
         }
         return folder(&args.file, args.unit.as_deref());
     }
-    let mut import = Import::of(&args.file, args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
+    let mut import = Import::of(&args.file, args.unit.as_deref(), &mut |line| tell!("{line}"))?;
     content(&import);
-    let imported = import.load(&mut |line| eprintln!("{line}"))?;
+    let imported = import.load(&mut |line| tell!("{line}"))?;
     mesh(&imported);
     if let Some(out) = &args.scene {
         let text = starter(&import, &imported, out.parent().unwrap_or(Path::new("")));

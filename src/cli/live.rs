@@ -18,8 +18,8 @@ pub fn listen(is_asked: bool, port: u16) -> Result<Option<Listener>, LiveError> 
 /// Says where a live view is; or that there is none, because the system starts no more threads.
 fn announce(address: &str, is_served: bool) {
     match is_served {
-        true => eprintln!("live:    {address} (open it in a browser on this machine)"),
-        false => eprintln!("note: there is no live view: the system starts no more threads"),
+        true => tell!("live:    {address} (open it in a browser on this machine)"),
+        false => tell!("note: there is no live view: the system starts no more threads"),
     }
 }
 

@@ -45,9 +45,9 @@ pub fn main(args: Args) -> CommandResult {
         }
         seen.push(key);
         if args.keep {
-            keep(&file, &spec, &MeshStore::find()?, &mut |line| eprintln!("{line}"))?;
+            keep(&file, &spec, &MeshStore::find()?, &mut |line| tell!("{line}"))?;
         }
-        let body = Body::load(&file, &spec, &mut |line| eprintln!("{line}"))?;
+        let body = Body::load(&file, &spec, &mut |line| tell!("{line}"))?;
         let (mesh, quality) = (&body.mesh, Quality::of(&body.mesh));
         say!(
             "{:28} {:>7} cells {:>6} nodes  h {:.3} mm  radius ratio min {:.3} mean {:.3}  dihedral {:.1}–{:.1}°",

@@ -1,6 +1,8 @@
 //! Commands of `durometer`. Their exit codes are in `outcome`.
 
 #[macro_use]
+mod stderr;
+#[macro_use]
 mod stdout;
 
 mod arguments;
@@ -125,7 +127,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     match stdout::end() {
         Ok(()) => code,
         Err(why) => {
-            eprintln!("error: {why}");
+            tell!("error: {why}");
             outcome::UNWRITTEN
         }
     }
@@ -174,13 +176,13 @@ fn dispatch(command: Command) -> u8 {
     // A mesher that the signal has ended is no fault of the input
     let result = match result {
         Err(error) if interrupt::was_stopped() => {
-            eprintln!("stopped: {error}");
+            tell!("stopped: {error}");
             Ok(outcome::Outcome::Interrupted)
         }
         result => result,
     };
     if let Err(error) = &result {
-        eprintln!("error: {error}");
+        tell!("error: {error}");
     }
     outcome::exit_code(&result)
 }

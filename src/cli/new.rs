@@ -29,7 +29,7 @@ pub fn main(args: Args) -> CommandResult {
         say!("{:10} any mesh, surface or CAD file: its shape, held at one end under its own weight", "FILE");
         return Ok(Outcome::Complete);
     };
-    let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| eprintln!("{line}"))?;
+    let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| tell!("{line}"))?;
     say!("{}: scene.toml, study.toml, README.md", folder.display());
     say!("next, in {}: durometer simulate scene.toml", folder.display());
     Ok(Outcome::Complete)

@@ -96,11 +96,11 @@ pub fn main(args: Args) -> CommandResult {
     });
     let plan = match made {
         Err(PlanError::Stopped) => {
-            eprintln!("stopped: nothing was written");
+            tell!("stopped: nothing was written");
             return Ok(Outcome::Interrupted);
         }
         Err(none @ PlanError::FewPilots { .. }) => {
-            eprintln!("{none}");
+            tell!("{none}");
             return Ok(Outcome::NotWithinBudget);
         }
         plan => plan?,

@@ -89,13 +89,13 @@ pub fn main(args: Args) -> CommandResult {
     };
     let Some(extension) = extension.filter(|_| args.extend) else {
         if args.extend {
-            eprintln!("nothing is added: there is a verdict, or no family whose meshes can be refined by their keys");
+            tell!("nothing is added: there is a verdict, or no family whose meshes can be refined by their keys");
         }
         return done.tell(&args.how);
     };
     let file_of_added = Additions::file(&dir);
     folder::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
-    eprintln!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
+    tell!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
     let how = How { redo: false, ..args.how };
     execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?.tell(&how)
 }
@@ -199,7 +199,7 @@ pub fn execute(
     let records = growing::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
         let kept = records.len();
-        eprintln!("stopped: {kept} of {wanted} cases are finished and kept in {}; run again to go on", dir.display());
+        tell!("stopped: {kept} of {wanted} cases are finished and kept in {}; run again to go on", dir.display());
         return Ok(Done { dir, end: End::Stopped, records });
     }
     let end = match options.only.filter(Only::is_part) {
@@ -210,7 +210,7 @@ pub fn execute(
         None => End::Report(report::write(&dir)?.into()),
     };
     if stop.load(Ordering::Relaxed) {
-        eprintln!("stopped: all cases are finished; run again for a report that is surely whole");
+        tell!("stopped: all cases are finished; run again for a report that is surely whole");
         return Ok(Done { dir, end: End::Stopped, records });
     }
     Ok(Done { dir, end, records })

@@ -208,7 +208,7 @@ fn own_times((wall, cpu): (f64, f64), run: &Run, waited: f64, drawn: &Drawn) -> 
 
 fn print_notes(args: &Args, scene: &Scene) {
     if !args.json {
-        scene.notes.iter().for_each(|note| eprintln!("{}: {note}", scene.kind_of_note(note)));
+        scene.notes.iter().for_each(|note| tell!("{}: {note}", scene.kind_of_note(note)));
     }
 }
 
@@ -287,7 +287,7 @@ impl States<'_> {
         match checkpoint.write(&file, self.scene) {
             Ok(()) if label == PARTIAL => {}
             Ok(()) => self.files.push(file),
-            Err(e) if label == PARTIAL => eprintln!("note: {e}"),
+            Err(e) if label == PARTIAL => tell!("note: {e}"),
             Err(e) => self.failure = self.failure.take().or(Some(e)),
         }
     }
@@ -330,7 +330,7 @@ fn mesh(
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
         let why = "not complete: the error bar is above the tolerance on the last mesh; allow more `meshes`, or more tolerance";
-        eprintln!("{why}");
+        tell!("{why}");
     }
     Ok((found.body, is_within))
 }
@@ -382,7 +382,7 @@ fn estimate(
     bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
     let found = match estimator.estimate(run, estimated_columns(args)) {
         Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Stopped)) => {
-            eprintln!("not complete: no error estimate: {why}");
+            tell!("not complete: no error estimate: {why}");
             return Ok(None);
         }
         found => found?,
@@ -434,10 +434,10 @@ fn write(
 
 /// Prints what a run found; `known` notes are printed before it.
 fn print(record: &CaseRecord, known: usize) {
-    record.notes[known..].iter().for_each(|note| eprintln!("note: {note}"));
+    record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
     if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
         let scatter = l.pressure_scatter;
-        eprintln!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
+        tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
     }
     for (probe, value) in &record.probes {
         let (peak, last) = (plain(value.peak), plain(value.last));
@@ -477,7 +477,7 @@ fn note_missing(run: &Run, sensitivities: &Sensitivities) {
         let count = sensitivities.rows.iter().filter(missing).count();
         if let Some(first) = sensitivities.rows.iter().position(|row| missing(&row)) {
             let t = run.rows[first][0];
-            eprintln!("note: {column} has no derivative in {count} of {} rows, the first at t = {t} s", run.rows.len());
+            tell!("note: {column} has no derivative in {count} of {} rows, the first at t = {t} s", run.rows.len());
         }
     }
 }
@@ -485,10 +485,10 @@ fn note_missing(run: &Run, sensitivities: &Sensitivities) {
 /// Says which keys change nothing, and which derivatives are not as accurate as they should be.
 fn note_quality(sensitivities: &Sensitivities) {
     for key in sensitivities.idle() {
-        eprintln!("warning: {key} changes nothing that is recorded: all derivatives by it are zero");
+        tell!("warning: {key} changes nothing that is recorded: all derivatives by it are zero");
     }
     for (column, key, error) in sensitivities.doubtful() {
-        eprintln!(
+        tell!(
             "warning: the derivative of {column} by {key} has an estimated error of {:.1e} of its largest value: the scene is not smooth in \
              this key, as where a guide moves into another cell or a signal has a kink",
             error
@@ -499,11 +499,11 @@ fn note_quality(sensitivities: &Sensitivities) {
 /// How a run ended, with the error estimates that were asked for; an incomplete one says why.
 fn completion(run: &Run, has_errors: bool) -> Outcome {
     if let Some(why) = &run.failure {
-        eprintln!("not complete: {why}");
+        tell!("not complete: {why}");
     }
     let stopped = run.sensitivities.as_ref().and_then(|s| s.stopped.as_ref());
     if let Some((t, why)) = stopped {
-        eprintln!("not complete: no derivative at t = {t} s: {why}");
+        tell!("not complete: no derivative at t = {t} s: {why}");
     }
     let complete = run.status == Status::Converged && stopped.is_none() && has_errors;
     if complete { Outcome::Complete } else { Outcome::RunIncomplete }

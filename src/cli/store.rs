@@ -108,7 +108,7 @@ fn verified(args: &VerifyArgs) -> CommandResult {
 /// Names the damaged files.
 fn told(damaged: &[Unsound]) -> Outcome {
     for Unsound { file, fact } in damaged {
-        eprintln!("damaged: {file}: {fact}; run the study again, the other cases are kept");
+        tell!("damaged: {file}: {fact}; run the study again, the other cases are kept");
     }
     if damaged.is_empty() { Outcome::Complete } else { Outcome::NotSound }
 }
@@ -145,10 +145,10 @@ fn imported(args: &ImportArgs) -> CommandResult {
         say!("{} cases added, {} kept, {} replaced", done.added.len(), done.kept, done.replaced.len());
     }
     for conflict in &done.conflicts {
-        eprintln!("conflict: {}: {}; that of the folder is kept", conflict.what, conflict.fact);
+        tell!("conflict: {}: {}; that of the folder is kept", conflict.what, conflict.fact);
     }
     if !done.conflicts.is_empty() && !args.replace {
-        eprintln!("take those of the archive with --replace, or import it into another folder");
+        tell!("take those of the archive with --replace, or import it into another folder");
     }
     Ok(if done.conflicts.is_empty() { Outcome::Complete } else { Outcome::NotSound })
 }

@@ -36,7 +36,7 @@ pub fn main(args: Args) -> CommandResult {
     });
     if args.json {
         say!("{}", serde_json::to_string_pretty(&known)?);
-        waiting.iter().for_each(|line| eprintln!("{line}"));
+        waiting.iter().for_each(|line| tell!("{line}"));
     } else {
         known.iter().for_each(show);
         say!("\n{} studies and scenes in {}", known.len(), store.home.studies().display());

@@ -58,7 +58,7 @@ pub fn main(args: Args) -> CommandResult {
         files::make_folder(folder)?;
     }
     report::files::write(&out, page::page(&title, &cases).as_bytes())?;
-    cases.iter().flat_map(Packed::notes).for_each(|note| eprintln!("note: {note}"));
+    cases.iter().flat_map(Packed::notes).for_each(|note| tell!("note: {note}"));
     say!("view: {} (open it in a browser)", out.display());
     Ok(Outcome::Complete)
 }
@@ -120,8 +120,8 @@ fn grid(file: &Path, ending: &str, unit: Option<&str>) -> Result<Packed, Box<dyn
 }
 
 fn mesh(file: &Path, unit: Option<&str>) -> Result<Packed, Box<dyn std::error::Error>> {
-    let mut import = Import::of(file, unit, &mut |line| eprintln!("{line}"))?;
-    let imported = import.load(&mut |line| eprintln!("{line}"))?;
+    let mut import = Import::of(file, unit, &mut |line| tell!("{line}"))?;
+    let imported = import.load(&mut |line| tell!("{line}"))?;
     let mesh = &imported.body.mesh;
     let facts = vec![
         ("file".to_string(), file.display().to_string()),
@@ -140,7 +140,7 @@ fn mesh(file: &Path, unit: Option<&str>) -> Result<Packed, Box<dyn std::error::E
 fn scene(file: &Path, set: &[String]) -> Result<Packed, Box<dyn std::error::Error>> {
     let path = files::find(file, "scene.toml")?;
     let (spec, text) = read_scene(&path, &super::arguments::changes(set)?)?;
-    let body = Arc::new(Body::load(&path, &spec.mesh, &mut |line| eprintln!("{line}"))?);
+    let body = Arc::new(Body::load(&path, &spec.mesh, &mut |line| tell!("{line}"))?);
     let scene = Scene::build(&path, spec, text, body)?;
     let mesh = &scene.body.mesh;
     let facts = vec![

@@ -73,7 +73,7 @@ mod law_terms;
 mod linear;
 mod mesh_file;
 mod mesh_spec;
-mod name;
+pub(crate) mod name;
 mod numerics;
 mod open;
 pub mod output;

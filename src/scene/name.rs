@@ -1,10 +1,10 @@
 //! Names that a scene gives to its parts: they begin the names of columns, and are in those of files.
 
 /// The remedy of a name that is refused.
-pub(super) const REMEDY: &str = "use letters, digits, \"-\", \"_\" and \".\", with a letter, a digit or \"_\" first";
+pub(crate) const REMEDY: &str = "use letters, digits, \"-\", \"_\" and \".\", with a letter, a digit or \"_\" first";
 
 /// Whether a name can begin the name of a column, which takes one cell of a table and is no formula there, and be part of a file name.
-pub(super) fn is_name(name: &str) -> bool {
+pub(crate) fn is_name(name: &str) -> bool {
     let first = |c: char| c.is_alphanumeric() || c == '_';
     name.starts_with(first) && name.chars().all(|c| first(c) || "-.".contains(c))
 }

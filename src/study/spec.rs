@@ -1,6 +1,7 @@
 //! Parts of a study file that several kinds have: variants, families, and checks of their names and roles.
 
 use crate::math::units;
+use crate::scene::name::{self, is_name};
 use crate::scene::{SceneError, unit_of_column};
 use crate::schema::AnyTable;
 use crate::study::store::record::{Quantity, Role};
@@ -126,10 +127,9 @@ pub fn check_names(names: &[String]) -> Result<(), (usize, String, &'static str)
         if !seen.insert(name) {
             return Err((k, format!("another one is called \"{name}\" too"), "give it a name of its own"));
         }
-        let fits = |c: char| c.is_alphanumeric() || "._-".contains(c);
-        if name.is_empty() || name.starts_with('.') || !name.chars().all(fits) {
+        if !is_name(name) {
             let fact = format!("\"{name}\" cannot be part of a file name");
-            return Err((k, fact, "use letters, digits, \"-\", \"_\" and \".\""));
+            return Err((k, fact, name::REMEDY));
         }
     }
     Ok(())

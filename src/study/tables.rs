@@ -49,7 +49,7 @@ pub fn cases(store: &Results) -> Table {
             ];
             let cost = vec![
                 r.steps.to_string(),
-                r.newton_iterations.to_string(),
+                r.all_iterations().to_string(),
                 format!("{:.2}{}", r.wall_s, if r.shared { " (shared)" } else { "" }),
                 format!("{:.2}", r.cpu_s),
             ];

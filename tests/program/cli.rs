@@ -178,6 +178,20 @@ fn an_output_without_room_is_an_error_and_results_are_written() {
     assert_eq!(json(&read(&Path::new(&out).join("scene.json")))["status"], "Converged");
 }
 
+/// What cannot be said is lost, not the command.
+#[cfg(target_os = "linux")]
+#[test]
+fn messages_without_room_end_no_command() {
+    let (_keep, out) = folder();
+    for (arguments, code) in
+        [(&["simulate", SCENE, "--out", &out][..], 0), (&["check", "no-such.toml"], 2), (&["no-such"], 2)]
+    {
+        let full = std::fs::File::options().write(true).open("/dev/full").expect("a device of Linux");
+        let output = command(arguments).stderr(full).output().expect("the program starts");
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+    }
+}
+
 #[test]
 fn more_threads_than_a_machine_can_use_are_refused() {
     for arguments in [["run", STUDY, "--jobs", "5000"], ["simulate", SCENE, "--threads", "5000"]] {

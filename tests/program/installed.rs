@@ -325,6 +325,28 @@ fn a_full_disk_leaves_nothing_half_unpacked() {
     said(&disk.call(check(), Fault::None).0, 0);
 }
 
+/// The python of the system with the packages of the mesher in it: no environment is missing. Without one of them there is.
+#[test]
+fn a_python_with_the_packages_needs_no_environment() {
+    let machine = Machine::new();
+    let folder = machine.keep.path().join("bin");
+    std::fs::create_dir(&folder).expect("room");
+    let doctor = |packages: &str, code: i32| {
+        let python = folder.join("python3");
+        let answer = format!("case \"$*\" in *--doctor*) echo '{packages}';; *) echo 3.12.1;; esac");
+        std::fs::write(&python, format!("#!/bin/sh\n{answer}\n")).expect("room");
+        std::fs::set_permissions(&python, PermissionsExt::from_mode(0o755)).expect("own file");
+        let mut command = machine.command(&["doctor"]);
+        command.env_remove("DUROMETER_PYTHON").env("PATH", format!("{}:/usr/bin:/bin", folder.display()));
+        said(&command.output().expect("the program starts"), code).0
+    };
+    let all = doctor(r#"{"versions": {"gmsh": "4.15.2", "meshio": "5.3.5"}}"#, 0);
+    assert!(all.contains("ok      environment              not needed: ") && !all.contains("MISSING"), "{all}");
+    let some =
+        doctor(r#"{"versions": {"gmsh": "4.15.2", "meshio": null}, "errors": {"meshio": {"error": "absent"}}}"#, 2);
+    assert!(some.contains("MISSING environment") && some.contains("MISSING meshio"), "{some}");
+}
+
 /// A checkout of somebody else in the current folder, and one around a folder for all users: no program in them is started.
 #[test]
 fn no_program_of_others_is_run() {

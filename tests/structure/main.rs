@@ -245,8 +245,9 @@ fn the_library_neither_prints_nor_exits() {
 }
 
 #[test]
-fn the_command_line_prints_by_say() {
-    assert_none(&panicking(&rust_files("src")), "write say!(…): println! panics where the output cannot be written");
+fn the_command_line_prints_by_say_and_tell() {
+    let remedy = "write say!(…) or tell!(…): println! and eprintln! panic where the output cannot be written";
+    assert_none(&panicking(&rust_files("src")), remedy);
 }
 
 fn loud(sources: &[Source]) -> Vec<String> {
@@ -255,7 +256,7 @@ fn loud(sources: &[Source]) -> Vec<String> {
 }
 
 fn panicking(sources: &[Source]) -> Vec<String> {
-    calls(sources, true, &["println", "print", "dbg"], false)
+    calls(sources, true, &["println", "print", "eprintln", "eprint", "dbg"], false)
 }
 
 /// Calls of these macros in the library or the program, and of `exit` where it counts too.

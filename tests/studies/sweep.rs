@@ -3,6 +3,7 @@
 // It serves the tests of another kind of study too.
 #[allow(dead_code)]
 use crate::common::synthetic;
+use durometer::scene::ExtremeKind;
 use durometer::study::analysis::Analysis;
 use durometer::study::axis::AxisRecord;
 use durometer::study::expand::Study;
@@ -47,6 +48,7 @@ fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec
             c.record.status = "Converged".into();
             let probe = c.record.probes.get_mut("cable_tension_N").expect("probe");
             probe.peak = y(*p, *q);
+            probe.peak_is = if probe.peak < 0.0 { ExtremeKind::Minimum } else { ExtremeKind::Maximum };
             let n = c.series.t_s.len() - 1;
             let wave = (0..=n).map(|k| y(*p, *q) * k as f64 / n as f64).collect();
             c.series.columns.insert("cable_tension_N".into(), wave);
@@ -287,6 +289,20 @@ fn a_cumulative_family_adds_up() {
     {
         assert!(dir.path().join(file).is_file(), "{file}");
     }
+}
+
+/// y = p − 3 is a minimum at six of twelve points: the report says that unlike extremes are compared, unless the ends are, or all are maxima.
+#[test]
+fn peaks_of_both_signs_are_named() {
+    let opposite = |y: fn(f64, f64) -> f64, judged: &str| {
+        let (mut study, stored) = study(&P, &Q, y);
+        study.details["judged"] = judged.into();
+        let found = analyse(&study, &stored).warnings;
+        found.into_iter().find(|w| w.contains("is a minimum in 6 and a maximum in 6 of the points"))
+    };
+    let found = opposite(|p, _| p - 3.0, "peak").expect("a warning");
+    assert!(found.starts_with("The peak of cable tension"), "{found}");
+    assert_eq!([opposite(|p, _| p - 3.0, "final"), opposite(|p, _| p, "peak")], [None, None]);
 }
 
 /// y turns back before the end, by a half: the peaks are twice the final values, and the words say which is meant.

@@ -145,6 +145,19 @@ class Conversion(Case):
         Path(self.path("packed.inp.gz")).write_bytes(gzip.compress(main.encode()))
         for name in ("main.inp", "packed.inp.gz"):
             self.assertEqual(len(self.converted(name, "abaqus")["nodes"]), 16, name)
+        # Data lines in files of their own
+        (nodes_head, *nodes), (elements_head, *elements) = (block.splitlines() for block in (CAE[node:element], CAE[element:].split("*Nset")[0]))
+        rest = CAE[element:].partition("*Nset")[2]
+        Path(self.path("n.txt")).write_text("\n".join(nodes))
+        Path(self.path("e.txt")).write_text("\n".join(elements))
+        Path(self.path("main.inp")).write_text(
+            f"{CAE[:node]}{nodes_head}, INPUT=n.txt\n{elements_head}, input = e.txt\n*Nset{rest}"
+        )
+        apart = self.converted("main.inp", "abaqus")
+        Path(self.path("one.inp")).write_text(CAE)
+        one = self.converted("one.inp", "abaqus")
+        for key in one:
+            self.assertEqual(str(apart[key]), str(one[key]), key)
         Path(self.path("main.inp")).write_text("*Heading\n*Include\n")
         self.reject("line 2: *INCLUDE names no file", "main.inp", "abaqus")
 

@@ -108,6 +108,7 @@ pub fn warnings(
     found.extend(undefined(answer, model, experiment));
     found.extend(cycles(result));
     found.extend(may_be_zero(result));
+    found.extend(other_minimum(result, answer));
     found.extend(held(answer));
     found.extend(unstable(result, model));
     let rms_relative = result.misfit.rms_relative;
@@ -177,6 +178,14 @@ fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
         |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.interval[0] <= 0.0 && e.interval[1] >= 0.0;
     let symbols: Vec<_> = result.parameters.iter().filter(holds_zero).map(|e| e.symbol).collect();
     (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
+}
+
+/// The constants at the minimum next to the least one.
+fn other_minimum(result: &FitResult, answer: &LawFit) -> Option<FitWarning> {
+    let values = answer.others.first()?;
+    let all: Vec<_> =
+        result.parameters.iter().zip(values).map(|(e, v)| format!("{} = {}", e.symbol, e.print(*v))).collect();
+    Some(FitWarning::OtherMinimum { answer: all.join(", "), minima: answer.others.len() })
 }
 
 /// One warning per mode and side of rest in which least squares alone would give an unstable law.

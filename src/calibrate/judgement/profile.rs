@@ -8,7 +8,11 @@
 //! grow without end. The minimum is followed from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a
 //! secant finds the end. Offsets of the strain are refitted as constants are.
 //!
-//! Terms whose factor vanished stay away, and both of their constants are open. Limits: a lower minimum elsewhere is not looked for.
+//! Several minima may lie within the interval: of one mode, a term of Ogden's law with α and one with about −2α (uniaxial) or −α (shear) are nearly
+//! alike. It reaches from the lowest to the highest end of the intervals around all minima that the search of the constants found; S between them may be
+//! larger.
+//!
+//! Terms whose factor vanished stay away, and both of their constants are open. Limits: minima that the search did not find are not looked for.
 
 use super::statistics;
 use crate::calibrate::solve::offset::Offset;
@@ -29,8 +33,8 @@ struct Profile<'a> {
     model: Model,
     samples: &'a [Sample],
     weight: &'a [f64],
-    /// Constants, then strain offsets
-    answer: Vec<f64>,
+    /// Constants of a minimum, then strain offsets
+    minimum: Vec<f64>,
     /// S of the answer \[weighted Pa²\]
     least: f64,
 }
@@ -38,24 +42,36 @@ struct Profile<'a> {
 /// Both ends per constant \[SI\], infinite where open; `None` of a linear law, where no degree of freedom is left, or where the data points agree with
 /// the law to rounding.
 pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> Option<Vec<[f64; 2]>> {
-    let offsets = setting.slack.iter().map(|o| o.strain);
-    let all: Vec<f64> = answer.values.iter().copied().chain(offsets).collect();
-    samples.len().checked_sub(all.len()).filter(|n| *n > 0)?;
+    let all = |values: &[f64]| {
+        let offsets = setting.slack.iter().map(|o| o.strain);
+        values.iter().copied().chain(offsets).collect::<Vec<f64>>()
+    };
+    samples.len().checked_sub(all(&answer.values).len()).filter(|n| *n > 0)?;
     matches!(setting.model.form.terms, FitTerms::Separable(_)).then_some(())?;
-    let model = setting.model;
-    let mut profile = Profile { setting, model, samples, weight: &answer.weight, answer: all, least: 0.0 };
-    profile.least = profile.square(&profile.answer)?;
+    let around = |values, least| Profile {
+        setting,
+        model: setting.model,
+        samples,
+        weight: &answer.weight,
+        minimum: all(values),
+        least,
+    };
+    let own = around(&answer.values, 0.0);
+    let least = own.square(&own.minimum)?;
     let size: f64 = samples.iter().zip(&answer.weight).map(|(s, w)| (w * s.stress).powi(2)).sum();
-    if profile.least <= ROUNDING * ROUNDING * size {
+    if least <= ROUNDING * ROUNDING * size {
         return None;
     }
+    let minima: Vec<Profile> =
+        std::iter::once(&answer.values).chain(&answer.others).map(|values| around(values, least)).collect();
     let t = statistics::t_quantile(0.95, answer.errors.free);
-    let one = |(j, e): (usize, &super::estimate::Estimate)| match e.std_error.is_finite() {
-        true if !profile.vanished(j) => {
-            let limit = t * e.std_error / answer.errors.plain[j];
-            [-1.0, 1.0].map(|side| profile.end(j, side * t * e.std_error, limit))
-        }
-        _ => [f64::NEG_INFINITY, f64::INFINITY],
+    let one = |(j, e): (usize, &super::estimate::Estimate)| {
+        let limit = t * e.std_error / answer.errors.plain[j];
+        let ends = minima.iter().filter_map(|profile| match e.std_error.is_finite() && !profile.vanished(j) {
+            true => profile.ends(j, t * e.std_error, limit),
+            false => Some([f64::NEG_INFINITY, f64::INFINITY]),
+        });
+        ends.fold([f64::INFINITY, f64::NEG_INFINITY], |all, own| [all[0].min(own[0]), all[1].max(own[1])])
     };
     Some(answer.identified.estimates.par_iter().enumerate().map(one).collect())
 }
@@ -63,7 +79,7 @@ pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> O
 impl Profile<'_> {
     /// Constants of a term with a factor of zero
     fn vanished(&self, k: usize) -> bool {
-        k < self.model.parameters().len() && self.answer[k / 2 * 2] == 0.0
+        k < self.model.parameters().len() && self.minimum[k / 2 * 2] == 0.0
     }
 
     fn constants<'b>(&self, values: &'b [f64]) -> &'b [f64] {
@@ -101,11 +117,17 @@ impl Profile<'_> {
         (admitted && sum.is_finite()).then_some(sum)
     }
 
-    /// The end of the interval of constant j in the direction of `width`, where √(S − Ŝ) is `limit`.
-    fn end(&self, j: usize, width: f64, limit: f64) -> f64 {
-        let value = self.answer[j];
+    /// Both ends around this minimum; `None` where its misfit is above the limit.
+    fn ends(&self, j: usize, width: f64, limit: f64) -> Option<[f64; 2]> {
+        let tau = (self.square(&self.minimum)? - self.least).max(0.0).sqrt();
+        (tau <= limit).then(|| [-width, width].map(|width| self.end(j, width, tau, limit)))
+    }
+
+    /// The end of the interval of constant j in the direction of `width`, where √(S − Ŝ) is `limit`; `tau` at the minimum.
+    fn end(&self, j: usize, width: f64, tau: f64, limit: f64) -> f64 {
+        let value = self.minimum[j];
         // Offset, √(S − Ŝ) and the constants there
-        let mut inside = (0.0, 0.0, self.answer.to_vec());
+        let mut inside = (0.0, tau, self.minimum.clone());
         let mut step = 0.5;
         let mut outside = loop {
             match self.at(j, step * width, &inside.2) {
@@ -138,10 +160,10 @@ impl Profile<'_> {
         value + inside.0 * width
     }
 
-    /// √(S − Ŝ) with constant j off the answer by this much, the others found from `start`.
+    /// √(S − Ŝ) with constant j off the minimum by this much, the others found from `start`.
     fn at(&self, j: usize, offset: f64, start: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut x = start.to_vec();
-        x[j] = self.answer[j] + offset;
+        x[j] = self.minimum[j] + offset;
         let mut square = self.square(&x)?;
         let others: Vec<usize> = (0..x.len()).filter(|k| *k != j && !self.vanished(*k)).collect();
         let mut damping = 1e-9;

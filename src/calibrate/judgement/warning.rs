@@ -49,6 +49,8 @@ pub enum FitWarning {
     MayBeZero { symbols: Vec<&'static str> },
     /// A choice of data that was not requested, and the answer of another one
     Cycles { treatment: Treatment, change: f64, answer: String },
+    /// Other constants that describe the data within their errors, of the least misfit
+    OtherMinimum { answer: String, minima: usize },
     /// A single start found the reported minimum
     Starts { starts: usize },
 }
@@ -123,6 +125,14 @@ impl fmt::Display for FitWarning {
                 treatment.words(),
                 100.0 * change
             ),
+            Self::OtherMinimum { answer, minima } => {
+                write!(f, "other constants describe these data as well, within their errors: {answer}")?;
+                match minima {
+                    1 => Ok(()),
+                    more => write!(f, " (and {} more)", more - 1),
+                }?;
+                f.write_str("; the intervals hold them too. Add modes, widen the range, or take fewer terms")
+            }
             Self::Starts { starts } => write!(
                 f,
                 "only one of {starts} starts of the search ended in the reported minimum; a better one may exist"

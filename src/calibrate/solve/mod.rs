@@ -20,6 +20,7 @@ use nalgebra::{DMatrix, DVector};
 use noise::ModeNoise;
 use offset::{OFFSET, Offset};
 use rows::Rows;
+use separable::Minimum;
 
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]
@@ -63,6 +64,8 @@ pub struct LawFit {
     pub weight: Vec<f64>,
     /// Where a separable search ended
     pub at: Vec<f64>,
+    /// Values at other minima of a separable search whose misfit the errors of the data points allow \[SI\]
+    pub others: Vec<Vec<f64>>,
 }
 
 /// Tests of the residuals for a pattern that the error model does not explain.
@@ -110,7 +113,8 @@ pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>
             }
             found = weighted(setting, samples, &weight, Some(&found))?;
         }
-        found.check = weighted(setting, samples, &weight, near)?.check;
+        let again = weighted(setting, samples, &weight, near)?;
+        (found.check, found.others) = (again.check, again.others);
     }
     found.weight = weight;
     Ok(found)
@@ -157,6 +161,7 @@ fn weighted(
         modulus: rows.unit,
         weight: weight.to_vec(),
         at,
+        others: vec![],
     };
     match &setting.model.form.terms {
         FitTerms::Linear(derivatives) => {
@@ -169,8 +174,10 @@ fn weighted(
             let found = separable::solve(family, setting.model.terms, &rows, reach, warm)?;
             // + 0: a factor that vanished has no sign
             let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0 + 0.0, *theta];
-            let values = found.factors.iter().zip(&found.shapes).flat_map(factor).collect();
-            Ok(bare(values, near.is_none().then_some(found.check), vec![], found.at))
+            let values = |m: &Minimum| m.factors.iter().zip(&m.shapes).flat_map(factor).collect();
+            let others = found.others.iter().map(values).collect();
+            let check = near.is_none().then_some(found.check);
+            Ok(LawFit { others, ..bare(values(&found.least), check, vec![], found.least.at) })
         }
     }
 }
@@ -207,8 +214,22 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     if tested && !rounding {
         found.pattern = pattern(setting, samples, &found, &jacobian, &residual, errors.rho);
     }
+    let others = std::mem::take(&mut found.others);
+    let allowed = others.into_iter().filter(|o| is_allowed(setting, samples, &found, o, &errors));
+    found.others = allowed.collect();
     found.errors = errors;
     Ok(found)
+}
+
+/// Whether other constants lie within the likelihood of one of the 95 % intervals: S − Ŝ ≤ (t dⱼ)²/((JᵀJ)⁻¹)ⱼⱼ, see `judgement::profile`.
+fn is_allowed(setting: &LawSetting, samples: &[Sample], found: &LawFit, other: &[f64], errors: &Errors) -> bool {
+    let square = |values: &[f64]| -> f64 {
+        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.at(values, s))).powi(2);
+        samples.iter().zip(&found.weight).map(of).sum()
+    };
+    let t = statistics::t_quantile(0.95, errors.free);
+    let limit = errors.deviations.iter().zip(&errors.plain).map(|(d, plain)| t * d / plain).filter(|l| l.is_finite());
+    square(other) - square(&found.values) <= limit.fold(0.0, f64::max).powi(2)
 }
 
 /// Tests of what the constants and these errors of the measurement, each of any size, leave of the residuals; `columns` as those of the Jacobian.

@@ -28,6 +28,8 @@ const LEGS: usize = 60;
 const GRADIENT: f64 = 1e-6;
 /// Two starts arrived at the same minimum where their misfits ‖r‖ differ by less than this part \[–\]
 const SAME: f64 = 1e-6;
+/// Two minima are one where their shapes differ by less than this part \[–\]
+const NEIGHBOURS: f64 = 1e-3;
 /// Part of the misfit that is none: r along the columns where no step lowers it, gain by other factors \[–\]
 const FLAT: f64 = 1e-7;
 /// Fall of the misfit in a step that ends a fit; of one among many, n of whose data points leave √(2nε) of a standard error
@@ -36,15 +38,22 @@ const NEAR: f64 = 1e-10;
 /// Value of the objective where the law is not defined \[–\]: a step into it is taken back
 const WALL: f64 = 1e12;
 
-/// Factors and shape constants of the terms, the term with the largest factor first.
+/// The least minimum, and what else the search found.
 pub struct Separable {
+    pub least: Minimum,
+    /// Minima with other shapes of the terms that count, in the order of their misfit
+    pub others: Vec<Minimum>,
+    pub check: SolverCheck,
+}
+
+/// Factors and shape constants of the terms, the term with the largest factor first.
+pub struct Minimum {
     /// c_k \[Pa\]
     pub factors: Vec<f64>,
     /// θ_k \[–\]
     pub shapes: Vec<f64>,
     /// Where the search ended, to go on from
     pub at: Vec<f64>,
-    pub check: SolverCheck,
 }
 
 /// The objective with its factors eliminated.
@@ -147,7 +156,8 @@ pub fn solve(
 ) -> Result<Separable, FitError> {
     let problem = Projected { family, rows, reach };
     if let Some(end) = warm.and_then(|x| finish(&problem, x.to_vec(), NEAR)).filter(|end| end.settled) {
-        return Ok(answer(&problem, end, (0..terms).collect(), SolverCheck::Starts { starts: 1, agree: 1 }));
+        let least = minimum(&problem, &end, (0..terms).collect());
+        return Ok(Separable { least, others: vec![], check: SolverCheck::Starts { starts: 1, agree: 1 } });
     }
     let starts = warm.map_or_else(|| starts(&problem, terms), |x| vec![x.to_vec()]);
     let mut ends = Vec::new();
@@ -155,26 +165,47 @@ pub fn solve(
         let x = search(family, rows, reach, x)?;
         ends.extend(finish(&problem, x, ROUNDING));
     }
-    let Some(least) = ends.iter().map(|e| e.misfit).reduce(f64::min) else {
+    ends.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    let Some(best) = ends.first() else {
         return Err(FitError::Solver { solver: "argmin", status: "no start lies where the law is defined".into() });
     };
     // Below rounding every misfit is the same
-    let agree = ends.iter().filter(|e| e.misfit <= least * (1.0 + SAME) + 1e-12).count();
-    let best = ends.into_iter().find(|e| e.misfit == least).expect("one of them is the least");
-    let mut order: Vec<usize> = (0..terms).collect();
+    let agree = ends.iter().filter(|e| e.misfit <= best.misfit * (1.0 + SAME) + 1e-12).count();
+    let by_factor = |end: &End| {
+        let mut order: Vec<usize> = (0..terms).collect();
+        order.sort_by(|a, b| end.c[*b].total_cmp(&end.c[*a]));
+        minimum(&problem, end, order)
+    };
     // A warm start keeps the order of the answer it comes from, so that its constants can be compared
-    if warm.is_none() {
-        order.sort_by(|a, b| best.c[*b].total_cmp(&best.c[*a]));
+    let least = if warm.is_none() { by_factor(best) } else { minimum(&problem, best, (0..terms).collect()) };
+    let mut others: Vec<Minimum> = vec![];
+    for other in ends[1..].iter().filter(|e| e.settled).map(by_factor) {
+        if !least.is_near(&other) && !others.iter().any(|o| o.is_near(&other)) {
+            others.push(other);
+        }
     }
-    Ok(answer(&problem, best, order, SolverCheck::Starts { starts: starts.len(), agree }))
+    Ok(Separable { least, others, check: SolverCheck::Starts { starts: starts.len(), agree } })
 }
 
-fn answer(problem: &Projected<'_>, End { x, c, .. }: End, order: Vec<usize>, check: SolverCheck) -> Separable {
-    Separable {
+fn minimum(problem: &Projected<'_>, End { x, c, .. }: &End, order: Vec<usize>) -> Minimum {
+    Minimum {
         factors: order.iter().map(|k| c[*k] * problem.rows.unit).collect(),
         shapes: order.iter().map(|k| (problem.family.shape)(x[*k], problem.reach).0).collect(),
         at: order.iter().map(|k| x[*k]).collect(),
-        check,
+    }
+}
+
+impl Minimum {
+    /// Whether the terms that count have the same shapes.
+    fn is_near(&self, other: &Minimum) -> bool {
+        let shapes = |m: &Minimum| {
+            let own = m.shapes.iter().zip(&m.factors).filter(|(_, c)| **c > 0.0).map(|(theta, _)| *theta);
+            let mut own: Vec<f64> = own.collect();
+            own.sort_by(f64::total_cmp);
+            own
+        };
+        let (a, b) = (shapes(self), shapes(other));
+        a.len() == b.len() && a.iter().zip(&b).all(|(a, b)| (a - b).abs() <= NEIGHBOURS * (1.0 + a.abs()))
     }
 }
 

@@ -231,15 +231,22 @@ impl Mesher<'_> {
         checks.push(check("python", new, detail, Some("install Python 3.11 or newer".into())));
         let venv =
             host::python().map_or_else(|| interpreter::in_environment(&self.home.environment), Path::to_path_buf);
-        let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
-        checks.push(check("environment", own, venv.display().to_string(), setup()));
-        match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {
+        let packages = match run(self.meshgen().arg("--doctor"), "", None, &mut |_| {}) {
             Ok(output) => match serde_json::from_str::<Examination>(&output.stdout) {
-                Ok(found) => checks.extend(found.checks()),
-                Err(e) => checks.push(check("mesher", false, format!("{}: {e}", output.status), setup())),
+                Ok(found) => found.checks(),
+                Err(e) => vec![check("mesher", false, format!("{}: {e}", output.status), setup())],
             },
-            Err(e) => checks.push(check("mesher", false, e.to_string(), setup())),
-        }
+            Err(e) => vec![check("mesher", false, e.to_string(), setup())],
+        };
+        let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
+        // A python that has all packages needs no environment
+        let has_all = packages.iter().all(|c| c.ok || c.optional);
+        let detail = match own || !has_all {
+            true => venv.display().to_string(),
+            false => format!("not needed: {} has the packages", self.python.display()),
+        };
+        checks.push(check("environment", own || has_all, detail, setup()));
+        checks.extend(packages);
         checks
     }
 

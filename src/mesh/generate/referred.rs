@@ -130,7 +130,10 @@ fn is_blank(letter: char) -> bool {
     letter.is_whitespace() || ('\x1c'..='\x1f').contains(&letter)
 }
 
-/// The names in keywords `*INCLUDE, INPUT=name`. A keyword goes on in the next line after a comma at its end.
+/// Keywords that may name a file: whole lines of input, or their own data lines.
+const WITH_INPUT: [&str; 6] = ["include", "node", "element", "nset", "elset", "surface"];
+
+/// The names in keywords `*INCLUDE, INPUT=name`, `*NODE, INPUT=name` and the like. A keyword goes on in the next line after a comma at its end.
 fn included(text: &str) -> Vec<PathBuf> {
     let (mut keyword, mut names) = (String::new(), vec![]);
     for line in text.split(['\n', '\r']).map(|line| line.trim_matches(is_blank)) {
@@ -147,13 +150,13 @@ fn included(text: &str) -> Vec<PathBuf> {
     names
 }
 
-/// The file that a keyword includes.
+/// The file that a keyword names.
 fn input(keyword: &str) -> Option<PathBuf> {
     let mut words = keyword[1..].split(',').map(|word| word.trim_matches(is_blank));
-    let is_include = words.next().is_some_and(|name| name.eq_ignore_ascii_case("include"));
+    let takes_input = words.next().is_some_and(|name| WITH_INPUT.iter().any(|word| name.eq_ignore_ascii_case(word)));
     let options = words.filter_map(|option| option.split_once('='));
     let mut inputs = options.filter(|(key, _)| key.trim_matches(is_blank).eq_ignore_ascii_case("input"));
-    let (_, name) = inputs.next_back().filter(|_| is_include)?;
+    let (_, name) = inputs.next_back().filter(|_| takes_input)?;
     Some(name.trim_matches(is_blank).trim_matches('"').into())
 }
 
@@ -225,6 +228,11 @@ mod tests {
     fn every_file_that_a_mesh_file_refers_to_counts() {
         let main = "*Heading\n*include,\r\n Input = \"sub/a.inp\"\n** *INCLUDE, INPUT=none.inp\n*Node\n1, 0, 0, 0\n";
         all_count("abaqus", &[("m.inp", main), ("sub/a.inp", "*INCLUDE, INPUT=b.inp"), ("b.inp", "*NODE")]);
+        let main = "*NODE, NSET=all, INPUT=nodes.txt\n*ELEMENT, TYPE=C3D4, INPUT=e.txt\n*NSET, NSET=x, input=x.txt\n*STEP, INPUT=none\n";
+        all_count(
+            "abaqus",
+            &[("m.inp", main), ("nodes.txt", "1, 0, 0, 0"), ("e.txt", "1, 1, 2, 3, 4"), ("x.txt", "1")],
+        );
         let item = |format: &str, text: &str| format!("<DataItem Format=\"{format}\">\n {text} </DataItem>");
         let items = [item("HDF", "fields.h5:/x"), item("Binary", "cells.bin"), item("XML", "0 1 2")].concat();
         let xdmf = format!("<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf>{items}</Xdmf>");

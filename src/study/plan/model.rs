@@ -49,7 +49,7 @@ impl Clock {
         };
         let factorisation = growth(&pilots.iter().map(|r| one(r)).collect::<Vec<_>>())?;
         let largest = pilots.iter().max_by_key(|r| r.mesh.cells)?;
-        let (steps, iterations) = (largest.steps.max(1) as f64, largest.newton_iterations.max(1) as f64);
+        let (steps, iterations) = (largest.steps.max(1) as f64, largest.all_iterations().max(1) as f64);
         let linear = largest.phases.factorisation_s + largest.phases.solve_s;
         let solves = largest.work.solves.max(1) as f64;
         Some(Self {

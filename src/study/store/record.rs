@@ -150,6 +150,11 @@ impl CaseRecord {
         self.status == Status::Converged.name()
     }
 
+    /// Iterations of Newton's method that the CPU time pays for: those of steps that were refused and cut, too.
+    pub fn all_iterations(&self) -> usize {
+        self.newton_iterations + self.solver.lost_iterations
+    }
+
     /// Whether another time step has another result; where no record says so, runs in time have.
     pub fn depends_on_steps(&self) -> bool {
         self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())

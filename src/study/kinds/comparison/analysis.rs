@@ -81,6 +81,7 @@ pub struct MemberCost {
     /// Over the CPU time of the reference \[–\]
     pub ratio: f64,
     pub steps: usize,
+    /// With those of refused steps
     pub newton_iterations: usize,
 }
 
@@ -182,7 +183,7 @@ fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Mem
                 cpu_s: own.iter().map(|r| r.cpu_s).sum::<f64>() / own.len() as f64,
                 ratio: f64::NAN,
                 steps: own.iter().map(|r| r.steps).sum::<usize>() / own.len(),
-                newton_iterations: own.iter().map(|r| r.newton_iterations).sum::<usize>() / own.len(),
+                newton_iterations: own.iter().map(|r| r.all_iterations()).sum::<usize>() / own.len(),
             }
         })
         .collect();

@@ -35,6 +35,7 @@ pub struct Addition {
     pub new: Vec<String>,
     pub dofs: usize,
     pub steps: usize,
+    /// With those of refused steps
     pub newton_iterations: usize,
     /// T/n \[s\]
     pub step_s: f64,
@@ -99,7 +100,7 @@ fn addition(study: &StudyRecord, case: &StoredCase, before: Option<&StoredCase>)
         new,
         dofs: r.dofs,
         steps: r.steps,
-        newton_iterations: r.newton_iterations,
+        newton_iterations: r.all_iterations(),
         step_s: step_s(r),
         added_s: before.map(|c| step_s(r) - step_s(&c.record)),
         evaluation_s: r.effects.iter().map(|e| (e.name.clone(), part_s(e.wall_s))).collect(),

@@ -29,6 +29,7 @@ pub struct JudgedCase {
     pub findings: Vec<CheckResult>,
     pub status: String,
     pub steps: usize,
+    /// With those of refused steps
     pub newton_iterations: usize,
     pub cuts: usize,
     pub wall_s: f64,
@@ -131,7 +132,7 @@ fn judge(suite: &SuiteRecord, case: &StoredCase, stored: &[StoredCase]) -> Judge
         findings: found.into_iter().flatten().collect(),
         status: r.status.clone(),
         steps: r.steps,
-        newton_iterations: r.newton_iterations,
+        newton_iterations: r.all_iterations(),
         cuts: r.cuts,
         wall_s: r.wall_s,
     }

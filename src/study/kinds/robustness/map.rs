@@ -160,7 +160,7 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
         status: r.status.clone(),
         peak: found,
         error,
-        iterations_per_step: r.newton_iterations as f64 / r.steps.max(1) as f64,
+        iterations_per_step: r.all_iterations() as f64 / r.steps.max(1) as f64,
         cuts: r.cuts,
     }
 }

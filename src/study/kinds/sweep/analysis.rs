@@ -12,6 +12,7 @@
 //! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
 use crate::report::numbers::{capital, digits, percent, space};
+use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
@@ -164,7 +165,10 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
         q.sentence = sentence_of(q, study.tolerance, &sweep.axes, list);
     }
     let incomplete = study.incomplete(stored);
-    let warnings = warnings_of(stored, &incomplete);
+    let mut warnings = warnings_of(stored, &incomplete);
+    if sweep.judged == Judged::Peak {
+        warnings.extend(quantities.iter().filter_map(|q| opposite_peaks(q, stored)));
+    }
     let verdict = verdict_of(&quantities, study.tolerance, sweep, list, incomplete.len());
     let found = SweepFindings {
         axes: sweep.axes.clone(),
@@ -272,6 +276,25 @@ fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<St
         out.push("All points share one mesh: what the mesh does to a value or to a trend is not judged here.".into());
     }
     out
+}
+
+/// A quantity that is farthest from its first value below it at some points and above it at others.
+fn opposite_peaks(q: &ByQuantity<Dependence>, stored: &[StoredCase]) -> Option<String> {
+    let count = |kind: ExtremeKind| {
+        let is_one = |p: &&SweepPoint| {
+            let case = stored.iter().find(|c| c.record.id == p.case);
+            case.and_then(|c| c.record.probes.get(&q.quantity.name)).is_some_and(|probe| probe.peak_is == kind)
+        };
+        q.points.iter().filter(is_one).count()
+    };
+    let (below, above) = (count(ExtremeKind::Minimum), count(ExtremeKind::Maximum));
+    (below > 0 && above > 0).then(|| {
+        format!(
+            "The peak of {} ({}) is a minimum in {below} and a maximum in {above} of the points: its trend compares one with the other. `judged = \"final\"` \
+             compares the ends of the runs.",
+            q.quantity.label, q.variant_label
+        )
+    })
 }
 
 /// Per quantity, what it depends on, the strongest first.

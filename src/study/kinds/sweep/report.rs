@@ -116,7 +116,7 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
             r.variant.clone(),
             if judged.is_empty() { r.status.clone() } else { judged.join(", ") },
             r.steps.to_string(),
-            r.newton_iterations.to_string(),
+            r.all_iterations().to_string(),
             r.cuts.to_string(),
             format!("{:.*}", digits(r.cpu_s), r.cpu_s),
         ]);

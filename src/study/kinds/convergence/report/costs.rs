@@ -25,9 +25,9 @@ pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
             r.dofs.to_string(),
             r.factor_nnz.to_string(),
             format!("{:.1}", factor_mb(r)),
-            r.newton_iterations.to_string(),
+            r.all_iterations().to_string(),
             seconds(r.cpu_s),
-            seconds(1e3 * r.cpu_s / r.newton_iterations.max(1) as f64),
+            seconds(1e3 * r.cpu_s / r.all_iterations().max(1) as f64),
             per_cent(error),
             format!("{found:.2}"),
             if found > 0.0 { seconds(r.cpu_s / found) } else { "–".into() },
@@ -35,7 +35,7 @@ pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
     }
     Table {
         name: "costs",
-        caption: "Unknowns, entries of the factor and bytes of its values, CPU time per Newton iteration, and per digit of the worst deciding quantity. No more digits are counted than the reference has.".into(),
+        caption: "Unknowns, entries of the factor and bytes of its values, iterations with those of refused steps, CPU time per iteration, and per digit of the worst deciding quantity. No more digits are counted than the reference has.".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Element", "", false),
