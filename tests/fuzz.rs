@@ -422,9 +422,10 @@ const TABLES: [&str; 4] = [
     "Specimen,stretch,stress (kPa)\nA,1.1,50\nA,1.2,90\nA,1.3,130\nA,1.4,160\nA,1.5,180\nB,1.1,51\nB,1.2,92\nB,1.3,129\nB,1.4,163\nB,1.5,183\n",
 ];
 
-const KEYWORDS: [&str; 4] = [
+const KEYWORDS: [&str; 5] = [
     "*MATERIAL, NAME=A\n*HYPERELASTIC, OGDEN, N=2\n1e-1, 2.0, 3e-2, -2.0, 1e-3, 0\n*STEP\n",
     "TB,HYPER,1,1,3,YEOH\nTBDATA,1,1e-1,-2e-3,1e-4,1e-3\n",
+    "*MATERIAL, NAME=R\n*HYPERELASTIC, YEOH, MODULI=INSTANTANEOUS\n1, 2, 3, 1e-3\n*VISCOELASTIC, TIME=PRONY\n0.3, 0, 1\n",
     "<material id=\"1\" type=\"Ogden\"><c1>0.1</c1><m1>2</m1><k>10</k><pressure_model>2</pressure_model></material>",
     "<TetrahedronHyperelasticityFEMForceField materialName=\"MooneyRivlin\" ParameterSet=\"0.1 0.02 10\"/>",
 ];
@@ -433,8 +434,8 @@ const KEYWORDS: [&str; 4] = [
 fn foreign(path: &Path) {
     let text = text(path);
     for program in Program::ALL {
-        if let Ok(energy) = read(&text, program, "MPa") {
-            drop(write(&energy, program, "kPa", &[]));
+        if let Ok(found) = read(&text, program, "MPa") {
+            drop(write(&found.energy, program, "kPa", &[]));
         }
     }
 }

@@ -1,12 +1,14 @@
 """Simulation of soft robots with error bars: scenes, studies, fits and calibrations, and the program `durometer`."""
 
+import os
 import signal
 import sys
 import threading
+from collections.abc import Sequence
 
 from . import _native
 from ._version import VERSION
-from .errors import DurometerError, InputError, MissingExtra, RunError
+from .errors import DoubtfulDerivative, DurometerError, InputError, MissingExtra, OutOfDomain, RunError
 
 if _native.__version__ != VERSION:
     raise ImportError(
@@ -38,6 +40,7 @@ __version__ = VERSION
 __all__ = [
     "Calibration",
     "Curve",
+    "DoubtfulDerivative",
     "DurometerError",
     "Fit",
     "InputError",
@@ -45,6 +48,7 @@ __all__ = [
     "Law",
     "MissingExtra",
     "Observation",
+    "OutOfDomain",
     "Parameter",
     "Report",
     "Run",
@@ -59,11 +63,13 @@ __all__ = [
 ]
 
 
-def main(arguments: list[str] | None = None) -> int:
+def main(arguments: Sequence[str | os.PathLike[str]] | None = None) -> int:
     """Runs the command line with these arguments, by default those of the process, and returns its exit code: 0 done, 2 bad input, 3 not complete.
 
     Ctrl-C in a notebook stops the command, which keeps what is finished, and is raised as KeyboardInterrupt.
     """
+    if isinstance(arguments, str):
+        raise InputError("the arguments are one text", f"give a list, such as {arguments.split()}")
     pipes = [signal.SIGPIPE] if hasattr(signal, "SIGPIPE") else []
     before = [signal.getsignal(pipe) for pipe in pipes]
     in_session = threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT))

@@ -2,15 +2,26 @@
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy
 
 from ._native import Run, Scene
-from .errors import InputError
+from .errors import InputError, warn_of_doubtful
 
 #: Runs that are kept for their derivatives
 KEPT = 2
+
+
+class EndFunction(Protocol):
+    """A function [keys] → [columns]."""
+
+    #: The numbers of the scene
+    start: Any
+    #: "adjoint" or "forward"
+    method: str
+
+    def __call__(self, numbers: Any) -> Any: ...
 
 
 def names(what: str, given: Any, example: str) -> list[str]:
@@ -47,10 +58,16 @@ class EndValues:
         return numpy.array([run[name][-1] for name in self.columns])
 
     def pullback(self, numbers: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
-        """[keys] derivatives of Σ weights · values."""
+        """[keys] derivatives of Σ weights · values; a warning names those that are doubtful."""
         found = self._solved(numbers)
         if isinstance(found, Run):
             return found.gradient(dict(zip(self.columns, map(float, weights))), self.keys)
+        weighted = {name for name, weight in zip(self.columns, weights) if weight}
+        doubtful = [(column, key, error) for column, key, error in found.doubtful if column in weighted]
+        sizes = {(column, key): float(abs(found[column, key]).max()) for column, key, _ in doubtful}
+        warn_of_doubtful(
+            [(f"{key} of {column}", float(found[column, key][-1]), error * sizes[column, key]) for column, key, error in doubtful]
+        )
         jacobian = numpy.array([[found[name, key][-1] for key in self.keys] for name in self.columns])
         return numpy.asarray(weights, dtype=float) @ jacobian
 

@@ -16,7 +16,7 @@ def at(fields: dict[str, numpy.ndarray], k: int) -> dict[str, numpy.ndarray]:
 
 
 def pyvista_grid(run: Any, k: int) -> Any:
-    """The displaced body with the fields of one time; at rest where no field was recorded."""
+    """The body with the fields of one time, displaced where its displacements were recorded."""
     pyvista = extra("pyvista", "view")
     cells = run.cells.astype(numpy.int64)
     kind = KINDS[cells.shape[1]][0]
@@ -35,4 +35,5 @@ def meshio_mesh(run: Any, k: int) -> Any:
     meshio = extra("meshio", "mesh")
     name = KINDS[run.cells.shape[1]][1]
     of_cells = {field: [values] for field, values in at(run.cell_fields, k).items()}
-    return meshio.Mesh(run.nodes, [(name, run.cells)], point_data=at(run.fields, k), cell_data=of_cells)
+    # Its formats know no unsigned numbers
+    return meshio.Mesh(run.nodes, [(name, run.cells.astype(numpy.int64))], point_data=at(run.fields, k), cell_data=of_cells)

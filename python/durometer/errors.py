@@ -1,5 +1,7 @@
-"""Exceptions: what is wrong (`fact`), what helps (`remedy`), and how it ended (`status`)."""
+"""Exceptions: what is wrong (`fact`), what helps (`remedy`), and how it ended (`status`); and the warning of derivatives."""
 
+import warnings
+from collections.abc import Callable
 from typing import Any
 
 
@@ -21,6 +23,12 @@ class DurometerError(Exception):
         self.status = status
         self.result = result
 
+    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
+        """How `pickle` makes it again: a `Run` or a `Report` goes along in `result`, anything else stays behind."""
+        from ._pickled import error, portable
+
+        return error, (type(self), self.fact, self.remedy, self.status, portable(self.result))
+
 
 class InputError(DurometerError, ValueError):
     """Input that is refused before anything is computed; the program ends with exit code 2."""
@@ -32,3 +40,25 @@ class RunError(DurometerError, RuntimeError):
 
 class MissingExtra(DurometerError, ImportError):
     """A package that this function needs is not installed; `remedy` is the command that installs it."""
+
+
+class OutOfDomain(DurometerError, ArithmeticError):
+    """Raised by a law in Python where it is not defined: the step is tried again with a part of its length, as for a number that is not finite."""
+
+    def __init__(self, fact: str = "the law is not defined here", remedy: str = "", status: str = "Refused", *, result: Any = None):
+        super().__init__(fact, remedy, status, result=result)
+
+
+class DoubtfulDerivative(UserWarning):
+    """Derivatives whose estimated error is above 1e-6 of their size; `doubtful` has key, value and estimated error of each."""
+
+    def __init__(self, doubtful: list[tuple[str, float, float]]):
+        texts = [f"by {key} {value:.6g} ± {error:.1g}" for key, value, error in doubtful]
+        super().__init__(f"derivatives that are less accurate than 1e-6: {', '.join(texts)}")
+        self.doubtful = doubtful
+
+
+def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:
+    """One warning for all of them, at the line that asked for the derivatives; none where there are none."""
+    if doubtful:
+        warnings.warn(DoubtfulDerivative(doubtful), stacklevel=2)

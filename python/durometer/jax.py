@@ -1,11 +1,11 @@
-"""Runs of a scene as functions of JAX, with exact derivatives: `pip install "durometer[jax]"`."""
+"""Runs of a scene as functions of JAX, with derivatives: `pip install "durometer[jax]"`."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy
 
-from ._end_values import EndValues
+from ._end_values import EndFunction, EndValues
 from ._extras import extra
 from ._native import Scene
 from .errors import InputError
@@ -18,7 +18,7 @@ def function(
     *,
     method: str = "auto",
     threads: int | None = None,
-) -> Callable[[Any], Any]:
+) -> EndFunction:
     """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
 
     It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other; neither forward mode (`jax.jvp`)
@@ -26,6 +26,9 @@ def function(
     for each backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Switch
     `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` an exception of a run comes as one of JAX, which
     holds its text.
+
+    Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
+    `DoubtfulDerivative` names those whose estimated error is above 1e-6 of their size.
     """
     jax: Any = extra("jax", "jax")
     of = EndValues(scene, keys, columns, method, threads)
@@ -59,4 +62,4 @@ def function(
 
     at_end.start = of.start  # type: ignore[attr-defined]
     at_end.method = of.method  # type: ignore[attr-defined]
-    return at_end
+    return at_end  # type: ignore[return-value]

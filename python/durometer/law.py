@@ -24,6 +24,9 @@ class Law:
     A class that extends it gives `name` and the methods `energy`, `stress` and `tangent`; `register_law` makes it known to scenes, and
     `check_law` compares the three with each other. With `parameters = "elastic"` an object has the attributes `E`, `nu`, `mu`, `lambda_` and
     `kappa` [Pa]; otherwise those of its parameters, and the class gives `sample` and the method `moduli`.
+
+    Where it is not defined, such as beyond the largest stretch of its chains, a method returns a number that is not finite or raises
+    `OutOfDomain`: the run then takes a shorter step. At rest it must be defined.
     """
 
     #: Name in scenes

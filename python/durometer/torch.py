@@ -1,11 +1,11 @@
-"""Runs of a scene as functions of PyTorch, with exact derivatives: `pip install "durometer[torch]"`."""
+"""Runs of a scene as functions of PyTorch, with derivatives: `pip install "durometer[torch]"`."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy
 
-from ._end_values import EndValues
+from ._end_values import EndFunction, EndValues
 from ._extras import extra
 from ._native import Scene
 from .errors import InputError
@@ -18,12 +18,15 @@ def function(
     *,
     method: str = "auto",
     threads: int | None = None,
-) -> Callable[[Any], Any]:
+) -> EndFunction:
     """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
 
     `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution for each
     backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives are not available.
     Tensors of float32 are computed in float64.
+
+    Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
+    `DoubtfulDerivative` names those whose estimated error is above 1e-6 of their size.
     """
     torch: Any = extra("torch", "torch")
     of = EndValues(scene, keys, columns, method, threads)
@@ -49,7 +52,7 @@ def function(
 
     at_end.start = torch.tensor(of.start, dtype=torch.float64)  # type: ignore[attr-defined]
     at_end.method = of.method  # type: ignore[attr-defined]
-    return at_end
+    return at_end  # type: ignore[return-value]
 
 
 def in_float64(numbers: Any) -> numpy.ndarray:

@@ -19,12 +19,27 @@ pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 /// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene.
 pub fn assembled(file: &Path, text: &str, link: &Arc<Link>) -> Result<Built, Failed> {
     let raised = Arc::new(law::Raised::default());
-    raised.during(link, || {
-        let (spec, text) = changed_scene(file, text, &[])?;
-        let body = body(file, &spec, &text, link)?;
-        let scene = durometer::scene::Scene::build(file, spec, text, body)?;
-        Ok(Built { scene: Arc::new(scene), raised: raised.clone() })
-    })
+    let _turn = raised.begin(link);
+    let (spec, text) = changed_scene(file, text, &[])?;
+    let body = body(file, &spec, &text, link)?;
+    let scene = durometer::scene::Scene::build(file, spec, text, body)?;
+    Ok(Built { scene: Arc::new(scene), raised: raised.clone() })
+}
+
+impl Built {
+    /// Does work on the scene, which exceptions of its laws end. Where other work on it is under way and it has laws of Python, the work is done
+    /// on a copy with laws of its own, whose exceptions are no others'.
+    pub fn during<T>(&self, link: &Arc<Link>, work: impl FnOnce(&durometer::scene::Scene) -> T) -> Result<T, Failed> {
+        if !self.raised.has_laws() {
+            return Ok(work(&self.scene));
+        }
+        if let Some(_turn) = self.raised.begin(link) {
+            return Ok(work(&self.scene));
+        }
+        let _turn = law::Raised::by(link);
+        let durometer::scene::Scene { file, spec, text, body, .. } = &*self.scene;
+        Ok(work(&durometer::scene::Scene::build(file, spec.clone(), text.clone(), body.clone())?))
+    }
 }
 
 fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<Arc<Body>, Failed> {

@@ -2,18 +2,19 @@
 
 use crate::array::array;
 use crate::error::{incomplete, input, refused};
+use crate::keys::parsed;
 use crate::law::Raised;
 use crate::scene::Scene;
 use crate::solve::apart;
-use crate::value::{numbers, plain, toml_of};
+use crate::value::{entries, is_list, kind, numbers, plain, si_unit, toml_of};
 use durometer::calibrate::Weighting;
 use durometer::calibrate::inverse::{
-    Bounds, Calibration as Found, Failure, Measured, ObservedCurve, SceneModel, Settings, Unknown, calibrate,
+    Bounds, Calibration as Found, Failure, FittedCurve, Measured, ObservedCurve, SceneModel, Settings, Unknown,
+    calibrate,
 };
 use durometer::scene::{ParameterKey, Progress};
 use pyo3::prelude::*;
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use pyo3::types::{IntoPyDict, PyDict};
 
 /// Numbers of a scene that reproduce measured curves best, with intervals and what the curves do not determine.
 #[pyclass(module = "durometer", frozen)]
@@ -26,8 +27,9 @@ pub struct Calibration {
 impl Calibration {
     /// Finds numbers of the scenes of `curves`, of `durometer.Curve`, which all of them share. The search begins at the values of the first scene.
     ///
-    /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number.
-    /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves. `profile`: intervals by profile
+    /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number in SI units;
+    /// None for the whole range that has a meaning. Results are in the order of the keys.
+    /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
     /// likelihood too. `progress` as in `Scene.run`, for each forward solve. `check`: raise `RunError` where the search does not settle.
     #[staticmethod]
     #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, progress = None, check = true))]
@@ -42,15 +44,19 @@ impl Calibration {
         check: bool,
     ) -> PyResult<Self> {
         let follower = crate::run::follower(py, progress)?;
-        let (keys, bounds) = wanted(unknowns)?;
         let weighting: Weighting = weight.parse().map_err(refused::<String>)?;
+        if !(accuracy > 0.0 && accuracy < 1.0) {
+            return Err(input(&format!("accuracy is {accuracy}"), "give a share between 0 and 1, such as 0.01"));
+        }
         let settings = Settings { profile, accuracy, ..Settings::new(weighting) };
-        let observed = curves.iter().map(|curve| observed(curve, &keys, &bounds)).collect::<PyResult<Vec<_>>>()?;
         let first = curves.first().ok_or_else(|| input("no curve is given", "give a list of durometer.Curve"))?;
         let scene: Py<Scene> = first.getattr("scene")?.extract()?;
+        let (keys, bounds) = wanted(unknowns, scene.get())?;
+        let observed = curves.iter().map(|curve| observed(curve, &keys, &bounds)).collect::<PyResult<Vec<_>>>()?;
         let answer = apart(py, follower.as_ref(), |link| {
             let search = || calibrate(observed, &settings, None, &mut |now: Progress| link.progress(now));
-            Arc::new(Raised::default()).during(link, search).map(|(found, _)| found)
+            let _turn = Raised::by(link);
+            search().map(|(found, _)| found)
         })?;
         let found = answer.map_err(|failure| match failure {
             Failure::Input(why) => refused(why),
@@ -67,25 +73,31 @@ impl Calibration {
         Ok(this)
     }
 
-    /// Key → value \[SI\].
+    /// Key → value \[SI\], in the order of `unknowns`.
     #[getter]
-    fn constants(&self) -> BTreeMap<&str, f64> {
-        self.found.constants.iter().map(|f| (f.key.as_str(), f.value)).collect()
+    fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.found.constants.iter().map(|f| (&f.key, f.value)).into_py_dict(py)
     }
 
-    /// Key → its SI unit.
+    /// Key → its SI unit; `1` of a number without one.
     #[getter]
-    fn units(&self) -> BTreeMap<&str, &str> {
-        self.found.constants.iter().map(|f| (f.key.as_str(), f.unit.as_str())).collect()
+    fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let unit = |key: &str| -> PyResult<&'static str> {
+            let key: ParameterKey = key.parse().map_err(refused)?;
+            Ok(si_unit(key.value(self.scene.get().table()).map_err(refused)?.dimension))
+        };
+        let all = self.found.constants.iter().map(|f| Ok((&f.key, unit(&f.key)?)));
+        all.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)
     }
 
     /// Key → both ends of the 95 % interval \[SI\]; none where the curves do not determine the number.
     #[getter]
-    fn intervals(&self) -> BTreeMap<&str, Option<(f64, f64)>> {
-        self.found.constants.iter().map(|f| (f.key.as_str(), f.interval.map(Into::into))).collect()
+    fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let ends = |interval: Option<[f64; 2]>| interval.map(<(f64, f64)>::from);
+        self.found.constants.iter().map(|f| (&f.key, ends(f.interval))).into_py_dict(py)
     }
 
-    /// \[unknowns × unknowns\] \[SI²\]; none where a direction is not determined.
+    /// \[unknowns × unknowns\] \[SI²\], in the order of `constants`; none where a direction is not determined.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let n = self.found.constants.len();
@@ -96,6 +108,16 @@ impl Calibration {
     #[getter]
     fn unidentified(&self) -> Vec<String> {
         self.found.unidentified.clone()
+    }
+
+    /// What was done with the measured points, such as those beyond the range of the protocol, which are left out.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        let of = |curve: &FittedCurve| {
+            let note = |note: &String| format!("curve {}: {note}", curve.name);
+            curve.measured.notes.iter().map(note).collect::<Vec<_>>()
+        };
+        self.found.curves.iter().flat_map(of).collect()
     }
 
     /// Whether the search came to its end.
@@ -138,22 +160,32 @@ impl Calibration {
 }
 
 /// Keys and their bounds.
-fn wanted(unknowns: &Bound<'_, PyAny>) -> PyResult<(Vec<ParameterKey>, Bounds)> {
+fn wanted(unknowns: &Bound<'_, PyAny>, scene: &Scene) -> PyResult<(Vec<ParameterKey>, Bounds)> {
+    let Some(bounded) = entries(unknowns)? else { return Ok((parsed(unknowns)?, Bounds::new())) };
     let mut bounds = Bounds::new();
-    let mut keys: Vec<String> = vec![];
-    for key in unknowns.try_iter()? {
-        let key: String = key?.extract()?;
-        if let Ok(ends) =
-            unknowns.get_item(&key).and_then(|ends| ends.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>())
-        {
-            bounds.insert(key.clone(), [toml_of(&ends.0)?, toml_of(&ends.1)?]);
+    for (key, ends) in bounded.iter().filter(|(_, ends)| !ends.is_none()) {
+        let wrong = || {
+            let fact = format!("the bounds of {key} are of the type {}, and no pair", kind(ends));
+            input(&fact, "write for example (\"10 kPa\", \"1 MPa\")")
+        };
+        let listed = if is_list(ends) { ends.clone() } else { ends.call_method0("tolist").map_err(|_| wrong())? };
+        let listed: Vec<Bound<'_, PyAny>> = listed.try_iter().and_then(Iterator::collect).map_err(|_| wrong())?;
+        let [lower, upper] = &listed[..] else { return Err(wrong()) };
+        bounds.insert(key.clone(), [bound(scene, key, lower)?, bound(scene, key, upper)?]);
+    }
+    let keys = bounded.into_iter().map(|(key, _)| key).collect::<Vec<_>>();
+    Ok((parsed(keys.into_pyobject(unknowns.py())?.as_any())?, bounds))
+}
+
+/// A bound: a text with its unit, or a number in SI units, which is written in the unit of the scene.
+fn bound(scene: &Scene, key: &str, end: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
+    match end.extract::<f64>() {
+        Ok(number) => {
+            let value = key.parse::<ParameterKey>().map_err(refused)?.value(scene.table()).map_err(refused)?;
+            Ok(value.written_si(number))
         }
-        keys.push(key);
+        Err(_) => toml_of(end),
     }
-    if keys.is_empty() {
-        return Err(input("no unknown is given", "write for example [\"laws.rubber.mu\"]"));
-    }
-    Ok((keys.iter().map(|key| key.parse()).collect::<Result<_, _>>().map_err(refused)?, bounds))
 }
 
 /// A curve of `durometer.Curve` with its scene.

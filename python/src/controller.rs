@@ -3,6 +3,7 @@
 use crate::array::array;
 use crate::error::input;
 use crate::solve::Link;
+use crate::value::{entries, kind};
 use durometer::scene::control::{ControlError, Controller, Observation as Seen, Opening, Reply};
 use durometer::scene::hint;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
@@ -61,7 +62,7 @@ pub struct Foreign {
 pub fn callable(given: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Foreign>> {
     let Some(function) = given else { return Ok(None) };
     if !function.is_callable() {
-        let fact = format!("a controller of the type {} cannot be called", function.get_type().name()?);
+        let fact = format!("a controller of the type {} cannot be called", kind(function));
         return Err(input(&fact, "give a function of one argument, the observation"));
     }
     Ok(Some(Foreign { function: function.clone().unbind(), columns: vec![], signals: vec![], link: None }))
@@ -83,9 +84,8 @@ impl Foreign {
         };
         let now = Bound::new(py, now)?;
         let answer = self.function.bind(py).call1((&now,))?;
-        if let Ok(set) = answer.cast::<PyDict>() {
-            for (name, value) in set.iter() {
-                let name: String = name.extract()?;
+        if let Some(set) = entries(&answer)? {
+            for (name, value) in set {
                 let place = self.signals.iter().position(|signal| *signal == name);
                 let missing =
                     || PyKeyError::new_err(format!("no signal {name} is controlled; {}", hint(&name, &self.signals)));
@@ -103,8 +103,7 @@ impl Foreign {
 
 fn number(value: &Bound<'_, PyAny>) -> PyResult<f64> {
     value.extract().map_err(|_| {
-        let kind = value.get_type().name().map_or_else(|_| "object".into(), |name| name.to_string());
-        PyTypeError::new_err(format!("the controller sets a signal to a {kind}; return numbers in SI units"))
+        PyTypeError::new_err(format!("the controller sets a signal to a {}; return numbers in SI units", kind(value)))
     })
 }
 

@@ -11,9 +11,15 @@ pub fn refused<E: Into<Box<dyn Error>>>(error: E) -> PyErr {
     if let Some(SceneError::Content { file, place, fact, remedy }) = error.downcast_ref() {
         return input(&format!("{}: {place}: {fact}", file.display()), remedy);
     }
-    let message = error.to_string();
-    let (fact, remedy) = message.split_once("; ").unwrap_or((&message, ""));
+    // The recorder of derivatives is a method here
+    let message = error.to_string().replace("SensitivityRecorder", "Scene.sensitivities");
+    let (fact, remedy) = split(&message);
     input(fact, remedy)
+}
+
+/// Fact and remedy of a message of the library.
+pub fn split(message: &str) -> (&str, &str) {
+    message.split_once("; ").unwrap_or((message, ""))
 }
 
 /// `InputError` of this fact and remedy.
@@ -24,6 +30,18 @@ pub fn input(fact: &str, remedy: &str) -> PyErr {
 /// `RunError` of a run, a search or a study that is not complete, with what was computed.
 pub fn incomplete(status: &str, fact: &str, remedy: &str, result: Py<PyAny>) -> PyErr {
     made("RunError", &[fact, remedy, status], Some(result))
+}
+
+/// `OutOfDomain` of a law that is not defined somewhere.
+pub fn outside(fact: &str) -> PyErr {
+    made("OutOfDomain", &[fact], None)
+}
+
+/// Whether an exception says that a law is not defined somewhere.
+pub fn is_outside(py: Python<'_>, why: &PyErr) -> bool {
+    py.import("durometer.errors")
+        .and_then(|errors| errors.getattr("OutOfDomain"))
+        .is_ok_and(|class| why.is_instance(py, &class))
 }
 
 fn made(class: &str, texts: &[&str], result: Option<Py<PyAny>>) -> PyErr {

@@ -3,13 +3,14 @@
 use crate::array::array;
 use crate::error::{input, refused};
 use crate::solve::apart;
-use crate::value::{numbers, plain};
+use crate::threads;
+use crate::value::{kind, numbers, plain};
 use durometer::calibrate::{
     Experiment, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange, fit, fit_experiment,
 };
 use durometer::math::units::{self, Dimension};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -30,7 +31,8 @@ impl Fit {
     /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test.
     ///
     /// `options`: those of `durometer fit`, with underscores: terms, modes, range ((from, to) in stretch), weight, noise, loss, stable, nu, kappa,
-    /// volumetric, slack, and columns: strain_column, stress_column, strain_unit, stress_unit, strain_kind, stress_kind, card.
+    /// volumetric, slack, tolerance, and columns: strain_column, stress_column, strain_unit, stress_unit, strain_kind, stress_kind, card. noise and kappa
+    /// are texts with a unit or numbers \[Pa\]; None is an option that is not given.
     #[staticmethod]
     #[pyo3(signature = (path, law, *, progress = None, **options))]
     fn from_csv(
@@ -40,6 +42,7 @@ impl Fit {
         progress: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        threads::set(None)?;
         let one = path.extract::<PathBuf>().map(|path| vec![path]);
         let files = one.or_else(|_| path.extract::<Vec<PathBuf>>())?;
         let Some((first, more)) = files.split_first() else {
@@ -50,45 +53,46 @@ impl Fit {
         let rest = columns(&mut request, options)?;
         set(&mut request.options, &rest)?;
         let result = apart(py, progress, |_| fit(&request))?;
-        Ok(Self { result: result.map_err(refused)? })
+        Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))? })
     }
 
     /// Fits a law to arrays of stretch and of nominal stress \[Pa\] of one mode; the options are those of `from_csv` but for its columns.
+    ///
+    /// `second_stretch`: of a biaxial test, the stretch in the other direction. Points of the other direction follow those of the first, with the
+    /// stretches exchanged.
     #[staticmethod]
-    #[pyo3(signature = (stretch, stress, law, *, mode = "uniaxial", progress = None, **options))]
+    #[pyo3(signature = (stretch, stress, law, *, mode = "uniaxial", second_stretch = None, progress = None, **options))]
     fn from_arrays(
         py: Python<'_>,
         stretch: &Bound<'_, PyAny>,
         stress: &Bound<'_, PyAny>,
         law: &str,
         mode: &str,
+        second_stretch: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        threads::set(None)?;
         let (stretch, stress) = (numbers("stretch", stretch)?, numbers("stress", stress)?);
-        if stretch.len() != stress.len() {
-            let fact = format!("there are {} stretches and {} stresses", stretch.len(), stress.len());
-            return Err(input(&fact, "give one stress for each stretch"));
-        }
-        if let Some(wrong) = stretch.iter().find(|s| **s <= 0.0) {
-            return Err(input(&format!("a stretch is {wrong}"), "a stretch is positive, and 1 at rest"));
-        }
+        let second = second_stretch.map(|second| numbers("second_stretch", second)).transpose()?;
         let mode: Mode = mode.parse().map_err(refused::<durometer::calibrate::UnknownMode>)?;
-        let one = |(line, (stretch, stress)): (u64, (&f64, &f64))| Sample {
+        check(mode, &stretch, &stress, second.as_deref())?;
+        let second = second.unwrap_or_else(|| vec![1.0; stretch.len()]);
+        let one = |(k, &stretch): (usize, &f64)| Sample {
             mode,
-            stretch: *stretch,
-            second: 1.0,
-            stress: *stress,
-            line,
+            stretch,
+            second: second[k],
+            stress: stress[k],
+            line: k as u64 + 1,
             specimen: 0,
         };
-        let samples: Vec<Sample> = (1..).zip(stretch.iter().zip(&stress)).map(one).collect();
-        let bytes: Vec<u8> = stretch.iter().chain(&stress).flat_map(|x| x.to_le_bytes()).collect();
+        let samples: Vec<Sample> = stretch.iter().enumerate().map(one).collect();
+        let bytes: Vec<u8> = stretch.iter().chain(&second).chain(&stress).flat_map(|x| x.to_le_bytes()).collect();
         let mut wanted = FitOptions::new(law);
         set(&mut wanted, &all(options)?)?;
         let experiment = Experiment::of_samples("arrays", &durometer::storage::sha256(&bytes), samples);
         let result = apart(py, progress, |_| fit_experiment(&experiment, &wanted))?;
-        Ok(Self { result: result.map_err(refused)? })
+        Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))? })
     }
 
     /// Name of the law in files.
@@ -97,25 +101,26 @@ impl Fit {
         self.result.law
     }
 
-    /// Constant → value \[SI\].
+    /// Constant → value \[SI\], in the order of the law.
     #[getter]
-    fn constants(&self) -> BTreeMap<&str, f64> {
-        self.result.parameters.iter().map(|p| (p.name, p.value)).collect()
+    fn constants<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.result.parameters.iter().map(|p| (p.name, p.value)).into_py_dict(py)
     }
 
-    /// Constant → its SI unit.
+    /// Constant → its SI unit; `1` of a number without one.
     #[getter]
-    fn units(&self) -> BTreeMap<&str, &str> {
-        self.result.parameters.iter().map(|p| (p.name, p.unit)).collect()
+    fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let unit = |unit| if unit == "–" { "1" } else { unit };
+        self.result.parameters.iter().map(|p| (p.name, unit(p.unit))).into_py_dict(py)
     }
 
     /// Constant → both ends of the 95 % interval \[SI\]; infinite where the data do not determine it.
     #[getter]
-    fn intervals(&self) -> BTreeMap<&str, (f64, f64)> {
-        self.result.parameters.iter().map(|p| (p.name, p.interval.into())).collect()
+    fn intervals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.result.parameters.iter().map(|p| (p.name, <(f64, f64)>::from(p.interval))).into_py_dict(py)
     }
 
-    /// \[constants × constants\] by the scatter of the data \[SI²\].
+    /// \[constants × constants\] by the scatter of the data \[SI²\], in the order of `constants`.
     #[getter]
     fn covariance(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
         let n = self.result.parameters.len();
@@ -131,7 +136,7 @@ impl Fit {
     /// Limits on the use of the constants, in words.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.result.warnings.iter().map(ToString::to_string).collect()
+        self.result.warnings.iter().map(|warning| in_python(&warning.to_string())).collect()
     }
 
     /// Everything that `fit.json` has.
@@ -173,16 +178,95 @@ impl Fit {
     }
 }
 
+/// Refuses arrays that do not belong together, and stretches that are none.
+fn check(mode: Mode, stretch: &[f64], stress: &[f64], second: Option<&[f64]>) -> PyResult<()> {
+    if stretch.len() != stress.len() {
+        let fact = format!("there are {} stretches and {} stresses", stretch.len(), stress.len());
+        return Err(input(&fact, "give one stress for each stretch"));
+    }
+    match (mode == Mode::Biaxial, second) {
+        (true, None) => {
+            return Err(input(
+                "a biaxial test has two stretches",
+                "give those of the other direction as second_stretch",
+            ));
+        }
+        (false, Some(_)) => {
+            return Err(input(&format!("second_stretch does not go with the mode {mode}"), "give mode=\"biaxial\""));
+        }
+        (true, Some(second)) if second.len() != stretch.len() => {
+            let fact = format!("there are {} stretches and {} second stretches", stretch.len(), second.len());
+            return Err(input(&fact, "give both for each stress"));
+        }
+        _ => {}
+    }
+    match stretch.iter().chain(second.unwrap_or_default()).find(|s| **s <= 0.0) {
+        Some(wrong) => Err(input(&format!("a stretch is {wrong}"), "a stretch is positive, and 1 at rest")),
+        None => Ok(()),
+    }
+}
+
 type Options<'py> = BTreeMap<String, Bound<'py, PyAny>>;
 
+/// Options of a fit, and of the columns of its table.
+const OPTIONS: [&str; 12] =
+    ["terms", "modes", "range", "stable", "weight", "loss", "slack", "noise", "nu", "kappa", "volumetric", "tolerance"];
+const COLUMNS: [&str; 7] =
+    ["card", "strain_column", "stress_column", "strain_unit", "stress_unit", "strain_kind", "stress_kind"];
+
+/// A message that names flags of `durometer fit`, with the names of the options here.
+fn in_python(message: &str) -> String {
+    let mut parts = message.split("--");
+    let mut out = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let end = part.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(part.len());
+        let (flag, rest) = part.split_at(end);
+        let name = if flag == "mode" { "modes".into() } else { flag.replace('-', "_") };
+        if OPTIONS.iter().chain(&COLUMNS).any(|known| *known == name) {
+            out.extend(["the option ", &name, rest]);
+        } else {
+            out.extend(["--", flag, " of the program", rest]);
+        }
+    }
+    out
+}
+
+/// All that are given.
 fn all<'py>(options: Option<&Bound<'py, PyDict>>) -> PyResult<Options<'py>> {
-    options.iter().flat_map(|o| o.iter()).map(|(key, value)| Ok((key.extract()?, value))).collect()
+    let given = options.iter().flat_map(|o| o.iter()).filter(|(_, value)| !value.is_none());
+    given.map(|(key, value)| Ok((key.extract()?, value))).collect()
+}
+
+/// The value of an option.
+fn option<T>(key: &str, value: &Bound<'_, PyAny>, wanted: &str, read: impl FnOnce() -> Option<T>) -> PyResult<T> {
+    let fact = || format!("the option {key} is {value} of the type {}", kind(value));
+    read().ok_or_else(|| input(&fact(), &format!("give {wanted}")))
+}
+
+fn word(key: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    option(key, value, "a text", || value.extract().ok())
+}
+
+fn number(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    option(key, value, "a number", || value.extract().ok())
+}
+
+/// A stress \[Pa\].
+fn pressure(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    match value.extract::<f64>() {
+        Ok(number) => Ok(number),
+        Err(_) => {
+            let text =
+                option(key, value, "a text such as \"1 MPa\", or a number in Pa", || value.extract::<String>().ok())?;
+            units::parse(&text, Dimension::PRESSURE).map_err(|e| refused(format!("{key}: {e}")))
+        }
+    }
 }
 
 /// Takes the options of a table; returns the others.
 fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) -> PyResult<Options<'py>> {
     let mut rest = all(options)?;
-    let mut text = |name: &str| rest.remove(name).map(|value| value.extract::<String>()).transpose();
+    let mut text = |name: &str| rest.remove(name).map(|value| word(name, &value)).transpose();
     let columns = &mut request.columns;
     columns.strain = text("strain_column")?;
     columns.stress = text("stress_column")?;
@@ -190,45 +274,46 @@ fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) 
     columns.stress_unit = text("stress_unit")?;
     columns.strain_kind = text("strain_kind")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
     columns.stress_kind = text("stress_kind")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
-    request.card = text("card")?.map(PathBuf::from);
+    request.card =
+        rest.remove("card").map(|card| option("card", &card, "a path", || card.extract().ok())).transpose()?;
     Ok(rest)
 }
 
 /// Takes the options of a fit; all that are unknown are named.
 fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
-    let mut unknown = vec![];
+    let unknown: Vec<&str> = options.keys().map(String::as_str).filter(|key| !OPTIONS.contains(key)).collect();
+    if !unknown.is_empty() {
+        let fact = format!("a fit has no option {}", unknown.join(", "));
+        return Err(input(&fact, &format!("known: {}", OPTIONS.join(", "))));
+    }
     for (key, value) in options {
-        let word = || value.extract::<String>();
+        let word = || word(key, value);
         match key.as_str() {
-            "terms" => wanted.terms = value.extract()?,
+            "terms" => wanted.terms = Some(option(key, value, "a whole number", || value.extract().ok())?),
             "modes" => {
-                let words = word().map(|one| vec![one]).or_else(|_| value.extract::<Vec<String>>())?;
-                let modes = words.iter().map(|word| word.parse()).collect::<Result<_, _>>();
+                let one = || value.extract::<String>().map(|one| vec![one]).ok();
+                let words =
+                    option(key, value, "a mode, or a list of modes", || one().or_else(|| value.extract().ok()))?;
+                let modes = words.iter().map(|word: &String| word.parse()).collect::<Result<_, _>>();
                 wanted.modes = modes.map_err(refused::<durometer::calibrate::UnknownMode>)?;
             }
-            "range" => wanted.range = Some(range(value)?),
-            "stable" => wanted.stable = Some(range(value)?),
+            "range" => wanted.range = Some(range(key, value)?),
+            "stable" => wanted.stable = Some(range(key, value)?),
             "weight" => wanted.weighting = word()?.parse().map_err(refused::<String>)?,
             "loss" => wanted.loss = word()?.parse().map_err(refused::<String>)?,
             "slack" => wanted.slack = word()?.parse().map_err(refused::<String>)?,
-            "noise" => wanted.noise = Some(units::parse(&word()?, Dimension::PRESSURE).map_err(refused)?),
-            "nu" => wanted.partner = Some(Partner::Nu(value.extract()?)),
-            "kappa" => {
-                wanted.partner = Some(Partner::Kappa(units::parse(&word()?, Dimension::PRESSURE).map_err(refused)?))
-            }
+            "noise" => wanted.noise = Some(pressure(key, value)?),
+            "nu" => wanted.partner = Some(Partner::Nu(number(key, value)?)),
+            "kappa" => wanted.partner = Some(Partner::Kappa(pressure(key, value)?)),
             "volumetric" => wanted.volumetric = Some(word()?),
-            "tolerance" => wanted.tolerance = value.extract()?,
-            _ => unknown.push(key.as_str()),
+            _ => wanted.tolerance = number(key, value)?,
         }
     }
-    if unknown.is_empty() {
-        return Ok(());
-    }
-    let known = "terms, modes, range, stable, weight, loss, slack, noise, nu, kappa, volumetric, tolerance";
-    Err(input(&format!("a fit has no option {}", unknown.join(", ")), &format!("known: {known}")))
+    Ok(())
 }
 
-fn range(value: &Bound<'_, PyAny>) -> PyResult<StretchRange> {
-    let (from, to): (f64, f64) = value.extract().map_err(|_| input("a range is two stretches", "write (1.0, 1.6)"))?;
-    format!("{from}..{to}").parse().map_err(refused::<durometer::calibrate::FitError>)
+fn range(key: &str, value: &Bound<'_, PyAny>) -> PyResult<StretchRange> {
+    let (from, to): (f64, f64) = option(key, value, "two stretches such as (1.0, 1.6)", || value.extract().ok())?;
+    let range = format!("{from}..{to}").parse();
+    range.map_err(|e: durometer::calibrate::FitError| refused(in_python(&e.to_string())))
 }

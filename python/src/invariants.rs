@@ -1,6 +1,7 @@
 //! The class `Invariants`: invariants of a deformation gradient without cancellation, for laws in Python.
 
 use crate::law::tensor;
+use crate::value::finite;
 use durometer::prelude::Invariants as Of;
 use pyo3::prelude::*;
 
@@ -17,6 +18,7 @@ impl Invariants {
     #[new]
     fn new(gradient: &Bound<'_, PyAny>) -> PyResult<Self> {
         let f = tensor("F", gradient)?;
+        finite("F", f.transpose().as_slice())?;
         Of::of_positive(&f).map(Self).map_err(crate::error::refused)
     }
 

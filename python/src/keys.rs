@@ -1,11 +1,28 @@
-//! Keys of scenes that Python gives.
+//! Keys of scenes and other names that Python gives in lists.
 
 use crate::error::{input, refused};
+use crate::value::kind;
 use durometer::scene::ParameterKey;
 use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+/// The names of a list or of another iterable; a text is none, whose letters would be meant.
+pub fn names(what: &str, given: &Bound<'_, PyAny>, example: &str) -> PyResult<Vec<String>> {
+    let wrong = || {
+        input(
+            &format!("{what} is of the type {}, and no list of names", kind(given)),
+            &format!("write for example {example}"),
+        )
+    };
+    if given.is_instance_of::<PyString>() {
+        return Err(wrong());
+    }
+    given.try_iter().map_err(|_| wrong())?.map(|name| name?.extract().map_err(|_| wrong())).collect()
+}
 
 /// Keys of a scene, one at least.
-pub fn parsed(keys: &[String]) -> PyResult<Vec<ParameterKey>> {
+pub fn parsed(keys: &Bound<'_, PyAny>) -> PyResult<Vec<ParameterKey>> {
+    let keys = names("keys", keys, "[\"laws.rubber.mu\"]")?;
     if keys.is_empty() {
         return Err(input("no key is given", "write for example [\"laws.rubber.mu\"]"));
     }

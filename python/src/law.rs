@@ -5,18 +5,34 @@ use crate::python_law::{Class, PythonLaw};
 use crate::solve::{Link, apart};
 use crate::value::rows;
 use durometer::material::entry::Rates;
-use durometer::material::{LawEntry, LawInfo, Parameter, check_law as check, moduli, register};
+use durometer::material::{LawEntry, LawInfo, Parameter, check_law as check, moduli, register_anew};
 use durometer::math::tensor::Mat3;
 use durometer::math::units;
 use pyo3::prelude::*;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Where the exceptions of the laws of one scene go: to the run that is under way.
+/// Where the exceptions of the laws of one scene go: to the one run that is under way with these laws.
 #[derive(Default)]
 pub struct Raised {
     link: Mutex<Option<Arc<Link>>>,
+    /// Whether any law of the scene is of Python
+    has_laws: AtomicBool,
+}
+
+/// Some work on a scene, from now on until it is dropped: exceptions of the laws of the scene are those of this work.
+pub struct Turn {
+    raised: Arc<Raised>,
+    before: Option<Arc<Raised>>,
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        CURRENT.set(self.before.take());
+        *self.raised.link.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
 }
 
 thread_local! {
@@ -27,29 +43,42 @@ thread_local! {
 static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
 
 impl Raised {
-    /// Does work of this scene: laws that are made meanwhile belong to it.
-    pub fn during<T>(self: &Arc<Self>, link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
-        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = Some(link.clone());
-        let before = CURRENT.replace(Some(self.clone()));
-        let done = work();
-        CURRENT.set(before);
-        *self.link.lock().unwrap_or_else(PoisonError::into_inner) = None;
-        done
+    /// Of work on scenes that it makes itself, with this link.
+    pub fn by(link: &Arc<Link>) -> Turn {
+        let raised = Arc::new(Self::default());
+        raised.begin(link).expect("no other work knows it")
+    }
+
+    /// Work on the scene begins: laws that this thread makes from now on belong to it. None where other work on the scene is under way.
+    pub fn begin(self: &Arc<Self>, link: &Arc<Link>) -> Option<Turn> {
+        let mut held = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        if held.is_some() {
+            return None;
+        }
+        *held = Some(link.clone());
+        Some(Turn { raised: self.clone(), before: CURRENT.replace(Some(self.clone())) })
     }
 
     /// Does work of a study, whose scenes are made in threads of the library.
     pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
-        let raised = Arc::new(Self::default());
-        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = Some(raised.clone());
-        let done = raised.during(link, work);
+        let turn = Self::by(link);
+        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = Some(turn.raised.clone());
+        let done = work();
         *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = None;
         done
     }
 
-    /// Of the scene that this thread works on.
-    pub fn current() -> Arc<Self> {
+    /// Of the scene for which this thread makes a law.
+    pub fn of_a_law() -> Arc<Self> {
         let elsewhere = || ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default()
+        let raised = CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default();
+        raised.has_laws.store(true, Ordering::Relaxed);
+        raised
+    }
+
+    /// Whether any law of the scene is of Python.
+    pub fn has_laws(&self) -> bool {
+        self.has_laws.load(Ordering::Relaxed)
     }
 
     /// Ends the run by an exception.
@@ -63,7 +92,8 @@ impl Raised {
 /// Classes by the name of their law.
 static CLASSES: Mutex<BTreeMap<String, &'static LawEntry>> = Mutex::new(BTreeMap::new());
 
-/// Makes a law known: scenes and studies of this process can name it. `law` is a class that extends `durometer.Law`.
+/// Makes a law known: scenes and studies of this process can name it. `law` is a class that extends `durometer.Law`. A law of Python that has the
+/// name already is replaced; runs and scenes that were made with it keep it.
 #[pyfunction]
 pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let text = |name: &str| law.getattr(name)?.extract::<String>();
@@ -105,18 +135,22 @@ pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
             |law, _, key| law.info().parameters.iter().map(|p| f64::from(u8::from(p.name == key))).collect();
         LawEntry::made_by(info, parameters, Vec::leak(sample), make, rates)
     };
-    let entry = register(entry).map_err(refused)?;
+    let entry = register_anew(entry).map_err(refused)?;
     CLASSES.lock().unwrap_or_else(PoisonError::into_inner).insert(name, entry);
     Ok(law.clone())
 }
 
-/// Checks a registered law: energy, stress and tangent against each other by finite differences at random states, objectivity, small strain, and
-/// more. Raises `InputError` with the first property that does not hold.
+/// Checks a registered law: energy, stress and tangent against each other by finite differences at random states within its domain, objectivity,
+/// small strain, and more. Raises `InputError` with the first property that does not hold.
 #[pyfunction]
 pub fn check_law(py: Python<'_>, name: &str) -> PyResult<()> {
     let known = CLASSES.lock().unwrap_or_else(PoisonError::into_inner).get(name).copied();
     let entry = known.ok_or_else(|| input(&format!("no law {name} is registered"), "register its class first"))?;
-    apart(py, None, |link| Arc::new(Raised::default()).during(link, || check(entry)))?.map_err(refused)
+    apart(py, None, |link| {
+        let _turn = Raised::by(link);
+        check(entry)
+    })?
+    .map_err(refused)
 }
 
 /// Name, symbol, unit, bounds and meaning of a parameter.
@@ -140,7 +174,7 @@ fn leaked(text: String) -> &'static str {
     String::leak(text)
 }
 
-/// A tensor of nine finite numbers, by rows.
+/// A tensor of nine numbers, by rows.
 pub fn tensor(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Mat3> {
     let values = rows(name, given, 3)?;
     if values.len() != 9 {

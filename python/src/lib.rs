@@ -21,6 +21,7 @@ mod sensitivities;
 mod solution;
 mod solve;
 mod study;
+mod threads;
 mod twin;
 mod value;
 

@@ -1,7 +1,7 @@
 //! A law whose energy, stress and tangent are methods of a class of Python. A slow path: every evaluation waits for the interpreter.
 
 use crate::array::array;
-use crate::error::input;
+use crate::error::{input, is_outside, outside, refused};
 use crate::law::{Raised, tensor};
 use crate::value::rows;
 use durometer::material::{
@@ -43,7 +43,7 @@ impl fmt::Debug for PythonLaw {
 
 /// Steps of the differences by constants, over the first.
 const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
-/// First step, over the size of the constants.
+/// First step, over the room that the constants have.
 const FIRST: f64 = 1e-2;
 /// Weights of the three differences, whose error is of the sixth order (Richardson).
 const WEIGHTS: [f64; 3] = [1.0 / 45.0, -20.0 / 45.0, 64.0 / 45.0];
@@ -51,17 +51,17 @@ const WEIGHTS: [f64; 3] = [1.0 / 45.0, -20.0 / 45.0, 64.0 / 45.0];
 impl PythonLaw {
     /// The law of the values in a scene.
     pub fn made(class: &Arc<Class>, given: &BTreeMap<String, f64>) -> Result<Box<dyn Law>, LawSpecError> {
-        let raised = Raised::current();
+        let raised = Raised::of_a_law();
         if class.is_elastic {
             let moduli = Moduli::from_map(given)?;
-            return Ok(Box::new(Self::new(class, vec![moduli.e, moduli.nu], Some(moduli), &raised)));
+            return Ok(Box::new(Self::new(class, vec![moduli.e, moduli.nu], Some(moduli), &raised).defined_at_rest()));
         }
         let value = |p: &Parameter| {
             let missing = || LawSpecError::Missing { law: class.info.name, key: p.name, meaning: p.meaning };
             given.get(p.name).copied().ok_or_else(missing)
         };
         let values = class.info.parameters.iter().map(value).collect::<Result<_, _>>()?;
-        Ok(Box::new(Self::new(class, values, None, &raised)))
+        Ok(Box::new(Self::new(class, values, None, &raised).defined_at_rest()))
     }
 
     /// An object of the class with these values; without `moduli` the object says them.
@@ -77,26 +77,62 @@ impl PythonLaw {
         Self { class: class.clone(), values, moduli, object, raised: raised.clone() }
     }
 
+    /// The same, which tells where it is not defined at F = I: every run begins there.
+    fn defined_at_rest(self) -> Self {
+        // What could not be made has told why
+        if self.object.is_some() {
+            Python::attach(|py| {
+                let Err(why) = self.ask(py, &Mat3::identity(), Want::Tangent) else { return };
+                let fact =
+                    || format!("the law {} is not defined at rest, F = I: {}", self.class.info.name, why.value(py));
+                let is_outside = is_outside(py, &why);
+                let remedy = "let energy, stress and tangent be finite numbers there";
+                self.raised.raise(if is_outside { input(&fact(), remedy) } else { why });
+            });
+        }
+        self
+    }
+
+    /// How far the constants can go along these rates: to a bound, like ½ of Poisson's ratio, and no farther than their own size; infinite where
+    /// nothing limits them.
+    fn room(&self, rates: &[f64]) -> f64 {
+        let of = |((value, rate), parameter): ((&f64, &f64), &Parameter)| {
+            let (lower, upper) = parameter.bounds;
+            let own = if *value == 0.0 { f64::INFINITY } else { value.abs() };
+            own.min(value - lower).min(upper - value) / rate.abs()
+        };
+        let moving =
+            self.values.iter().zip(rates).zip(self.class.info.parameters).filter(|((_, rate), _)| **rate != 0.0);
+        moving.map(of).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Energy, stress and tangent of the object; `OutOfDomain` where a number of them is not finite.
     fn ask(&self, py: Python<'_>, f: &Mat3, want: Want) -> PyResult<Response> {
         let missing =
             || input(&format!("the law {} could not be made", self.class.info.name), "see its first exception");
         let object = self.object.as_ref().ok_or_else(missing)?.bind(py);
         let gradient = array(py, f.transpose().as_slice().to_vec(), [3, 3])?;
         let psi: f64 = object.call_method1("energy", (&gradient,))?.extract()?;
-        if !psi.is_finite() {
-            let fact = format!("the energy of the law {} is {psi} at F = {f}", self.class.info.name);
-            return Err(input(&fact, "let it be finite for every F with J > 0"));
-        }
+        self.finite("energy", &[psi])?;
         let mut response = Response { psi, p: Mat3::zeros(), a: ZERO9 };
         if want >= Want::Residual {
             response.p = tensor("stress", &object.call_method1("stress", (&gradient,))?)?;
+            self.finite("stress", response.p.as_slice())?;
         }
         if want >= Want::Tangent {
             let tangent = object.call_method1("tangent", (&gradient,))?;
             let values = rows("tangent", &py.import("numpy")?.call_method1("reshape", (tangent, (9, -1)))?, 9)?;
             response.a.as_flattened_mut().copy_from_slice(&values);
+            self.finite("tangent", &values)?;
         }
         Ok(response)
+    }
+
+    fn finite(&self, what: &str, values: &[f64]) -> PyResult<()> {
+        match values.iter().find(|value| !value.is_finite()) {
+            Some(value) => Err(outside(&format!("the {what} of the law {} is {value}", self.class.info.name))),
+            None => Ok(()),
+        }
     }
 }
 
@@ -118,7 +154,7 @@ fn object(py: Python<'_>, class: &Class, values: &[f64], moduli: Option<Moduli>)
         Some(moduli) => moduli,
         None => {
             let (mu, kappa): (f64, f64) = object.call_method0("moduli")?.extract()?;
-            Moduli::from_pair(("mu", mu), ("kappa", kappa)).map_err(crate::error::refused)?
+            Moduli::from_pair(("mu", mu), ("kappa", kappa)).map_err(refused)?
         }
     };
     Ok((object.unbind(), moduli))
@@ -141,24 +177,37 @@ impl Law for PythonLaw {
         if !self.class.info.survives_inversion {
             Invariants::of_positive(f)?;
         }
-        Python::attach(|py| self.ask(py, f, want)).map_err(|why| {
-            self.raised.raise(why);
-            // The run ends by the exception, whatever it makes of this
-            LawError::Inverted { j: f64::NAN }
+        Python::attach(|py| {
+            self.ask(py, f, want).map_err(|why| {
+                if !is_outside(py, &why) {
+                    // The run ends by the exception, whatever it makes of this
+                    self.raised.raise(why);
+                }
+                LawError::Undefined
+            })
         })
+    }
+
+    fn is_differentiated_exactly(&self) -> bool {
+        self.class.is_linear && self.class.is_elastic
     }
 
     /// The same class with the rates as its constants where ψ is linear in them, else a difference of six laws.
     fn along(&self, rates: &[f64]) -> Box<dyn Law> {
-        let size = self.values.iter().zip(rates).filter(|(v, r)| **v != 0.0 && **r != 0.0).map(|(v, r)| (v / r).abs());
-        let first = FIRST * size.fold(f64::INFINITY, f64::min);
+        let first = FIRST * self.room(rates);
         let first = if first.is_finite() { first } else { FIRST };
         let at = |t: f64| -> Self {
             let values: Vec<f64> = self.values.iter().zip(rates).map(|(v, r)| v + t * r).collect();
-            let moduli = self.class.is_elastic.then(|| Moduli::from_e_nu(values[0], values[1]).unwrap_or(self.moduli));
-            Self::new(&self.class, values, moduli, &self.raised)
+            let moduli = self.class.is_elastic.then(|| Moduli::from_e_nu(values[0], values[1])).transpose();
+            match moduli {
+                Ok(moduli) => Self::new(&self.class, values, moduli, &self.raised),
+                Err(why) => {
+                    self.raised.raise(refused(why));
+                    Self { values, object: None, ..self.clone() }
+                }
+            }
         };
-        if self.class.is_linear && self.class.is_elastic {
+        if self.is_differentiated_exactly() {
             return Box::new(Self::new(&self.class, rates.to_vec(), Some(self.moduli.along(rates)), &self.raised));
         }
         let laws = STEPS.map(|step| [at(step * first), at(-step * first)]);

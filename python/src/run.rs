@@ -3,21 +3,22 @@
 use crate::array::{array, indices};
 use crate::built::{Built, Done};
 use crate::error::{input, refused};
-use crate::keys::parsed;
+use crate::keys::{names, parsed};
 use crate::solve::apart;
-use crate::value::unit;
+use crate::value::{mapping, unit};
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
-use durometer::scene::{Scene, hint, scalar_sensitivity};
+use durometer::scene::{ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity};
 use durometer::study::store::outcome;
 use durometer::system::State;
-use pyo3::exceptions::PyKeyError;
+use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
-/// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas.
+/// `run["xmax_z_m"]` is a column, `run.times` are the times \[s\], `run.frame` is a table of pandas. A run can be pickled; a copy that was made so has
+/// everything but `gradient`.
 #[pyclass(module = "durometer", frozen)]
 pub struct Run {
     /// Names of the columns; the first is `t_s`
@@ -43,9 +44,7 @@ pub struct Run {
     remedy: String,
     record: String,
     rows: usize,
-    built: Built,
-    /// The last state, and what the recorders keep there
-    last: (State, Vec<f64>),
+    origin: Origin,
     /// \[times\] of the fields \[s\]
     #[pyo3(get)]
     field_times: Py<PyAny>,
@@ -55,6 +54,14 @@ pub struct Run {
     /// Name → \[times × cells × components\]
     #[pyo3(get)]
     cell_fields: Py<PyDict>,
+}
+
+/// What a run was made of.
+enum Origin {
+    /// The scene, the last state, and what the recorders keep there
+    Here(Box<(Built, State, Vec<f64>)>),
+    /// Of a run that was pickled: nodes and cells
+    Pickled(Py<PyAny>, Py<PyAny>),
 }
 
 /// Fields that are taken down while a scene runs.
@@ -69,19 +76,24 @@ pub struct Recorded {
 
 impl Recorded {
     /// The named fields at every point of the time grid, or those of `[output.fields]` when they are due.
-    pub fn new(scene: &Scene, names: Option<Vec<String>>) -> PyResult<Self> {
+    pub fn new(scene: &Scene, given: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let of_scene = scene.spec.output.fields.as_ref();
-        let (what, schedule) = match names {
-            Some(names) => {
+        let (mut what, schedule) = match given {
+            Some(given) => {
                 let field = |name: String| {
                     toml::Value::String(name)
                         .try_into::<FieldSpec>()
                         .map_err(|e| input(e.message(), "name known fields"))
                 };
-                (names.into_iter().map(field).collect::<PyResult<_>>()?, ScheduleSpec::default())
+                let names = names("fields", given, "[\"displacement\"]")?;
+                (names.into_iter().map(field).collect::<PyResult<Vec<_>>>()?, ScheduleSpec::default())
             }
             None => of_scene.map(|fields| (fields.what.clone(), fields.schedule())).unwrap_or_default(),
         };
+        // A field that is named twice is recorded once
+        let all = what.clone();
+        let mut place = 0..;
+        what.retain(|field| place.next().is_some_and(|k| !all[..k].contains(field)));
         Ok(Self { what, schedule, times: vec![], values: BTreeMap::new() })
     }
 
@@ -107,11 +119,11 @@ impl Run {
 
     /// Column → its unit; `1` of a number without one.
     #[getter]
-    fn units(&self) -> BTreeMap<&str, &'static str> {
-        self.columns.iter().map(|name| (name.as_str(), unit(name))).collect()
+    fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.columns.iter().map(|name| (name, unit(name))).into_py_dict(py)
     }
 
-    /// Whether all stages were run.
+    /// Whether the run came to its planned end: all stages, or where a controller or an event stopped it.
     #[getter]
     fn converged(&self) -> bool {
         self.status == "Converged"
@@ -120,14 +132,22 @@ impl Run {
     /// \[nodes × 3\] positions at rest \[m\].
     #[getter]
     fn nodes(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let points = &self.built.scene.body.mesh.points;
+        let scene = match &self.origin {
+            Origin::Here(origin) => &origin.0.scene,
+            Origin::Pickled(nodes, _) => return Ok(nodes.clone_ref(py)),
+        };
+        let points = &scene.body.mesh.points;
         array(py, points.iter().flat_map(|p| [p.x, p.y, p.z]).collect(), [points.len(), 3])
     }
 
     /// \[cells × nodes of a cell\] indices of nodes, 4 of linear and 10 of quadratic tetrahedra, in the order of VTK.
     #[getter]
     fn cells(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let mesh = &self.built.scene.body.mesh;
+        let scene = match &self.origin {
+            Origin::Here(origin) => &origin.0.scene,
+            Origin::Pickled(_, cells) => return Ok(cells.clone_ref(py)),
+        };
+        let mesh = &scene.body.mesh;
         let width = mesh.cells.len() / mesh.cell_count().max(1);
         indices(py, &mesh.cells, [mesh.cell_count(), width])
     }
@@ -161,13 +181,14 @@ impl Run {
     }
 
     /// \[keys\] derivatives of Σ weight · column at the end of the run by keys of the scene, per SI unit of the key, by one adjoint solution for all
-    /// columns and keys. For static runs, see `Scene.check_gradient`; `Scene.sensitivities` has the derivatives of every row.
-    fn gradient(&self, py: Python<'_>, weights: BTreeMap<String, f64>, keys: Vec<String>) -> PyResult<Py<PyAny>> {
-        let keys = parsed(&keys)?;
-        let mut of_columns = vec![0.0; self.columns.len()];
-        for (name, weight) in weights {
+    /// columns and keys. Exact in the constants of laws, by differences of the equations in others; a warning `DoubtfulDerivative` names those whose
+    /// estimated error is above 1e-6 of their size. For static runs, see `Scene.check_gradient`; `Scene.sensitivities` has the derivatives of every row.
+    fn gradient(&self, py: Python<'_>, weights: &Bound<'_, PyAny>, keys: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
+        let keys = parsed(keys)?;
+        let mut of_columns = vec![0.0_f64; self.columns.len()];
+        for (name, weight) in mapping("weights", weights)? {
             let known = || input(&format!("no column {name}"), &hint(&name, &self.columns));
-            of_columns[self.columns.iter().position(|column| *column == name).ok_or_else(known)?] = weight;
+            of_columns[self.columns.iter().position(|column| *column == name).ok_or_else(known)?] = weight.extract()?;
         }
         if let Some(weight) = of_columns.iter().find(|weight| !weight.is_finite()) {
             return Err(input(&format!("a weight is {weight}"), "give finite numbers"));
@@ -175,14 +196,24 @@ impl Run {
         if !self.converged() {
             return Err(input("the run did not complete, and has no last state", "mend what its `remedy` says"));
         }
-        let Built { scene, raised } = &self.built;
-        let last = (&self.last.0, &self.last.1[..]);
-        let work = || scalar_sensitivity(scene, last, &of_columns, &keys);
-        let found = apart(py, None, |link| raised.during(link, work))?.map_err(refused)?;
+        let Origin::Here(origin) = &self.origin else {
+            return Err(input(
+                "the run was pickled, and left its last state behind",
+                "take its gradient where it was run",
+            ));
+        };
+        let (built, state, memory) = &**origin;
+        let found = apart(py, None, |link| {
+            built.during(link, |scene| scalar_sensitivity(scene, (state, memory), &of_columns, &keys))
+        })?;
+        let found = found.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)?;
+        if found.errors.iter().any(|error| *error > 0.0) {
+            self.warn(py, &of_columns, &keys, &found)?;
+        }
         array(py, found.values, [keys.len()])
     }
 
-    /// The body as an unstructured grid of pyvista, displaced as at `field_times[k]`, with the fields of that time; at rest without fields.
+    /// The body as an unstructured grid of pyvista with the fields of `field_times[k]`: displaced where "displacement" is one of them, else at rest.
     #[pyo3(signature = (k = -1), text_signature = "($self, k=-1)")]
     fn to_pyvista<'py>(slf: &Bound<'py, Self>, k: isize) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("durometer._meshes")?.call_method1("pyvista_grid", (slf, k))
@@ -195,15 +226,19 @@ impl Run {
     }
 
     /// A column, one value per time.
-    fn __getitem__<'py>(&self, py: Python<'py>, column: &str) -> PyResult<Bound<'py, PyAny>> {
+    fn __getitem__<'py>(&self, py: Python<'py>, column: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        let Ok(column) = column.extract::<&str>() else {
+            let fact = format!("a run has columns by name, such as run[\"t_s\"], and none {}", column.repr()?);
+            return Err(PyTypeError::new_err(format!("{fact}; its rows are run.values, its names run.columns")));
+        };
         let place = self.columns.iter().position(|name| name == column);
         let k =
             place.ok_or_else(|| PyKeyError::new_err(format!("no column {column}; {}", hint(column, &self.columns))))?;
         self.column(py, k)
     }
 
-    fn __contains__(&self, column: &str) -> bool {
-        self.columns.iter().any(|name| name == column)
+    fn __contains__(&self, column: &Bound<'_, PyAny>) -> bool {
+        column.extract::<&str>().is_ok_and(|column| self.columns.iter().any(|name| name == column))
     }
 
     /// The number of recorded times.
@@ -211,19 +246,73 @@ impl Run {
         self.rows
     }
 
+    /// How `pickle` makes the run again.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyDict>,))> {
+        let (py, kept) = (slf.py(), PyDict::new(slf.py()));
+        PICKLED.iter().try_for_each(|name| kept.set_item(name, slf.getattr(*name)?))?;
+        kept.set_item("record", &slf.get().record)?;
+        Ok((py.import("durometer._pickled")?.getattr("run")?, (kept,)))
+    }
+
+    /// A run of what `__reduce__` has kept.
+    #[staticmethod]
+    fn _pickled(kept: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let of = |name: &str| kept.as_any().get_item(name);
+        let any = |name: &str| of(name).map(Bound::unbind);
+        Ok(Self {
+            columns: of("columns")?.extract()?,
+            rows: of("values")?.len()?,
+            values: any("values")?,
+            signals: any("signals")?,
+            signal_names: of("signal_names")?.extract()?,
+            status: of("status")?.extract()?,
+            fact: of("fact")?.extract()?,
+            remedy: of("remedy")?.extract()?,
+            record: of("record")?.extract()?,
+            origin: Origin::Pickled(any("nodes")?, any("cells")?),
+            field_times: any("field_times")?,
+            fields: of("fields")?.cast_into()?.unbind(),
+            cell_fields: of("cell_fields")?.cast_into()?.unbind(),
+        })
+    }
+
     fn __repr__(&self) -> String {
         format!("<Run {}, {} times, {} columns>", self.status, self.rows, self.columns.len())
     }
 }
 
+/// What a pickled run keeps, in addition to its record.
+const PICKLED: [&str; 12] = [
+    "columns",
+    "values",
+    "signals",
+    "signal_names",
+    "status",
+    "fact",
+    "remedy",
+    "nodes",
+    "cells",
+    "field_times",
+    "fields",
+    "cell_fields",
+];
+
 impl Run {
-    pub fn new(py: Python<'_>, built: Built, done: Done, recorded: Recorded) -> PyResult<Self> {
+    /// `ended`: fact and remedy where something outside of the equations ended the run.
+    pub fn new(
+        py: Python<'_>,
+        built: Built,
+        done: Done,
+        recorded: Recorded,
+        ended: Option<(String, String)>,
+    ) -> PyResult<Self> {
         let (Done { run, seconds }, scene) = (done, &*built.scene);
         let record = serde_json::to_string(&outcome::record(scene, &run, seconds));
         let (rows, columns) = (run.rows.len(), run.columns.len());
         let signals = run.signals.first().map_or(0, Vec::len);
         let is_whole = run.status == durometer::solve::Status::Converged;
-        let words = |text: String| if is_whole { String::new() } else { text };
+        let of_status = || if is_whole { Default::default() } else { (run.status.fact(), run.status.remedy().into()) };
+        let (fact, remedy) = ended.unwrap_or_else(of_status);
         let (fields, cell_fields) = (PyDict::new(py), PyDict::new(py));
         let times = recorded.times.len();
         for ((at_nodes, name), (components, values)) in recorded.values {
@@ -237,16 +326,49 @@ impl Run {
             signals: array(py, run.signals.concat(), [run.signals.len(), signals])?,
             signal_names: scene.signals.iter().map(|signal| signal.name.clone()).collect(),
             status: run.status.name().into(),
-            fact: words(run.status.fact()),
-            remedy: words(run.status.remedy().into()),
+            fact,
+            remedy,
             record: record.map_err(|e| input(&format!("the record cannot be written: {e}"), ""))?,
             columns: run.columns,
-            last: (run.last, run.memories.last().cloned().unwrap_or_default()),
-            built,
+            origin: Origin::Here(Box::new((built, run.last, run.memories.last().cloned().unwrap_or_default()))),
             field_times: array(py, recorded.times, [times])?,
             fields: fields.unbind(),
             cell_fields: cell_fields.unbind(),
         })
+    }
+
+    /// Warns of derivatives of the weighted sum that are not known to their own size, as `Sensitivities.doubtful` judges it.
+    fn warn(&self, py: Python<'_>, weights: &[f64], keys: &[ParameterKey], found: &ScalarSensitivity) -> PyResult<()> {
+        let Origin::Here(origin) = &self.origin else { return Ok(()) };
+        let values: Vec<f64> = self.values.bind(py).call_method0("ravel")?.extract()?;
+        let width = self.columns.len();
+        let alike = |c: usize, k: usize| unit(&self.columns[c]) == unit(&self.columns[k % width]);
+        let size = |c: usize| {
+            let of_unit = values.iter().enumerate().filter(|(k, _)| alike(c, *k));
+            of_unit.fold(0.0_f64, |most, (_, value)| most.max(value.abs()))
+        };
+        let weighted = (0..width).filter(|c| weights[*c] != 0.0).map(|c| weights[c].abs() * size(c)).sum();
+        let table: toml::Table = origin.0.scene.text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?;
+        let one = Sensitivities {
+            columns: vec!["sum".into()],
+            keys: keys.to_vec(),
+            rows: vec![vec![found.values.clone()]],
+            errors: vec![found.errors.clone()],
+            column_sizes: vec![weighted],
+            key_sizes: keys.iter().map(|key| key.value(&table).map_or(0.0, |value| value.si().abs())).collect(),
+            stopped: None,
+            factorisations: 0,
+            solves: 0,
+            wall: 0.0,
+            cpu: 0.0,
+        };
+        let is_doubtful = |key: &ParameterKey| one.doubtful().iter().any(|(_, doubtful, _)| *doubtful == key);
+        let of_keys = keys.iter().zip(&found.values).zip(&found.errors);
+        let doubtful: Vec<(String, f64, f64)> = of_keys
+            .filter(|((key, _), _)| is_doubtful(key))
+            .map(|((key, value), error)| (key.to_string(), *value, *error))
+            .collect();
+        py.import("durometer.errors")?.call_method1("warn_of_doubtful", (doubtful,)).map(|_| ())
     }
 
     pub fn column<'py>(&self, py: Python<'py>, k: usize) -> PyResult<Bound<'py, PyAny>> {

@@ -7,7 +7,10 @@ use crate::run::{Run, follower};
 use crate::sensitivities::Sensitivities;
 use crate::solution::{Wanted, solve};
 use crate::solve::apart;
+use crate::threads;
 use crate::value::{plain, toml_of};
+use durometer::material::LawSpecError;
+use durometer::material::registry::given;
 use durometer::scene::{ParameterKey, changed_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -75,12 +78,15 @@ impl Scene {
                 (file, text)
             }
         };
+        // The scene is built later, perhaps from another folder
+        let file = std::path::absolute(file)?;
         let (_, text) = changed_scene(&file, &text, &[]).map_err(refused)?;
         Self::of(file, text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
     }
 
     /// The same scene with another value of a key, such as `set("laws.rubber.mu", "30 kPa")`. A step into a list is its index, or the `name` or
-    /// `kind` of an entry; the step `+` adds an entry.
+    /// `kind` of an entry; the step `+` adds an entry. Unknown keys and wrong units are refused here, what depends on the mesh or on other keys when
+    /// the scene is run.
     fn set(&self, key: &str, value: &Bound<'_, PyAny>) -> PyResult<Self> {
         self.changed(key, toml_of(value)?)
     }
@@ -90,7 +96,7 @@ impl Scene {
         plain(py, overrides::find(&self.table, key).map_err(refused)?)
     }
 
-    /// The same scene with the value of a number in its SI unit, an angle in degrees: `set_si("laws.rubber.mu", 30e3)`.
+    /// The same scene with the value of a number in its SI unit, an angle in radians: `set_si("laws.rubber.mu", 30e3)`.
     fn set_si(&self, key: &str, value: f64) -> PyResult<Self> {
         self.with_si(key, value)
     }
@@ -132,24 +138,26 @@ impl Scene {
 
     /// Runs all stages; the interpreter is free meanwhile, and Ctrl-C ends the run.
     ///
-    /// `threads`: those that it may use, all by default; no result depends on it.
+    /// `threads`: those that it may use, one for each core by default; no result depends on it.
     /// `progress`: True, or a function that is called with the time that is done and the end \[s\].
     /// `controller`: a function that sets the `controlled` signals, see `Observation`; it is called at every point of the time grid.
     /// `fields`: names such as "displacement" that are recorded at every point of the grid; those of `[output.fields]` by default.
-    /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so.
+    /// `check`: raise `RunError` where the run does not complete; otherwise `status` of the result says so. `result` of the exception is the run so
+    /// far, also of one of your own functions, and of KeyboardInterrupt.
     #[pyo3(signature = (*, threads = None, progress = None, controller = None, fields = None, check = true))]
     fn run(
         &self,
         py: Python<'_>,
-        threads: Option<usize>,
+        threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         controller: Option<&Bound<'_, PyAny>>,
-        fields: Option<Vec<String>>,
+        fields: Option<&Bound<'_, PyAny>>,
         check: bool,
     ) -> PyResult<Run> {
+        threads::set(threads)?;
         let follower = follower(py, progress)?;
         let built = self.build(py, follower.as_ref())?;
-        let wanted = Wanted { threads, follower, controller, fields, keys: vec![] };
+        let wanted = Wanted { follower, controller, fields, keys: vec![] };
         Ok(solve(py, built, wanted, check)?.0)
     }
 
@@ -159,16 +167,38 @@ impl Scene {
     fn sensitivities(
         &self,
         py: Python<'_>,
-        keys: Vec<String>,
-        threads: Option<usize>,
+        keys: &Bound<'_, PyAny>,
+        threads: Option<&Bound<'_, PyAny>>,
         progress: Option<&Bound<'_, PyAny>>,
         check: bool,
     ) -> PyResult<Sensitivities> {
-        let (keys, follower) = (parsed(&keys)?, follower(py, progress)?);
+        threads::set(threads)?;
+        let (keys, follower) = (parsed(keys)?, follower(py, progress)?);
         let built = self.build(py, follower.as_ref())?;
-        let wanted = Wanted { threads, follower, controller: None, fields: None, keys };
+        let wanted = Wanted { follower, controller: None, fields: None, keys };
         let (run, found) = solve(py, built, wanted, check)?;
         Sensitivities::new(py, found.expect("keys were given"), run, check)
+    }
+
+    /// How `pickle` makes the scene again: from its text, with the folder in which its files are found.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PathBuf, String))> {
+        Ok((py.import("durometer._pickled")?.getattr("scene")?, (self.file.clone(), self.text())))
+    }
+
+    /// A scene of what `__reduce__` has kept.
+    #[staticmethod]
+    fn _pickled(file: PathBuf, text: &str) -> PyResult<Self> {
+        Self::of(file, text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
+    }
+
+    /// The scene itself, which never changes.
+    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
+        slf
+    }
+
+    /// The scene itself, which never changes.
+    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
+        slf
     }
 
     fn __repr__(&self) -> String {
@@ -183,8 +213,15 @@ impl Scene {
         Ok(Self { file, table, built: Mutex::new(None) })
     }
 
+    /// The same scene with this value of a key.
     pub fn changed(&self, key: &str, value: Value) -> PyResult<Self> {
-        let (_, text) = changed_scene(&self.file, &self.text(), &[(key.into(), value)]).map_err(refused)?;
+        let (spec, text) = changed_scene(&self.file, &self.text(), &[(key.into(), value.clone())]).map_err(refused)?;
+        let parsed = key.parse::<ParameterKey>().ok();
+        let constant = parsed.as_ref().and_then(ParameterKey::law_constant);
+        if let Some((constant, law)) = constant.and_then(|constant| Some((constant.key, spec.laws.get(constant.law)?)))
+        {
+            check_constant(law, constant, value)?;
+        }
         Self::of(self.file.clone(), text.parse().map_err(|e: toml::de::Error| refused(e.to_string()))?)
     }
 
@@ -212,5 +249,14 @@ impl Scene {
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
         *self.built.lock().unwrap_or_else(PoisonError::into_inner) = Some(built.clone());
         Ok(built)
+    }
+}
+
+/// Refuses a constant of a law with a wrong unit. What other keys of the law decide is left to the run: they may be changed next.
+fn check_constant(law: &Table, key: &str, value: Value) -> PyResult<()> {
+    let alone = law.get("law").map(|name| ("law".into(), name.clone())).into_iter().chain([(key.into(), value)]);
+    match given(&alone.collect()) {
+        Err(why @ (LawSpecError::Unit { .. } | LawSpecError::NotAQuantity { .. })) => Err(refused(why)),
+        _ => Ok(()),
     }
 }

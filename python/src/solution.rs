@@ -2,11 +2,11 @@
 
 use crate::built::{Built, Done, Failed};
 use crate::controller::{Foreign, callable};
-use crate::error::{incomplete, input, refused};
+use crate::error::{incomplete, input, refused, split};
 use crate::run::{Recorded, Run};
-use crate::solve::{Link, apart};
+use crate::solve::{Link, ended};
 use durometer::math::threads;
-use durometer::scene::control::Controller;
+use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
 use pyo3::prelude::*;
@@ -14,14 +14,13 @@ use std::sync::Arc;
 
 /// Options of a run, from Python.
 pub struct Wanted<'a, 'py> {
-    pub threads: Option<usize>,
     pub follower: Option<Bound<'py, PyAny>>,
     pub controller: Option<&'a Bound<'py, PyAny>>,
-    pub fields: Option<Vec<String>>,
+    pub fields: Option<&'a Bound<'py, PyAny>>,
     pub keys: Vec<ParameterKey>,
 }
 
-/// Runs all stages. `check` raises an exception where the run does not complete.
+/// Runs all stages. `check` raises an exception where the run does not complete. Any other exception that ends it has the run so far in `result`.
 pub fn solve(
     py: Python<'_>,
     built: Built,
@@ -31,21 +30,46 @@ pub fn solve(
     let foreign = callable(wanted.controller)?;
     check_control(&built.scene, foreign.is_some())?;
     let mut recorded = Recorded::new(&built.scene, wanted.fields)?;
-    threads::use_threads(wanted.threads.unwrap_or_else(threads::available).max(1));
     let keys = &wanted.keys;
-    let mut done = apart(py, wanted.follower.as_ref(), |link| run(&built, foreign, keys, &mut recorded, link))?
-        .map_err(|e| refused(e as Box<dyn std::error::Error>))?;
+    let work = |link: &Arc<Link>| run(&built, foreign, keys, &mut recorded, link);
+    let mut done = match ended(py, Link::default(), wanted.follower.as_ref(), work)? {
+        (Ok(done), None) => done,
+        (Ok(done), Some(why)) => return Err(with_result(py, why, Run::new(py, built, done, recorded, None)?)),
+        (Err(_), Some(why)) => return Err(why),
+        (Err(why), None) => return Err(refused(why as Box<dyn std::error::Error>)),
+    };
     let (status, failure) = (done.run.status.clone(), done.run.failure.take());
     let sensitivities = done.run.sensitivities.take();
-    let run = Run::new(py, built, done, recorded)?;
-    if let Some(why) = failure {
-        return Err(refused(why));
-    }
+    let outside = failure.map(|why| in_python(&why, &built.scene));
+    let run = Run::new(py, built, done, recorded, outside.clone())?;
     if check && status != Status::Converged {
-        let result = Py::new(py, run)?.into_any();
-        return Err(incomplete(status.name(), &in_words(&status), status.remedy(), result));
+        let (fact, remedy) = outside.unwrap_or_else(|| (in_words(&status), status.remedy().into()));
+        return Err(incomplete(status.name(), &fact, &remedy, Py::new(py, run)?.into_any()));
     }
     Ok((run, sensitivities))
+}
+
+/// The exception with the run so far as its `result`, where it has none of its own and takes one.
+fn with_result(py: Python<'_>, why: PyErr, run: Run) -> PyErr {
+    let exception = why.value(py);
+    let has_own = exception.getattr("result").is_ok_and(|result| !result.is_none());
+    if !has_own && let Ok(run) = Py::new(py, run) {
+        exception.setattr("result", run).ok();
+    }
+    why
+}
+
+/// Why signals or a controller ended a run: fact and remedy.
+fn in_python(why: &ControlError, scene: &durometer::scene::Scene) -> (String, String) {
+    let text = why.to_string();
+    let (fact, remedy) = split(&text);
+    let is_set = |signal| scene.controls.controlled().contains(signal);
+    match why {
+        ControlError::NotFinite { signal, .. } if is_set(signal) => {
+            (fact.into(), "let the controller return finite numbers".into())
+        }
+        _ => (fact.into(), remedy.into()),
+    }
 }
 
 /// A status in words, with its time.
@@ -60,22 +84,23 @@ fn run(
     recorded: &mut Recorded,
     link: &Arc<Link>,
 ) -> Result<Done, Failed> {
-    let scene = &*built.scene;
-    let sensitivities = (!keys.is_empty()).then(|| SensitivityRecorder::new(scene, keys)).transpose()?;
     foreign.iter_mut().for_each(|foreign| foreign.link = Some(link.clone()));
-    let mut progress = |now| link.progress(now);
-    let mut state = |state: &durometer::system::State| recorded.add(scene, state);
-    let options = RunOptions {
-        on_progress: Some(&mut progress),
-        on_state: Some(&mut state),
-        stop: Some(link.stop.clone()),
-        controller: foreign.as_mut().map(|c| c as &mut dyn Controller),
-        sensitivities,
-        ..RunOptions::default()
-    };
-    let (wall, cpu) = (std::time::Instant::now(), threads::CpuClock::start());
-    let run = built.raised.during(link, || scene.run_with(options));
-    Ok(Done { run, seconds: (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()) })
+    built.during(link, |scene| {
+        let sensitivities = (!keys.is_empty()).then(|| SensitivityRecorder::new(scene, keys)).transpose()?;
+        let mut progress = |now| link.progress(now);
+        let mut state = |state: &durometer::system::State| recorded.add(scene, state);
+        let options = RunOptions {
+            on_progress: Some(&mut progress),
+            on_state: Some(&mut state),
+            stop: Some(link.stop.clone()),
+            controller: foreign.as_mut().map(|c| c as &mut dyn Controller),
+            sensitivities,
+            ..RunOptions::default()
+        };
+        let (wall, cpu) = (std::time::Instant::now(), threads::CpuClock::start());
+        let run = scene.run_with(options);
+        Ok(Done { run, seconds: (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()) })
+    })?
 }
 
 fn check_control(scene: &durometer::scene::Scene, is_given: bool) -> PyResult<()> {

@@ -1,5 +1,6 @@
 //! Long work of the library apart from Python: without the lock of the interpreter, followed, and ended by Ctrl-C.
 
+use crate::threads;
 use durometer::mesh::generate::end_meshers;
 use durometer::scene::Progress;
 use pyo3::prelude::*;
@@ -74,6 +75,18 @@ pub fn followed<T: Send>(
     follower: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Arc<Link>) -> T + Send,
 ) -> PyResult<T> {
+    let (done, raised) = ended(py, link, follower, work)?;
+    raised.map_or(Ok(done), Err)
+}
+
+/// The same for work that leaves something when an exception ends it: what it returned, and the exception.
+pub fn ended<T: Send>(
+    py: Python<'_>,
+    link: Link,
+    follower: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Arc<Link>) -> T + Send,
+) -> PyResult<(T, Option<PyErr>)> {
+    threads::check_fork()?;
     let link = Arc::new(link);
     let done = std::thread::scope(|scope| {
         let (sender, ended) = channel::<()>();
@@ -94,8 +107,9 @@ pub fn followed<T: Send>(
         }
         Ok::<_, PyErr>(py.detach(|| worker.join()))
     })?;
-    if let Some(why) = lock(&link.failure).take() {
-        return Err(why);
+    match (done, lock(&link.failure).take()) {
+        (Ok(done), raised) => Ok((done, raised)),
+        (Err(_), Some(why)) => Err(why),
+        (Err(panic), None) => resume_unwind(panic),
     }
-    Ok(done.unwrap_or_else(|panic| resume_unwind(panic)))
 }

@@ -1,12 +1,12 @@
 //! The class `Study`: a question, a scene and a list of changes; its run makes a report.
 
 use crate::cli::files::find;
-use crate::error::{incomplete, refused};
+use crate::error::{incomplete, input, refused};
 use crate::law::Raised;
 use crate::solve::{Link, apart};
-use crate::value::toml_of;
+use crate::threads;
+use crate::value::{mapping, toml_of};
 use durometer::catalogue::{Launch, host};
-use durometer::math::threads;
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write;
@@ -14,9 +14,7 @@ use durometer::study::run::growing::run;
 use durometer::study::run::only::Only;
 use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -37,10 +35,11 @@ impl Study {
     /// Reads a study; `changes` are values of keys of every scene, such as {"laws.rubber.nu": 0.49}.
     #[staticmethod]
     #[pyo3(signature = (name, changes = None))]
-    fn load(name: PathBuf, changes: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+    fn load(name: PathBuf, changes: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let file = find(&name, "study.toml").map_err(refused)?;
-        let change = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| Ok((key.extract()?, toml_of(&value)?));
-        let changes = changes.iter().flat_map(|c| c.iter()).map(change).collect::<PyResult<Vec<_>>>()?;
+        let changes = changes.map(|changes| mapping("changes", changes)).transpose()?.unwrap_or_default();
+        let change = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_of(&value)?));
+        let changes = changes.into_iter().map(change).collect::<PyResult<Vec<_>>>()?;
         Ok(Self { study: Expanded::read(&file, &changes).map_err(refused)? })
     }
 
@@ -86,7 +85,7 @@ impl Study {
         py: Python<'py>,
         out: Option<PathBuf>,
         only: Option<&str>,
-        jobs: Option<usize>,
+        jobs: Option<&Bound<'py, PyAny>>,
         redo: bool,
         accept_build: bool,
         isolation: &str,
@@ -99,10 +98,11 @@ impl Study {
             "processes" if host::python().is_some() => Isolation::Processes(Launch::running()?),
             "processes" | "threads" => Isolation::Threads,
             other => {
-                return Err(PyValueError::new_err(format!("isolation {other:?} is neither processes nor threads")));
+                let fact = format!("there is no isolation {other:?}");
+                return Err(input(&fact, "give \"processes\" or \"threads\""));
             }
         };
-        let (jobs, only) = (jobs.unwrap_or_else(threads::available).max(1), only.map(Only::from));
+        let (jobs, only) = (threads::number(jobs)?, only.map(Only::from));
         let choice = (only, redo, accept_build);
         let done = apart(py, follower.as_ref(), |link| {
             Raised::during_study(link, || self.work(&dir, jobs, choice, isolation, link))

@@ -1,12 +1,25 @@
 //! Values of Python as those of TOML, arrays of Python as numbers, and results of the library as dictionaries.
 
 use crate::error::input;
+use durometer::math::units::Dimension;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
+use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use serde::Serialize;
 
-/// The value of a key of a scene: text with a unit, a number, a flag, a list or a dictionary. Numbers of numpy count as numbers.
+/// Deepest nesting of lists and dictionaries in a value: no key of a scene lies deeper.
+const DEEPEST: usize = 32;
+
+/// The value of a key of a scene: text with a unit, a number, a flag, a sequence or a mapping. Numbers and arrays of numpy count as numbers and lists.
 pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
+    toml_within(value, DEEPEST)
+}
+
+/// The same of a value that may be so deep.
+fn toml_within(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<toml::Value> {
+    let Some(depth) = depth.checked_sub(1) else {
+        let fact = format!("a value has lists or dictionaries that lie more than {DEEPEST} deep in each other");
+        return Err(input(&fact, "give one that does not contain itself"));
+    };
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(flag.is_true().into());
     }
@@ -14,30 +27,61 @@ pub fn toml_of(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
         return Ok(value.extract::<String>()?.into());
     }
     if value.is_instance_of::<PyInt>() {
-        return Ok(value.extract::<i64>()?.into());
+        let number = value.extract::<i64>().map_err(|_| {
+            input(&format!("{value} is too large for a whole number of a scene"), "give a number with a point")
+        })?;
+        return Ok(number.into());
     }
     if value.is_instance_of::<PyFloat>() {
         return Ok(value.extract::<f64>()?.into());
     }
-    if let Ok(table) = value.cast::<PyDict>() {
-        let entry = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| Ok((key.extract()?, toml_of(&value)?));
-        return Ok(toml::Value::Table(table.iter().map(entry).collect::<PyResult<_>>()?));
+    if let Some(entries) = entries(value)? {
+        let entry = |(key, value): (String, Bound<'_, PyAny>)| Ok((key, toml_within(&value, depth)?));
+        return Ok(toml::Value::Table(entries.into_iter().map(entry).collect::<PyResult<_>>()?));
     }
-    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let entries = value.try_iter()?.map(|entry| toml_of(&entry?)).collect::<PyResult<_>>()?;
+    if is_list(value) {
+        let entries = value.try_iter()?.map(|entry| toml_within(&entry?, depth)).collect::<PyResult<_>>()?;
         return Ok(toml::Value::Array(entries));
     }
     // Numbers and arrays of numpy know their value in Python
     if let Ok(plain) = value.call_method0("tolist")
         && !plain.is(value)
     {
-        return toml_of(&plain);
+        return toml_within(&plain, depth);
     }
-    let kind = value.get_type().name()?;
     Err(input(
-        &format!("a value of the type {kind} is none of a scene"),
+        &format!("a value of the type {} is none of a scene", kind(value)),
         "give a text with a unit such as \"18 kPa\", a number, True or False, a list or a dictionary",
     ))
+}
+
+/// Whether a value is a sequence, and neither a text nor bytes.
+pub fn is_list(value: &Bound<'_, PyAny>) -> bool {
+    let is_text = value.is_instance_of::<PyString>()
+        || value.is_instance_of::<PyBytes>()
+        || value.is_instance_of::<PyByteArray>();
+    !is_text && value.cast::<PySequence>().is_ok()
+}
+
+/// Keys and values of a dictionary or another mapping; none of what is no mapping.
+pub fn entries<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Vec<(String, Bound<'py, PyAny>)>>> {
+    let Ok(table) = value.cast::<PyMapping>() else { return Ok(None) };
+    let entry = |pair: Bound<'py, PyAny>| {
+        let (key, value): (Bound<'py, PyAny>, Bound<'py, PyAny>) = pair.extract()?;
+        let name = key.extract::<String>();
+        Ok((name.map_err(|_| input(&format!("the key {key} is no text"), "name keys by texts"))?, value))
+    };
+    table.items()?.iter().map(entry).collect::<PyResult<_>>().map(Some)
+}
+
+/// The entries of what must be a mapping.
+pub fn mapping<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+    entries(value)?.ok_or_else(|| input(&format!("{what} is of the type {}", kind(value)), "give a dictionary"))
+}
+
+/// Name of the type of a value.
+pub fn kind(value: &Bound<'_, PyAny>) -> String {
+    value.get_type().name().map_or_else(|_| "object".into(), |name| name.to_string())
 }
 
 /// A value that the library would write as JSON, as objects of Python.
@@ -58,20 +102,23 @@ pub fn numbers(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(values)
 }
 
-/// The rows of an array of `width` columns, all finite.
+/// The rows of an array of `width` columns.
 pub fn rows(name: &str, given: &Bound<'_, PyAny>, width: usize) -> PyResult<Vec<f64>> {
     let array = floats(name, given)?;
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
     if shape.len() != 2 || shape[1] != width {
         return Err(input(&format!("{name} has the shape {shape:?}"), &format!("give one of shape (n, {width})")));
     }
-    let values: Vec<f64> = array.call_method0("ravel")?.extract()?;
-    finite(name, &values)?;
-    Ok(values)
+    array.call_method0("ravel")?.extract()
 }
 
 fn floats<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     let py = given.py();
+    if py.import("numpy.ma")?.call_method1("is_masked", (given,))?.is_truthy()? {
+        let remedy =
+            "leave these data points out, for example by keep = ~numpy.ma.getmaskarray(y), x[keep] and y[keep]";
+        return Err(input(&format!("{name} has masked values"), remedy));
+    }
     let named = PyDict::new(py);
     named.set_item("dtype", "float64")?;
     py.import("numpy")?.call_method("asarray", (given,), Some(&named)).map_err(|e| {
@@ -79,7 +126,8 @@ fn floats<'py>(name: &str, given: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyA
     })
 }
 
-fn finite(name: &str, values: &[f64]) -> PyResult<()> {
+/// Refuses a number that is not finite.
+pub fn finite(name: &str, values: &[f64]) -> PyResult<()> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(k) => Err(input(&format!("{name} has the value {} at index {k}", values[k]), "leave such values out")),
         None => Ok(()),
@@ -89,4 +137,29 @@ fn finite(name: &str, values: &[f64]) -> PyResult<()> {
 /// The unit at the end of the name of a column; `1` of a number without one.
 pub fn unit(column: &str) -> &'static str {
     durometer::scene::unit_of_column(column)
+}
+
+/// The SI unit of a dimension; `1` of a number without one.
+pub fn si_unit(dimension: Dimension) -> &'static str {
+    match dimension {
+        Dimension::NONE => "1",
+        Dimension::LENGTH => "m",
+        Dimension::AREA => "m^2",
+        Dimension::VOLUME => "m^3",
+        Dimension::TIME => "s",
+        Dimension::FREQUENCY => "1/s",
+        Dimension::ANGLE => "rad",
+        Dimension::FORCE => "N",
+        Dimension::ENERGY => "J",
+        Dimension::PRESSURE => "Pa",
+        Dimension::STIFFNESS => "N/m",
+        Dimension::COMPLIANCE => "m/N",
+        Dimension::DAMPING => "N s/m",
+        Dimension::VISCOSITY => "Pa s",
+        Dimension::DENSITY => "kg/m^3",
+        Dimension::ACCELERATION => "m/s^2",
+        Dimension::VELOCITY => "m/s",
+        Dimension::ANGULAR_VELOCITY => "rad/s",
+        _ => "SI",
+    }
 }

@@ -1,5 +1,7 @@
 """Controllers in Python: a function at every point of the time grid."""
 
+import types
+
 import durometer
 import numpy
 import pytest
@@ -73,10 +75,9 @@ def test_none_keeps_the_signal_and_stop_ends_the_run(bent: durometer.Scene) -> N
         (lambda now: 1 / 0, ZeroDivisionError, "division"),
         (lambda now: {"no_such": 1.0}, KeyError, "no signal no_such is controlled"),
         (lambda now: "12 mm", TypeError, "return numbers in SI units"),
-        (lambda now: float("nan"), durometer.InputError, "is NaN at t"),
         (lambda now: now["no_such"], KeyError, "no column no_such"),
     ],
-    ids=["raises", "name", "type", "nan", "column"],
+    ids=["raises", "name", "type", "column"],
 )
 def test_wrong_answers_end_the_run(bent: durometer.Scene, controller, error, words: str) -> None:
     with pytest.raises(error, match=words):
@@ -90,3 +91,35 @@ def test_a_scene_and_its_controller_belong_together(bent: durometer.Scene, beam:
         beam.run(controller=lambda now: None)
     with pytest.raises(durometer.InputError, match="cannot be called"):
         bent.run(controller=3)
+
+
+def test_an_answer_is_any_mapping_or_number_of_numpy(bent: durometer.Scene) -> None:
+    [signal] = bent.controlled
+    expected = bent.run(controller=lambda now: 1e-4).values.tobytes()
+    for answer in (types.MappingProxyType({signal: 1e-4}), {signal: numpy.float64(1e-4)}, numpy.float64(1e-4)):
+        assert bent.run(controller=lambda now: answer).values.tobytes() == expected
+
+
+@pytest.mark.parametrize("answer, words", [(float("nan"), "is NaN at t"), (0.1, "its `range` is from 0 to 0.005")], ids=["nan", "range"])
+def test_a_bad_answer_leaves_the_rows_so_far(bent: durometer.Scene, answer: float, words: str) -> None:
+    ranged = bent.set("constraint.cable.drive.signal", {"kind": "controlled", "initial": "0 mm", "range": ["0 mm", "5 mm"]})
+    control = lambda now: answer if now.t >= 0.5 else None  # noqa: E731
+    with pytest.raises(durometer.RunError, match=words) as caught:
+        ranged.run(controller=control)
+    partial = caught.value.result
+    assert partial.times[-1] == 0.5 and not partial.converged and partial.status == caught.value.status == "Interrupted"
+    unchecked = ranged.run(controller=control, check=False)
+    assert len(unchecked) == len(partial) and unchecked.fact == caught.value.fact and unchecked.remedy == caught.value.remedy
+    assert "formula" not in unchecked.remedy
+
+
+@pytest.mark.parametrize("kind", [ZeroDivisionError, KeyboardInterrupt])
+def test_an_exception_has_the_rows_so_far(bent: durometer.Scene, kind: type[BaseException]) -> None:
+    def control(now: durometer.Observation) -> None:
+        if now.t >= 0.5:
+            raise kind("of the user")
+
+    with pytest.raises(kind, match="of the user") as caught:
+        bent.run(controller=control, check=False)
+    partial = caught.value.result
+    assert isinstance(partial, durometer.Run) and partial.times[-1] == 0.5 and partial.status == "Interrupted"

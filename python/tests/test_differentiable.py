@@ -174,3 +174,48 @@ else:
 """
     told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=60)
     assert told.returncode == 0, told.stderr
+
+
+def test_doubtful_derivatives_are_named_in_a_warning() -> None:
+    from test_laws import OfParameters
+
+    class Rough(OfParameters):
+        """Its shear modulus has ripples in its constant, which no difference resolves."""
+
+        name = "python_rough"
+
+        def __init__(self, **constants):
+            super().__init__(**constants)
+            self.mu = self.shear * (1 + 1e-3 * numpy.sin(self.shear))
+
+    durometer.register_law(Rough)
+    text = BEAM.replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]").replace("neo_hookean", "python_rough")
+    scene = durometer.Scene.from_toml(text.replace('E = "100 kPa"\nnu = 0.45', 'shear = "40 kPa"\nratio = 5'))
+    keys = ["laws.silicone.shear", "effect.gravity.density"]
+    with pytest.warns(durometer.DoubtfulDerivative, match="by laws.silicone.shear") as told:
+        gradient = scene.run(threads=1).gradient({"xmax_z_m": 1.0}, keys)
+    [warning] = told
+    [(key, value, error)] = warning.message.doubtful
+    assert key == keys[0] and value == gradient[0] and error > 1e-6 * abs(value)
+
+
+@pytest.mark.filterwarnings("error")
+def test_derivatives_that_are_known_are_not_warned_of(scene: durometer.Scene) -> None:
+    assert numpy.isfinite(scene.run().gradient({"xmax_z_m": 1.0}, KEYS[:2])).all()
+
+
+def test_forward_derivatives_are_warned_of_too(scene: durometer.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    from durometer._end_values import EndValues
+
+    class Found:
+        run = scene.run()
+        doubtful = [(COLUMNS[0], KEYS[0], 1e-3), (COLUMNS[1], KEYS[0], 1e-3)]
+
+        def __getitem__(self, place: tuple[str, str]) -> numpy.ndarray:
+            return numpy.array([0.0, 2.0])
+
+    of = EndValues(scene, KEYS[:1], COLUMNS, "forward", None)
+    monkeypatch.setattr(of, "_solved", lambda numbers: Found())
+    with pytest.warns(durometer.DoubtfulDerivative) as told:
+        of.pullback(of.start, numpy.array([1.0, 0.0]))
+    assert told[0].message.doubtful == [(f"{KEYS[0]} of {COLUMNS[0]}", 2.0, 2e-3)]

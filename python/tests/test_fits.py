@@ -56,3 +56,83 @@ def test_a_wrong_curve_is_refused(pulled: durometer.Scene, change: dict, words: 
     arguments = {"scene": pulled, "over": "t_s", "x": [0.5, 1.0], "column": "xmin_reaction_x_N", "y": [1.0, 2.0]}
     with pytest.raises(durometer.InputError, match=words):
         durometer.Calibration.from_curves([durometer.Curve(**{**arguments, **change})], ["laws.silicone.E"])
+
+
+def test_constants_and_covariance_have_one_order() -> None:
+    stress = 2 * (STRETCH - STRETCH**-2) * (20e3 + 5e3 / STRETCH)
+    fit = durometer.Fit.from_arrays(STRETCH, stress * (1 + 1e-3 * numpy.sin(40 * STRETCH)), "mooney_rivlin", terms=2, nu=0.45)
+    names = [parameter["name"] for parameter in fit.result["parameters"]]
+    assert list(fit.constants) == list(fit.units) == list(fit.intervals) == list(fit.frame.index) == names
+    run = durometer.Scene.from_toml(PULLED).run()
+    unknowns = ["laws.silicone.nu", "effect.gravity.density", "laws.silicone.E"]
+    columns = ["xmin_reaction_x_N", "xmin_reaction_z_N"]
+    start = durometer.Scene.from_toml(PULLED)
+    curves = [durometer.Curve(start, "t_s", run.times[1:], column, run[column][1:] * [1.001, 0.999], column) for column in columns]
+    found = durometer.Calibration.from_curves(curves, unknowns, check=False)
+    assert list(found.constants) == list(found.units) == list(found.intervals) == list(found.frame.index) == unknowns
+    assert found.units == {"laws.silicone.nu": "1", "effect.gravity.density": "kg/m^3", "laws.silicone.E": "Pa"}
+
+
+BOUNDED = {"over": "t_s", "x": [0.5, 1.0], "column": "xmin_reaction_x_N", "y": [1.0, 2.0]}
+
+
+@pytest.mark.parametrize(
+    "ends", [("10 kPa", "110 kPa"), ["10 kPa", "110 kPa"], numpy.array(["10 kPa", "110 kPa"]), (10e3, 110e3), numpy.array([10e3, 110e3])]
+)
+def test_bounds_are_any_pair(pulled: durometer.Scene, ends: object) -> None:
+    curve = durometer.Curve(pulled, **BOUNDED)
+    found = durometer.Calibration.from_curves([curve], {"laws.silicone.E": ends}, check=False)
+    assert found.constants["laws.silicone.E"] <= 110e3 * (1 + 1e-12), "the curve asks for more"
+    free = durometer.Calibration.from_curves([curve], {"laws.silicone.E": None}, check=False)
+    assert free.constants["laws.silicone.E"] > 110e3
+
+
+@pytest.mark.parametrize(
+    "ends, words",
+    [
+        (("10 kPa", "80 kPa", "x"), "no pair"),
+        ("10 kPa", "no pair"),
+        (5, "no pair"),
+        (numpy.float64(5), "no pair"),
+        ({"lower": "10 kPa", "upper": "80 kPa"}, "no pair"),
+        (("10 kPa", None), "of the type NoneType"),
+        (("10 mm", "20 mm"), "wrong dimension"),
+    ],
+)
+def test_other_bounds_are_refused(pulled: durometer.Scene, ends: object, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        durometer.Calibration.from_curves([durometer.Curve(pulled, **BOUNDED)], {"laws.silicone.E": ends})
+
+
+def test_points_beyond_the_protocol_are_noted(pulled: durometer.Scene) -> None:
+    curve = durometer.Curve(pulled, "t_s", [0.5, 1.0, 7.0], "xmin_reaction_x_N", [1.0, 2.0, 3.0], "long")
+    found = durometer.Calibration.from_curves([curve], ["laws.silicone.E"], check=False)
+    [note] = found.notes
+    assert note == "curve long: of 3 data points 1 beyond the range of the protocol in t_s left out"
+    with pytest.raises(durometer.InputError, match="accuracy is -1"):
+        durometer.Calibration.from_curves([curve], ["laws.silicone.E"], accuracy=-1)
+
+
+def test_a_biaxial_test_has_two_stretches() -> None:
+    second = 1 + 0.5 * (STRETCH - 1)
+    nominal = 40e3 * (STRETCH - STRETCH**-3 * second**-2)
+    fit = durometer.Fit.from_arrays(STRETCH, nominal, "neo_hookean", mode="biaxial", second_stretch=second, nu=0.45)
+    assert abs(fit.constants["mu"] / 40e3 - 1) < 1e-9
+    for options, words in [
+        ({"mode": "biaxial"}, "a biaxial test has two stretches"),
+        ({"second_stretch": second}, "does not go with the mode uniaxial"),
+        ({"mode": "biaxial", "second_stretch": second[1:]}, "12 stretches and 11 second"),
+        ({"mode": "biaxial", "second_stretch": -second}, "a stretch is -1"),
+    ]:
+        with pytest.raises(durometer.InputError, match=words):
+            durometer.Fit.from_arrays(STRETCH, nominal, "neo_hookean", nu=0.45, **options)
+
+
+def test_options_are_numbers_in_si_units_too() -> None:
+    stress = 40e3 * (STRETCH - STRETCH**-2)
+    tables = [durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean", kappa=kappa, nu=None).table for kappa in ("1 MPa", 1e6)]
+    assert tables[0] == tables[1] and "kappa" in tables[0]
+    assert durometer.Fit.from_arrays(STRETCH, stress, "yeoh", terms=1).units == {"C10": "Pa"}
+    ogden = durometer.Fit.from_arrays(STRETCH, stress, "ogden", terms=1, nu=0.45)
+    assert ogden.units["alpha1"] == "1"
+    assert not [warning for warning in durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean").warnings if "--nu" in warning]

@@ -1,5 +1,7 @@
 """Laws in Python: the checks of the library, and the numbers of the same law in Rust."""
 
+import threading
+
 import durometer
 import numpy
 import pytest
@@ -109,6 +111,27 @@ def test_derivatives_by_its_constants_are_those_of_the_law_in_rust() -> None:
         assert (numpy.abs(found.values - expected.values) <= 1e-6 * scale).all(), name
 
 
+@pytest.mark.parametrize(
+    "constants",
+    ['E = "100 kPa"\nnu = 0.495', 'E = "100 kPa"\nnu = 0.4975', 'E = "100 kPa"\nnu = 0.499', 'mu = "34 kPa"\nkappa = "33 MPa"'],
+)
+def test_derivatives_next_to_incompressibility(constants: str) -> None:
+    text = BEAM.replace('dt = "0.5 s"', 'dt = "1 s"').replace("divisions = [4, 2, 2]", "divisions = [2, 1, 1]")
+    text = text.replace('E = "100 kPa"\nnu = 0.45', constants)
+    keys = [f"laws.silicone.{line.split()[0]}" for line in constants.splitlines()]
+    there = durometer.Scene.from_toml(text)
+    here = durometer.Scene.from_toml(text.replace("neo_hookean", "python_differenced"))
+    expected, found = there.sensitivities(keys), here.sensitivities(keys)
+    assert not found.doubtful and (expected.errors == 0.0).all()
+    weights = {"xmax_z_m": 1.0}
+    exact, adjoint = there.run().gradient(weights, keys), here.run().gradient(weights, keys)
+    for k, key in enumerate(keys):
+        # Where hardly anything depends on the constant, rounding of the differences is 1e-8 of what does not
+        assert found["xmax_z_m", key][-1] == pytest.approx(expected["xmax_z_m", key][-1], rel=1e-6)
+        assert adjoint[k] == pytest.approx(exact[k], rel=1e-6)
+        assert found.errors[found.columns.index("xmax_z_m"), k] > 0.0
+
+
 def test_a_law_that_raises_ends_the_run_by_its_exception() -> None:
     class Raises(PythonNeoHookean):
         name = "python_raises"
@@ -126,7 +149,7 @@ def test_a_law_that_raises_ends_the_run_by_its_exception() -> None:
     "stress, words",
     [
         (lambda F: numpy.zeros((2, 3)), "stress has 2 rows"),
-        (lambda F: numpy.full((3, 3), numpy.nan), "stress has the value NaN"),
+        (lambda F: numpy.full((3, 3), numpy.nan), "is not defined at rest, F = I: the stress of the law .* is NaN"),
         (lambda F: "a text", "stress is no array of numbers"),
         (lambda F: numpy.zeros(9), "stress has the shape"),
     ],
@@ -145,3 +168,165 @@ def test_a_name_is_taken_once() -> None:
         durometer.register_law(type("Taken", (PythonNeoHookean,), {"name": "neo_hookean"}))
     with pytest.raises(durometer.InputError, match="the law has no name"):
         durometer.register_law(type("Nameless", (durometer.Law,), {}))
+
+
+class Chains(PythonNeoHookean):
+    """Gent's law (1996) with a volumetric part, which ends where I1 - 3 = J_m."""
+
+    name = "python_chains"
+    linear = False
+    parameters = [
+        durometer.Parameter("shear", "μ", "Pa", (0.0, float("inf")), "shear modulus"),
+        durometer.Parameter("J_m", "J_m", "1", (0.0, float("inf")), "I1 - 3 of fully stretched chains"),
+    ]
+    sample = [40e3, 2.0]
+
+    def __init__(self, **constants):
+        super().__init__(**constants)
+        self.lambda_ = 4 * self.shear
+
+    def moduli(self):
+        return self.shear, self.lambda_ + 2 * self.shear / self.J_m + 2 / 3 * self.shear
+
+    def left(self, k):
+        share = 1 - k.I1_minus_3 / self.J_m
+        return share if share > 0 else float("nan")
+
+    def energy(self, F):
+        k = durometer.Invariants(F)
+        chains = numpy.log1p(-k.I1_minus_3 / self.J_m) if self.left(k) > 0 else float("nan")
+        return -0.5 * self.shear * self.J_m * chains - self.shear * k.ln_J + 0.5 * self.lambda_ * k.J_minus_1**2
+
+    def stress(self, F):
+        k = durometer.Invariants(F)
+        G = k.cofactor / k.J
+        return self.shear * (F / self.left(k) - G) + self.lambda_ * k.J_minus_1 * k.J * G
+
+    def tangent(self, F):
+        k = durometer.Invariants(F)
+        G, left = k.cofactor / k.J, self.left(k)
+        direct = self.lambda_ * (2 * k.J - 1) * k.J
+        crossed = self.shear - self.lambda_ * k.J_minus_1 * k.J
+        return (
+            self.shear / left * numpy.einsum("ik,JL->iJkL", IDENTITY, IDENTITY)
+            + 2 * self.shear / (self.J_m * left**2) * numpy.einsum("iJ,kL->iJkL", F, F)
+            + direct * numpy.einsum("iJ,kL->iJkL", G, G)
+            + crossed * numpy.einsum("iL,kJ->iJkL", G, G)
+        )
+
+
+class Raising(Chains):
+    """The same, which raises where it ends."""
+
+    name = "python_raising_chains"
+
+    def energy(self, F):
+        if durometer.Invariants(F).I1_minus_3 >= self.J_m:
+            raise durometer.OutOfDomain
+        return super().energy(F)
+
+
+#: A block that is pulled in one step to a stretch at which a full step of Newton's method leaves the domain of `Chains` with J_m = 1.3
+STRETCHED = (
+    PULLED.replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
+    .replace('dt = "0.5 s"', 'dt = "1 s"')
+    .replace('to = "2 mm"', 'to = "14 mm"')
+    .replace('E = "100 kPa"\nnu = 0.45', 'shear = "40 kPa"\nJ_m = 1.3')
+)
+
+
+@pytest.mark.parametrize("law", [Chains, Raising], ids=["nan", "raises"])
+def test_a_law_with_a_limited_domain_takes_shorter_steps(law: type[durometer.Law]) -> None:
+    seen = []
+
+    class Seen(law):
+        def energy(self, F):
+            seen.append(durometer.Invariants(F).I1_minus_3)
+            return super().energy(F)
+
+    durometer.register_law(Seen)
+    run = durometer.Scene.from_toml(STRETCHED.replace("neo_hookean", law.name)).run(threads=1)
+    assert run.converged and max(seen) > 1.3, "some trial state is beyond the domain"
+    beyond = durometer.Scene.from_toml(STRETCHED.replace("neo_hookean", law.name).replace("14 mm", "40 mm"))
+    with pytest.raises(durometer.RunError) as caught:
+        beyond.run(threads=1)
+    assert "domain of its law" in caught.value.fact and len(caught.value.result) >= 1
+
+
+@pytest.mark.parametrize("law", [Chains, Raising], ids=["nan", "raises"])
+def test_a_law_with_a_limited_domain_is_checked_within_it(law: type[durometer.Law]) -> None:
+    durometer.register_law(law)
+    durometer.check_law(law.name)
+
+
+def test_a_law_that_is_not_defined_at_rest_is_refused() -> None:
+    class Nowhere(PythonNeoHookean):
+        name = "python_nowhere"
+
+        def energy(self, F):
+            raise durometer.OutOfDomain("it is a joke")
+
+    durometer.register_law(Nowhere)
+    with pytest.raises(durometer.InputError, match="not defined at rest, F = I: it is a joke"):
+        durometer.Scene.from_toml(BEAM.replace("neo_hookean", "python_nowhere")).run()
+    with pytest.raises(durometer.InputError, match="not defined at rest"):
+        durometer.check_law("python_nowhere")
+
+
+def test_the_checks_write_gradients_by_rows() -> None:
+    class Leaning(PythonNeoHookean):
+        name = "python_leaning"
+
+        def stress(self, F):
+            return super().stress(F).T
+
+    durometer.register_law(Leaning)
+    with pytest.raises(durometer.InputError, match=r"at F = \[\[.*\], \[.*\], \[.*\]\]: P\[0\]\[1\]"):
+        durometer.check_law("python_leaning")
+
+
+def test_an_exception_belongs_to_the_run_in_which_it_was_raised() -> None:
+    class Late(PythonNeoHookean):
+        name = "python_late"
+        calls = 0
+        armed = False
+
+        def energy(self, F):
+            Late.calls += 1
+            if Late.armed and Late.calls > 200:
+                raise ZeroDivisionError("late")
+            return super().energy(F)
+
+    durometer.register_law(Late)
+    text = BEAM.replace("neo_hookean", "python_late").replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
+    scene = durometer.Scene.from_toml(text)
+    assert scene.columns
+    Late.armed, Late.calls = True, -1000
+    ends: list[str] = []
+
+    def work() -> None:
+        for _ in range(4):
+            try:
+                ends.append(scene.run(threads=1).status)
+            except BaseException as error:
+                ends.append(type(error).__name__)
+
+    threads = [threading.Thread(target=work) for _ in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert set(ends) <= {"Converged", "ZeroDivisionError"} and "ZeroDivisionError" in ends, ends
+
+
+def test_a_law_is_registered_again() -> None:
+    law = type("Again", (PythonNeoHookean,), {"name": "python_again"})
+    durometer.register_law(law)
+    text = BEAM.replace("neo_hookean", "python_again").replace("divisions = [4, 2, 2]", "divisions = [1, 1, 1]")
+    before = durometer.Scene.from_toml(text)
+    sunk = before.run()["xmax_z_m"]
+    double = {name: lambda self, F, name=name: 2 * getattr(PythonNeoHookean, name)(self, F) for name in ("energy", "stress", "tangent")}
+    durometer.register_law(type("Again", (PythonNeoHookean,), {"name": "python_again", **double}))
+    assert numpy.array_equal(before.run()["xmax_z_m"], sunk), "a scene that exists keeps its law"
+    after = durometer.Scene.from_toml(text).run()["xmax_z_m"]
+    assert abs(after[-1] - after[0]) < 0.7 * abs(sunk[-1] - sunk[0])

@@ -12,13 +12,17 @@ GUIDE = ROOT / "docs/how-to/use-from-python.md"
 NOTEBOOKS = sorted((ROOT / "python/notebooks").glob("*.ipynb"))
 
 
-def test_the_listings_of_the_guide_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_listings_of_the_guide_run_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+) -> None:
     monkeypatch.chdir(tmp_path)
     listings = re.findall(r"^```python\n(.*?)^```", GUIDE.read_text(), re.MULTILINE | re.DOTALL)
     assert len(listings) > 5
     names: dict[str, object] = {}
     for listing in listings:
         exec(compile(listing, str(GUIDE), "exec"), names)
+        # A listing that prints nothing has not come to its print
+        assert capsys.readouterr().out or "print(" not in listing, listing
 
 
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)

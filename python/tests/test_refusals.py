@@ -1,5 +1,7 @@
 """Bad input: typed exceptions with fact and remedy, and partial results where a run does not complete."""
 
+import types
+from collections import UserList
 from pathlib import Path
 
 import durometer
@@ -35,6 +37,9 @@ def test_a_scene_is_a_text_or_a_path(source: object) -> None:
     [
         ("laws.silicon.E", "1 kPa", "there is no \"silicon\""),
         ("laws.silicone.E", object(), "of the type object"),
+        ("stage.0.max_steps", 10**30, "too large for a whole number"),
+        ("mesh.grid", {1: 2}, "the key 1 is no text"),
+        ("mesh.grid.divisions", b"abc", "of the type bytes"),
         ("laws.silicone.E", float("nan"), "has no unit|NaN"),
         ("laws.silicone.nu", numpy.float64("nan"), "NaN"),
         ("laws.silicone.nu", 0.5, "0.5"),
@@ -116,3 +121,90 @@ def test_a_wrong_study_or_report_is_refused(tmp_path: Path) -> None:
     (tmp_path / "summary.json").write_text("{")
     with pytest.raises(durometer.InputError, match="is damaged"):
         durometer.Report(tmp_path)
+
+
+def test_a_value_that_contains_itself_is_refused(beam: durometer.Scene) -> None:
+    endless: list[object] = []
+    endless.append(endless)
+    around: dict[str, object] = {}
+    around["a"] = [around]
+    for value in (endless, around):
+        with pytest.raises(durometer.InputError, match="more than 32 deep in each other"):
+            beam.set("mesh.grid.divisions", value)
+
+
+def test_sequences_and_mappings_are_values(beam: durometer.Scene) -> None:
+    for divisions in (range(2, 5), UserList([2, 3, 4]), (2, 3, 4)):
+        assert beam.set("mesh.grid.divisions", divisions).get("mesh.grid.divisions") == [2, 3, 4]
+    grid = types.MappingProxyType({"kind": "box", "size": ["20 mm", "10 mm", "10 mm"], "divisions": (1, 1, 1)})
+    assert beam.set("mesh.grid", grid).run().converged
+
+
+def test_the_unit_of_a_constant_of_a_law_is_checked_when_it_is_set(beam: durometer.Scene) -> None:
+    with pytest.raises(durometer.InputError, match='"100 mm" has the wrong dimension'):
+        beam.set("laws.silicone.E", "100 mm")
+    # What other keys decide is not
+    assert beam.set("laws.silicone.law", "gent").get("laws.silicone.law") == "gent"
+
+
+def test_masked_values_are_refused(pulled: durometer.Scene) -> None:
+    masked = numpy.ma.masked_array([1e3, 2e3, 1e9], mask=[0, 0, 1])
+    with pytest.raises(durometer.InputError, match="stress has masked values"):
+        durometer.Fit.from_arrays([1.1, 1.2, 1.3], masked, "neo_hookean", nu=0.45)
+    curve = durometer.Curve(pulled, "t_s", [0.2, 0.5, 1.0], "xmin_reaction_x_N", masked)
+    with pytest.raises(durometer.InputError, match="y has masked values"):
+        durometer.Calibration.from_curves([curve], ["laws.silicone.E"])
+    assert durometer.Fit.from_arrays([1.1, 1.2, 1.3], numpy.ma.masked_array([1e3, 2e3, 3e3]), "neo_hookean", nu=0.45).constants
+
+
+@pytest.mark.parametrize("threads, words", [(0, "give 1 or more"), (-1, "give 1 or more"), (10**30, "give"), (100_000, "only wait"), (1.5, "no whole number")])
+def test_threads_have_the_limits_of_the_program(beam: durometer.Scene, threads: object, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        beam.run(threads=threads)
+    assert beam.run(threads=numpy.int64(1)).converged
+
+
+def test_a_text_is_no_list_of_names(beam: durometer.Scene) -> None:
+    run = beam.run()
+    for call in (
+        lambda: beam.sensitivities("laws.silicone.E"),
+        lambda: beam.run(fields="displacement"),
+        lambda: run.gradient({"xmax_z_m": 1.0}, "laws.silicone.E"),
+        lambda: durometer.Calibration.from_curves([durometer.Curve(beam, "t_s", [1.0], "xmax_z_m", [1.0])], "laws.silicone.E"),
+    ):
+        with pytest.raises(durometer.InputError, match="no list of names"):
+            call()
+    with pytest.raises(durometer.InputError, match="one text"):
+        durometer.main("simulate --help")
+
+
+def test_a_run_has_columns_by_name(beam: durometer.Scene) -> None:
+    run = beam.run()
+    assert 3 not in run and "t_s" in run
+    for call in (lambda: run[0], lambda: list(run)):
+        with pytest.raises(TypeError, match="columns by name"):
+            call()
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"kappa": []}, "the option kappa is .* of the type list"),
+        ({"kappa": "1 mm"}, "kappa: .*wrong dimension"),
+        ({"nu": "x"}, "the option nu is x of the type str"),
+        ({"terms": "x"}, "the option terms"),
+        ({"range": "1:1.2"}, "the option range"),
+        ({"nu": 0.45, "range": (1.0, 1.01)}, "widen the option range"),
+    ],
+)
+def test_a_wrong_option_of_a_fit_is_named(options: dict, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        durometer.Fit.from_arrays([1.1, 1.2, 1.3], [1e3, 2e3, 3e3], "neo_hookean", **options)
+
+
+def test_remedies_name_what_there_is_in_python(beam: durometer.Scene) -> None:
+    with pytest.raises(durometer.InputError, match="Scene.sensitivities"):
+        beam.set("stage.0.integrator", "implicit_euler").check_gradient()
+    with pytest.raises(durometer.InputError, match='no isolation "x"') as caught:
+        durometer.Study.load("finger-convergence").run(isolation="x")
+    assert "threads" in caught.value.remedy

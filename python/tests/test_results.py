@@ -1,6 +1,7 @@
 """Shapes, units and types of results."""
 
 import sys
+from pathlib import Path
 
 import durometer
 import numpy
@@ -64,10 +65,27 @@ def test_sensitivities_agree_with_differences_of_runs(pulled: durometer.Scene) -
     assert frame["xmax_z_m", "effect.gravity.density"].iloc[-1] == found["xmax_z_m", "effect.gravity.density"][-1]
 
 
-def test_meshes_go_to_meshio(beam: durometer.Scene) -> None:
+def test_meshes_go_to_meshio(beam: durometer.Scene, tmp_path: Path) -> None:
     pytest.importorskip("meshio")
     mesh = beam.run(fields=["displacement", "von_mises"]).to_meshio()
     assert mesh.cells[0].type == "tetra" and mesh.point_data["displacement_m"].shape == (45, 3)
+    mesh.write(tmp_path / "beam.msh")
+    assert (tmp_path / "beam.msh").stat().st_size > 1000
+
+
+def test_a_field_that_is_named_twice_is_recorded_once(beam: durometer.Scene) -> None:
+    expected = beam.run(fields=["displacement", "von_mises"])
+    run = beam.run(fields=["displacement", "von_mises", "displacement"])
+    assert list(run.fields) == list(expected.fields) and run.displacements.tobytes() == expected.displacements.tobytes()
+    of_scene = beam.set("output", {"fields": {"what": ["displacement", "displacement"]}}).run()
+    assert of_scene.displacements.tobytes() == expected.displacements.tobytes()
+
+
+def test_a_body_is_displaced_where_its_displacements_are_recorded(beam: durometer.Scene) -> None:
+    pytest.importorskip("pyvista")
+    for fields, moves in [(["stress"], False), (["stress", "displacement"], True)]:
+        run = beam.run(fields=fields)
+        assert (numpy.abs(run.to_pyvista().points - run.nodes).max() > 1e-6) == moves
 
 
 @pytest.mark.parametrize("call, extra", [("to_pyvista", "view"), ("to_meshio", "mesh"), ("to_pandas", "pandas")])

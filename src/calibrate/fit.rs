@@ -5,7 +5,7 @@ use super::judgement::measurement::{self, Stated};
 use super::judgement::misfit::residuals;
 use super::judgement::specimen::scatter;
 use super::judgement::statistics::extent;
-use super::judgement::{predictions, slack_hint, systematic, validity, warnings};
+use super::judgement::{no_repeat, predictions, slack_hint, systematic, unequal, validity, warnings};
 use super::judgement::{profile, slack};
 use super::poisson;
 use super::result::interval_assumption;
@@ -115,7 +115,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     };
     result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
     let patterns = patterns.unwrap_or_else(|| vec![answer.pattern]);
-    result.warnings.extend(systematic(&patterns, misfit.rms_relative));
+    result.warnings.extend(systematic(&patterns, misfit.rms_relative).or_else(|| unequal(&result)));
+    result.warnings.extend(no_repeat(&fitted));
     result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));
     Ok(result)
 }

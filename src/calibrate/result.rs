@@ -18,12 +18,12 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
     let Errors { model, free, .. } = errors;
     let degrees = if *free == 1 { "1 degree".into() } else { format!("{free} degrees") };
     let size = match weighting {
+        _ if matches!(model, ErrorModel::Unequal { .. }) => "whose size changes with the stress",
         Weighting::Absolute => "of one size",
         Weighting::Relative => "in proportion to the stress",
         Weighting::Noise => "of one size in each mode",
     };
-    let outliers =
-        if loss == Loss::Huber { "; approximate, with the weights of Huber's loss taken as given" } else { "" };
+    let outliers = if loss == Loss::Huber { "; asymptotic, of Huber's loss" } else { "" };
     let stated: Vec<&str> = measurement.iter().map(|c| c.error.name()).collect();
     let stated = match stated.is_empty() {
         true => String::new(),

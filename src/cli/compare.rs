@@ -3,6 +3,7 @@
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units::{self, Dimension};
 use durometer::report::numbers::{per_cent, seconds, significant};
+use durometer::study::analysis::few;
 use durometer::study::changes::{Change, Changes, Judgement, compare};
 use std::path::{Path, PathBuf};
 
@@ -11,14 +12,15 @@ const TOLERANCE: f64 = 1e-4;
 
 /// Compare two results of a study: what changed, and is it beyond the error bars
 ///
-/// A change is beyond the bars if it exceeds √(h₁² + h₂²), the half-widths of both. A value without an error bar is judged by --tolerance.
+/// A change is beyond the bars if it exceeds √(h₁² + h₂²), the half-widths of both. A value without an error bar is judged by --tolerance. Values are those
+/// that the study judges: peaks, or largest changes of what does not start at zero.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
   durometer compare reports/published/finger-convergence reports/finger-convergence
   durometer compare old new --tolerance \"1 %\" --all
 
-Exit codes: 0 nothing changed beyond the error bars, 2 bad input, 3 something did, or a case is gone or converges no longer.")]
+Exit codes: 0 nothing changed beyond the error bars, 2 bad input, 3 something did, or the verdict changed, or a case is gone or converges no longer.")]
 pub struct Args {
     /// Folder of the earlier result
     old: PathBuf,
@@ -72,6 +74,10 @@ fn print(c: &Changes, all: bool) {
     pair("version", &c.version);
     pair("tolerance", &c.tolerance.map(|t| format!("{} %", per_cent(t))));
     pair("verdict", &c.verdict);
+    if !c.inputs.is_empty() {
+        let (n, few) = (c.inputs.len(), few(c.inputs.iter()));
+        say!("inputs: {n} of the common cases were computed from another scene, other files or another mesh: {few}");
+    }
     c.missing.iter().for_each(|id| say!("case {id}: gone"));
     c.added.iter().for_each(|id| say!("case {id}: new"));
     c.statuses.iter().for_each(|(id, old, new)| say!("case {id}: {old}, now {new}"));
@@ -85,11 +91,12 @@ fn print(c: &Changes, all: bool) {
     }
     let count = |j: Judgement| c.values.iter().filter(|v| v.judgement == j).count();
     say!(
-        "{} values: {} unchanged, {} changed within their bars, {} beyond",
+        "{} values: {} unchanged, {} changed within their bars, {} beyond{}",
         c.values.len(),
         count(Judgement::Same),
         count(Judgement::Within),
-        count(Judgement::Beyond)
+        count(Judgement::Beyond),
+        if c.verdict_changed { "; the VERDICT CHANGED" } else { "" }
     );
     say!("CPU time of the common cases: {}, now {}", seconds(c.cpu_s[0]), seconds(c.cpu_s[1]));
 }

@@ -134,9 +134,9 @@ pub fn submit(args: &EngineArgs, study: &Study, dir: &Path, options: &[String], 
     }
     let store = Store::open(dir)?;
     store.describe(&study.record)?;
-    // A report must not mix them with new ones, whichever tasks complete
-    for case in wanted.iter().filter(|c| c.state == State::Outdated) {
-        store.forget(&case.id)?;
+    // A report must not mix results of other inputs with new ones, whichever tasks complete
+    for case in cases.iter().filter(|c| c.state != State::Unmeshed) {
+        store.compare_inputs(&case.id, case.identity.as_deref())?;
     }
     let said = match args.engine {
         Engine::Hyperqueue => {

@@ -1,8 +1,9 @@
 //! `durometer laws …`
 
 use super::outcome::{CommandResult, Outcome};
+use durometer::calibrate::relaxation::series_table;
 use durometer::calibrate::{library, library_text, read_law_file};
-use durometer::material::keywords::{self, Energy, Program};
+use durometer::material::keywords::{self, Energy, Imported, Program};
 use durometer::material::law_from_table;
 use durometer::storage::{self, TEXT_LIMIT};
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ Examples:
   durometer laws export data/treloar-1944/neo-hookean.toml --to calculix --unit MPa --nu 0.49
   durometer laws export law.toml --to febio --unit kPa --out rubber.feb
   durometer laws import rubber.inp --from abaqus --unit MPa --out law.toml
+  durometer laws import rubber.inp --from abaqus --unit MPa --out law.toml --prony prony.toml
 
 Exit codes: 0 done, 2 bad input.")]
 pub struct Args {
@@ -65,6 +67,9 @@ enum Action {
         /// File that is written [default: standard output]
         #[arg(long)]
         out: Option<PathBuf>,
+        /// File of the Prony series, where the material relaxes; the times of the file are in seconds
+        #[arg(long)]
+        prony: Option<PathBuf>,
     },
 }
 
@@ -92,12 +97,36 @@ pub fn main(args: Args) -> CommandResult {
             let notes: Vec<String> = ["data", "source", "fitted_stretch"].into_iter().filter_map(origin).collect();
             print(out.as_deref(), &keywords::write(&energy, to, &unit, &notes)?)
         }
-        Action::Import { file, from, unit, out } => {
+        Action::Import { file, from, unit, out, prony } => {
             let text = storage::read_text(&file, TEXT_LIMIT).map_err(|e| format!("{}: {e}", file.display()))?;
-            let energy = keywords::read(&text, from, &unit).map_err(|e| format!("{}: {e}", file.display()))?;
-            let mut table = energy.table()?;
-            table.insert("source".into(), format!("{} of {}", file.display(), from.name()).into());
+            let found = keywords::read(&text, from, &unit).map_err(|e| format!("{}: {e}", file.display()))?;
+            let source = format!("{} of {}", file.display(), from.name());
+            write_series(&found, &source, prony.as_deref())?;
+            let mut table = found.energy.table()?;
+            let words = if found.series.is_empty() { source } else { format!("{source}, constants of the long term") };
+            table.insert("source".into(), words.into());
             print(out.as_deref(), &toml::to_string(&table)?)
+        }
+    }
+}
+
+/// Writes the series of a material that relaxes; refuses a file without a series, and a series without a file.
+fn write_series(found: &Imported, source: &str, path: Option<&Path>) -> Result<(), Box<dyn std::error::Error>> {
+    match path {
+        None if found.series.is_empty() => Ok(()),
+        None => Err(format!(
+            "{source}: the material relaxes, in {} terms; pass --prony prony.toml for its series, next to which the law has the constants of the long term",
+            found.series.len()
+        )
+        .into()),
+        Some(_) if found.series.is_empty() => {
+            Err(format!("{source}: the material of the first law does not relax; leave out --prony").into())
+        }
+        Some(path) => {
+            let mut root = series_table(found.series.iter().copied());
+            let origin = toml::Table::from_iter([("source".to_string(), source.into())]);
+            root.insert("provenance".into(), origin.into());
+            print(Some(path), &toml::to_string(&root)?).map(drop)
         }
     }
 }

@@ -5,7 +5,7 @@ mod stderr;
 #[macro_use]
 mod stdout;
 
-mod arguments;
+pub mod arguments;
 mod bars;
 mod body_figure;
 mod bundle;

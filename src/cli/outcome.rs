@@ -18,7 +18,7 @@ pub enum Outcome {
     NotWithinBudget,
     /// `store`: some stored result is damaged, or differs from that of an archive
     NotSound,
-    /// `compare`: a value changed beyond its error bar, or a case is gone or converges no longer
+    /// `compare`: a value changed beyond its error bar, the verdict changed, or a case is gone or converges no longer
     ChangedBeyondBars,
     /// `fit`: the data do not determine the constants
     NotDetermined,

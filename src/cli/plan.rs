@@ -23,7 +23,8 @@ Examples:
   durometer plan finger-dynamics --tolerance \"5 %\" --budget \"10 min\" --quantity bending_angle_deg
   durometer plan my-scene.toml --tolerance \"1 %\" --budget \"30 min\" --run
 
-Exit codes: 0 a setting is expected to meet the tolerance within the budget, 2 bad input, 3 none is, or the run did not complete.")]
+Exit codes: 0 a setting is expected to meet the tolerance within the budget, 2 bad input, 3 none is, the run did not complete, or a signal ended it.
+Ctrl-C ends it with what the complete pilots tell.")]
 pub struct Args {
     /// Scene file (TOML), or the name of a folder in studies/
     scene: PathBuf,
@@ -111,6 +112,9 @@ pub fn main(args: Args) -> CommandResult {
     match args.json {
         true => say!("{json}"),
         false => say!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),
+    }
+    if plan.stopped {
+        return Ok(Outcome::Interrupted);
     }
     let complete = plan.outcome.as_ref().is_none_or(|o| o.status == Status::Converged.name());
     Ok(if plan.meets && complete { Outcome::Complete } else { Outcome::NotWithinBudget })

@@ -3,12 +3,14 @@
 use super::outcome::{CommandResult, Outcome};
 use super::style::StyleArgs;
 use durometer::report::style;
+use durometer::study::analysis::few;
+use durometer::study::report::Summary;
 use std::path::PathBuf;
 
 /// Draw the report of a study, a fit or a comparison of fits again from its stored results
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  durometer report reports/finger-convergence\n  durometer report reports/finger-convergence --style one-column --font serif\n\nNeither the solver nor the mesher is needed."
+    after_help = "Example:\n  durometer report reports/finger-convergence\n  durometer report reports/finger-convergence --style one-column --font serif\n\nNeither the solver nor the mesher is needed.\n\nExit codes: 0 done, 2 bad input, 3 a stored file of a study is missing or not the one that was stored."
 )]
 pub struct Args {
     /// Folder of the results, e.g. reports/finger-convergence or reports/fit-treloar-1944-ogden; or the record of a run,
@@ -64,5 +66,19 @@ fn redraw(args: Args) -> CommandResult {
     } else {
         say!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
     }
-    Ok(Outcome::Complete)
+    Ok(soundness(&summary))
+}
+
+/// Names the stored files that are not sound, and the results that do not count.
+pub fn soundness(summary: &Summary) -> Outcome {
+    summary.damaged.iter().for_each(|fact| tell!("damaged: {fact}"));
+    match &summary.outdated[..] {
+        [] => {}
+        [id] => tell!("note: the stored result of {id} is of other inputs than the study has now, and does not count"),
+        all => {
+            let (n, few) = (all.len(), few(all.iter()));
+            tell!("note: {n} stored results are of other inputs than the study has now, and do not count: {few}");
+        }
+    }
+    if summary.damaged.is_empty() { Outcome::Complete } else { Outcome::NotSound }
 }

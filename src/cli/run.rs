@@ -2,6 +2,7 @@
 
 use super::engine::{Engine, EngineArgs};
 use super::outcome::{CommandResult, Outcome};
+use super::report::soundness;
 use super::{bars::Bars, files};
 use durometer::catalogue::Launch;
 use durometer::live::Relay;
@@ -9,6 +10,7 @@ use durometer::math::threads;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
+use durometer::study::listing::{Listed, State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
 use durometer::study::run::only::{Only, Partition};
@@ -17,7 +19,7 @@ use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -30,7 +32,7 @@ use std::sync::atomic::Ordering;
 Examples:
   durometer run finger-convergence
   durometer run finger-convergence --jobs 1           undisturbed wall times
-  durometer run finger-convergence --only tet10       these cases; the report shows what exists
+  durometer run finger-convergence --only tet10       these cases; the report shows what exists and counts
   durometer run my-study --live                       watch the cases in a browser
   durometer run my-study --extend                     one more mesh where the verdict is refused
   durometer run my-study --engine slurm --dry-run     the files that a cluster would get
@@ -198,8 +200,7 @@ pub fn execute(
     bars.relay = relay.cloned();
     let records = growing::run(study, &dir, &options, &bars)?;
     if stop.load(Ordering::Relaxed) {
-        let kept = records.len();
-        tell!("stopped: {kept} of {wanted} cases are finished and kept in {}; run again to go on", dir.display());
+        tell!("{}", words_of_stop(study, &dir, &options, (records.len(), wanted)));
         return Ok(Done { dir, end: End::Stopped, records });
     }
     let end = match options.only.filter(Only::is_part) {
@@ -214,6 +215,20 @@ pub fn execute(
         return Ok(Done { dir, end: End::Stopped, records });
     }
     Ok(Done { dir, end, records })
+}
+
+/// What a run that was stopped leaves, of which it has taken and is to take that many cases.
+fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): (usize, usize)) -> String {
+    let counts = |state| state == State::Stored || (options.accept_build && state == State::OtherBuild);
+    let is_kept = |c: &Listed| options.wants(&c.id) && counts(c.state);
+    let (kept, place) = (list(study, dir).into_iter().filter(is_kept).count(), dir.display());
+    match options.redo {
+        true => format!(
+            "stopped: {taken} of {wanted} cases were run again; {kept} have a result in {place}, also those that were not: run without --redo to \
+             go on from these"
+        ),
+        false => format!("stopped: {kept} of {wanted} cases are finished and kept in {place}; run again to go on"),
+    }
 }
 
 impl Done {
@@ -251,14 +266,14 @@ impl Done {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
             writeln!(std::io::stderr(), "not complete: {}: {}: {detail}", record.id, record.status).ok();
         }
-        let unmade = match &self.end {
-            End::Report(summary) => summary.without_result.as_ref(),
-            _ => None,
+        let (unmade, sound) = match &self.end {
+            End::Report(summary) => (summary.without_result.as_ref(), soundness(summary)),
+            _ => (None, Outcome::Complete),
         };
         if let Some(why) = unmade {
             writeln!(std::io::stderr(), "not complete: {why}").ok();
         }
-        Ok(if failed.is_empty() && unmade.is_none() { Outcome::Complete } else { Outcome::RunIncomplete })
+        Ok(if failed.is_empty() && unmade.is_none() { sound } else { Outcome::RunIncomplete })
     }
 
     fn words_of_waiting(waiting: usize) -> String {

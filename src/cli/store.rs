@@ -133,6 +133,9 @@ fn cleaned(args: &GcArgs) -> CommandResult {
 fn exported(args: &ExportArgs) -> CommandResult {
     let done = export(&args.dir, &args.archive)?;
     say!("{}: {} cases, {} files, {} bytes unpacked", args.archive.display(), done.cases, done.files, done.bytes);
+    if !done.outdated.is_empty() {
+        tell!("left out: {}: of other inputs than the study has now", done.outdated.join(", "));
+    }
     Ok(told(&done.damaged))
 }
 

@@ -131,11 +131,11 @@ impl SkewTangent for OpenCavityPressure {
 }
 
 /// Gauss' rule on \[0, 1\] with three points, exact to degree 5: N_a N_c x′ of a curved edge.
-const GAUSS: [(f64, f64); 3] =
+pub(super) const GAUSS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_31, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
 /// N and dN/ds of the nodes of an edge, the mid-node last.
-fn edge_shape(nodes: usize, s: f64) -> ([f64; 3], [f64; 3]) {
+pub(super) fn edge_shape(nodes: usize, s: f64) -> ([f64; 3], [f64; 3]) {
     match nodes {
         2 => ([1.0 - s, s, 0.0], [-1.0, 1.0, 0.0]),
         _ => (

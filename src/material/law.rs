@@ -58,4 +58,8 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     /// ∂/∂θ, where [`Law::values`] change by `rates` per unit of θ: a function of F with a ψ, P, A and split of its own, and
     /// rates where a law has constants. It is not a material (its moduli may have any sign) and is not differentiated again.
     fn along(&self, rates: &[f64]) -> Box<dyn Law>;
+    /// Whether [`Law::along`] is a closed form. Where it is not, a run is differentiated by differences of whole scenes, which estimate their error.
+    fn is_differentiated_exactly(&self) -> bool {
+        true
+    }
 }

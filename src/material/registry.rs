@@ -34,12 +34,26 @@ static REGISTERED: RwLock<Vec<&'static LawEntry>> = RwLock::new(Vec::new());
 
 /// Adds a law that is defined outside of the library, so that scenes and fits of this process can name it. Refuses a name that exists.
 pub fn register(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
+    add(entry, false)
+}
+
+/// The same, in the place of a law that was registered by this name before: scenes that exist keep it. Refuses the name of a law of the library.
+pub fn register_anew(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
+    add(entry, true)
+}
+
+fn add(entry: LawEntry, anew: bool) -> Result<&'static LawEntry, LawSpecError> {
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
-    if LAWS.iter().chain(registered.iter().copied()).any(|e| e.info.name == entry.info.name) {
+    let same = |e: &LawEntry| e.info.name == entry.info.name;
+    let before = registered.iter().position(|e| same(e));
+    if LAWS.iter().any(same) || (before.is_some() && !anew) {
         return Err(LawSpecError::NameTaken { name: entry.info.name });
     }
     let entry: &'static LawEntry = Box::leak(Box::new(entry));
-    registered.push(entry);
+    match before {
+        Some(k) => registered[k] = entry,
+        None => registered.push(entry),
+    }
     Ok(entry)
 }
 

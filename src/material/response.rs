@@ -87,4 +87,7 @@ pub enum LawError {
         "Ī₁ − 3 = {i:e} reaches {limit:e}, beyond which the law is not defined: its chains are fully stretched; take a smaller step or load"
     )]
     Locked { i: f64, limit: f64 },
+    /// Outside of the domain of a law that is defined elsewhere
+    #[error("the law is not defined at this deformation; take a smaller step or load")]
+    Undefined,
 }

@@ -4,6 +4,9 @@
 //! values comes another derivative, of sixth order and one-sided: it has the eighth difference added, which is of order h⁷ for a smooth f and half
 //! of the jump of f′ where f has a kink. The two differ by more than the truncation of the first and,
 //! as a rule, by more than its rounding, which is about 2ε/h of the values.
+//!
+//! No step is right for every function: where f changes over a thousandth of its variable, like a contact over the depth of its surfaces, only a small one
+//! is, and elsewhere its rounding is needless. So several are tried, from the largest, until the two derivatives agree ([`by_best_step`]).
 
 /// w_k
 pub const EIGHTH: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
@@ -14,6 +17,73 @@ const ONE_SIDED: [f64; 4] = [56.0 / 40.0, -28.0 / 40.0, 8.0 / 40.0, -1.0 / 40.0]
 
 /// Places of the values in units of h, in the order in which they are taken.
 pub const PLACES: [i32; 9] = [0, 1, -1, 2, -2, 3, -3, 4, -4];
+
+/// Steps that are tried, as powers of two of the size of the variable: 1e-3, 3e-5, 1e-6, 3e-8, 1e-9. Rounding leaves about 2ε/h of the values: 5e-13,
+/// 1.5e-11, 5e-10, 1.5e-8, 5e-7.
+pub const STEPS: [i32; 5] = [-10, -15, -20, -25, -30];
+/// Error of a derivative, relative, that is good enough.
+pub const ENOUGH: f64 = 1e-9;
+/// Error below which it is left to rounding: a smaller step that does not lessen it is the last.
+const ROUNDED: f64 = 1e-7;
+/// How many times nearer the two derivatives of a component have to be to each other for a smaller step to be taken: rounding makes them agree by chance.
+const NEARER: f64 = 100.0;
+
+/// f′(0) and its companion with the first of the [`STEPS`] whose error is [`ENOUGH`], or else each component with the step that leaves the least.
+///
+/// `derive` computes the two with the step of an index, which is none where f is not defined about 0 so far, or an error. `error` says how far the two
+/// are from each other, relatively. An error is returned where every step has one, and none where no step can be taken.
+pub fn by_best_step<E>(
+    mut derive: impl FnMut(usize) -> Option<Result<[Vec<f64>; 2], E>>,
+    error: impl Fn(&[Vec<f64>; 2]) -> f64,
+) -> Option<Result<[Vec<f64>; 2], E>> {
+    let mut best: Option<[Vec<f64>; 2]> = None;
+    let (mut refused, mut last) = (None, f64::INFINITY);
+    for step in 0..STEPS.len() {
+        let found = match derive(step) {
+            None => continue,
+            Some(Err(why)) => {
+                refused.get_or_insert(why);
+                continue;
+            }
+            Some(Ok(found)) => found,
+        };
+        let own = error(&found);
+        let kept = match best.as_mut() {
+            None => best.insert(found),
+            Some(kept) => {
+                take_nearer(kept, &found);
+                kept
+            }
+        };
+        let least = error(kept);
+        if least <= ENOUGH || least <= ROUNDED && own >= last {
+            break;
+        }
+        last = own;
+    }
+    best.map(Ok).or(refused.map(Err))
+}
+
+/// Takes the components of `found` whose two derivatives are decidedly nearer to each other.
+fn take_nearer([central, one_sided]: &mut [Vec<f64>; 2], found: &[Vec<f64>; 2]) {
+    for i in 0..central.len() {
+        let other = [found[0][i], found[1][i]];
+        let (kept, new) = ((central[i] - one_sided[i]).abs(), (other[0] - other[1]).abs());
+        if NEARER * new < kept || kept.is_nan() {
+            [central[i], one_sided[i]] = other;
+        }
+    }
+}
+
+/// Largest difference of two derivatives over the largest of their components; 0 where both are zero, infinite where one is not a number.
+pub fn disagreement(a: &[f64], b: &[f64]) -> f64 {
+    if a.iter().chain(b).any(|v| v.is_nan()) {
+        return f64::INFINITY;
+    }
+    let size = a.iter().chain(b).fold(0.0_f64, |m, v| m.max(v.abs()));
+    let error = a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+    if size > 0.0 { error / size } else { 0.0 }
+}
 
 /// f′(0) and its one-sided companion of a function with several components; `f` gets the index of a place. What does not change is exactly zero.
 pub fn derivatives<E>(h: f64, mut f: impl FnMut(usize) -> Result<Vec<f64>, E>) -> Result<[Vec<f64>; 2], E> {
@@ -65,5 +135,26 @@ mod tests {
         let (found, other) = both(1e-3, |x| 3.0 * x + 2.0 * x.abs());
         assert!((found - 3.0).abs() < 1e-12 && (other - 5.0).abs() < 1e-11, "{found} {other}");
         assert_eq!(both(1e-3, |_| 0.1), (0.0, 0.0));
+    }
+
+    /// Of a smooth component, of one that begins 3e-7 away and of one that is defined below 1e-4 only: each is right to the rounding of the step that it needs.
+    #[test]
+    fn the_step_is_small_where_the_function_needs_it() {
+        let f = |x: f64| vec![(1.0 + x).exp(), (x + 3e-7).max(0.0), (x + 2e-4).max(0.0).powi(2)];
+        let mut tried = Vec::new();
+        let derive = |step: usize| {
+            let h = 2f64.powi(STEPS[step]);
+            tried.push(step);
+            (h < 1e-4).then(|| derivatives(h, |place| Ok::<_, ()>(f(f64::from(PLACES[place]) * h))))
+        };
+        let error = |[a, b]: &[Vec<f64>; 2]| disagreement(a, b);
+        let found = by_best_step(derive, error).expect("steps that can be taken").expect("no error");
+        for (found, exact) in found[0].iter().zip([1f64.exp(), 1.0, 4e-4]) {
+            assert!((found - exact).abs() < 1e-9, "{found} and {exact}");
+        }
+        assert_eq!(tried, [0, 1, 2, 3, 4]);
+        let refused = by_best_step(|_| Some(Err("refused")), error);
+        assert_eq!(refused, Some(Err("refused")));
+        assert_eq!(by_best_step(|_| None::<Result<_, ()>>, error), None);
     }
 }

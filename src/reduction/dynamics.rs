@@ -16,12 +16,19 @@ pub struct Dynamics {
     pub damping: Vec<f64>,
     /// Per input: its largest change in a step of the runs that the model and its bars are made of
     pub changes: Vec<f64>,
+    /// Length of the longest run that the bars are made of \[s\]
+    pub duration: f64,
 }
 
 impl Dynamics {
     /// Whether no input changes by more in a step than in the runs that the model is made of.
     pub fn allows(&self, from: &[f64], to: &[f64]) -> bool {
         from.iter().zip(to).zip(&self.changes).all(|((from, to), most)| (to - from).abs() <= most * (1.0 + ROUNDING))
+    }
+
+    /// Whether a time since the rest lies within the runs that the bars are made of.
+    pub fn covers(&self, t: f64) -> bool {
+        t <= self.duration + 0.5 * self.dt
     }
 
     /// Reason why the parts do not belong to a model with so many modes of the displacement and inputs, if they do not.
@@ -39,6 +46,7 @@ impl Dynamics {
                 self.changes.len() == inputs && self.changes.iter().all(|c| sound(*c)),
                 "the changes of inputs are not known",
             ),
+            (sound(self.duration), "the length of its runs is not known"),
         ];
         checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact)
     }

@@ -139,6 +139,7 @@ impl<'a> TransientTraining<'a> {
             mass: matrix(true)?,
             damping: matrix(false)?,
             changes: self.changes(held_back),
+            duration: *dt * runs.iter().chain(held_back).map(Vec::len).max().unwrap_or(0) as f64,
         });
         // Such as a mass that is not positive
         match model.fault() {

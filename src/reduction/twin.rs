@@ -28,7 +28,8 @@ pub struct Twin {
     shadow: Option<Shadow>,
     /// Inputs of the present equilibrium
     inputs: Vec<f64>,
-    /// Whether they are within their ranges; of a model that moves, whether they always were, and never changed faster than in the runs that it is made of
+    /// Whether they are within their ranges; of a model that moves, whether they always were, never changed faster than in the runs that it is made of, and
+    /// no more time has passed than in these
     in_range: bool,
     at: Position,
     /// Where the step began, and where its last part ended
@@ -201,7 +202,8 @@ impl Twin {
         &self.inputs
     }
 
-    /// Whether the inputs are within the ranges that the model was made for.
+    /// Whether the inputs are within the ranges that the model was made for; of a model that moves, whether the way since the rest is like the runs that it
+    /// was made of: in these ranges, no faster, and no longer.
     pub fn in_range(&self) -> bool {
         self.in_range
     }
@@ -279,7 +281,9 @@ impl Twin {
         }
         let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
         let dynamics = self.model.dynamics.as_ref();
-        self.in_range = within && dynamics.is_none_or(|d| self.in_range && d.allows(&self.inputs, inputs));
+        let time = self.time().unwrap_or(0.0);
+        self.in_range =
+            within && dynamics.is_none_or(|d| self.in_range && d.allows(&self.inputs, inputs) && d.covers(time));
         self.inputs.copy_from_slice(inputs);
         self.read_quantities();
         self.estimate();

@@ -22,6 +22,8 @@ pub enum ReportError {
     Kind { path: PathBuf, kind: String, known: String },
     /// Not one case has a result
     NoCases { path: PathBuf },
+    /// Cases have results, but of none the files that were stored; in sentences
+    NoSoundCase { facts: Vec<String> },
     /// Folder or file that cannot be written, a full disk included
     Unwritable { path: PathBuf, source: io::Error },
     /// A drawing that the PNG or PDF writer refused
@@ -74,6 +76,7 @@ impl fmt::Display for ReportError {
             Self::NoCases { path } => {
                 write!(f, "{} holds no finished case; run the study first", path.display())
             }
+            Self::NoSoundCase { facts } => write!(f, "no case has a sound result: {}", facts.join(" ")),
             Self::Unwritable { path, source } if source.kind() == io::ErrorKind::StorageFull => {
                 write!(
                     f,

@@ -5,6 +5,7 @@ use super::control::SignalBuilder;
 use super::control::spec::EventSpec;
 use super::error::{SceneError, hint, part};
 use super::name::{REMEDY, is_name};
+use super::parts::constraints::HeldRims;
 use super::parts::selectors::SelectorSpec;
 use super::protocol::NamedSignal;
 use super::recorder::Recorder;
@@ -62,6 +63,8 @@ pub(super) struct Gathered {
     pub(super) additive: Vec<(usize, &'static str, String, String)>,
     /// Recorders of effects
     pub(super) recorders: Vec<Box<dyn Recorder>>,
+    /// For their reactions
+    pub(super) rims: HeldRims,
 }
 
 /// The law of an elastic effect.

@@ -11,6 +11,18 @@ use crate::material;
 use crate::system::{Effect, ParameterDerivative};
 use std::sync::Arc;
 
+/// Whether the derivative of its law by a constant has a closed form. Of a law that is not there it has: [`law_terms`] says what is wrong.
+pub(super) fn is_exact(scene: &Scene, constant: &LawConstant) -> bool {
+    let law = scene.spec.laws.get(constant.law).map(material::law_from_table);
+    !matches!(law, Some(Ok(law)) if !law.is_differentiated_exactly())
+}
+
+/// Whether more than the effects of [`law_terms`] depends on laws: contacts without a modulus of their own and rigid bodies take that of the
+/// stiffest law.
+pub(super) fn others_follow_laws(scene: &Scene) -> bool {
+    !scene.spec.rigids.is_empty() || scene.spec.contacts.iter().any(|contact| contact.modulus.is_none())
+}
+
 /// ∂/∂θ of every effect that takes the law of a constant.
 pub(super) fn law_terms(scene: &Scene, constant: &LawConstant) -> Result<Vec<ParameterDerivative>, SensitivityError> {
     let (laws, mesh) = (&scene.spec.laws, &scene.body.mesh);

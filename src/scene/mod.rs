@@ -109,7 +109,6 @@ mod starter;
 mod stored;
 mod stress_recovery;
 pub mod stretch;
-mod trial;
 mod turning;
 mod winding;
 

@@ -94,7 +94,8 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         self.checkpoint.memory = (point.memory)();
         let due = self.options.is_due(state.t);
         if due || asked {
-            self.options.save(&self.checkpoint, &format!("{}s", state.t));
+            let before = self.checkpoint.rows.iter().rev().map(|row| row[0]).find(|t| *t < state.t);
+            self.options.save(&self.checkpoint, &format!("{}s", time_name(state.t, state.t - before.unwrap_or(0.0))));
         }
         if self.options.save_every.is_some_and(|every| self.saved.elapsed() >= every) {
             self.options.save(&self.checkpoint, PARTIAL);
@@ -129,6 +130,13 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
             *peak = Snapshot { t: now.t, x: now.x.clone() };
         }
     }
+}
+
+/// A time as the name of a state has it: the shortest decimal within a millionth of the step before it, so that two points of the grid have two
+/// names, and rounding leaves no trace.
+fn time_name(t: f64, step: f64) -> String {
+    let is_near = |name: &String| name.parse::<f64>().is_ok_and(|named| (named - t).abs() <= 1e-6 * step);
+    (0..=17).map(|decimals| format!("{t:.decimals$}")).find(is_near).unwrap_or_else(|| t.to_string())
 }
 
 /// The first column, or else the first signal, whose value is no finite number.
@@ -182,5 +190,24 @@ impl StepObserver for RunRecorder<'_, '_> {
         }
         let go_on = self.options.on_progress.as_mut().is_none_or(|on_progress| on_progress(progress));
         if go_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_times_are_short_and_tell_them_apart() {
+        let (product, sum) = (41.0 * 0.005, (0..41).fold(0.0, |t, _| t + 0.005));
+        for rounded in [product, sum] {
+            assert_ne!(rounded.to_string(), "0.205", "it carries the rounding of its steps");
+            assert_eq!(time_name(rounded, 0.005), "0.205");
+        }
+        assert_eq!([time_name(0.0, 0.0), time_name(2.0, 0.1), time_name(1.25e-7, 2.5e-8)], ["0", "2", "0.000000125"]);
+        let (early, late) = (1000.0, 1000.0 + 1e-7);
+        assert_ne!(time_name(early, 1e-7), time_name(late, 1e-7));
+        // Steps that the rounding of the time swallows
+        assert_eq!(time_name(0.1, 1e-17), "0.1");
     }
 }

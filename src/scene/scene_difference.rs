@@ -2,8 +2,8 @@
 //! the key, whatever it is ([`crate::math::difference`]).
 //!
 //! The scenes are built from the text of the scene, on the mesh of the scene where the key is not one of `[mesh]`. Kept of each are the
-//! effects and constraints that the key can change, and the recorders. The step h is tried on a deformed state, and the one is taken that leaves the least error:
-//! a guide that moves into another cell, for example, allows small ones only.
+//! effects and constraints that the key can change, and the recorders. They are built for a step when a state asks for it, which takes the one that leaves
+//! the least error there: a guide that moves into another cell, a contact that opens, a Poisson's ratio next to ½ allow small ones only.
 
 use super::body::Body;
 use super::build::Scene;
@@ -15,27 +15,28 @@ use super::read::from_text;
 use super::recorder::{Moment, Recorder};
 use super::sensitivity_error::SensitivityError;
 use super::spec::{EffectSpec, SceneSpec};
-use super::trial;
-use crate::math::difference::{PLACES, derivatives};
+use crate::math::difference::{PLACES, STEPS, by_best_step, derivatives, disagreement};
 use crate::math::units::Dimension;
-use crate::system::{State, SystemDifference};
-use std::sync::Arc;
+use crate::system::{State, System, SystemDifference, Variants};
+use std::convert::Infallible;
+use std::sync::{Arc, OnceLock};
 use toml::Table;
 
-/// Steps that are tried, as powers of two of the size of the value: 1e-3, 3e-5, 1e-6. Rounding leaves about 2ε/h of a
-/// residual: 5e-13, 1.5e-11, 5e-10.
-const STEPS: [i32; 3] = [-10, -15, -20];
-/// Error of the tried derivative, relative, that is good enough.
-const ENOUGH: f64 = 1e-9;
 /// Least size of a length whose derivative is taken, as a share of the body.
 const LEAST_LENGTH: f64 = 0.1;
 
-/// Recorders of the scenes, by which the columns depend on the key at a fixed state.
-pub(super) struct SceneDifference {
-    h: f64,
-    /// Of the value of the key \[SI\]
-    pub size: f64,
-    recorders: Vec<Recorders>,
+/// Which part of a scene a difference follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Followed {
+    /// All that depends on the key
+    All,
+    /// What the derivatives of laws leave out: contacts and rigid bodies, whose stiffness is that of the stiffest law unless it is given
+    BesideLaws,
+}
+
+/// The scenes at other values of a key.
+pub(super) struct SceneDifference<'a> {
+    family: Arc<Family<'a>>,
     /// Derivatives of the first state
     pub start: [State; 2],
 }
@@ -46,90 +47,169 @@ struct Recorders {
     all: Vec<Box<dyn Recorder>>,
 }
 
-impl SceneDifference {
+impl<'a> SceneDifference<'a> {
     /// For a key of a scene.
-    pub fn new(scene: &Scene, key: &ParameterKey) -> Result<(Box<SystemDifference>, Self), SensitivityError> {
-        let family = Family::new(scene, key)?;
-        let mut best: Option<(f64, Built)> = None;
-        let mut refused = None;
-        for power in STEPS {
-            match family.build(family.size * 2f64.powi(power)) {
-                Ok(mut built) => {
-                    let error = trial::error(scene, &mut built.0);
-                    if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                        best = Some((error, built));
-                    }
-                    if error <= ENOUGH {
-                        break;
-                    }
-                }
-                Err(why) => {
-                    refused.get_or_insert(why);
-                }
-            }
-        }
-        match (best, refused) {
-            (Some((_, built)), _) => Ok(built),
-            (None, Some(why)) => Err(why),
-            (None, None) => unreachable!("there are steps to try"),
-        }
+    pub fn new(scene: &'a Scene, key: &ParameterKey, followed: Followed) -> Result<Self, SensitivityError> {
+        let family = Arc::new(Family::new(scene, key, followed)?);
+        let start = family.start();
+        Ok(Self { family, start })
     }
 
-    /// Derivatives by the key of the columns that have one, at a fixed moment.
+    /// The system at other values of the key.
+    pub fn system(&self) -> SystemDifference<'a> {
+        SystemDifference::new(&self.family.scene.system, self.family.clone())
+    }
+
+    /// Size of the value of the key \[SI\].
+    pub fn size(&self) -> f64 {
+        self.family.size
+    }
+
+    /// Derivatives by the key of the columns that have one, at a fixed moment: those of recorders that depend on it.
     pub fn columns(&self, now: &Moment) -> [Vec<f64>; 2] {
-        let columns = |place: usize| {
-            let of = &self.recorders[place];
-            let mut memory = now.memory;
-            let mut values = Vec::new();
-            for recorder in &of.all {
-                let (own, rest) = memory.split_at(recorder.memory().len());
-                memory = rest;
-                if recorder.is_differentiable() {
-                    // An angle is kept with its whole rotations, and has to be seen again by the other recorder
-                    let mut own = own.to_vec();
-                    recorder.remember(&of.body, now.state, &mut own);
-                    values.extend(recorder.record(&Moment { body: &of.body, memory: &own, ..*now }));
-                }
-            }
-            Ok::<_, std::convert::Infallible>(values)
+        let size = self.family.size;
+        let values = columns(&self.family.first().recorders[0], now);
+        // What a change of the key by its size does, over the value and that change
+        let error = |[a, b]: &[Vec<f64>; 2]| {
+            let of = |(c, value): (usize, &f64)| disagreement(&[a[c] * size, *value], &[b[c] * size, *value]);
+            values.iter().enumerate().filter(|(_, value)| !value.is_nan()).map(of).fold(0.0, f64::max)
         };
-        let Ok(found) = derivatives(self.h, columns);
-        found
+        self.family.by_best_step(|Built { recorders, .. }, place| columns(&recorders[place], now), error)
     }
 }
 
-type Built = (Box<SystemDifference>, SceneDifference);
+/// The columns with a derivative, as these recorders compute them at a moment of the scene.
+fn columns(of: &Recorders, now: &Moment) -> Vec<f64> {
+    let mut memory = now.memory;
+    let mut values = Vec::new();
+    for recorder in &of.all {
+        let (own, rest) = memory.split_at(recorder.memory().len());
+        memory = rest;
+        if recorder.is_differentiable() {
+            // An angle is kept with its whole rotations, and has to be seen again by the other recorder
+            let mut own = own.to_vec();
+            recorder.remember(&of.body, now.state, &mut own);
+            values.extend(recorder.record(&Moment { body: &of.body, memory: &own, ..*now }));
+        }
+    }
+    values
+}
+
+/// Scenes at the places of [`PLACES`].
+struct Built {
+    /// The step of the key \[SI\]
+    h: f64,
+    systems: Vec<System>,
+    recorders: Vec<Recorders>,
+    starts: Vec<State>,
+}
 
 /// A scene as a function of one key.
 struct Family<'a> {
     scene: &'a Scene,
-    key: &'a ParameterKey,
+    key: ParameterKey,
     table: Table,
     value: KeyValue,
     /// Size of the value by which steps are chosen \[SI\]
     size: f64,
     /// Whether each effect of the system can depend on the key
     vary: Vec<bool>,
+    /// For each of the [`STEPS`], when it was asked for; none where there is no such scene
+    built: [OnceLock<Option<Built>>; STEPS.len()],
+}
+
+impl Variants for Family<'_> {
+    fn systems(&self, step: usize) -> Option<(f64, &[System])> {
+        self.at_step(step).map(|built| (built.h, &built.systems[..]))
+    }
 }
 
 impl<'a> Family<'a> {
-    fn new(scene: &'a Scene, key: &'a ParameterKey) -> Result<Self, SensitivityError> {
+    fn new(scene: &'a Scene, key: &ParameterKey, followed: Followed) -> Result<Self, SensitivityError> {
         let table: Table = scene.text.parse().map_err(|_| SensitivityError::NoText { key: key.clone() })?;
         let value = key.value(&table)?;
-        let vary = varied(scene, key, &table);
+        let vary = match followed {
+            Followed::All => varied(scene, key, &table),
+            Followed::BesideLaws => (0..scene.system.effects.len()).map(|e| e >= scene.spec.effects.len()).collect(),
+        };
         let size = size(&value, scene);
-        let family = Self { scene, key, table, value, size, vary };
-        // A number that the reader takes in whole steps only, or that moves the mesher
-        let (spec, _) = family.spec(0.5 * 2f64.powi(STEPS[0]))?;
+        let built = std::array::from_fn(|_| OnceLock::new());
+        let family = Self { scene, key: key.clone(), table, value, size, vary, built };
+        family.check_mesh()?;
+        family.build_first()?;
+        Ok(family)
+    }
+
+    /// Refuses a number that the reader takes in whole steps only, or that moves the mesher.
+    fn check_mesh(&self) -> Result<(), SensitivityError> {
+        let (_, spec) = first_step(|step| self.spec(0.5 * 2f64.powi(STEPS[step])))?;
+        let (key, scene) = (&self.key, self.scene);
         let deforms = key.path().starts_with("mesh.deform.");
         if key.makes_mesh() && !deforms && !is_made_here(&scene.file, &spec.mesh) {
             return Err(SensitivityError::Mesher { key: key.clone() });
         }
-        Ok(family)
+        Ok(())
+    }
+
+    /// Builds the scenes of the largest step for which there are some.
+    fn build_first(&self) -> Result<(), SensitivityError> {
+        let (step, built) = first_step(|step| self.build(step))?;
+        self.built[..step].iter().for_each(|refused| _ = refused.set(None));
+        self.built[step].get_or_init(|| Some(built));
+        Ok(())
+    }
+
+    /// The scenes of the largest step.
+    fn first(&self) -> &Built {
+        self.built.iter().find_map(|built| built.get()?.as_ref()).expect("built at the start")
+    }
+
+    /// The scenes of a step, if there are some.
+    fn at_step(&self, step: usize) -> Option<&Built> {
+        self.built[step].get_or_init(|| self.build(step).ok()).as_ref()
+    }
+
+    /// The derivative by the key of some values of the scene at a place, and its companion.
+    fn by_best_step(
+        &self,
+        values: impl Fn(&Built, usize) -> Vec<f64>,
+        error: impl Fn(&[Vec<f64>; 2]) -> f64,
+    ) -> [Vec<f64>; 2] {
+        let derive = |step: usize| {
+            let built = self.at_step(step)?;
+            Some(derivatives(built.h, |place| Ok::<_, Infallible>(values(built, place))))
+        };
+        let Ok(found) = by_best_step(derive, error).expect("scenes for some step");
+        found
+    }
+
+    /// Derivatives of the first state.
+    fn start(&self) -> [State; 2] {
+        let State { x, v, a, lambda, history, .. } = &self.first().starts[0];
+        let ends = [x.len(), x.len() + v.len(), x.len() + v.len() + a.len()];
+        let flat = |built: &Built, place: usize| {
+            let State { x, v, a, .. } = &built.starts[place];
+            [&x[..], v, a].concat()
+        };
+        let error = |[a, b]: &[Vec<f64>; 2]| {
+            let parts = [0..ends[0], ends[0]..ends[1], ends[1]..ends[2]];
+            parts.into_iter().map(|part| disagreement(&a[part.clone()], &b[part])).fold(0.0, f64::max)
+        };
+        self.by_best_step(flat, error).map(|all| State {
+            t: 0.0,
+            x: all[..ends[0]].to_vec(),
+            v: all[ends[0]..ends[1]].to_vec(),
+            a: all[ends[1]..].to_vec(),
+            lambda: vec![0.0; lambda.len()],
+            memory: Vec::new(),
+            dt: 0.0,
+            history: vec![0.0; history.len()],
+            inputs: Vec::new(),
+        })
     }
 
     /// The specification at a step of so many sizes of the value.
-    fn spec(&self, steps: f64) -> Result<(SceneSpec, String), SensitivityError> {
+    fn spec(&self, steps: f64) -> Result<SceneSpec, SensitivityError> {
         let mut table = self.table.clone();
         if steps != 0.0 {
             let value = self.value.written(self.value.number + steps * self.size / self.value.factor);
@@ -137,26 +217,21 @@ impl<'a> Family<'a> {
         }
         let text = toml::to_string(&table).expect("a table that was read can be written");
         let read = from_text(&self.scene.file, &text, &format!("with another {}", self.key));
-        let spec =
-            read.map_err(|source| SensitivityError::Discrete { key: self.key.clone(), source: Box::new(source) })?;
-        Ok((spec, text))
+        read.map_err(|source| SensitivityError::Discrete { key: self.key.clone(), source: Box::new(source) })
     }
 
-    fn build(&self, h: f64) -> Result<Built, SensitivityError> {
-        let mut scenes = Vec::new();
+    /// Builds the scenes of a step.
+    fn build(&self, step: usize) -> Result<Built, SensitivityError> {
+        let h = self.size * 2f64.powi(STEPS[step]);
+        let mut built = Built { h, systems: Vec::new(), recorders: Vec::new(), starts: Vec::new() };
         for place in PLACES {
-            scenes.push(self.at(f64::from(place) * h)?);
-        }
-        let starts: Vec<State> = scenes.iter().map(Scene::start).collect();
-        let mut recorders = Vec::new();
-        let mut systems = Vec::new();
-        for scene in scenes {
+            let scene = self.at(f64::from(place) * h)?;
+            built.starts.push(scene.start());
             let (system, body, all) = scene.into_parts();
-            recorders.push(Recorders { body, all });
-            systems.push(system);
+            built.recorders.push(Recorders { body, all });
+            built.systems.push(system);
         }
-        let start = start(&starts, h);
-        Ok((Box::new(SystemDifference::new(systems, h)), SceneDifference { h, size: self.size, recorders, start }))
+        Ok(built)
     }
 
     /// The scene at θ + `step`, with the equations of the scene.
@@ -171,7 +246,7 @@ impl<'a> Family<'a> {
                 remedy: "a derivative needs the same equations with other values".into(),
             })
         };
-        let (spec, _) = self.spec(step / self.size)?;
+        let spec = self.spec(step / self.size)?;
         let body = match self.key.makes_mesh() {
             false => scene.body.clone(),
             true => Arc::new(scene.body.varied(&scene.file, &spec.mesh).map_err(differs)?),
@@ -192,6 +267,13 @@ impl<'a> Family<'a> {
         }
         Ok(found)
     }
+}
+
+/// The first of the [`STEPS`] at which something succeeds, with the outcome, or else why the largest fails.
+fn first_step<T>(mut at: impl FnMut(usize) -> Result<T, SensitivityError>) -> Result<(usize, T), SensitivityError> {
+    let largest = at(0);
+    let smaller = |step| at(step).ok().map(|found| (step, found));
+    largest.map(|found| (0, found)).or_else(|why| (1..STEPS.len()).find_map(smaller).ok_or(why))
 }
 
 /// Size of a value by which steps are chosen \[SI\]: its own, but of a coordinate near zero a share of the body, and the unit of what is zero.
@@ -218,29 +300,4 @@ fn varied(scene: &Scene, key: &ParameterKey, table: &Table) -> Vec<bool> {
         _ => true,
     };
     (0..scene.system.effects.len()).map(varies).collect()
-}
-
-/// Derivatives of the first state.
-fn start(starts: &[State], h: f64) -> [State; 2] {
-    let flat = |place: usize| {
-        let State { x, v, a, .. } = &starts[place];
-        Ok::<_, std::convert::Infallible>([&x[..], v, a].concat())
-    };
-    let Ok(found) = derivatives(h, flat);
-    found.map(|all| {
-        let State { x, v, a, lambda, history, .. } = &starts[0];
-        let (n, m) = (x.len(), v.len());
-        debug_assert_eq!(all.len(), n + m + a.len());
-        State {
-            t: 0.0,
-            x: all[..n].to_vec(),
-            v: all[n..n + m].to_vec(),
-            a: all[n + m..].to_vec(),
-            lambda: vec![0.0; lambda.len()],
-            memory: Vec::new(),
-            dt: 0.0,
-            history: vec![0.0; history.len()],
-            inputs: Vec::new(),
-        }
-    })
 }

@@ -123,8 +123,8 @@ pub struct SensitivityRecorder<'a> {
 }
 
 impl<'a> SensitivityRecorder<'a> {
-    /// For derivatives by keys of the scene, exact by constants of laws and by differences of its equations by others; an error where there
-    /// are none.
+    /// For derivatives by keys of the scene, exact by constants of laws whose derivative is known and by differences of its equations by others, as are
+    /// those of contacts and rigid bodies that follow a law; an error where there are none.
     pub fn new(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         Self::of(scene, keys, false)
     }

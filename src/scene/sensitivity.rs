@@ -1,16 +1,16 @@
 //! Derivatives of recorded columns by keys of the scene.
 //!
 //! By a constant of a law they are exact (`law_terms`), by any other key whose value is a number they come from scenes with other values of it
-//! (`scene_difference`). The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
+//! (`scene_difference`); so does the part of contacts and rigid bodies whose stiffness follows a law. The derivatives of the states come from [`crate::solve::Differentiator`]; here they go through the
 //! recorders ([`super::Recorder::gradients`]).
 //!
 //! Limits: only the columns of recorders with a derivative, so not those of the probes `energy` and `stretch`; what else is not covered is a [`SensitivityError`].
 
 use super::build::Scene;
-use super::law_terms::law_terms;
+use super::law_terms::{is_exact, law_terms, others_follow_laws};
 use super::parameter_key::ParameterKey;
 use super::recorder::{Energies, Moment};
-use super::scene_difference::SceneDifference;
+use super::scene_difference::{Followed, SceneDifference};
 use super::sensitivity_error::SensitivityError;
 use crate::solve::{Differentiator, Failure, Integrator, Step};
 use crate::system::{Capabilities, Gradient, Needs, Parameter, State};
@@ -20,7 +20,7 @@ pub(super) struct Sensitivity<'a> {
     scene: &'a Scene,
     pub(super) solver: Differentiator<'a>,
     /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
-    differences: Vec<Option<SceneDifference>>,
+    differences: Vec<Option<SceneDifference<'a>>>,
 }
 
 /// The end of a step.
@@ -61,7 +61,7 @@ impl<'a> Sensitivity<'a> {
 
     /// Sizes of the values of the keys \[SI\]; 0 where the derivative is exact.
     pub(super) fn key_sizes(&self) -> Vec<f64> {
-        self.differences.iter().map(|scenes| scenes.as_ref().map_or(0.0, |scenes| scenes.size)).collect()
+        self.differences.iter().map(|scenes| scenes.as_ref().map_or(0.0, SceneDifference::size)).collect()
     }
 
     /// Derivatives at the first state.
@@ -123,31 +123,32 @@ impl<'a> Sensitivity<'a> {
 }
 
 /// Parameters of a system, one for each key.
-pub(super) struct Parameters {
-    pub parameters: Vec<Parameter>,
+pub(super) struct Parameters<'a> {
+    pub parameters: Vec<Parameter<'a>>,
     /// Per key: the scenes by whose differences it is followed; none where the derivative is exact
-    pub differences: Vec<Option<SceneDifference>>,
+    pub differences: Vec<Option<SceneDifference<'a>>>,
 }
 
 /// The parameters that these keys are, by differences even where an exact derivative is known, if `by_differences`.
-pub(super) fn parameters(
-    scene: &Scene,
+pub(super) fn parameters<'a>(
+    scene: &'a Scene,
     keys: &[ParameterKey],
     by_differences: bool,
-) -> Result<Parameters, SensitivityError> {
+) -> Result<Parameters<'a>, SensitivityError> {
     let mut found = Parameters { parameters: Vec::new(), differences: Vec::new() };
     for key in keys {
-        match key.law_constant().filter(|_| !by_differences) {
-            Some(constant) => {
-                found.parameters.push(Parameter::Exact(law_terms(scene, &constant)?));
-                found.differences.push(None);
-            }
-            None => {
-                let (systems, scenes) = SceneDifference::new(scene, key)?;
-                found.parameters.push(Parameter::Difference(systems));
-                found.differences.push(Some(scenes));
-            }
-        }
+        let exact = key.law_constant().filter(|constant| !by_differences && is_exact(scene, constant));
+        let followed = match &exact {
+            None => Some(Followed::All),
+            Some(_) => others_follow_laws(scene).then_some(Followed::BesideLaws),
+        };
+        let terms = exact.map_or(Ok(Vec::new()), |constant| law_terms(scene, &constant))?;
+        let difference = followed.map(|followed| SceneDifference::new(scene, key, followed)).transpose()?;
+        found.parameters.push(match &difference {
+            None => Parameter::exact(terms),
+            Some(scenes) => Parameter::with_difference(terms, scenes.system()),
+        });
+        found.differences.push(difference);
     }
     Ok(found)
 }

@@ -39,7 +39,7 @@ impl fmt::Display for Failure {
             Self::NotConverged { residual, node } => {
                 write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
             }
-            Self::Complementarity => write!(f, "the one-sided constraints contradict each other"),
+            Self::Complementarity => write!(f, "no forces satisfy all one-sided constraints together"),
             Self::Jammed { effect, node, gap } => {
                 write!(f, "{effect}: node {node} is {gap:.3e} m from the obstacle and is pressed on")
             }

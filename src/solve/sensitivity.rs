@@ -31,7 +31,7 @@ use crate::system::{
 /// `changes` ([`Parameter::derivatives`]).
 pub struct Differentiator<'a> {
     system: &'a System,
-    parameters: Vec<Parameter>,
+    parameters: Vec<Parameter<'a>>,
     pub factor: Factor,
     method: Method,
     sums: Assembled,
@@ -45,7 +45,7 @@ pub struct Differentiator<'a> {
 
 impl<'a> Differentiator<'a> {
     /// From the derivatives of the first state. `method` chooses between direct and iterative linear solvers.
-    pub fn new(method: Method, system: &'a System, parameters: Vec<Parameter>, changes: Vec<State>) -> Self {
+    pub fn new(method: Method, system: &'a System, parameters: Vec<Parameter<'a>>, changes: Vec<State>) -> Self {
         let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
         let residuals = vec![vec![0.0; system.dofs.equation.len()]; changes.len()];
         Self { system, parameters, factor, method, sums: system.workspace(), factored: Vec::new(), changes, residuals }

@@ -204,11 +204,11 @@ impl Status {
                 "fix a region (a facet region with three nodes not on a line holds a body), or take a dynamic stage"
             }
             Self::TimeBudget { .. } => "raise time_budget, take a coarser mesh or larger steps",
-            Self::StepTooSmall { why: Failure::Eval(EvalError::Locked { .. }), .. } => {
-                "reduce the load, or take a law without an end to its stretch"
-            }
+            Self::StepTooSmall {
+                why: Failure::Eval(EvalError::Locked { .. } | EvalError::Undefined { .. }), ..
+            } => "reduce the load, or take a law without an end to its stretch",
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
-                "release one of the cables, or drive it by tension"
+                "let the drives of cables begin at zero and change in several steps, release one of several cables, or drive it by tension"
             }
             Self::StepTooSmall {
                 why:

@@ -138,7 +138,11 @@ pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
     let each = |(id, what): &(String, String)| format!("Case {id}: {what}.");
     let mut out: Vec<String> = failed.into_iter().map(each).collect();
     if not_run.len() > NAMED {
-        out.push(format!("{} cases have no result yet: {}.", not_run.len(), few(not_run.into_iter())));
+        out.push(format!(
+            "{} cases have no result yet: {}.",
+            not_run.len(),
+            few(not_run.into_iter().map(|(id, _)| id))
+        ));
     } else {
         out.extend(not_run.into_iter().map(each));
     }
@@ -146,9 +150,9 @@ pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
 }
 
 /// The first cases by their names, and the number of the others.
-pub fn few<'a>(cases: impl ExactSizeIterator<Item = &'a (String, String)>) -> String {
+pub fn few<'a>(cases: impl ExactSizeIterator<Item = &'a String>) -> String {
     let others = cases.len().saturating_sub(NAMED);
-    let mut words: Vec<String> = cases.take(NAMED).map(|(id, _)| id.clone()).collect();
+    let mut words: Vec<String> = cases.take(NAMED).cloned().collect();
     let last = if others > 0 { Some(format!("{others} more")) } else { words.pop() };
     match (words.is_empty(), last) {
         (false, Some(last)) => format!("{} and {last}", words.join(", ")),
@@ -194,8 +198,7 @@ mod tests {
     #[test]
     fn few_cases_are_named() {
         let named = |n: usize| {
-            let cases: Vec<_> =
-                ["a", "b", "c", "d", "e"][..n].iter().map(|id| (id.to_string(), String::new())).collect();
+            let cases: Vec<String> = ["a", "b", "c", "d", "e"][..n].iter().map(ToString::to_string).collect();
             few(cases.iter())
         };
         assert_eq!([0, 1, 2, 3, 5].map(named), ["", "a", "a and b", "a, b and c", "a, b, c and 2 more"]);

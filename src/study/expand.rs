@@ -102,6 +102,16 @@ impl Study {
         })
     }
 
+    /// Reads `study.toml` and expands it to the cases of the results in `dir`: with the meshes that were added to them, and the cases that any build
+    /// has asked for.
+    pub fn read_as_stored(file: &Path, dir: &Path) -> Result<Self, SceneError> {
+        let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
+        Self::expand(file, &[], Extent::Whole, |expansion, _| {
+            growth.add_to(&mut expansion.families, &growth.of);
+            additions.add_to(&mut expansion.families, dir)
+        })
+    }
+
     /// The same study, read again with what was added to its results in `dir`.
     pub fn again(&self, dir: &Path) -> Result<Self, SceneError> {
         Self::read_with_additions(&self.file, &self.changes, dir)

@@ -3,9 +3,11 @@
 use crate::scene::{ParameterKey, SceneError, from_text};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
+use crate::study::curve;
 use crate::study::growth::Round;
 use crate::study::inverse::{CalibrationPlan, UseSpec};
 use crate::study::spec::{FamilySpec, VariantSpec};
+use crate::study::store::record::{StoredCase, StudyRecord};
 use crate::study::store::results::Results;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{DeserializeOwned, DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
@@ -55,6 +57,11 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     /// What is wrong, in words.
     fn grow(_results: &Results, _details: &Self::Details, _dir: &Path) -> Result<Option<Round>, String> {
         Ok(None)
+    }
+
+    /// Value of a quantity by which the study judges a case: its peak, or its largest change where it does not start at zero.
+    fn judged(case: &StoredCase, quantity: &str, _details: &Self::Details) -> Option<f64> {
+        curve::peak(case, quantity)
     }
 
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
@@ -157,6 +164,9 @@ pub type Derive = fn(&Results, &Path) -> Result<Option<serde_json::Value>, Strin
 /// Cases that follow from the results in a folder.
 pub type Grow = fn(&Results, &Path) -> Result<Option<Round>, String>;
 
+/// Values of each case that its study judges it by, by quantity; none where `details` of `study.json` cannot be read.
+pub type JudgedValues = fn(&StudyRecord, &[StoredCase]) -> Vec<BTreeMap<String, f64>>;
+
 /// An entry of the registry of kinds.
 #[derive(Clone, Copy)]
 pub struct Kind {
@@ -172,6 +182,8 @@ pub struct Kind {
     pub derive: Derive,
     /// See [`StudyKind::grow`]
     pub grow: Grow,
+    /// See [`StudyKind::judged`]
+    pub judged: JudgedValues,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
     pub report: fn(&Results) -> Result<Content, serde_json::Error>,
 }
@@ -179,8 +191,8 @@ pub struct Kind {
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
         let (schema, expand) = (K::json_schema, expand::<K>);
-        let (derive, grow, report) = (derive::<K>, grow::<K>, report::<K>);
-        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, grow, report }
+        let (derive, grow, judged, report) = (derive::<K>, grow::<K>, judged::<K>, report::<K>);
+        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, grow, judged, report }
     }
 }
 
@@ -213,6 +225,15 @@ fn derive<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<serde_js
 fn grow<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<Round>, String> {
     let details = K::Details::deserialize(&results.study.details).map_err(|e| e.to_string())?;
     K::grow(results, &details, dir)
+}
+
+fn judged<K: StudyKind>(study: &StudyRecord, cases: &[StoredCase]) -> Vec<BTreeMap<String, f64>> {
+    let Ok(details) = K::Details::deserialize(&study.details) else { return vec![BTreeMap::new(); cases.len()] };
+    let of_case = |case: &StoredCase| {
+        let quantities = study.quantities.get(&case.record.variant).into_iter().flatten();
+        quantities.filter_map(|q| Some((q.name.clone(), K::judged(case, &q.name, &details)?))).collect()
+    };
+    cases.iter().map(of_case).collect()
 }
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {

@@ -92,7 +92,7 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
         let record = store.record(&case.id);
         record.iter().for_each(|r| forecast.learn(r));
         let mesh = meshes.of(case);
-        let identity = mesh.as_ref().and_then(|(sha256, _)| identity(study, case, sha256, &store));
+        let identity = waiting::identity(study, case, &store, &mut |case| Some(meshes.of(case)?.0));
         let state = state(&store, case, record.as_ref(), identity.as_ref());
         found.push((state, identity, mesh.map(|(_, nodes)| nodes)));
     }
@@ -111,22 +111,16 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
     listed.collect()
 }
 
-fn identity(study: &Study, case: &Case, mesh_sha256: &str, store: &Store) -> Option<Identity> {
-    match case.after {
-        None => Some(case.identity_on(mesh_sha256.into())),
-        Some(_) => {
-            let sources = waiting::sources(study, case, store, true)?;
-            let (case, _) = waiting::ready(study, case, &sources, store)?;
-            Some(case.identity_on(mesh_sha256.into()))
-        }
-    }
-}
-
 fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Option<&Identity>) -> State {
     match (record, identity) {
         (None, _) if store.has(&case.id) => State::Damaged,
         (None, _) => State::Missing,
-        (Some(_), None) if case.after.is_none() => State::Unmeshed,
+        (Some(r), None) if case.after.is_none() => {
+            // On the mesh of the result, everything else must be the same
+            let stored = &r.provenance.identity;
+            let same = case.identity_on(stored.mesh_sha256.clone()) == *stored;
+            if same { State::Unmeshed } else { State::Outdated }
+        }
         (Some(_), None) => State::Outdated,
         (Some(r), Some(identity)) if r.provenance.counts_for(identity, false) => State::Stored,
         (Some(r), Some(identity)) if r.provenance.counts_for(identity, true) => State::OtherBuild,

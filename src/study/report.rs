@@ -6,6 +6,7 @@ use crate::report::export::Pictures;
 use crate::report::figure::Figure;
 use crate::report::paper::Parts;
 use crate::report::{ReportError, files, viewer};
+use crate::study::analysis::few;
 use crate::study::content::Content;
 use crate::study::kinds::KINDS;
 use crate::study::overlay::{in_study, markers_in_study};
@@ -28,20 +29,24 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),
     })?;
-    match (kind.derive)(&results, dir) {
-        Ok(derived) => results.derived = derived,
-        Err(why) => results.damaged.push(format!("{why}.")),
-    }
+    let underived = match (kind.derive)(&results, dir) {
+        Ok(derived) => {
+            results.derived = derived;
+            None
+        }
+        Err(why) => Some(format!("{why}.")),
+    };
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
-    content.warnings.extend(results.damaged.iter().cloned());
+    content.warnings.extend(results.damaged.iter().cloned().chain(underived));
+    content.warnings.extend(outdated(&results.outdated));
     content.figures.extend(in_study::figures(&results));
     content.figures.extend(markers_in_study::figures(&results));
     content.tables.extend(in_study::table(&results));
     content.tables.extend(markers_in_study::table(&results));
     let (figures, pictures) = pictures(&mut content);
-    let summary = summary::summarise(&results, &content);
+    let summary = summary::summarise(&results, &content, (kind.judged)(&results.study, &results.cases));
     let text = serde_json::to_string_pretty(&summary).expect("numbers, strings and string keys only");
     files::write(&dir.join("summary.json"), text.as_bytes())?;
     files::folder(&dir.join("tables"))?;
@@ -64,6 +69,19 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let own = OwnMethods { errors: kind.errors, search: &content.search };
     paper::write(&dir.join("paper"), &records, own, parts(&results.study.study, &content, &figures))?;
     Ok(summary)
+}
+
+/// A warning where stored results are of other inputs than the study has now.
+fn outdated(cases: &[String]) -> Option<String> {
+    let few = few(cases.iter());
+    let words = match cases.len() {
+        0 => return None,
+        1 => format!("The stored result of case {few} is of other inputs than the study has now, and does not count"),
+        n => format!(
+            "The stored results of {n} cases are of other inputs than the study has now, and do not count: {few}"
+        ),
+    };
+    Some(format!("{words}. Run the study to compute them anew."))
 }
 
 fn parts<'a>(title: &'a str, content: &'a Content, figures: &'a [Figure]) -> Parts<'a> {

@@ -33,6 +33,15 @@ pub struct Summary {
     pub warnings: Vec<String>,
     /// The recommendation, or the reasons why the data support none
     pub verdict: String,
+    /// Whether the data support a verdict; absent in results of earlier versions
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supported: Option<bool>,
+    /// Stored files that are missing or not those that were stored, in sentences; a case whose numbers they are does not count
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub damaged: Vec<String>,
+    /// Cases whose stored results are of other inputs than the study has now; they do not count
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outdated: Vec<String>,
     /// The mesh that would support a verdict where there is none, as `run --extend` adds it
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extension: Option<Extension>,
@@ -88,10 +97,13 @@ pub struct CaseSummary {
     pub locking: Option<LockingRecord>,
     /// Peak and last value of every recorded column
     pub probes: BTreeMap<String, ProbeRecord>,
+    /// Value of each quantity by which the study judges the case: its peak, its largest change where it does not start at zero, or its last value
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub judged: BTreeMap<String, f64>,
 }
 
 impl CaseSummary {
-    fn new(c: &StoredCase, outcome: Option<&'static str>) -> Self {
+    fn new(c: &StoredCase, outcome: Option<&'static str>, judged: BTreeMap<String, f64>) -> Self {
         let r = c.record.clone();
         Self {
             id: r.id,
@@ -114,6 +126,7 @@ impl CaseSummary {
             effects: r.effects.into_iter().map(|e| e.name).collect(),
             locking: r.locking,
             probes: r.probes,
+            judged,
         }
     }
 }
@@ -125,18 +138,23 @@ impl Summary {
     }
 }
 
-pub fn summarise(store: &Results, content: &Content) -> Summary {
+/// The summary of results whose cases are judged by these values, in their order.
+pub fn summarise(store: &Results, content: &Content, judged: Vec<BTreeMap<String, f64>>) -> Summary {
     let study = &store.study;
+    let case = |(c, judged): (&StoredCase, _)| CaseSummary::new(c, content.outcomes.get(&c.record.id).copied(), judged);
     Summary {
         study: study.study.clone(),
         kind: study.kind.clone(),
         question: study.question.clone(),
         tolerance: study.tolerance,
-        cases: (store.cases.iter()).map(|c| CaseSummary::new(c, content.outcomes.get(&c.record.id).copied())).collect(),
+        cases: store.cases.iter().zip(judged).map(case).collect(),
         analysis: content.analysis.clone(),
         claims: content.claims.clone(),
         warnings: content.warnings.clone(),
         verdict: content.verdict.clone(),
+        supported: Some(content.supported),
+        damaged: store.damaged.clone(),
+        outdated: store.outdated.clone(),
         extension: content.extension.clone(),
         without_result: content.without_result.clone(),
         version: study.version.clone(),

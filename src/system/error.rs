@@ -10,6 +10,8 @@ pub enum EvalError {
     Inverted { effect: String, cell: usize, j: f64 },
     /// Stretched beyond the range of the law (fully stretched chains): Ī₁ − 3 = i ≥ limit \[–\]
     Locked { effect: String, cell: usize, i: f64, limit: f64 },
+    /// Outside of the domain of a law that is defined elsewhere
+    Undefined { effect: String, cell: usize },
     /// Two consecutive guides coincide: the direction of the cable is undefined
     Degenerate { effect: String, segment: usize },
     /// No image of the normal of a membrane balances its stress
@@ -29,6 +31,9 @@ impl fmt::Display for EvalError {
                     f,
                     "{effect}: cell {cell} is stretched beyond the range of its law (Ī₁ − 3 = {i:.3e}, limit {limit:.3e})"
                 )
+            }
+            Self::Undefined { effect, cell } => {
+                write!(f, "{effect}: cell {cell} is deformed beyond the domain of its law")
             }
             Self::Degenerate { effect, segment } => {
                 write!(f, "{effect}: the ends of segment {segment} coincide")
@@ -52,6 +57,7 @@ impl EvalError {
         match self {
             Self::Inverted { effect, cell, .. }
             | Self::Locked { effect, cell, .. }
+            | Self::Undefined { effect, cell }
             | Self::NoThickness { effect, cell } => (effect, Some(*cell), None),
             Self::Degenerate { effect, .. } => (effect, None, None),
             Self::Coincident { effect, nodes } => (effect, None, Some(nodes[0])),
@@ -65,6 +71,7 @@ impl EvalError {
         match error {
             LawError::Inverted { j } => Self::Inverted { effect, cell, j },
             LawError::Locked { i, limit } => Self::Locked { effect, cell, i, limit },
+            LawError::Undefined => Self::Undefined { effect, cell },
         }
     }
 }

@@ -49,7 +49,7 @@ pub use equations::{System, SystemError};
 pub use error::EvalError;
 pub use gradient::Gradient;
 pub use means::Means;
-pub use parameter::{EquationChange, Parameter, SystemDifference};
+pub use parameter::{EquationChange, Parameter, SystemDifference, Variants};
 pub use reactions::{Rows, add_products, constraint_changes};
 pub use state::{At, Perturbation, Rates, State};
 pub use ties::Ties;

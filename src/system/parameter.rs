@@ -1,15 +1,14 @@
-//! Derivatives of a system by a parameter θ at a fixed state, exact or by differences of systems at several θ.
+//! Derivatives of a system by a parameter θ at a fixed state: exact, by differences of systems at several θ, or the sum of both.
 
 use super::derivative::{add_history, add_residual};
 use super::{Assembled, At, ConstraintKind, EvalError, ParameterDerivative, System, Want};
-use crate::math::difference::derivatives;
+use crate::math::difference::{by_best_step, derivatives, disagreement};
+use std::sync::Arc;
 
-/// A parameter of a system.
-pub enum Parameter {
-    /// With ∂/∂θ of the effects in closed form
-    Exact(Vec<ParameterDerivative>),
-    /// With systems at other values of θ
-    Difference(Box<SystemDifference>),
+/// A parameter of a system: by effects in closed form, by systems at other values of θ, or by both, where θ enters in two ways.
+pub struct Parameter<'a> {
+    terms: Vec<ParameterDerivative>,
+    difference: Option<SystemDifference<'a>>,
 }
 
 /// Change of the equations with θ at a fixed state.
@@ -42,90 +41,117 @@ impl EquationChange {
     }
 
     fn from_flat(mut all: Vec<f64>, system: &System) -> Self {
-        let constraints = system.constraints.len();
-        let motion = all.split_off(system.dofs.equation.len() + 2 * constraints);
-        let limits = all.split_off(system.dofs.equation.len() + constraints);
-        let gaps = all.split_off(system.dofs.equation.len());
+        let [gaps, limits, motion] = ends(system);
+        let motion = all.split_off(motion);
+        let limits = all.split_off(limits);
+        let gaps = all.split_off(gaps);
         Self { residual: all, gaps, limits, motion }
     }
 }
 
-impl Parameter {
+/// Where gaps, limits and motions begin in a flat change.
+fn ends(system: &System) -> [usize; 3] {
+    let (unknowns, constraints) = (system.dofs.equation.len(), system.constraints.len());
+    [unknowns, unknowns + constraints, unknowns + 2 * constraints]
+}
+
+impl<'a> Parameter<'a> {
+    /// With ∂/∂θ of the effects in closed form.
+    pub fn exact(terms: Vec<ParameterDerivative>) -> Self {
+        Self { terms, difference: None }
+    }
+
+    /// With ∂/∂θ of these effects in closed form, and that of what else depends on θ by differences.
+    pub fn with_difference(terms: Vec<ParameterDerivative>, difference: SystemDifference<'a>) -> Self {
+        Self { terms, difference: Some(difference) }
+    }
+
     /// Derivatives that it has: one that is exact; two by differences, of which the second shows the error of the first.
     pub fn derivatives(&self) -> usize {
-        if matches!(self, Self::Exact(_)) { 1 } else { 2 }
+        if self.difference.is_none() { 1 } else { 2 }
     }
 
     /// The change of the equations for each of its derivatives.
     pub fn change(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<Vec<EquationChange>, EvalError> {
-        match self {
-            Self::Exact(terms) => {
-                let mut change = EquationChange::zero(system);
-                add_residual(system, at, terms, &mut change.residual)?;
-                Ok(vec![change])
-            }
-            Self::Difference(difference) => Ok(difference.change(at, lambda)?.into()),
-        }
+        let mut changes = match &mut self.difference {
+            None => vec![EquationChange::zero(system)],
+            Some(difference) => difference.change(system, at, lambda)?.into(),
+        };
+        changes.iter_mut().try_for_each(|change| add_residual(system, at, &self.terms, &mut change.residual))?;
+        Ok(changes)
     }
 
     /// Whether nothing changes in a body at rest: there the exact derivatives, of laws, are zero.
     pub fn is_idle_at_rest(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<bool, EvalError> {
-        match self {
-            Self::Exact(_) => Ok(true),
-            _ => Ok(self.change(system, at, lambda)?.iter().all(EquationChange::is_zero)),
+        match &mut self.difference {
+            None => Ok(true),
+            Some(difference) => Ok(difference.change(system, at, lambda)?.iter().all(EquationChange::is_zero)),
         }
     }
 
     /// Adds the change of the history at the end of the step `at` to `new`, which has an entry for each derivative.
     pub fn add_history(&mut self, system: &System, at: &At, new: &mut [&mut Vec<f64>]) -> Result<(), EvalError> {
-        match self {
-            Self::Exact(terms) => new.iter_mut().try_for_each(|new| add_history(system, at, terms, new)),
-            Self::Difference(_) if at.history.is_empty() => Ok(()),
-            Self::Difference(difference) => {
-                for (new, change) in new.iter_mut().zip(difference.history(at)?) {
-                    new.iter_mut().zip(&change).for_each(|(new, change)| *new += change);
-                }
-                Ok(())
+        if at.history.is_empty() {
+            return Ok(());
+        }
+        new.iter_mut().try_for_each(|new| add_history(system, at, &self.terms, new))?;
+        if let Some(difference) = &mut self.difference {
+            for (new, change) in new.iter_mut().zip(difference.history(at)?) {
+                new.iter_mut().zip(&change).for_each(|(new, change)| *new += change);
             }
         }
+        Ok(())
     }
 }
 
-/// A system at nine values of θ.
-pub struct SystemDifference {
-    /// At the places of [`PLACES`](crate::math::difference::PLACES)
-    systems: Vec<System>,
-    /// Step of θ
-    h: f64,
+/// Systems with the equations of one system at nine values of θ, for each of several steps.
+pub trait Variants: Send + Sync {
+    /// For the step of an index in [`STEPS`](crate::math::difference::STEPS): its size, and the [variants](super::SystemParts::variant) in the order of
+    /// [`PLACES`](crate::math::difference::PLACES); none where there is no system at one of these values. Some index has them.
+    fn systems(&self, step: usize) -> Option<(f64, &[System])>;
+}
+
+/// The derivative of a system by differences over values of θ, at each state with the step that leaves the least error there.
+pub struct SystemDifference<'a> {
+    variants: Arc<dyn Variants + 'a>,
     sums: Assembled,
 }
 
-impl SystemDifference {
-    /// Of [variants](super::SystemParts::variant) of one system, in the order of [`PLACES`](crate::math::difference::PLACES).
-    pub fn new(systems: Vec<System>, h: f64) -> Self {
-        let sums = systems[0].workspace();
-        Self { systems, h, sums }
+impl<'a> SystemDifference<'a> {
+    /// Of variants of `system`.
+    pub fn new(system: &System, variants: Arc<dyn Variants + 'a>) -> Self {
+        Self { variants, sums: system.workspace() }
     }
 
-    /// The step of θ.
-    pub fn h(&self) -> f64 {
-        self.h
-    }
-
-    /// The change of the equations at a fixed state, and its one-sided companion.
-    pub fn change(&mut self, at: &At, lambda: &[f64]) -> Result<[EquationChange; 2], EvalError> {
-        let Self { systems, h, sums } = self;
-        let of = |place: usize| values(&systems[place], at, lambda, sums).map(EquationChange::flat);
-        Ok(derivatives(*h, of)?.map(|all| EquationChange::from_flat(all, &systems[0])))
+    /// The change of the equations of `system` at a fixed state, and its one-sided companion.
+    fn change(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<[EquationChange; 2], EvalError> {
+        let Self { variants, sums } = self;
+        let derive = |step: usize| {
+            let (h, systems) = variants.systems(step)?;
+            let of = |place: usize| values(&systems[place], at, lambda, sums).map(EquationChange::flat);
+            Some(derivatives(h, of))
+        };
+        let [gaps, limits, motion] = ends(system);
+        let error = |[a, b]: &[Vec<f64>; 2]| {
+            let parts = [0..gaps, gaps..limits, limits..motion, motion..a.len()];
+            parts.into_iter().map(|part| disagreement(&a[part.clone()], &b[part])).fold(0.0, f64::max)
+        };
+        let found = by_best_step(derive, error).expect("variants for some step")?;
+        Ok(found.map(|all| EquationChange::from_flat(all, system)))
     }
 
     fn history(&mut self, at: &At) -> Result<[Vec<f64>; 2], EvalError> {
-        let Self { systems, h, sums } = self;
-        derivatives(*h, |place| {
-            let mut new = at.history.to_vec();
-            systems[place].advance(at, &mut new, &mut sums.costs)?;
-            Ok(new)
-        })
+        let Self { variants, sums } = self;
+        let derive = |step: usize| {
+            let (h, systems) = variants.systems(step)?;
+            let of = |place: usize| {
+                let mut new = at.history.to_vec();
+                systems[place].advance(at, &mut new, &mut sums.costs)?;
+                Ok(new)
+            };
+            Some(derivatives(h, of))
+        };
+        by_best_step(derive, |[a, b]| disagreement(a, b)).expect("variants for some step")
     }
 }
 

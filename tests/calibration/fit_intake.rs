@@ -18,6 +18,8 @@ fn every_dialect_of_a_table_reads_alike() {
         "strain,true strain,stress/kPa\n0.1,7,100\n0.25,7,200\n0.5,7,300\n",
         "Zeit;Dehnung;Spannung\ns;%;MPa\n0;10;0,1\n1;25;0,2\n2;50;0,3\n",
         "Nennspannung in MPa\ttechnische Dehnung in %\n0,1\t10\n0,2\t25\n0,3\t50\n",
+        "extension ratio,stress (MPa)\n1.1,0.1\n1.25,0.2\n1.5,0.3\n",
+        "Extension_Ratio [-];stress [MPa]\n1.1;0.1\n1.25;0.2\n1.5;0.3\n",
         "Control;Displacement;Load\nstretch;stress (Pa)\n1.1;100,000.0\n1.25;200,000.0\n1.5;300,000.0\n",
     ] {
         let e = parsed(text);

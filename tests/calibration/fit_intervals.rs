@@ -107,13 +107,14 @@ fn correlated_errors_are_those_of_the_dense_matrices() {
         let sigma = DMatrix::from_fn(n, n, |i, j| rho.powi(i.abs_diff(j) as i32));
         let inverse = sigma.clone().try_inverse().expect("regular");
         let columns = x.transpose() * &inverse * &x;
-        let best = columns.clone().try_inverse().expect("regular") * x.transpose() * &inverse * &y;
-        let off = &y - &x * best;
-        let square = (off.transpose() * &inverse * &off)[(0, 0)];
-        let log = sigma.clone().lu().determinant().ln() + columns.determinant().ln();
         let hat = &x * &by;
+        let left = DMatrix::identity(n, n) - &hat;
+        // The residual and the expectation of its square, over σ²
+        let expected = (&inverse * &left * &sigma * &left).trace();
+        let square = (residual.transpose() * &inverse * &residual)[(0, 0)] / expected;
+        let log = sigma.clone().lu().determinant().ln() + columns.determinant().ln();
         let whole = residual.norm_squared() / (n as f64 - (&hat * &sigma * &hat).trace());
-        let s2 = (square / (n - p) as f64).max(whole);
+        let s2 = square.max(whole);
         (rho, wide, -0.5 * (log + (n - p) as f64 * square.ln()), &by * sigma * by.transpose() * s2)
     };
     let grid: Vec<_> = (0..46).map(one).collect();

@@ -179,6 +179,34 @@ fn cycles_are_told_apart() {
     assert!("0".parse::<Cycle>().expect_err("counted from 1").contains("first-loading"));
 }
 
+/// The noise of an extensometer, up to four times the distance of two rows, is no unloading: of 25 monotonic pulls each, every row is fitted. Three cycles
+/// with noise of 1 % of their range are still three.
+#[test]
+fn noise_of_the_strain_is_no_unloading() {
+    let text = |stretches: &dyn Fn(usize) -> f64, rows: usize, deviation: f64, seed: u64| {
+        let mut random = Random(seed.wrapping_mul(0x9e37_79b9) + 5);
+        let row = |k: usize| {
+            let l = stretches(k);
+            let (e, p) = (deviation * random.normal(), 200.0 * random.normal());
+            (l + e, stress(Mode::Uniaxial, l) + p)
+        };
+        table("stretch,nominal stress (Pa)", (0..rows).map(row))
+    };
+    for (deviation, rows, last) in [(0.006, 200, 2.0), (0.008, 200, 2.0), (0.003, 200, 1.3), (0.003, 100, 1.3)] {
+        let pull = |k: usize| 1.05 + (last - 1.05) * k as f64 / (rows - 1) as f64;
+        for seed in 1..=25 {
+            let e = prepared(&text(&pull, rows, deviation, seed), &Preparation::default());
+            assert_eq!(e.samples.len(), rows, "errors of {deviation}, {rows} rows up to {last}, draw {seed}");
+        }
+    }
+    let cycles = |k: usize| 1.5 - 0.4 * (std::f64::consts::TAU * k as f64 / 100.0).cos();
+    for seed in 1..=25 {
+        let e = prepared(&text(&cycles, 300, 0.008, seed), &Preparation::default());
+        assert!((45..=55).contains(&e.samples.len()), "draw {seed}: {} rows", e.samples.len());
+        assert!(log_of(&e, AuditKind::LeftOut).contains("the table has 3 of uniaxial loadings"));
+    }
+}
+
 /// Rows of a cyclic test out of order are put into the order of time; a time column that goes back over a stretch that does not is not
 /// believed, as where 40.9 is followed by 40.10.
 #[test]

@@ -62,11 +62,11 @@ region = "xmax"
 tolerance = 1e-11
 "#;
 
-fn scene(table: &Table) -> Scene {
+pub fn scene(table: &Table) -> Scene {
     parse_scene(&toml::to_string(table).expect("a table")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn model(table: &Table, keys: &[&str], bounds: &Bounds, y: &str) -> Result<SceneModel, String> {
+pub fn model(table: &Table, keys: &[&str], bounds: &Bounds, y: &str) -> Result<SceneModel, String> {
     let scene = scene(table);
     let keys: Vec<ParameterKey> = keys.iter().map(|k| k.parse().expect("a path")).collect();
     let unknown = Unknown::all((Path::new("scene.toml"), &scene.spec, &scene.text), &keys, bounds);
@@ -76,7 +76,7 @@ fn model(table: &Table, keys: &[&str], bounds: &Bounds, y: &str) -> Result<Scene
 }
 
 /// What a scene records.
-fn recorded(table: &Table, y: &str) -> Measured {
+pub fn recorded(table: &Table, y: &str) -> Measured {
     let run = scene(table).run();
     let (x, y) = (run.column("t_s").expect("time"), run.column(y).expect("recorded"));
     let (x, y) = (x[1..].to_vec(), y[1..].to_vec());

@@ -7,7 +7,7 @@ use durometer::scene::{Body, Scene, read_scene};
 use durometer::study::expand::Study;
 use durometer::study::report::{self, Summary};
 use durometer::study::run::runner::{self, Isolation, Options, RunError, Watch};
-use durometer::study::store::record::{CaseRecord, NOT_DETERMINED, OUT_OF_TIME};
+use durometer::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -399,6 +399,67 @@ fn a_law_file_has_the_warnings_of_its_own_variant() {
     assert!(odd.iter().any(|w| pattern(&w)) && !bend.iter().any(|w| pattern(&w)));
     assert!(!bend.iter().any(|w| w.contains("odd")) && !odd.iter().any(|w| w.contains("bend")));
     assert!(summary.warnings.iter().filter(pattern).count() == 1 && summary.warnings.len() > bend.len());
+}
+
+/// The force of a bar that becomes stiffer, over a Poisson's ratio that it hardly depends on: ν stays where it started, which the report and the law file
+/// say, and the pattern in the residuals is not held against the law.
+#[test]
+fn a_law_is_not_blamed_for_a_constant_that_was_left() {
+    let two = CALIBRATION.replace("\"laws.rubber.mu\"", "\"laws.rubber.mu\", \"laws.rubber.nu\"");
+    let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1], \"laws.rubber.nu\" = 0.4", "only = {}\n");
+    let study = folder(&format!("{two}{one}"));
+    let row = |k: i32| (3e-4 * f64::from(k), 0.4 * f64::from(k) * (1.0 + 0.02 * f64::from(k)));
+    let rows: String = (1..=40).map(row).map(|(u, f)| format!("{u},{f}\n")).collect();
+    std::fs::write(study.path().join("bend.csv"), format!("u,F\n{rows}")).expect("writable");
+    let records = run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(records[0].status, NOT_DETERMINED, "{:?}", records[0].status_detail);
+    let (summary, law) = told(study.path());
+    let provenance = law["provenance"].as_table().expect("a table");
+    println!("{}\n{:#?}\n{provenance}", summary.verdict, summary.warnings);
+    let left = "the search left it at its starting value";
+    assert!(provenance["nu_without_interval"].as_str().is_some_and(|words| words.contains(left)));
+    assert!(provenance["mu_without_interval"].as_str().is_some_and(|words| words.contains("left laws.rubber.nu at")));
+    let warnings = provenance["warnings"].as_array().expect("a list");
+    let says = |words: &str| warnings.iter().any(|w| w.as_str().is_some_and(|w| w.contains(words)));
+    assert!(
+        says("laws.rubber.nu: the search left it at its starting value, 0.4")
+            && says("this says nothing against the law")
+    );
+    assert!(!says("the law does not describe the curve"), "{warnings:?}");
+    assert!(summary.verdict.contains(left), "{}", summary.verdict);
+}
+
+/// Shares that add up to one less 1e-12 have no derivatives: the case that starts there has a status and a reason that names it, and the other one its
+/// constants.
+#[test]
+fn a_case_whose_start_is_refused_has_a_status_and_the_others_go_on() {
+    let keys = CALIBRATION.replace("laws.rubber.mu", "effect.viscoelastic.prony.0.g");
+    let set = "\"mesh.grid.divisions\" = [6, 1, 1], \"laws.rubber.mu\" = \"200 kPa\"";
+    let edge = "sound = {}\nedge = { \"effect.viscoelastic.prony.1.g\" = 0.699999999999 }\n";
+    let study = folder(&format!("{keys}{}", sizes(set, edge)));
+    let file = study.path().join("scene.toml");
+    let series = "[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"instantaneous\"\n\
+        prony = [{ g = 0.3, tau = \"0.5 s\" }, { g = 0.1, tau = \"5 s\" }]\n";
+    let scene = std::fs::read_to_string(&file).expect("read").replace("\"static\"", "\"implicit_euler\"");
+    std::fs::write(
+        &file,
+        scene.replace("[[constraint]]\nkind = \"fixed\"", &format!("{series}[[constraint]]\nkind = \"fixed\"")),
+    )
+    .expect("written");
+    let records = run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let of = |id: &str| records.iter().find(|r| r.id.ends_with(id)).unwrap_or_else(|| panic!("{id}"));
+    println!("{:?} {:?}", of("sound").status, of("edge").status_detail);
+    assert!(of("sound").has_constants() && of("sound").status != NOT_SETTLED, "{:?}", of("sound").status_detail);
+    assert_eq!(of("edge").status, NOT_SETTLED);
+    let why = of("edge").status_detail.as_deref().unwrap_or_default();
+    assert!(why.contains(&of("edge").id) && why.contains("effect.viscoelastic.prony.0.g"), "{why}");
+    let summary = report::write(&study.path().join("out")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(
+        summary.warnings.iter().any(|w| w.contains("cannot begin at the values of its scene")),
+        "{:?}",
+        summary.warnings
+    );
+    assert!(summary.analysis["bend"]["constants"][0]["value"].as_f64().is_some_and(|g| (0.0..0.9).contains(&g)));
 }
 
 /// Bounds that exclude the start stop the run as bad input.

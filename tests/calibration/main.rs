@@ -4,6 +4,7 @@
 mod common;
 
 mod fit_coverage;
+mod fit_error_models;
 mod fit_ill_posed;
 mod fit_intake;
 mod fit_intervals;
@@ -16,6 +17,7 @@ mod fit_treloar;
 mod fit_verdicts;
 mod inverse;
 mod inverse_keys;
+mod inverse_start;
 mod inverse_study;
 mod neo_hookean;
 mod prony;

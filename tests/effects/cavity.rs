@@ -8,6 +8,7 @@ use crate::common::{Random, distorted_cube, hold, law, newton, ramp};
 use durometer::effect::{Cavity, CavityPressure, CavityVolume, VolumeField};
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::curved::octant;
+use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{At, Constraint, Prescribed, Rates, State, System, Want};
@@ -316,6 +317,9 @@ drive = {drive}
 integrator = "static"
 duration = "1 s"
 dt = "0.125 s"
+[[probe]]
+kind = "reaction"
+region = "ymin"
 "#
         )
     };
@@ -342,5 +346,103 @@ dt = "0.125 s"
         println!("V₀ {first:.6}, V {last:.6}, P {found:.6} of the closed form");
         // Quadratic arcs of 15°: 1e-5. The pressure on four cells across the wall, and dV/dP of a soft tube: 0.5 %.
         assert!((first - 1.0).abs() < 1e-4 && (last - 1.0).abs() < 5e-3 && (found - 1.0).abs() < 5e-3);
+        // The plane y = 0 holds what presses up on the projected wall. V = ¼πr²l gives the radius of arcs, which are one to 1e-4.
+        let [p, v, held] = ["cavity_pressure_Pa", "cavity_volume_m3", "ymin_reaction_y_N"]
+            .map(|name| *common::column(&run, name).last().expect("rows"));
+        let radius = (v / quarter).sqrt();
+        assert!((held / (-p * radius * length) - 1.0).abs() < 1e-3, "{held} against {}", -p * radius * length);
+    }
+}
+
+/// A block, its upper side the wall of a cavity.
+fn pressed(held: &str, drive: &str, law: &toml::Table) -> String {
+    let law = toml::to_string(law).expect("a table");
+    format!(
+        r#"
+[mesh]
+body = "block"
+[numerics]
+tolerance = 1e-12
+reuse_factor = false
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+{held}
+[[constraint]]
+kind = "cavity"
+region = "zmax"
+drive = {drive}
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "reaction"
+region = "body"
+[[probe]]
+kind = "reaction"
+region = "xmin"
+[[probe]]
+kind = "moment"
+region = "body"
+about = ["0 m", "0 m", "0 m"]
+[laws.rubber]
+{law}"#
+    )
+}
+
+fn held(region: &str, components: &str) -> String {
+    format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{region}\"\ncomponents = \"{components}\"\n")
+}
+
+fn soft() -> toml::Table {
+    "law = \"neo_hookean\"\nmu = \"40 kPa\"\nnu = 0.3".parse().expect("TOML")
+}
+
+/// All that is held carries the pressure on the wall, whose vector area is that of its rim: A e_z = 2e-3 m² e_z about (0.02, 0.025) m. Equilibria are solved
+/// to 1e-12 of the forces.
+#[test]
+fn what_holds_a_rim_balances_the_pressure() {
+    let sides = ["xmin", "xmax", "ymin", "ymax"].map(|side| held(side, "xyz")).concat();
+    for order in common::ORDERS {
+        for (kind, end) in [("pressure", "3 kPa"), ("volume", "500 mm^3")] {
+            let zero = end.split_once(' ').expect("a unit").1;
+            let drive = format!(
+                r#"{{ kind = "{kind}", signal = {{ kind = "ramp", from = "0 {zero}", to = "{end}", end = "1 s" }} }}"#
+            );
+            let scene = common::scene(block(3, 3, 3, 0.04, 0.05, 0.06, order), &pressed(&sides, &drive, &soft()));
+            let run = common::run(&scene);
+            assert_eq!(run.status, Status::Converged);
+            let last = |name: &str| *common::column(&run, name).last().expect("rows");
+            let force = 2e-3 * last("cavity_pressure_Pa");
+            assert!(force.abs() > 1.0, "{force}");
+            let expected = [0.0, 0.0, force, 0.025 * force, -0.02 * force, 0.0];
+            let found = ["reaction_x_N", "reaction_y_N", "reaction_z_N", "moment_x_Nm", "moment_y_Nm", "moment_z_Nm"]
+                .map(|name| last(&format!("body_{name}")));
+            let off = found.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-8 * force.abs(), "{order:?}, {kind}: {found:?} against {expected:?}");
+        }
+    }
+}
+
+/// Derivatives of the reactions of a rim that slides in four planes, and so changes what they carry.
+#[test]
+fn derivatives_of_what_holds_a_rim() {
+    let sides = [("xmin", "x"), ("xmax", "x"), ("ymin", "y"), ("ymax", "y")].map(|(side, c)| held(side, c)).concat();
+    for drive in [
+        r#"{ kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" } }"#,
+        r#"{ kind = "volume", signal = { kind = "ramp", from = "0 mm^3", to = "8000 mm^3", end = "1 s" } }"#,
+    ] {
+        let build = |law: &toml::Table| {
+            let mut mesh = block(2, 2, 2, 0.04, 0.05, 0.06, Order::Linear);
+            // A wall that is not flat, whose rim does not stay in a plane z = const
+            mesh.points.iter_mut().for_each(|p| p.z *= 1.0 + 5.0 * p.x + 4.0 * p.y);
+            common::scene(mesh, &pressed(&sides, drive, law))
+        };
+        println!("worst {:.1e}", common::sensitivities::check("held rim", &soft(), &build));
     }
 }

@@ -90,7 +90,7 @@ fn laws_survive_the_way_to_a_program_and_back() {
                 Err(e) => panic!("{e}"),
             };
             assert!(text.contains(&format!("in {unit},")) && text.contains("volumetric part: "), "{text}");
-            let back = read(&text, program, unit).unwrap_or_else(|e| panic!("{e}\n{text}"));
+            let back = read(&text, program, unit).unwrap_or_else(|e| panic!("{e}\n{text}")).energy;
             let built = back.build().expect("a law");
             let shown = format!("{} {program:?} {unit}\n{text}", energy.law);
             assert!((back.kappa / energy.kappa - 1.0).abs() < 1e-13, "{shown}");
@@ -144,6 +144,19 @@ fn laws_that_a_program_lacks_and_broken_texts_are_refused() {
         ("*HYPERFOAM, N=4\n1, 2, 3\n", Program::Abaqus, "4 terms; Durometer has 1 to 3"),
         ("*HYPERFOAM, POISSON=0.1, TEST DATA INPUT\n1, 2, 3\n", Program::Abaqus, "give the constants of the terms"),
         ("*HYPERFOAM\n1, 2, 0.5\n", Program::Abaqus, "nu1 (Poisson's ratio of the term) = 0.5"),
+        (
+            "*HYPERELASTIC, YEOH\n1, 2, 3, 1e-3, 0, 0, 20\n2, 3, 4, 1e-3, 0, 0, 60\n",
+            Program::Abaqus,
+            "of one temperature",
+        ),
+        ("*HYPERELASTIC, NEO HOOKE, DEPENDENCIES=1\n1, 1, 20, 3\n", Program::Abaqus, "depends on fields"),
+        ("*HYPERELASTIC, NEO HOOKE\n1, 1, 20, 3\n", Program::Abaqus, "4 numbers"),
+        ("*HYPERFOAM\n1, 2, 0.1, 20\n1, 2, 0.1, 60\n", Program::Abaqus, "of one temperature"),
+        (
+            "TB,HYPER,1,1,3,MOONEY\nTBDATA,1,2,1,1,1e-3\nTB,PRONY,1,,1,SHEAR\nTBDATA,1,.3,1\n",
+            Program::Ansys,
+            "the material relaxes (\"TB,PRONY,1,,1,SHEAR\")",
+        ),
         ("TB,HYPER,1,1,1,FOAM\nTBDATA,1,1,2\n", Program::Ansys, "2 numbers"),
         ("TB,HYPER,1,1,1,BLATZ\n", Program::Ansys, "no number"),
         ("<material type=\"Ogden unconstrained\"><c1>1</c1><cp>2</cp></material>", Program::Febio, "cp is not zero"),
@@ -157,6 +170,48 @@ fn laws_that_a_program_lacks_and_broken_texts_are_refused() {
         let message = read(text, program, "MPa").expect_err(text).to_string();
         assert!(message.contains(fact), "\"{fact}\" not in \"{message}\"");
     }
+}
+
+/// `*VISCOELASTIC` becomes a series in the order of times, and instantaneous constants those of the long term; what the effect does not have is refused, and
+/// so is what would change the stiffness without a word.
+#[test]
+fn relaxation_of_a_material_is_read_or_refused() {
+    let text = |moduli: &str, series: &str| {
+        format!(
+            "*MATERIAL, NAME=OTHER\n*VISCOELASTIC, TIME=PRONY\n0.9, 0, 1\n*MATERIAL, NAME=RUBBER\n*DENSITY\n1e-9\n*Hyperelastic, Ogden, N=2{moduli}\n\
+             3, 2, -1, -2, 1e-3, 0, 20\n{series}*MATERIAL, NAME=LAST\n*VISCOELASTIC, TIME=PRONY\n0.8, 0, 1\n"
+        )
+    };
+    let prony = "*Viscoelastic, time=PRONY\n0.1, , 5\n0.2, 0, 0.3\n";
+    let read = |text: &str| read(text, Program::Abaqus, "kPa");
+    let alone = read(&text("", "")).expect("no relaxation");
+    assert!(alone.series.is_empty());
+    // 2 μ_n, and κ = 2/D1
+    assert_eq!((alone.energy.constants.clone(), alone.energy.kappa), (vec![6e3, 2.0, -2e3, -2.0], 2e6));
+    for moduli in ["", ", MODULI=LONG TERM"] {
+        let found = read(&text(moduli, prony)).expect("a series");
+        assert_eq!((&found.energy, &found.series), (&alone.energy, &vec![(0.2, 0.3), (0.1, 5.0)]));
+    }
+    let fast = read(&text(", MODULI=INSTANTANEOUS", prony)).expect("a series");
+    let expected = alone.energy.build().expect("a law").small_strain();
+    let found = fast.energy.build().expect("a law").small_strain();
+    assert!((found.mu / expected.mu - 0.7).abs() < 1e-12 && (found.kappa / expected.kappa - 1.0).abs() < 1e-12);
+    assert_eq!((fast.energy.constants[1], fast.energy.constants[3]), (2.0, -2.0));
+    for (moduli, series, fact) in [
+        (", MODULI=INSTANTANEOUS", "", "the material has no *VISCOELASTIC"),
+        (", MODULI=FAST", prony, "MODULI=FAST is neither"),
+        ("", "*VISCOELASTIC, TIME=PRONY\n0.3, 0.3, 1\n", "the bulk modulus relaxes (k = 0.3"),
+        ("", "*VISCOELASTIC, TIME=RELAXATION TEST DATA\n0.3, 0, 1\n", "is no Prony series"),
+        ("", "*VISCOELASTIC, TIME=PRONY\n", "no numbers below"),
+        ("", "*VISCOELASTIC, TIME=PRONY\n0.3, 0\n", "g, k and tau are needed"),
+        ("", "*VISCOELASTIC, TIME=PRONY\n0.3, 0, -1\n", "a time above 0"),
+        ("", "*VISCOELASTIC, TIME=PRONY\n0.6, 0, 1\n0.6, 0, 2\n", "nothing is left in the long run"),
+    ] {
+        let message = read(&text(moduli, series)).expect_err(fact).to_string();
+        assert!(message.contains(fact), "\"{fact}\" not in \"{message}\"");
+    }
+    let foam = read("*HYPERFOAM\n1, 2, 0.1\n*VISCOELASTIC, TIME=PRONY\n0.3, 0, 1\n").expect_err("a foam").to_string();
+    assert!(foam.contains("the effect viscoelastic has no foams"), "{foam}");
 }
 
 /// Input of ccx: a block with an affine displacement of its boundary, 1-based nodes.

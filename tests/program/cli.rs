@@ -291,6 +291,32 @@ fn a_law_that_loses_stability_is_noted() {
 }
 
 /// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
+/// A material of Abaqus that relaxes becomes a law of the long term and a series; without a file for the series nothing is written.
+#[test]
+fn an_imported_law_keeps_its_relaxation() {
+    let (_folder, out) = folder();
+    let file = |name: &str| format!("{out}/{name}");
+    let input = "*MATERIAL, NAME=R\n*HYPERELASTIC, NEO HOOKE, MODULI=INSTANTANEOUS\n50, 1e-3\n*VISCOELASTIC, TIME=PRONY\n0.25, 0, 2\n";
+    std::fs::create_dir_all(&out).expect("writable");
+    std::fs::write(file("r.inp"), input).expect("writable");
+    let (data, law, series) = (file("r.inp"), file("law.toml"), file("prony.toml"));
+    let import = ["laws", "import", &data, "--from", "abaqus", "--unit", "kPa", "--out", &law];
+    let refused = durometer(&import);
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && message.contains("pass --prony prony.toml"), "{message}");
+    assert!(!Path::new(&law).exists());
+    call(&[&import[..], &["--prony", &series]].concat(), 0);
+    let (law, series): (toml::Table, toml::Table) =
+        (read(Path::new(&law)).parse().expect("TOML"), read(Path::new(&series)).parse().expect("TOML"));
+    assert_eq!(law["mu"].as_str(), Some("75000 Pa"));
+    assert!(law["source"].as_str().is_some_and(|s| s.ends_with("constants of the long term")), "{law}");
+    assert_eq!(series["prony"].to_string(), "[{ g = 0.25, tau = \"2 s\" }]");
+    std::fs::write(&data, "*HYPERELASTIC, NEO HOOKE\n50, 1e-3\n").expect("writable");
+    let message =
+        String::from_utf8_lossy(&durometer(&[&import[..], &["--prony", "p.toml"]].concat()).stderr).into_owned();
+    assert!(message.contains("does not relax; leave out --prony"), "{message}");
+}
+
 #[test]
 fn an_undetermined_fit_ends_with_code_3() {
     let (_keep, out) = folder();

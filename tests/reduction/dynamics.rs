@@ -414,7 +414,7 @@ fn any_sequence_ends_and_is_replayed() {
     assert_eq!(twin.step(&[f64::NAN, 0.0]), Err(StepError::NotFinite(0)));
 }
 
-/// A change of the inputs that is faster than in the runs, and a range that was left, are beyond what the bars were made for, until the next rest.
+/// A change of the inputs that is faster than in the runs, a range that was left, and a time that no run reached are beyond what the bars were made for, until the next rest.
 #[test]
 fn bars_end_where_the_runs_were_not() {
     let (_, model) = trained();
@@ -424,6 +424,12 @@ fn bars_end_where_the_runs_were_not() {
     assert!(twin.step(&[0.5, 3.9e-3]).is_ok() && twin.bars().iter().all(|bar| bar.is_infinite()));
     twin.reset();
     assert!(twin.step(&[0.5, 1e-4]).is_ok() && twin.in_range() && twin.bars().iter().all(|bar| bar.is_finite()));
+    twin.reset();
+    for k in 1..=STEPS + 1 {
+        assert!(twin.step(&[0.5, 1e-4]).is_ok());
+        let known = twin.bars().iter().all(|bar| bar.is_finite());
+        assert_eq!((twin.in_range(), known), (k <= STEPS, k <= STEPS), "step {k} of {STEPS}");
+    }
 }
 
 /// A file gives the model back bit for bit; one whose parts do not fit together is refused.

@@ -4,6 +4,8 @@
 mod common;
 
 mod adjoint;
+mod contacts;
 mod in_time;
+mod inexact_laws;
 mod statics;
 mod to_keys;

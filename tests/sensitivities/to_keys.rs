@@ -165,6 +165,11 @@ fn check_adjoint(label: &str, scene: &Scene, run: &Run, found: &Sensitivities, s
 
 /// Every key and every row against differences.
 fn check(label: &str, table: &Table, paths: &[&str]) {
+    check_by(label, table, paths, 1e-3);
+}
+
+/// The same with a step of this share of the key.
+pub fn check_by(label: &str, table: &Table, paths: &[&str], step: f64) {
     let keys = keys(paths);
     let (run, found) = differentiated(&scene(table), &keys);
     assert!(found.doubtful().is_empty(), "{label}: {:?}", found.doubtful());
@@ -182,7 +187,7 @@ fn check(label: &str, table: &Table, paths: &[&str]) {
             assert_eq!(moved.status, Status::Converged, "{label}");
             moved.rows
         };
-        let stencil = [1e-3, 5e-4].map(|s| (s, at(s), at(-s)));
+        let stencil = [step, 0.5 * step].map(|s| (s, at(s), at(-s)));
         let scale = size * value.factor;
         let (mut worst, mut most) = (0.0_f64, 0.0_f64);
         for (row, derivatives) in found.rows.iter().enumerate() {
@@ -470,7 +475,7 @@ fn a_slender_beam_keeps_its_digits() {
 }
 
 /// The refusal of a key by its message.
-fn refusal(table: &Table, path: &str) -> String {
+pub fn refusal(table: &Table, path: &str) -> String {
     let key: ParameterKey = path.parse().unwrap_or_else(|e| panic!("{e}"));
     match SensitivityRecorder::new(&scene(table), &[key]) {
         Ok(_) => panic!("{path} is taken"),

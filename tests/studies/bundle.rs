@@ -251,6 +251,99 @@ fn a_bundle_on_a_mesh_file_needs_neither_its_mesher_nor_its_cache() {
     assert!(said(&out).contains("2 values: 2 unchanged"), "{}", said(&out));
 }
 
+/// Changes of the command line, edits of a file or of the study after the run, and damage: the cases are named. A bundle of earlier, which holds such
+/// results, is compared with the statement that they are of other inputs.
+#[test]
+fn results_of_other_inputs_are_no_part_of_a_bundle() {
+    let (dir, file, results) = study();
+    let out = dir.path().join("crate");
+    let bundle = |results: &Path| durometer(&["bundle", "write", "--results"], &[results, &file, &out]);
+    let refused = |results: &Path, facts: &[&str]| {
+        let done = bundle(results);
+        assert_eq!(done.status.code(), Some(2), "{}", said(&done));
+        assert!(facts.iter().all(|fact| said(&done).contains(fact)) && !out.exists(), "{facts:?}: {}", said(&done));
+    };
+    let other = dir.path().join("other");
+    let run = durometer(&["run", "--set", "laws.rubber.nu=0.4", "--out"], &[&other, &file]);
+    assert!(run.status.success(), "{}", said(&run));
+    let both = ["another scene, other files", "sweep-pull-E50kPa", "sweep-pull-E100kPa", "--set"];
+    refused(&other, &both);
+    let compared = durometer(&["compare"], &[&results, &other]);
+    assert!(
+        said(&compared).contains("inputs: 2 of the common cases were computed from another scene"),
+        "{}",
+        said(&compared)
+    );
+    let edit = |name: &str, old: &str, new: &str| {
+        let path = dir.path().join(name);
+        let text = std::fs::read_to_string(&path).expect("a file");
+        assert!(text.contains(old), "{text}");
+        std::fs::write(path, text.replace(old, new)).expect("a file");
+    };
+    edit("data/law.toml", "0.3", "0.31");
+    refused(&results, &both);
+    edit("data/law.toml", "0.31", "0.3");
+    edit("bar/study.toml", "2 %", "3 %");
+    refused(&results, &["the study file has changed since"]);
+    edit("bar/study.toml", "3 %", "2 %");
+    edit("results/cases/sweep-pull-E50kPa.json", "\"steps\": 4", "\"steps\": 5");
+    refused(&results, &["sweep-pull-E50kPa: their files are not those that were stored"]);
+    edit("results/cases/sweep-pull-E50kPa.json", "\"steps\": 5", "\"steps\": 4");
+    let done = bundle(&results);
+    assert!(done.status.success(), "{}", said(&done));
+}
+
+const LAWS: &str = r#"
+kind = "comparison"
+reference = "soft"
+question = "How does the force depend on E?"
+expectation = "It is proportional."
+scene = "scene.toml"
+tolerance = "2 %"
+
+[[variant]]
+name = "pull"
+quantity = [{ name = "zmax_reaction_z_N", label = "force", symbol = "F", unit = "N" }]
+
+[[family]]
+name = "laws"
+role = "members"
+
+[family.members]
+soft = {}
+stiff = { "laws.rubber.E" = "120 kPa" }
+"#;
+
+/// The members that were added to a study are those of its rerun. A folder to which others were added is not taken.
+#[test]
+fn a_rerun_has_the_members_that_were_added() {
+    let (dir, file, _) = study();
+    std::fs::write(&file, LAWS).expect("the study");
+    let [results, out, again] = ["extended", "crate", "again"].map(|name| dir.path().join(name));
+    let add = |results: &Path, modulus: &str| {
+        std::fs::create_dir_all(results).expect("a folder");
+        let text = format!("[family.laws]\nadded = {{ \"laws.rubber.E\" = \"{modulus}\" }}\n");
+        std::fs::write(results.join("extension.toml"), text).expect("a file");
+    };
+    add(&results, "150 kPa");
+    let run = durometer(&["run", "--out"], &[&results, &file]);
+    assert!(run.status.success(), "{}", said(&run));
+    let written = durometer(&["bundle", "write", "--results"], &[&results, &file, &out]);
+    assert!(written.status.success(), "{}", said(&written));
+    let rerun = |to: &Path| durometer(&["bundle", "rerun", "--out"], &[to, &out]);
+    for _ in 0..2 {
+        let done = rerun(&again);
+        assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+        assert!(said(&done).contains("3 values: 3 unchanged") && !said(&done).contains("gone"), "{}", said(&done));
+        assert!(!said(&done).contains("inputs: "), "{}", said(&done));
+        assert!(again.join("cases/laws-pull-added.json").is_file());
+    }
+    let other = dir.path().join("other");
+    add(&other, "160 kPa");
+    let done = rerun(&other);
+    assert!(done.status.code() == Some(2) && said(&done).contains("adds other meshes"), "{}", said(&done));
+}
+
 #[test]
 fn what_cannot_be_bundled_is_refused() {
     let (dir, file, results) = study();

@@ -81,8 +81,8 @@ fn a_value_without_a_bar_is_judged_by_the_tolerance() {
     let bare = |factor: f64| {
         result(|s| {
             s.as_object_mut().expect("an object").remove("claims");
-            let peak = &mut s["cases"][0]["probes"]["bending_angle_deg"]["peak"];
-            *peak = json!(factor * peak.as_f64().expect("a number"));
+            let value = &mut s["cases"][0]["judged"]["bending_angle_deg"];
+            *value = json!(factor * value.as_f64().expect("a number"));
         })
     };
     let old = bare(1.0);
@@ -95,6 +95,103 @@ fn a_value_without_a_bar_is_judged_by_the_tolerance() {
     // Bars in one of the two only are named, and do not judge
     let found = changes(&old, &result(|_| {}));
     assert!(!found.is_beyond() && !found.unmatched.is_empty());
+}
+
+/// The synthetic results without bars, where the angle begins at 2000° and changes by this factor of what it does otherwise.
+fn raised(factor: f64) -> tempfile::TempDir {
+    let (study, mut cases) = synthetic::study();
+    let place = |angle: f64| 2000.0 + factor * angle;
+    for case in &mut cases {
+        let curve = case.series.columns.get_mut("bending_angle_deg").expect("the angle");
+        curve.iter_mut().for_each(|angle| *angle = place(*angle));
+        let probe = case.record.probes.get_mut("bending_angle_deg").expect("the angle");
+        (probe.peak, probe.last) = (place(probe.peak), place(probe.last));
+    }
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    synthetic::store(dir.path(), &(study, cases));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    rewrite(&dir, &mut |s| drop(s.as_object_mut().expect("an object").remove("claims")));
+    dir
+}
+
+/// Changes the summary of a result in its place.
+fn rewrite(dir: &tempfile::TempDir, change: &mut dyn FnMut(&mut Value)) {
+    let file = dir.path().join("summary.json");
+    let mut summary: Value = serde_json::from_slice(&std::fs::read(&file).expect("a summary")).expect("JSON");
+    change(&mut summary);
+    std::fs::write(file, summary.to_string()).expect("the summary");
+}
+
+/// A change of 3 % is 0.1 % of the place: what counts is the change, also in results of earlier versions, as long as their curves are there.
+#[test]
+fn what_does_not_start_at_zero_is_judged_by_its_change() {
+    let (old, new) = (raised(1.0), raised(1.03));
+    let angles = |name: &str| {
+        let found = compare(old.path(), new.path(), 1e-2).unwrap_or_else(|e| panic!("{e}"));
+        let all: Vec<_> = found.values.into_iter().filter(|v| v.what.ends_with(name)).collect();
+        assert!(all.len() > 10, "{}", all.len());
+        all
+    };
+    let check_changes = || {
+        for v in angles(": bending_angle_deg") {
+            assert!(v.judgement == Judgement::Beyond && v.old < 100.0, "{v:?}");
+            assert!((v.relative.expect("not of zero") - 0.03).abs() < 1e-9, "{v:?}");
+        }
+    };
+    check_changes();
+    for dir in [&old, &new] {
+        rewrite(dir, &mut |s| {
+            for case in s["cases"].as_array_mut().expect("cases") {
+                case.as_object_mut().expect("an object").remove("judged");
+            }
+        });
+    }
+    check_changes();
+    std::fs::remove_dir_all(old.path().join("cases")).expect("its curves");
+    for v in angles(": bending_angle_deg, recorded extreme") {
+        assert!(v.judgement == Judgement::Within && v.old > 2000.0, "{v:?}");
+    }
+}
+
+#[test]
+fn a_changed_verdict_counts_and_its_numbers_do_not() {
+    let old = result(|_| {});
+    let reworded = changes(&old, &result(|s| s["verdict"] = json!("The same for 5.3 s per case.")));
+    assert!(!reworded.verdict_changed && !reworded.is_beyond() && reworded.verdict[0] != reworded.verdict[1]);
+    let refused = |s: &mut Value| {
+        s["supported"] = json!(false);
+        s["verdict"] = json!("No verdict within 5 %: the data do not support one.");
+    };
+    let lost = result(refused);
+    for (a, b) in [(&old, &lost), (&lost, &old)] {
+        let found = changes(a, b);
+        assert!(found.verdict_changed && found.is_beyond());
+        assert!(found.values.iter().all(|v| v.judgement == Judgement::Same));
+    }
+    assert!(!changes(&lost, &lost).is_beyond());
+    // As an earlier version has written it
+    let earlier = result(|s| {
+        refused(s);
+        s.as_object_mut().expect("an object").remove("supported");
+    });
+    assert!(changes(&old, &earlier).verdict_changed && !changes(&lost, &earlier).verdict_changed);
+    // Another setting is recommended: because it is cheaper now, or because the one of before is beyond the tolerance
+    let other = |bar: f64| {
+        result(|s| {
+            let analysis = &mut s["analysis"];
+            let was = analysis["recommended_case"].as_str().expect("a recommendation").to_string();
+            let settings = analysis["settings"].as_array_mut().expect("settings");
+            let is_of =
+                |setting: &Value| setting["cases"].as_array().is_some_and(|ids| ids.iter().any(|id| *id == was));
+            let good = |setting: &Value| setting["worst"].as_f64().is_some_and(|worst| worst <= 0.05);
+            let next =
+                settings.iter().find(|s| good(s) && !is_of(s)).expect("another good setting")["cases"][0].clone();
+            settings.iter_mut().find(|s| is_of(s)).expect("its setting")["worst"] = json!(bar);
+            analysis["recommended_case"] = next;
+        })
+    };
+    assert!(!changes(&old, &other(1e-3)).verdict_changed);
+    assert!(changes(&old, &other(0.2)).verdict_changed && changes(&other(0.2), &old).verdict_changed);
 }
 
 #[test]
@@ -124,6 +221,9 @@ fn the_command_has_the_usual_exit_codes() {
     let (code, said, _) = run(a.path(), beyond.path(), &["--json"]);
     let json: Value = serde_json::from_str(&said).expect("JSON");
     assert!(code == Some(3) && json["values"].as_array().is_some_and(|v| v.iter().any(|v| v["judgement"] == "beyond")));
+    let refused = result(|s| s["supported"] = json!(false));
+    let (code, said, _) = run(a.path(), refused.path(), &[]);
+    assert!(code == Some(3) && said.contains("0 beyond; the VERDICT CHANGED"), "{said}");
     let other = result(|s| s["kind"] = json!("cost"));
     let elsewhere = tempfile::tempdir().expect("a temporary folder");
     for (new, more, fact) in [

@@ -2,12 +2,13 @@
 
 use durometer::study::expand::Study;
 use durometer::study::report;
+use durometer::study::run::only::Only;
 use durometer::study::run::runner::{Isolation, Options, Watch, run};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::store::seal::sealed;
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 const SCENE: &str = r#"
 title = "A block that is pressed on a plate"
@@ -106,13 +107,18 @@ impl Watch for Computed {
 }
 
 fn computed_with(folder: &Path, accept_build: bool) -> Vec<String> {
+    computed_of(folder, accept_build, None)
+}
+
+/// The same of a run that takes only cases with this text in their ids.
+fn computed_of(folder: &Path, accept_build: bool, only: Option<&str>) -> Vec<String> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, watch) = (AtomicBool::new(false), Computed::default());
     let options = Options {
         jobs: 1,
         redo: false,
         accept_build,
-        only: None,
+        only: only.map(Only::from),
         vtu: false,
         isolation: Isolation::Threads,
         memory: None,
@@ -165,6 +171,69 @@ fn a_changed_file_is_seen() {
         assert_eq!(computed(at), ["one", "other"], "{name}");
         assert_eq!(computed(at), [""; 0], "{name}");
     }
+}
+
+/// A run of some cases leaves the results of the others: those of other inputs do not count, are said to be so, and count again with their inputs.
+#[test]
+fn a_run_of_some_cases_leaves_the_results_of_the_others() {
+    let keep = folder();
+    let at = keep.path();
+    computed(at);
+    let other = at.join("results/cases/ways-press-other.json");
+    let before = std::fs::read(&other).expect("stored");
+    std::fs::write(at.join("law.toml"), LAW.replace("100", "110")).expect("writable");
+    assert_eq!(computed_of(at, false, Some("one")), ["one"]);
+    assert_eq!(std::fs::read(&other).expect("it stays"), before);
+    let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(summary.outdated, ["ways-press-other"]);
+    assert_eq!(summary.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>(), ["ways-press-one"]);
+    let warned = |w: &String| w.contains("result of case ways-press-other is of other inputs");
+    assert!(summary.warnings.iter().any(warned), "{:?}", summary.warnings);
+    std::fs::write(at.join("law.toml"), LAW).expect("writable");
+    assert_eq!(computed_of(at, false, Some("one")), ["one"]);
+    let counted = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(counted.outdated.is_empty() && counted.cases.len() == 2, "{:?}", counted.outdated);
+    assert_eq!(computed(at), [""; 0]);
+    assert_eq!(std::fs::read(&other).expect("it stays"), before);
+}
+
+/// Stops the run when the first case is finished.
+struct Stops<'a>(&'a AtomicBool);
+
+impl Watch for Stops<'_> {
+    fn finished(&self, _: &CaseRecord, _: bool) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// A run that is stopped after an edit leaves new and old results: a report does not mix them.
+#[test]
+fn a_stopped_run_leaves_no_mixture() {
+    let keep = folder();
+    let at = keep.path();
+    computed(at);
+    std::fs::write(at.join("law.toml"), LAW.replace("100", "110")).expect("writable");
+    let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let stop = AtomicBool::new(false);
+    let options = Options {
+        jobs: 1,
+        redo: false,
+        accept_build: false,
+        only: None,
+        vtu: false,
+        isolation: Isolation::Threads,
+        memory: None,
+        stop: &stop,
+    };
+    let records = run(&study, &at.join("results"), &options, &Stops(&stop)).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(records.len(), 1);
+    let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((summary.cases.len(), summary.outdated.len()), (1, 1));
+    assert_eq!(summary.cases[0].id, records[0].id);
+    let all = ["one", "other"].map(|name| at.join(format!("results/cases/ways-press-{name}.json")));
+    assert!(all.iter().all(|record| record.is_file()), "nothing is lost");
+    assert_eq!(computed(at).len(), 1);
+    assert!(report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).outdated.is_empty());
 }
 
 /// Changes the surface of the obstacle when the first case is finished, and keeps what is noted.

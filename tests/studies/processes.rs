@@ -344,6 +344,24 @@ fn a_termination_keeps_what_is_finished() {
     assert_eq!(contents(&at.join("whole")), contents(&at.join("results")));
 }
 
+/// All earlier results are still there when a run that computes them again is stopped, and its last words say so.
+#[test]
+fn a_termination_of_a_redo_counts_what_is_there() {
+    let folder = study(&[[12, 6, 6], [11, 6, 6], [5, 2, 2]]);
+    let at = folder.path();
+    assert_eq!(finish(command(at, "results", &[]).spawn().expect("it starts")).0, Some(0));
+    let whole = contents(&at.join("results"));
+    let run = command(at, "results", &["--redo", "--jobs", "1"]).spawn().expect("it starts");
+    wait_for(|| children(run.id()).pop());
+    kill(Pid::from_raw(run.id() as i32), Signal::SIGTERM).expect("it runs");
+    let (code, said) = finish(run);
+    assert_eq!(code, Some(3), "{said}");
+    assert!(said.contains("of 3 cases were run again; 3 have a result in results"), "{said}");
+    assert_eq!(contents(&at.join("results")), whole);
+    let (code, said) = finish(command(at, "results", &[]).spawn().expect("it starts"));
+    assert_eq!((code, counts(&said)), (Some(0), (0, 3)), "{said}");
+}
+
 /// Kills runs and the processes of their cases at moments that a generator of random numbers draws, until a run ends by itself; then
 /// everything is as without.
 fn killed_at_random(kills: usize, seed: u64) {

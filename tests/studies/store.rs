@@ -53,6 +53,56 @@ fn damage_is_named() {
     }
 }
 
+/// A report names damage on its standard error, and a case whose numbers are not those that were stored does not count.
+#[test]
+fn a_report_counts_no_damaged_result() {
+    let (_keep, at) = results();
+    let cases = at.join("r/cases");
+    std::fs::remove_file(cases.join(case(0, "skin.json.gz"))).expect("stored");
+    let (_, errors) = call(&at, &["report", "r"], 0);
+    assert!(!errors.contains("damaged"), "a surface is only drawn: {errors}");
+    let change = |k: usize| {
+        let path = cases.join(case(k, "csv"));
+        let mut bytes = std::fs::read(&path).expect("stored");
+        let digit = bytes.iter().rposition(u8::is_ascii_digit).expect("a number");
+        bytes[digit] = if bytes[digit] == b'1' { b'2' } else { b'1' };
+        write(path, bytes);
+    };
+    change(1);
+    let (said, errors) = call(&at, &["report", "r", "--json"], 3);
+    assert!(errors.contains(&format!("damaged: cases/{}: its contents are not", case(1, "csv"))), "{errors}");
+    let summary: Value = serde_json::from_str(&said).expect("JSON");
+    let ids: Vec<&str> = summary["cases"].as_array().expect("cases").iter().filter_map(|c| c["id"].as_str()).collect();
+    assert_eq!(ids, [0, 2, 3].map(|k| format!("sweep-press-E{}kPa", 100 + k)));
+    assert!(summary["warnings"].to_string().contains("The case does not count"), "{summary}");
+    // So does a run of other cases; one of this case mends it
+    let (_, errors) = call(&at, &["run", "study.toml", "--out", "r", "--only", "E102kPa"], 3);
+    assert!(errors.contains("damaged: "), "{errors}");
+    call(&at, &["run", "study.toml", "--out", "r", "--only", "E101kPa"], 0);
+    call(&at, &["report", "r"], 0);
+    (0..4).for_each(change);
+    let (_, errors) = call(&at, &["report", "r"], 2);
+    assert!(errors.contains("no case has a sound result"), "{errors}");
+}
+
+/// Results of other inputs than the study has now are in no archive.
+#[test]
+fn outdated_results_are_not_exported() {
+    let (_keep, at) = results();
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("the scene");
+    write(at.join("scene.toml"), scene.replace("nu = 0.3", "nu = 0.31"));
+    let (_, errors) = call(&at, &["run", "study.toml", "--out", "r", "--only", "E100kPa"], 0);
+    assert!(errors.contains("note: 3 stored results are of other inputs"), "{errors}");
+    let (said, errors) = call(&at, &["store", "export", "r", "r.tar.gz"], 0);
+    assert!(said.contains("1 cases") && errors.contains("left out: "), "{said} {errors}");
+    let (listed, _) = call(&at, &["cases", "study.toml", "--out", "r"], 0);
+    assert_eq!(listed.matches(" outdated ").count(), 3, "{listed}");
+    write(at.join("r/outdated/no-such-case"), "0");
+    let (said, _) = call(&at, &["store", "gc", "r"], 0);
+    assert!(said.contains("outdated/no-such-case") && !at.join("r/outdated/no-such-case").exists(), "{said}");
+    assert!(at.join("r/outdated").join("sweep-press-E101kPa").is_file());
+}
+
 #[test]
 fn what_nothing_uses_is_removed_and_the_rest_stays() {
     let (_keep, at) = results();

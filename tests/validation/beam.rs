@@ -213,7 +213,7 @@ pub fn results(plan: &ValidationPlan) -> Results {
         version: String::new(),
     };
     let (skins, motions, found) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-    Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged: vec![] }
+    Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged: vec![], outdated: vec![] }
 }
 
 pub fn found(results: &Results, plan: &ValidationPlan) -> ValidationFindings {

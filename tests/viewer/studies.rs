@@ -119,7 +119,7 @@ fn stored(motions: BTreeMap<String, Packed>) -> Results {
     let study: StudyRecord = serde_json::from_value(study).expect("a record");
     let (skins, found, sensitivities) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     let cases = motions.keys().map(case).collect();
-    Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged: vec![] }
+    Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged: vec![], outdated: vec![] }
 }
 
 /// The page of a study whose finest meshes have 36 000 cells stays below 5 MB with the motion of all of them.

@@ -84,7 +84,10 @@ pub const SURE: u8 = 4;
 
 const TRUE: &[&str] = &["true", "log", "logarithmic", "hencky", "cauchy", "wahre", "logarithmische", "vraie"];
 const NOMINAL: &[&str] = &["engineering", "eng", "nominal", "pk", "piola", "technische", "shear", "schub"];
-const STRETCH: &[&str] = &["stretch", "lambda", "λ", "streckgrad"];
+const STRETCH: &[&str] = &["stretch", "lambda", "λ", "streckgrad", "streckverhältnis"];
+/// Two words of Treloar's name of λ, "extension ratio"; its first one alone is a displacement
+const EXTENSION: &[&str] = &["extension"];
+const RATIO: &[&str] = &["ratio", "ratios"];
 const STRAIN: &[&str] = &[
     "strain",
     "dehnung",
@@ -167,6 +170,8 @@ const NOTE: &[&str] = &[
     "measured",
     "calculated",
 ];
+/// Signs in brackets for numbers without a unit
+const NO_UNIT: &[&str] = &["-", "–", "1"];
 /// German compounds end with what they are
 const ENDINGS: [&str; 5] = ["dehnung", "spannung", "kraft", "weg", "zeit"];
 
@@ -189,7 +194,7 @@ pub fn strain(name: &str) -> Ranked<StrainKind> {
         return None;
     }
     let is_length = unit(name).is_some_and(|u| factor(&u, Dimension::LENGTH).is_some());
-    if has(&w, STRETCH) {
+    if has(&w, STRETCH) || (has(&w, EXTENSION) && has(&w, RATIO)) {
         Some((SURE + 1, StrainKind::Stretch))
     } else if has(&w, LENGTH) || (is_length && has(&w, STRAIN)) {
         // "Extension (%)" is a strain
@@ -315,10 +320,15 @@ pub fn unit(name: &str) -> Option<String> {
     };
     let groups = brackets(name);
     if let Some(unit) = groups.iter().rev().find(|g| !is_note(g)) {
-        return (!matches!(*unit, "" | "-" | "–" | "1")).then(|| unit.to_string());
+        return (!unit.is_empty() && !NO_UNIT.contains(unit)).then(|| unit.to_string());
     }
     let last = |c: &[char]| name.rsplit(c).next().map(str::trim).filter(|u| is_unit(u)).map(String::from);
     last(&[' ']).or_else(|| last(&['_'])).or_else(|| last(&['/', ',']))
+}
+
+/// True of a name whose brackets say that its numbers have no unit: "strain [-]", "strain (1)".
+pub fn is_unitless(name: &str) -> bool {
+    brackets(name).iter().any(|g| NO_UNIT.contains(g))
 }
 
 /// True of a unit that is written without brackets; "in" and "s" may be words.
@@ -358,6 +368,20 @@ mod tests {
     }
 
     #[test]
+    fn brackets_may_say_that_there_is_no_unit() {
+        for (name, expected) in [
+            ("strain [-]", true),
+            ("strain (1)", true),
+            ("Tensile strain (Strain 1) [–]", true),
+            ("strain", false),
+            ("strain ()", false),
+            ("strain [%]", false),
+        ] {
+            assert_eq!(is_unitless(name), expected, "{name}");
+        }
+    }
+
+    #[test]
     fn names_of_three_languages_say_what_they_hold() {
         use StrainKind::{Displacement, Engineering, Stretch};
         for (name, kind) in [
@@ -373,6 +397,10 @@ mod tests {
             ("Elongation (mm)", Some(Displacement)),
             ("Déplacement (mm)", Some(Displacement)),
             ("λ1", Some(Stretch)),
+            ("extension ratio", Some(Stretch)),
+            ("Extension_Ratio [-]", Some(Stretch)),
+            ("Streckverhältnis", Some(Stretch)),
+            ("Poisson's ratio", None),
             ("shear strain γ", Some(Engineering)),
             ("Stauchung [%]", Some(Engineering)),
             ("Verformung [%]", Some(Engineering)),

@@ -266,6 +266,7 @@ impl Reader<'_> {
         let in_name = match role {
             // "Tan(delta)" has no unit
             Role::TanDelta => None,
+            _ if names::is_unitless(name) => Some("1".into()),
             _ => names::unit(name).or_else(|| last().filter(|u| factor(role, u).is_some())),
         };
         let own = in_name.or_else(|| below.map(bare).filter(|u| !u.is_empty()));

@@ -5,6 +5,9 @@ use super::search::End;
 use crate::calibrate::ErrorModel;
 use serde::{Deserialize, Serialize};
 
+/// Relative change of a constant up to which it is said to be at its start \[–\]
+const STAYS: f64 = 0.01;
+
 /// Constants of the laws of a scene, found from measured curves. SI units; curves in the units of the scene's columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
@@ -76,6 +79,9 @@ pub struct Found {
     pub profile: Option<[Option<f64>; 2]>,
     /// The bound at which it is held: −1 the lower one, 1 the upper one, 0 none
     pub bound: i8,
+    /// The search left it at its start: the curves hardly see it, and their misfit does not fall along it by more than the scatter of the data
+    #[serde(default)]
+    pub left: bool,
 }
 
 /// The same law fitted as if the travel stretched a gauge length alone, incompressible and homogeneous.
@@ -102,6 +108,11 @@ impl Calibration {
     /// Whether the search came to its end.
     pub fn settled(&self) -> bool {
         self.end == End::Settled
+    }
+
+    /// Keys of the constants that the search left at their starting values.
+    pub fn left(&self) -> Vec<&str> {
+        self.constants.iter().filter(|f| f.left).map(|f| f.key.as_str()).collect()
     }
 
     /// Values of the constants and of the offsets of the curves, in the order of the search.
@@ -131,6 +142,21 @@ impl Found {
             _ => return None,
         };
         self.interval.map(|_| format!("{}: {side}, so that no interval is stated", self.key))
+    }
+
+    /// In words, where the search left the constant at its start.
+    pub fn left_at_start(&self) -> Option<String> {
+        self.left.then(|| {
+            let moved = match (self.value - self.start).abs() > STAYS * self.start.abs() {
+                true => format!(" (to {} it changed with others only)", self.value),
+                false => String::new(),
+            };
+            format!(
+                "{}: the search left it at its starting value, {} in SI units{moved}, because the misfit does not fall along it by more than the \
+                 scatter of the data; the values of the others go with it",
+                self.key, self.start
+            )
+        })
     }
 
     /// In words, where the constant is held at a bound.

@@ -7,13 +7,20 @@
 //! σ_k ≤ 4 ε      ε the accuracy to which the scene can reproduce the curve
 //! ```
 //!
-//! are not determined: an error of the curve of the size of ε leaves more than a quarter of what these constants can be. The others span the search,
-//! u = u₀ + Bw, B = V diag(1/σ). Sensitivities depend on the constants: a direction that is left open at the start of a search, and along which the
-//! residuals of its answer pull by more than 2ε (|Uᵀr|_k/‖wy‖), takes part in another one. Whether it is determined is judged at the last answer. What the
-//! data determine in place of two constants is named where it is a modulus at rest: E, if it stays along the direction that is left open.
+//! are not determined: an error of the curve of the size of ε leaves more than a quarter of what these constants can be. They get no interval, but the
+//! search does not stop at them: u = u₀ + Bw, B = V diag(1/σ), of the directions that are determined at first, and in further searches from the
+//! answer of the one before also of those
+//!
+//! - with σ_k > 4 ε_k, ε_k the change of the curve that the scatter of the residuals leaves open at 95 % ([`super::scatter`]);
+//! - along which the misfit falls by more than that scatter.
+//!
+//! So the answer does not depend on the start where the data tell it within their own scatter, and a direction along which they say nothing stays
+//! where it was. Whether it is determined is judged at the last answer. What the data determine in place of two constants is named where
+//! it is a modulus at rest: E, if it stays along the direction that is left open.
 
 use super::Unknown;
 use super::objective::Point;
+use super::scatter::{self, Along};
 use crate::calibrate::judgement::identify::changes;
 use crate::calibrate::solve::rows::padded;
 use crate::material::{Moduli, law_from_table};
@@ -38,13 +45,21 @@ const TOUCH: f64 = 1e-12;
 
 /// Directions that a search takes.
 #[derive(Clone, Copy, Debug)]
-pub enum Searched {
+pub enum Searched<'a> {
     /// Those that the curves determine, reproduced to this accuracy \[–\]
     Determined { accuracy: f64 },
-    /// And those along which the residuals pull by more than twice that
-    Pulled { accuracy: f64 },
+    /// Those that the scatter of the residuals determines too, and those along which the misfit falls by more; `curves`: rows in order of x
+    Told { accuracy: f64, curves: &'a [Vec<usize>] },
     /// All that the curves see but this unknown
     But(usize),
+}
+
+/// A direction that is not determined.
+struct Open {
+    /// \[unknowns\], in u
+    along: DVector<f64>,
+    /// The scatter of the residuals would determine it
+    is_told: bool,
 }
 
 /// From u to the values, and the directions that are searched.
@@ -55,8 +70,9 @@ pub struct Coordinates {
     ends: Vec<[f64; 2]>,
     /// \[unknowns × directions\]
     basis: DMatrix<f64>,
-    /// Directions that are not determined \[unknowns\], in u
-    open: Vec<DVector<f64>>,
+    open: Vec<Open>,
+    /// \[unknowns\] part of a change of each one alone that is searched: 1 all of it, 0 none
+    shares: Vec<f64>,
 }
 
 impl Coordinates {
@@ -82,28 +98,41 @@ impl Coordinates {
             let of = |value: f64| if kinds[k].0 { value.max(0.0).ln() } else { value / kinds[k].1 };
             unknown.get(k).map_or([f64::NEG_INFINITY, f64::INFINITY], |q| q.bounds.map(of))
         });
-        let mut own = Self { ends: ends.collect(), kinds, basis: DMatrix::zeros(p, 0), open: vec![] };
+        let mut own = Self { ends: ends.collect(), kinds, basis: DMatrix::zeros(p, 0), open: vec![], shares: vec![] };
         let mut j = &start.jacobian * own.rates(&own.of(&start.values)) / size;
         if let Searched::But(held) = which {
             j.column_mut(held).fill(0.0);
         }
-        let rows = j.nrows().max(p);
-        let svd = svd(padded(&j, p), true, true);
-        let (sigma, v) = (svd.singular_values, svd.v_t.expect("asked for").transpose());
-        let pull = svd.u.expect("asked for").transpose() * start.residual.clone().resize_vertically(rows, 0.0) / size;
-        let is_searched = |k: usize| match which {
-            Searched::Determined { accuracy } => sigma[k] > accuracy / QUARTER,
-            Searched::Pulled { accuracy } => {
-                sigma[k] > accuracy / QUARTER || (sigma[k] > ROUNDING && pull[k].abs() > 2.0 * accuracy)
-            }
-            Searched::But(_) => sigma[k] > ROUNDING,
-        };
-        let told: Vec<usize> = (0..p).filter(|k| is_searched(*k)).collect();
-        own.basis = DMatrix::from_fn(p, told.len(), |i, k| v[(i, told[k])] / sigma[told[k]]);
-        let (Searched::Determined { accuracy } | Searched::Pulled { accuracy }) = which else { return own };
-        let open = (0..p).filter(|k| sigma[*k] <= accuracy / QUARTER);
-        own.open = open.map(|k| v.column(k).into_owned()).collect();
+        own.choose(&j, &start.residual, size, which);
         own
+    }
+
+    /// Chooses the directions by the sensitivities w∂ŷ/∂u/‖wy‖.
+    fn choose(&mut self, j: &DMatrix<f64>, residual: &DVector<f64>, size: f64, which: Searched) {
+        let p = j.ncols();
+        let svd = svd(padded(j, p), true, true);
+        let (sigma, v) = (svd.singular_values, svd.v_t.expect("asked for").transpose());
+        let seen: Vec<usize> = (0..p).filter(|k| sigma[*k] > ROUNDING).collect();
+        let mut all: Vec<Option<Along>> = vec![None; p];
+        if let Searched::Told { curves, .. } = which {
+            let changes = svd.u.expect("asked for").rows(0, j.nrows()).select_columns(&seen);
+            let along = scatter::along(&changes, residual, size, curves);
+            seen.iter().zip(along).for_each(|(k, along)| all[*k] = Some(along));
+        }
+        let is_told = |k: usize| all[k].is_some_and(|a| sigma[k] > a.open / QUARTER);
+        let is_searched = |k: &usize| match which {
+            Searched::Determined { accuracy } => sigma[*k] > accuracy / QUARTER,
+            Searched::Told { accuracy, .. } => {
+                sigma[*k] > accuracy / QUARTER || is_told(*k) || all[*k].is_some_and(|a| a.falls)
+            }
+            Searched::But(_) => true,
+        };
+        let told: Vec<usize> = seen.into_iter().filter(is_searched).collect();
+        self.basis = DMatrix::from_fn(p, told.len(), |i, k| v[(i, told[k])] / sigma[told[k]]);
+        self.shares = (0..p).map(|i| told.iter().map(|k| v[(i, *k)].powi(2)).sum()).collect();
+        let (Searched::Determined { accuracy } | Searched::Told { accuracy, .. }) = which else { return };
+        let open = (0..p).filter(|k| sigma[*k] <= accuracy / QUARTER);
+        self.open = open.map(|k| Open { along: v.column(k).into_owned(), is_told: is_told(k) }).collect();
     }
 
     /// u of these values.
@@ -153,19 +182,19 @@ impl Coordinates {
         &self.basis * v.select_columns(&kept)
     }
 
-    /// Number of directions that are searched.
-    pub fn directions(&self) -> usize {
-        self.basis.ncols()
+    /// \[unknowns\] part of a change of each one alone that is searched \[–\]
+    pub fn shares(&self) -> &[f64] {
+        &self.shares
     }
 
     /// Whether a direction that is left open, taken as far as its constants can change, moves this one by more than the accuracy.
     pub fn is_open(&self, k: usize, accuracy: f64) -> bool {
-        self.open.iter().any(|v| v[k].abs() > accuracy)
+        self.open.iter().any(|open| open.along[k].abs() > accuracy)
     }
 
     /// The directions that are left open, in words.
     pub fn words(&self, unknown: &[Unknown], laws: &Laws, values: &[f64], accuracy: f64) -> Vec<String> {
-        let one = |v: &DVector<f64>| {
+        let one = |Open { along: v, is_told }: &Open| {
             let p = unknown.len();
             let names: Vec<&str> = unknown.iter().map(|q| q.parameter.symbol).collect();
             let relative: Vec<f64> = (0..p)
@@ -174,9 +203,15 @@ impl Coordinates {
                 })
                 .collect();
             let known = self.staying(unknown, laws, values, v);
+            let better = match is_told {
+                true => {
+                    "; the scatter of the data alone would tell it: if the scene is as good as that, state its `accuracy`"
+                }
+                false => "",
+            };
             format!(
                 "the data do not determine {}: an error of the curve of {} % leaves it open{}; add a curve that tells \
-                 these constants apart, or give one of them",
+                 these constants apart, or give one of them{better}",
                 changes(&relative, &names, &values[..p]),
                 100.0 * accuracy,
                 known.map_or(String::new(), |m| format!("; they determine {m}"))

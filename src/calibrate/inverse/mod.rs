@@ -14,6 +14,7 @@ mod model;
 mod objective;
 mod offset;
 mod profile;
+mod scatter;
 mod search;
 mod unknown;
 
@@ -47,6 +48,11 @@ const ROUNDING: f64 = 1e-7;
 /// Searches with the weights of a robust loss, and the change of a weight that ends them
 const REWEIGHTED: usize = 12;
 const SAME: f64 = 1e-3;
+/// Searches along directions that were chosen anew
+const ROUNDS: usize = 20;
+/// Part of a change of an unknown alone that was never searched, times their number, from which on it was left at its start: of one direction that
+/// was not searched these parts add up to 1 \[–\]
+const LEFT: f64 = 0.9;
 
 /// Options in addition to scenes and curves.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -78,6 +84,8 @@ struct Answered {
     gauge: Option<Gauge>,
     /// Words of the directions that are left open
     open: Vec<String>,
+    /// Of each unknown, that the search left it at its start
+    left: Vec<bool>,
 }
 
 /// Finds the constants that all curves share, from the values of all unknowns `from` where a search goes on ([`Calibration::values`], or what
@@ -90,7 +98,10 @@ pub fn calibrate(
     watch: &mut dyn SearchWatch,
 ) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
+    // All of them begin where the first one does
+    let starts: Vec<f64> = curves[0].model.unknown.iter().map(|u| u.start).collect();
     for curve in &mut curves {
+        curve.model.unknown.iter_mut().zip(&starts).for_each(|(u, start)| u.start = *start);
         let reached = curve.model.reached(&curve.measured)?;
         keep(&mut curve.measured, &reached, &curve.model.x);
     }
@@ -101,7 +112,8 @@ pub fn calibrate(
         return Err(Failure::Input(InverseError::TooFew { rows, unknowns }));
     }
     let until = settings.time_budget.map(|s| begin + Duration::from_secs_f64(s));
-    let Answered { found, coordinates, start, gauge, open } = find(&mut objective, &unknown, settings, from, until)?;
+    let Answered { found, coordinates, start, gauge, open, left } =
+        find(&mut objective, &unknown, settings, from, until)?;
     let (solves, failed) = (objective.solves, objective.failed);
     let search::Found { point, bound, end } = found;
     let (errors, identified, places) = judge(&objective, &unknown, &point, &bound);
@@ -122,13 +134,18 @@ pub fn calibrate(
         let estimate = places[k].map(|i| &identified.estimates[i]).filter(|_| is_sound(k));
         let key = unknown.get(k).map_or_else(|| "offset".into(), |u| u.key.to_string());
         let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
-        one(&key, parameter(&objective, &unknown, k), (start[k], point.values[k], bound[k]), estimate, profile)
+        let found = (start[k], point.values[k], bound[k]);
+        Found {
+            left: left[k] && bound[k] == 0,
+            ..one(&key, parameter(&objective, &unknown, k), found, estimate, profile)
+        }
     };
     let all: Vec<Found> = (0..point.values.len()).map(found).collect();
     let constants = all[..unknown.len()].to_vec();
     let named = identified.directions.iter().filter(|_| open.is_empty());
     let doubts = open.iter().cloned().chain(words(named)).chain(constants.iter().filter_map(Found::open_end));
-    let unidentified: Vec<String> = doubts.chain(constants.iter().filter_map(Found::held)).collect();
+    let stayed = constants.iter().filter_map(Found::left_at_start);
+    let unidentified: Vec<String> = doubts.chain(stayed).chain(constants.iter().filter_map(Found::held)).collect();
     let covariance = (0..unknown.len()).all(is_sound).then(|| {
         let of = |a: usize, b: usize| errors.covariance[(places[a].expect("sound"), places[b].expect("sound"))];
         (0..unknown.len()).map(|a| (0..unknown.len()).map(|b| of(a, b)).collect()).collect()
@@ -186,7 +203,8 @@ fn find(
     };
     let accuracy = settings.accuracy.max(ROUNDING);
     let point = with_offsets(objective, point)?;
-    let mut found = rounds(objective, unknown, accuracy, point, until)?;
+    let mut shares = vec![0.0; start.len()];
+    let mut found = rounds(objective, unknown, accuracy, point, until, &mut shares)?;
     if settings.loss == Loss::Huber {
         let base = objective.weights.clone();
         for _ in 0..REWEIGHTED {
@@ -195,35 +213,41 @@ fn find(
             }
             let Point { values, answers, .. } = found.point;
             let point = objective.point(values, answers);
-            found = rounds(objective, unknown, accuracy, point, until)?;
+            found = rounds(objective, unknown, accuracy, point, until, &mut shares)?;
         }
     }
-    let laws = &objective.curves[0].model.spec.laws;
-    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, Searched::Determined { accuracy });
+    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
+    let which = Searched::Told { accuracy, curves: &curves };
+    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, which);
     let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
-    Ok(Answered { found, coordinates, start, gauge, open })
+    let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
+    Ok(Answered { found, coordinates, start, gauge, open, left })
 }
 
-/// Searches along the directions that are determined, and again along those that the residuals of the answer pull along.
+/// Searches along the directions that are determined, then along those that the residuals of each answer tell, until they lead nowhere else.
+/// `shares`: the largest part so far of a change of each unknown alone that was searched.
 fn rounds(
     objective: &mut Objective,
     unknown: &[Unknown],
     accuracy: f64,
     start: Point,
     until: Option<Instant>,
+    shares: &mut [f64],
 ) -> Result<search::Found, Failure> {
-    let laws = &objective.curves[0].model.spec.laws;
-    let mut coordinates = Coordinates::new(unknown, laws, &start, objective.size, Searched::Determined { accuracy });
-    let mut found = search(objective, &coordinates, start, until)?;
-    while found.end != End::OutOfTime {
-        let next = Coordinates::new(unknown, laws, &found.point, objective.size, Searched::Pulled { accuracy });
-        if next.directions() <= coordinates.directions() {
-            break;
-        }
-        coordinates = next;
+    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
+    let mut which = Searched::Determined { accuracy };
+    let mut found = search::Found { bound: vec![0; start.values.len()], point: start, end: End::Stuck };
+    for round in 0..=ROUNDS {
+        let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, which);
+        shares.iter_mut().zip(coordinates.shares()).for_each(|(most, share)| *most = most.max(*share));
+        let before = found.point.values.clone();
         found = search(objective, &coordinates, found.point, until)?;
+        if found.end == End::OutOfTime || (round > 0 && found.point.values == before) {
+            return Ok(found);
+        }
+        which = Searched::Told { accuracy, curves: &curves };
     }
-    Ok(found)
+    Ok(search::Found { end: End::Stuck, ..found })
 }
 
 /// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.
@@ -277,6 +301,7 @@ fn one(
         interval: estimate.map(|e| e.interval).filter(|ends| ends.iter().all(|x| x.is_finite())),
         profile: profile.filter(|_| estimate.is_some()),
         bound,
+        left: false,
     }
 }
 

@@ -51,7 +51,7 @@ pub struct Answer {
 pub enum Failure {
     /// The scene or the data are wrong, whatever the constants
     Input(InverseError),
-    /// The law cannot have these constants
+    /// The scene cannot have these constants, or has no derivative at them
     Constants(String),
     /// The run did not come to its end
     Run(Status),
@@ -75,8 +75,7 @@ impl SceneModel {
             let scene = Scene::build(&self.file, spec, self.text.clone(), self.body.clone());
             return scene.map_err(|e| Failure::Input(e.into()));
         }
-        self.varied(values)
-            .map_err(|e| if values == self.start() { Failure::Input(e) } else { Failure::Constants(e.to_string()) })
+        self.varied(values).map_err(Failure::Input)
     }
 
     /// The scene of the text with these values of the unknowns.
@@ -107,10 +106,17 @@ impl SceneModel {
         let times: Vec<f64> = scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.point(k))).collect();
         let x = self.position(scene, times.iter().copied()).map_err(Failure::Input)?;
         for (k, u) in self.unknown.iter().enumerate().filter(|(_, u)| u.key.law_constant().is_none()) {
-            let mut values = self.start();
-            let step = 1e-3 * (u.bounds[1] - u.bounds[0]).min(if values[k] == 0.0 { u.usual } else { values[k].abs() });
-            values[k] += if values[k] + step > u.bounds[1] { -step } else { step };
-            let moved = self.varied(&values).map_err(Failure::Input)?;
+            let start = self.start()[k];
+            let step = 1e-3 * (u.bounds[1] - u.bounds[0]).min(if start == 0.0 { u.usual } else { start.abs() });
+            let side = if start + step > u.bounds[1] { -1.0 } else { 1.0 };
+            let vary = |by: f64| {
+                let mut values = self.start();
+                values[k] += by * side * step;
+                self.varied(&values)
+            };
+            // Next to what the scene allows one side is beyond it, or all but small steps are
+            let near = |why| [-1.0, 1e-3, -1e-3].into_iter().find_map(|by| vary(by).ok()).ok_or(why);
+            let moved = vary(1.0).or_else(near).map_err(Failure::Input)?;
             if self.position(&moved, times.iter().copied()).map_err(Failure::Input)? != x {
                 let (key, name) = (u.key.to_string(), self.x.clone());
                 return Err(Failure::Input(InverseError::MovesX { key, name }));
@@ -123,6 +129,20 @@ impl SceneModel {
     /// needs no solution. `slack` is taken from the x of the data points \[unit of x\]; before the protocol begins y is that of its start.
     /// `watch` is called after each step, false stops.
     pub fn answer(
+        &self,
+        values: &[f64],
+        x: &[f64],
+        slack: f64,
+        watch: &mut dyn FnMut(Progress) -> bool,
+    ) -> Result<Answer, Failure> {
+        self.solved(values, x, slack, watch).map_err(|failure| match failure {
+            // What is wrong with the scene itself shows at its own constants
+            Failure::Input(why) if values != self.start() || is_of_values(&why) => Failure::Constants(why.to_string()),
+            failure => failure,
+        })
+    }
+
+    fn solved(
         &self,
         values: &[f64],
         x: &[f64],
@@ -244,6 +264,11 @@ impl SceneModel {
         }
         Ok(inside)
     }
+}
+
+/// Whether other constants may have the derivative that these have not: next to the end of what a scene allows, a small change leads beyond it.
+fn is_of_values(why: &InverseError) -> bool {
+    matches!(why, InverseError::Sensitivity(SensitivityError::Differs { .. } | SensitivityError::Stopped { .. }))
 }
 
 /// Steps and weights of an interpolated value.

@@ -49,7 +49,7 @@ pub fn contributions(
     if accuracy.0.is_empty() {
         return Ok(stated);
     }
-    let is_measured = matches!(answer.errors.model, ErrorModel::Specimens { .. });
+    let is_measured = matches!(answer.errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
     let step = directions(&jacobian(setting, fitted, answer)).inverse();
     let slope = |s: &Sample| match s.stretch == 1.0 && !setting.slack.is_empty() {
         true => 0.0,

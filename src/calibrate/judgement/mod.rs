@@ -1,15 +1,20 @@
 //! Judgement of a fit: predictions, range of validity, warnings.
 
 pub(super) mod certificate;
+mod clusters;
+mod correlated;
 pub(crate) mod errors;
 pub(super) mod estimate;
 pub(super) mod identify;
+mod levels;
 pub(super) mod measurement;
 pub(super) mod misfit;
 pub(super) mod profile;
+pub(super) mod repeats;
 pub(super) mod slack;
 pub(super) mod specimen;
 pub(crate) mod statistics;
+mod unequal;
 pub(super) mod warning;
 
 use self::{
@@ -21,11 +26,12 @@ use self::{
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, Pattern, median};
 use crate::calibrate::{
-    AuditKind, Experiment, FitResult, Loss, Mode, Model, Partner, Prediction, PredictionKind, SolverCheck,
-    StretchRange, Treatment, Validity,
+    AuditKind, ErrorModel, Experiment, FitResult, Loss, Mode, Model, Partner, Prediction, PredictionKind, Sample,
+    SolverCheck, StretchRange, Treatment, Validity, Weighting,
 };
 use crate::material::FitTerms;
 use certificate::CASES;
+use repeats::Repeats;
 use statistics::extent;
 
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
@@ -155,6 +161,19 @@ pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning>
     found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative })
 }
 
+/// Errors that grow with the stress, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
+pub fn unequal(result: &FitResult) -> Option<FitWarning> {
+    let grow = result.errors == ErrorModel::Unequal { grow: true };
+    (grow && result.weighting == Weighting::Absolute).then_some(FitWarning::Unequal)
+}
+
+/// Modes of one specimen in tests of several.
+pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
+    let Repeats { repeated, single } = Repeats::of(fitted);
+    let several = fitted.iter().any(|s| s.specimen != fitted[0].specimen);
+    (several && !single.is_empty()).then_some(FitWarning::NoRepeat { single, repeated })
+}
+
 /// An offset that was not fitted, where a constant without it is outside of the interval with it.
 pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Option<FitWarning> {
     // The slack is in the residuals of the one fit, and widens its interval
@@ -240,9 +259,10 @@ fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<F
     Some(FitWarning::Undefined { rows: stretches.len(), nearest })
 }
 
-/// Robust standard deviations off the neighbours, part of the own stress and of the largest one from which on a data point is an outlier \[–\]
+/// Robust standard deviations off the neighbours, of stresses and of relative ones, part of the own stress and of the largest one from which on a data point is
+/// an outlier \[–\]
 const OFF: f64 = 8.0;
-const PART: f64 = 0.5;
+const PART: f64 = 0.2;
 const SMALL: f64 = 0.05;
 /// Fewer data points have no neighbourhood
 const FEW: usize = 10;
@@ -259,8 +279,12 @@ fn outliers(rows: &[Residual]) -> Option<FitWarning> {
         return None;
     }
     let largest = rows.iter().map(|r| r.measured.abs()).fold(0.0, f64::max);
+    let relative: Vec<f64> =
+        rows.iter().zip(&all).map(|(r, off)| off / r.measured.abs()).filter(|v| v.is_finite()).collect();
     let limit = (OFF * 1.4826 * median(&all)).max(SMALL * largest);
-    let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > PART * r.measured.abs();
+    // Of errors that grow with the stress the large ones are none
+    let part = if relative.is_empty() { PART } else { (OFF * 1.4826 * median(&relative)).max(PART) };
+    let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > part * r.measured.abs();
     let mut lines: Vec<u64> = rows.iter().zip(&all).filter(|p| is_off(*p)).map(|(r, _)| r.line).collect();
     lines.sort_unstable();
     (!lines.is_empty()).then_some(FitWarning::Outliers { lines })

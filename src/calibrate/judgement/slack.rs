@@ -14,7 +14,7 @@
 use super::errors;
 use super::{estimate::Estimate, statistics};
 use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
-use crate::calibrate::solve::{LawFit, LawSetting, constants, jacobian, residual, solve};
+use crate::calibrate::solve::{LawFit, LawSetting, constants, fitted, jacobian, residual, solve};
 use crate::calibrate::{FitError, Mode, Sample};
 use crate::math::svd::svd;
 use serde::Serialize;
@@ -148,7 +148,7 @@ fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Resul
     let all = residual(&own, rows, &found);
     let svd = svd(scaled.clone(), true, true);
     let Ok(step) = svd.solve(&all, 1e-9 * svd.singular_values.max()) else { return Ok(false) };
-    let errors = errors::of(&j, &(all - scaled * &step), rows, false);
+    let errors = errors::of(&j, &(all - scaled * &step), &fitted(&own, rows, &found), rows, false);
     // A step is not the whole way, and leaves more in the residual than the offset would: half of the bound
     let limit = 0.5 * statistics::t_quantile(0.99, errors.free.max(1));
     Ok((p..j.ncols()).any(|k| (step[k] / length[k]).abs() > limit * errors.deviations[k]))

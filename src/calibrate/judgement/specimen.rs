@@ -6,7 +6,7 @@
 //! The stress of the next specimen lies in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k laws at λ (Hahn & Meeker, *Statistical
 //! Intervals*, 1991, ch. 4; exact for normal scatter).
 //!
-//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most; does not detect two; a specimen of another
+//! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most, of specimens in the same modes; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
 use super::statistics::{deviation, extent};
@@ -51,7 +51,8 @@ pub struct Scatter {
     pub outlier: Option<String>,
 }
 
-/// Also the tests of the residuals of each specimen alone; `None` with one specimen. `groups`: the fitted data points of each.
+/// Also the tests of the residuals of each specimen alone; `None` with one specimen, and where they were tested in different modes. `groups`: the fitted data
+/// points of each.
 pub fn scatter(
     setting: &LawSetting,
     names: &[String],
@@ -59,7 +60,8 @@ pub fn scatter(
     answer: &LawFit,
 ) -> Result<Option<(Scatter, Vec<Pattern>)>, FitError> {
     let k = groups.len();
-    if k < 2 {
+    let modes = |rows: &Vec<Sample>| Mode::ALL.map(|m| rows.iter().any(|s| s.mode == m));
+    if k < 2 || groups.iter().any(|rows| modes(rows) != modes(&groups[0])) {
         return Ok(None);
     }
     let one = |(name, rows): (&String, &Vec<Sample>)| {

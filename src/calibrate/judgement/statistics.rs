@@ -36,6 +36,14 @@ pub fn t_quantile(confidence: f64, nu: usize) -> f64 {
     }
 }
 
+/// The same for ν ≥ 1 that is not whole: ln t is straight in 1/ν between its neighbours, which is up to 3 % too large (ν = 1.5), and exact at whole ν.
+pub fn real_quantile(confidence: f64, nu: f64) -> f64 {
+    let low = nu.floor().max(1.0);
+    let [a, b] = [low, low + 1.0].map(|n| t_quantile(confidence, n as usize).ln());
+    let part = (1.0 / low - 1.0 / nu) / (1.0 / low - 1.0 / (low + 1.0));
+    (a + part * (b - a)).exp()
+}
+
 /// Probability that signs in random order show as few runs as these or fewer (Wald & Wolfowitz, Ann. Math. Statist. 11
 /// (1940) 147–162), and the number of runs. `None` where all signs are equal: then there is nothing to order.
 pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
@@ -93,6 +101,17 @@ mod tests {
         }
         for (nu, t) in [(3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042), (120, 1.980)] {
             assert!((t_quantile(0.95, nu) - t).abs() < 5e-4, "ν = {nu}: {}", t_quantile(0.95, nu));
+        }
+    }
+
+    /// Of ν that is not whole, within 3 % of the integral of the density (scipy 1.14), and not below it.
+    #[test]
+    fn real_quantiles_of_t() {
+        for (nu, t) in
+            [(1.0, 12.706205), (1.25, 8.027951), (1.5, 6.016663), (2.5, 3.574655), (5.5, 2.501859), (40.0, 2.021075)]
+        {
+            let ratio = real_quantile(0.95, nu) / t;
+            assert!((1.0 - 1e-6..1.03).contains(&ratio), "ν = {nu}: {ratio}");
         }
     }
 

@@ -43,6 +43,10 @@ pub enum FitWarning {
     Outliers { lines: Vec<u64> },
     /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
     Specimen { file: String, level: f64 },
+    /// Modes of which only one of several specimens was tested, and those of which several were
+    NoRepeat { single: Vec<Mode>, repeated: Vec<Mode> },
+    /// The errors are larger at large stresses, and every pascal has the same weight
+    Unequal,
     /// An offset of the strain that was not fitted and would change the constants: slack, or misfit of the law
     Slack { mode: Mode, strain: f64, answer: String },
     /// Intervals of these constants contain zero: a law without them describes the data equally well
@@ -106,11 +110,7 @@ impl fmt::Display for FitWarning {
                  and compression, a membrane is under equibiaxial tension"
             ),
             Self::Outliers { lines } => write_outliers(f, lines),
-            Self::Specimen { file, level } => write!(
-                f,
-                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
-                 explains (Grubbs' test, 5 %); look for the cause before leaving it out"
-            ),
+            Self::Specimen { .. } | Self::NoRepeat { .. } | Self::Unequal => self.write_scatter(f),
             Self::Slack { mode, strain, answer } => write_slack(f, *mode, *strain, answer),
             Self::MayBeZero { symbols } => write!(
                 f,
@@ -142,6 +142,23 @@ impl fmt::Display for FitWarning {
 }
 
 impl FitWarning {
+    /// Warnings about the scatter of data points and specimens.
+    fn write_scatter(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Specimen { file, level } => write!(
+                f,
+                "specimen {file} is an outlier: its stresses are {level:.2} times those of the fit to all, more than the scatter of the others \
+                 explains (Grubbs' test, 5 %); look for the cause before leaving it out"
+            ),
+            Self::NoRepeat { single, repeated } => write_no_repeat(f, single, repeated),
+            Self::Unequal => f.write_str(
+                "the errors of the data points grow with the stress, and the intervals account for it; --weight relative counts every per cent equally, which \
+                 determines the constants better",
+            ),
+            _ => Ok(()),
+        }
+    }
+
     /// Warnings about the ends of what can be searched, fitted or predicted.
     fn write_limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -167,6 +184,21 @@ impl FitWarning {
             ),
             _ => Ok(()),
         }
+    }
+}
+
+fn write_no_repeat(f: &mut fmt::Formatter<'_>, single: &[Mode], repeated: &[Mode]) -> fmt::Result {
+    let words = |modes: &[Mode]| modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+    match repeated {
+        [] => f.write_str(
+            "each mode was tested on one specimen: the intervals hold the errors of the curves, not the scatter between specimens; test several in a mode",
+        ),
+        repeated => write!(
+            f,
+            "{} was tested on one specimen: its level is taken to scatter as that of the specimens in {}; test several in each mode",
+            words(single),
+            words(repeated)
+        ),
     }
 }
 

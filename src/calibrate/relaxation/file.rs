@@ -21,15 +21,22 @@ impl RelaxationFit {
     }
 }
 
+/// The file without its provenance: (g, τ \[s\]) of each term.
+pub fn series_table(terms: impl IntoIterator<Item = (f64, f64)>) -> Table {
+    let term = |(g, tau): (f64, f64)| {
+        Value::from(Table::from_iter([("g".to_string(), Value::from(g)), ("tau".to_string(), seconds(tau))]))
+    };
+    Table::from_iter([("prony".to_string(), terms.into_iter().map(term).collect::<Vec<_>>().into())])
+}
+
+fn seconds(t: f64) -> Value {
+    Value::from(format!("{t} s"))
+}
+
 /// Text of the file. Numbers have all their digits; there is no date, so that the same fit gives the same file.
 fn text(fit: &RelaxationFit) -> String {
-    let seconds = |t: f64| Value::from(format!("{t} s"));
-    let term =
-        |g: f64, tau: f64| Table::from_iter([("g".to_string(), Value::from(g)), ("tau".to_string(), seconds(tau))]);
     let ends = |b: &Bounded| Value::from(b.interval.to_vec());
-    let mut root = Table::new();
-    let terms: Vec<Value> = fit.terms.iter().map(|t| term(t.g.value, t.tau.value).into()).collect();
-    root.insert("prony".into(), terms.into());
+    let mut root = series_table(fit.terms.iter().map(|t| (t.g.value, t.tau.value)));
     let mut p = Table::new();
     p.insert("data".into(), fit.data.clone().into());
     p.insert("sha256".into(), fit.data_sha256.clone().into());

@@ -1,6 +1,7 @@
 //! From a request to a Prony series with intervals.
 
 use super::error::RelaxationError;
+use super::long_term::{self, Beyond};
 use super::response::{Record, TestKind};
 use super::result::{RelaxationFit, RelaxationTerm, RelaxationWarning};
 use super::retardation::moduli;
@@ -11,10 +12,6 @@ use crate::calibrate::judgement::statistics::t_quantile;
 use crate::calibrate::{Bounded, CurveSet, FitSummary, MeasuredCurves};
 use nalgebra::{DMatrix, DVector};
 
-/// Fall of the modulus in the last decade of the data that counts as a plateau \[–\]
-const FLAT: f64 = 0.02;
-/// Half-width of the interval of the long-term modulus beyond which it is not determined \[–\]
-const WIDE: f64 = 0.5;
 /// Part of the response below which the residual is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
 /// Data points of a figure at most
@@ -63,6 +60,8 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
             tau: Bounded { value: tau, interval: [tau * (-half(ln)).exp(), tau * half(ln).exp()] },
         }
     };
+    let beyond = Beyond { record, series: &series, weighted: &weighted };
+    let lowest = if rounding { f64::INFINITY } else { beyond.lowest(&jacobian) };
     let mut fit = RelaxationFit {
         data: joined(record, |r| &r.file),
         data_sha256: joined(record, |r| &r.sha256),
@@ -73,8 +72,8 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
         ramp: matches!(record.kind, TestKind::Relaxation | TestKind::Creep).then_some(record.ramp),
         unit: unit(record),
         instantaneous: bounded(0).within(0.0, f64::INFINITY),
-        long_term: bounded(1).within(0.0, f64::INFINITY),
-        long_term_share: bounded(2).within(0.0, 1.0),
+        long_term: long_term::widened(bounded(1), lowest).within(0.0, f64::INFINITY),
+        long_term_share: long_term::widened(bounded(2), lowest / answer[0]).within(0.0, 1.0),
         terms: (0..n).map(term).collect(),
         criteria,
         chosen_by: chosen_by(terms),
@@ -207,7 +206,7 @@ const AGAIN: usize = 8;
 
 /// The series with all data points; of a dynamic test with weights by the residuals of storage and of loss.
 fn settled<'a>(record: &'a Record, times: &[f64], free: bool) -> Result<(Series, Weighted<'a>), RelaxationError> {
-    let mut weighted = Weighted { record, weight: search::first_weights(record) };
+    let mut weighted = Weighted { record, weight: search::first_weights(record)? };
     let bounds = search::bounds(record);
     let solve = |w: &Weighted, times: &[f64]| if free { w.refined(times, bounds) } else { w.with_times(times) };
     let mut series = solve(&weighted, times)?;
@@ -300,18 +299,11 @@ fn unit(record: &Record) -> String {
 
 fn warnings(record: &Record, series: &Series, fit: &RelaxationFit, free: bool) -> Vec<RelaxationWarning> {
     let mut out = vec![];
-    let end = fit.span[1];
-    let fall: f64 = fit.terms.iter().map(|t| t.g.value * end / t.tau.value * (-end / t.tau.value).exp()).sum();
-    let slope = std::f64::consts::LN_10 * fall / fit.share_at(end);
     let [low, high] = search::bounds(record);
     let limit = |tau: &f64| free && ((tau / low).ln() < 1e-6 || (high / tau).ln() < 1e-6);
     let at_limit: Vec<f64> = series.terms.iter().map(|t| t.1).filter(limit).collect();
     let longest = at_limit.iter().any(|t| (high / t).ln() < 1e-6);
-    if slope > FLAT || longest {
-        out.push(RelaxationWarning::NoPlateau { end, slope });
-    } else if fit.long_term.half_width() > WIDE * fit.long_term.value {
-        out.push(RelaxationWarning::LongTerm { interval: fit.long_term.interval });
-    }
+    out.extend(long_term::doubt(fit, longest));
     if fit.long_term.value <= 0.0 {
         out.push(RelaxationWarning::Liquid);
     }

@@ -1,11 +1,12 @@
 //! Relaxation: from a test in time or frequency to a Prony series with intervals, which the effect `viscoelastic` takes.
 //!
 //! [`fit_relaxation`] is the entry point. The files: `table` (file → record), `response` (closed forms of a series in each test), `weights`
-//! (factors that are not negative), `search` (times and number of terms), `retardation` (creep → relaxation), `fit` (all of it), `result`.
+//! (factors that are not negative), `search` (times and number of terms), `retardation` (creep → relaxation), `long_term` (what is left of the modulus), `fit` (all of it), `result`.
 
 mod error;
 mod file;
 mod fit;
+mod long_term;
 mod response;
 mod result;
 mod retardation;
@@ -14,6 +15,7 @@ mod table;
 mod weights;
 
 pub use error::RelaxationError;
+pub use file::series_table;
 pub use fit::{fit_record, fit_relaxation};
 pub use response::{Record, TestKind};
 pub use result::{RelaxationFit, RelaxationTerm, RelaxationWarning};

@@ -6,7 +6,11 @@
 //!
 //! n ln(S(ρ)/n) − ln(1 − ρ²) + k ln n, S(ρ) = (1 − ρ²)r₁² + Σ(rⱼ − ρ rⱼ₋₁)²
 //!
-//! summed over the curves, with the most likely ρ ≥ 0 of each and k = 1 + 2N constants: a pattern that correlated noise explains adds no term.
+//! summed over the curves, with the most likely ρ ≥ 0 of each and k = 1 + 2N constants: a pattern that correlated noise explains adds no term. ρ leaves
+//! at least three independent values of a curve, n(1 − ρ)/(1 + ρ) ≥ 3: else noise would explain its mean too, such as the loss modulus of every dynamic test.
+//!
+//! Errors of a dynamic test are in proportion to the moduli of a series with two times a decade, fitted to it: measured moduli would bind each weight to
+//! the error of its own value, and make the residual of a loss modulus against zero the same everywhere.
 //!
 //! Limits: the search takes at most [`ROWS`] data points of all specimens, spaced in proportion to ln t; the answer is refined with all of them. No time is
 //! shorter than a third of the first or longer than three times the last one that the data resolve.
@@ -29,6 +33,11 @@ const ITERATIONS: usize = 60;
 const SETTLED: f64 = 1e-13;
 /// Part of the response below which a residual is rounding \[–\]
 const ROUNDING: f64 = 1e-10;
+/// Independent values of a curve that a correlation leaves at least
+const LEFT: f64 = 3.0;
+/// Times a decade of the series that weights a dynamic test, and its fits
+const DENSE: f64 = 2.0;
+const PASSES: usize = 2;
 
 /// A series with its residual.
 #[derive(Clone, Debug)]
@@ -141,7 +150,8 @@ impl Weighted<'_> {
                 let sum = ((1.0 - rho * rho) * r[0] * r[0] + pairs).max(floor / rows * n);
                 n * (sum / n).ln() - (1.0 - rho * rho).ln()
             };
-            (0..100).map(|k| at(f64::from(k) / 100.0)).fold(f64::INFINITY, f64::min)
+            let most = ((n - LEFT) / (n + LEFT)).clamp(0.0, 0.99);
+            (0..100).map(|k| at(most * f64::from(k) / 99.0)).fold(f64::INFINITY, f64::min)
         };
         self.record.curves().iter().map(one).sum::<f64>() + constants as f64 * rows.ln()
     }
@@ -160,18 +170,38 @@ pub fn bounds(record: &Record) -> [f64; 2] {
     [first.max(record.ramp / 10.0) / BEYOND, last * BEYOND]
 }
 
-/// Weights: equal ones, or of a dynamic test those of errors in proportion to each modulus, storage and loss alike.
-pub fn first_weights(record: &Record) -> DVector<f64> {
+/// Weights: equal ones, or of a dynamic test those of errors in proportion to each fitted modulus, storage and loss alike.
+pub fn first_weights(record: &Record) -> Result<DVector<f64>, RelaxationError> {
     let all = record.values();
-    let largest = all.amax();
-    all.map(|y| 1.0 / if record.kind == TestKind::Dynamic { y.abs() } else { largest })
+    if record.kind != TestKind::Dynamic {
+        let largest = all.amax();
+        return Ok(all.map(|_| 1.0 / largest));
+    }
+    let [low, high] = bounds(record);
+    let times = spread(low, high, DENSE);
+    let mut weighted = Weighted { record, weight: all.map(|y| 1.0 / y.abs()) };
+    for _ in 0..PASSES {
+        let residual = weighted.with_times(&times)?.residual;
+        let weight = DVector::from_fn(all.len(), |k, _| {
+            let fitted = all[k] - residual[k] / weighted.weight[k];
+            1.0 / if fitted > 0.0 { fitted } else { all[k].abs() }
+        });
+        weighted.weight = weight;
+    }
+    Ok(weighted.weight)
+}
+
+/// Times from one to another, evenly in ln τ, so many a decade at least.
+fn spread(low: f64, high: f64, a_decade: f64) -> Vec<f64> {
+    let steps = ((high / low).log10() * a_decade).ceil().max(1.0);
+    (0..=steps as usize).map(|k| low * (high / low).powf(k as f64 / steps)).collect()
 }
 
 /// The best series of each number of terms that was tried, with its criterion, from no term on.
 pub fn by_number(record: &Record, asked: Option<usize>) -> Result<Vec<(Series, f64)>, RelaxationError> {
     let rows = ROWS / record.specimens().count().min(ROWS / 100);
     let thin = levelled(record.thinned(&|r| spaced(r, rows)))?;
-    let weighted = Weighted { record: &thin, weight: first_weights(&thin) };
+    let weighted = Weighted { record: &thin, weight: first_weights(&thin)? };
     let bounds = bounds(&thin);
     let none = weighted.with_times(&[])?;
     let criterion = weighted.criterion(&none.residual, 1);
@@ -221,9 +251,8 @@ fn levelled(mut record: Record) -> Result<Record, RelaxationError> {
         return Ok(record);
     }
     let [first, last] = bounds(&record);
-    let decades = (last / first).log10().ceil().max(1.0) as i32;
-    let times: Vec<f64> = (0..=decades).map(|k| first * 10_f64.powi(k)).collect();
-    let weighted = Weighted { record: &record, weight: first_weights(&record) };
+    let times = spread(first, last, 1.0);
+    let weighted = Weighted { record: &record, weight: first_weights(&record)? };
     let target = weighted.target();
     let fitted = &target - weighted.with_times(&times)?.residual;
     let specimen = record.specimen_of_rows();

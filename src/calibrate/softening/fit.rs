@@ -139,7 +139,8 @@ fn judge(search: &Search, law: &FitResult, answer: Answer, samples: &[Sample], f
     let rounding = residual.norm_squared() <= floor;
     let free = search.free(&answer);
     let j = search.jacobian(&answer).select_columns(&free);
-    let errors = errors::of(&j, &residual, samples, rounding);
+    let fitted = DVector::from_fn(samples.len(), |i, _| samples[i].stress - residual[i]);
+    let errors = errors::of(&j, &residual, &fitted, samples, rounding);
     let quantile = |free: usize| if free > 0 { t_quantile(0.95, free) } else { f64::INFINITY };
     let moved = directions(&j).inverse() * search.by_law(&answer);
     let p = law.covariance.len();

@@ -12,6 +12,7 @@ use self::solver_check::SolverCheck;
 use crate::calibrate::Model;
 use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::{self, Identified};
+use crate::calibrate::judgement::repeats::Repeats;
 use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting, judgement::statistics};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
@@ -62,6 +63,8 @@ pub struct LawFit {
     pub modulus: f64,
     /// w of each sample, with Huber's loss in it
     pub weight: Vec<f64>,
+    /// √ of Huber's weight of each sample, 1 of least squares
+    pub share: Vec<f64>,
     /// Where a separable search ended
     pub at: Vec<f64>,
     /// Values at other minima of a separable search whose misfit the errors of the data points allow \[SI\]
@@ -97,16 +100,26 @@ pub fn solve_untested(setting: &LawSetting, samples: &[Sample], near: &LawFit) -
     judge(setting, samples, constants(setting, samples, Some(near))?, false)
 }
 
-/// The same without intervals.
+/// The same without intervals. Relative weights and Huber's follow from the law, and the fit is repeated until they settle.
 pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>) -> Result<LawFit, FitError> {
-    let mut base = noise::weights(samples, setting.weighting, &setting.noise)?;
-    noise::share(&mut base, samples);
-    let mut found = weighted(setting, samples, &base, near)?;
-    let mut weight = base.clone();
-    if setting.loss == Loss::Huber {
+    let base = |stress: &[f64]| {
+        let mut weights = noise::weights(samples, stress, setting.weighting, &setting.noise)?;
+        noise::share(&mut weights, samples);
+        Ok::<_, FitError>(weights)
+    };
+    let law = |found: &LawFit| samples.iter().map(|s| setting.model.at(&found.values, s)).collect::<Vec<f64>>();
+    let measured: Vec<f64> = samples.iter().map(|s| s.stress).collect();
+    let (huber, relative) = (setting.loss == Loss::Huber, setting.weighting == Weighting::Relative);
+    let mut weight = base(&measured)?;
+    let mut share = vec![1.0; samples.len()];
+    let mut found = weighted(setting, samples, &weight, near)?;
+    if huber || relative {
         for _ in 0..REWEIGHTED {
-            let next = huber(setting, samples, &base, &found.values);
-            let change = next.iter().zip(&weight).zip(&base).map(|((a, b), c)| ((a - b) / c).abs()).fold(0.0, f64::max);
+            let stress = law(&found);
+            let own = base(if relative { &stress } else { &measured })?;
+            share = if huber { shares(samples, &own, &stress) } else { share };
+            let next: Vec<f64> = own.iter().zip(&share).map(|(w, s)| w * s).collect();
+            let change = next.iter().zip(&weight).zip(&own).map(|((a, b), c)| ((a - b) / c).abs()).fold(0.0, f64::max);
             weight = next;
             if change < SETTLED {
                 break;
@@ -116,16 +129,16 @@ pub fn constants(setting: &LawSetting, samples: &[Sample], near: Option<&LawFit>
         let again = weighted(setting, samples, &weight, near)?;
         (found.check, found.others) = (again.check, again.others);
     }
-    found.weight = weight;
+    (found.weight, found.share) = (weight, share);
     Ok(found)
 }
 
-/// √ of Huber's weights times the base weight.
-fn huber(setting: &LawSetting, samples: &[Sample], base: &[f64], values: &[f64]) -> Vec<f64> {
-    let off = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.at(values, s))).abs();
-    let r: Vec<f64> = samples.iter().zip(base).map(off).collect();
+/// √ of Huber's weights, with the weights before them and the stresses of the law.
+fn shares(samples: &[Sample], base: &[f64], law: &[f64]) -> Vec<f64> {
+    let off = |((s, w), p): ((&Sample, &f64), &f64)| (w * (s.stress - p)).abs();
+    let r: Vec<f64> = samples.iter().zip(base).zip(law).map(off).collect();
     let size = samples.iter().zip(base).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
-    huber_share(&r, size).iter().zip(base).map(|(share, w)| w * share).collect()
+    huber_share(&r, size)
 }
 
 /// √ of Huber's weights min(1, kσ/|r|), σ = 1.4826 median |r| (Huber, Robust Statistics, 1981, ch. 7), of weighted |r| of data points with the norm
@@ -160,6 +173,7 @@ fn weighted(
         pattern: Pattern::default(),
         modulus: rows.unit,
         weight: weight.to_vec(),
+        share: vec![1.0; samples.len()],
         at,
         others: vec![],
     };
@@ -199,20 +213,64 @@ pub fn residual(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DVe
     DVector::from_iterator(samples.len(), samples.iter().zip(&found.weight).map(one))
 }
 
+/// Jacobian, residual and stresses of the law, weighted, whose errors are those of the data points.
+struct ErrorRows {
+    jacobian: DMatrix<f64>,
+    residual: DVector<f64>,
+    fitted: DVector<f64>,
+}
+
+impl ErrorRows {
+    /// Those of an answer. With Huber's loss they have the weights before it, and the residual is Kψ(r)/ψ̄′ with ψ(r) the residual up to its bound, ψ̄′ the part m of the
+    /// data points within it and K = 1 + (p/n)(1 − m)/m: its covariance (JᵀJ)⁻¹Σ(Kψ)²/((n − p)m²) is the asymptotic one (Huber, *Robust Statistics*, 1981,
+    /// eq. 7.6.10). Weights of single data points would make the columns as rough as the errors are.
+    fn of(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> Self {
+        let (n, p) = (samples.len() as f64, found.values.len() + setting.slack.len());
+        let inside = found.share.iter().filter(|s| **s == 1.0).count() as f64 / n;
+        let by = (1.0 + p as f64 / n * (1.0 - inside) / inside) / inside;
+        let rows = residual(setting, samples, found);
+        // ψ(r) = share² of the residual before the loss
+        let pseudo = DVector::from_fn(samples.len(), |i, _| by * found.share[i] * rows[i]);
+        let law = |(i, s): (usize, &Sample)| found.weight[i] / found.share[i] * setting.model.at(&found.values, s);
+        Self {
+            jacobian: unshared(jacobian(setting, samples, found), found),
+            residual: pseudo,
+            fitted: DVector::from_iterator(samples.len(), samples.iter().enumerate().map(law)),
+        }
+    }
+}
+
+/// Weighted rows without Huber's weights.
+fn unshared(mut rows: DMatrix<f64>, found: &LawFit) -> DMatrix<f64> {
+    rows.row_iter_mut().zip(&found.share).for_each(|(mut row, share)| row /= *share);
+    rows
+}
+
+/// w P of the law.
+pub fn fitted(setting: &LawSetting, samples: &[Sample], found: &LawFit) -> DVector<f64> {
+    let one = |(s, w): (&Sample, &f64)| w * setting.model.at(&found.values, s);
+    DVector::from_iterator(samples.len(), samples.iter().zip(&found.weight).map(one))
+}
+
 /// Intervals and tests of an answer.
 fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bool) -> Result<LawFit, FitError> {
     let residual = residual(setting, samples, &found);
     let size = samples.iter().zip(&found.weight).map(|(s, w)| (w * s.stress).powi(2)).sum::<f64>().sqrt();
     let jacobian = jacobian(setting, samples, &found);
     let rounding = residual.norm() <= ROUNDING * size;
-    let errors = errors::of(&jacobian, &residual, samples, rounding);
+    let rows = ErrorRows::of(setting, samples, &found);
+    let mut errors = errors::of(&rows.jacobian, &rows.residual, &rows.fitted, samples, rounding);
+    if setting.loss == Loss::Huber {
+        // The likelihood of the profile is that of the weighted data points
+        errors.plain = errors::directions(&jacobian).plain();
+    }
     let q = setting.slack.len();
     let parameters = [setting.model.parameters(), &vec![OFFSET; q]].concat();
     let values = [found.values.clone(), setting.slack.iter().map(|o| o.strain).collect()].concat();
     found.identified = identify::identify(&parameters, &values, &jacobian, &residual, size, 0.0, Some(&errors));
     found.offsets = found.identified.estimates.split_off(found.values.len());
     if tested && !rounding {
-        found.pattern = pattern(setting, samples, &found, &jacobian, &residual, errors.rho);
+        found.pattern = pattern(setting, samples, &found, &rows, errors.rho);
     }
     let others = std::mem::take(&mut found.others);
     let allowed = others.into_iter().filter(|o| is_allowed(setting, samples, &found, o, &errors));
@@ -234,53 +292,56 @@ fn is_allowed(setting: &LawSetting, samples: &[Sample], found: &LawFit, other: &
 
 /// Tests of what the constants and these errors of the measurement, each of any size, leave of the residuals; `columns` as those of the Jacobian.
 pub fn pattern_beyond(setting: &LawSetting, samples: &[Sample], found: &LawFit, columns: &DMatrix<f64>) -> Pattern {
-    let own = jacobian(setting, samples, found);
-    let both = DMatrix::from_fn(own.nrows(), own.ncols() + columns.ncols(), |i, k| match k.checked_sub(own.ncols()) {
-        None => own[(i, k)],
+    let own = ErrorRows::of(setting, samples, found);
+    let columns = unshared(columns.clone(), found);
+    let p = own.jacobian.ncols();
+    let both = DMatrix::from_fn(samples.len(), p + columns.ncols(), |i, k| match k.checked_sub(p) {
+        None => own.jacobian[(i, k)],
         Some(k) => columns[(i, k)],
     });
-    let left = identify::across(&both, &residual(setting, samples, found));
-    let rho = errors::of(&both, &left, samples, false).rho;
-    pattern(setting, samples, found, &both, &left, rho)
+    let left = identify::across(&both, &own.residual);
+    let rho = errors::of(&both, &left, &own.fitted, samples, false).rho;
+    pattern(setting, samples, found, &ErrorRows { jacobian: both, residual: left, fitted: own.fitted }, rho)
 }
 
 /// Tests of a residual with neighbours of correlation `rho`.
-fn pattern(
-    setting: &LawSetting,
-    samples: &[Sample],
-    found: &LawFit,
-    jacobian: &DMatrix<f64>,
-    residual: &DVector<f64>,
-    rho: f64,
-) -> Pattern {
-    let second = samples.iter().zip(&found.weight).map(|(s, w)| w * setting.model.at(&found.values, s) / s.stretch);
-    let (runs, runs_p) = runs(samples, residual, rho).unzip();
-    let departure_p = departure(jacobian, DVector::from_iterator(samples.len(), second), residual, samples);
-    Pattern { runs, runs_p, departure_p }
+fn pattern(setting: &LawSetting, samples: &[Sample], found: &LawFit, rows: &ErrorRows, rho: f64) -> Pattern {
+    let second =
+        |(i, s): (usize, &Sample)| found.weight[i] / found.share[i] * setting.model.at(&found.values, s) / s.stretch;
+    let second = DVector::from_iterator(samples.len(), samples.iter().enumerate().map(second));
+    let (runs, runs_p) = runs(samples, &rows.residual, rho).unzip();
+    Pattern { runs, runs_p, departure_p: departure(rows, second, samples) }
 }
 
+/// Blocks of a curve whose signs are tested at most, two of them less one
+const BLOCKS: usize = 200;
+
 /// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what the
-/// neighbour explains; `None` of several specimens, whose levels differ.
+/// neighbour explains; `None` of several specimens in one mode, whose levels differ.
+///
+/// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbour does not explain of means of data points, as
+/// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
 fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize, f64)> {
-    if samples.iter().any(|s| s.specimen != samples[0].specimen) {
+    if !Repeats::of(samples).repeated.is_empty() {
         return None;
     }
     let mut curves = errors::curves(samples);
     if rho == 0.0 {
         curves.iter_mut().for_each(|c| c.sort_by(|a, b| samples[*a].stretch.total_cmp(&samples[*b].stretch)));
     }
-    let signs = errors::whitened(residual, &curves, rho).into_iter().filter(|r| *r != 0.0).map(|r| r > 0.0);
+    let blocks = |curve: &Vec<usize>| {
+        let size = if rho == 0.0 { 1 } else { (curve.len() / BLOCKS).max(1) };
+        let white = errors::whitened(residual, std::slice::from_ref(curve), rho);
+        white.chunks(size).map(|block| block.iter().sum::<f64>()).collect::<Vec<f64>>()
+    };
+    let signs = curves.iter().flat_map(blocks).filter(|r| *r != 0.0).map(|r| r > 0.0);
     statistics::few_runs(&signs.collect::<Vec<bool>>())
 }
 
 /// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
 /// model of the fit that has β too, on the part of P/λ that the constants of the law cannot make.
-fn departure(
-    jacobian: &DMatrix<f64>,
-    second: DVector<f64>,
-    residual: &DVector<f64>,
-    samples: &[Sample],
-) -> Option<f64> {
+fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Option<f64> {
+    let ErrorRows { jacobian, residual, fitted } = rows;
     let p = jacobian.ncols();
     residual.len().checked_sub(p + 1).filter(|n| *n >= 1)?;
     let across = identify::across(jacobian, &second);
@@ -296,7 +357,7 @@ fn departure(
     }
     let mut more = jacobian.clone().insert_column(p, 0.0);
     more.set_column(p, &across);
-    let errors = errors::of(&more, &left, samples, false);
+    let errors = errors::of(&more, &left, fitted, samples, false);
     let t = beta / errors.deviations[p];
     Some((1.0 - statistics::t_probability(t, errors.free)).max(0.0))
 }

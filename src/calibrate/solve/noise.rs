@@ -1,11 +1,14 @@
 //! Weights of data points, and the noise of a test from its own data.
 //!
-//! w = 1; 1/|P| with a floor; 1/σ of the mode. σ² = mean of dᵢ²/(1 + aᵢ² + bᵢ²), dᵢ = Pᵢ − aᵢPᵢ₋₁ − bᵢPᵢ₊₁, with a and b of the straight
+//! w = 1; 1/|P̂| with a floor, P̂ the stress of the law; 1/σ of the mode. By the measured stress, relative weights would prefer the data points whose errors are
+//! negative: μ is low by the variance of the relative errors twice, 0.5 % with errors of 5 % (Carroll & Ruppert, *Transformation and Weighting in Regression*,
+//! 1988, ch. 2). σ² = mean of dᵢ²/(1 + aᵢ² + bᵢ²), dᵢ = Pᵢ − aᵢPᵢ₋₁ − bᵢPᵢ₊₁, with a and b of the straight
 //! line between the neighbours in λ: variation from one data point to the next cannot be the law.
 //!
 //! Source: Gasser, Sroka & Jennen-Steinmetz, Biometrika 73 (1986) 625–633. Limits: takes the data points for independent (correlated errors give
 //! too small a σ) and the curve for straight over three data points (coarse tables give too large a one).
 
+use crate::calibrate::judgement::repeats::Repeats;
 use crate::calibrate::{FitError, Mode, Sample, Weighting};
 use serde::{Deserialize, Serialize};
 
@@ -69,8 +72,12 @@ fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
     Ok(std_pa)
 }
 
-/// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them.
+/// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them. Files of which no two hold the same
+/// mode are the curves of one specimen.
 pub fn share(weights: &mut [f64], samples: &[Sample]) {
+    if Repeats::of(samples).repeated.is_empty() {
+        return;
+    }
     let count = 1 + samples.iter().map(|s| s.specimen).max().unwrap_or(0);
     let mut rows = vec![0.0_f64; count];
     samples.iter().for_each(|s| rows[s.specimen] += 1.0);
@@ -81,22 +88,27 @@ pub fn share(weights: &mut [f64], samples: &[Sample]) {
     }
 }
 
-/// Weights before a robust loss: 1, or \[1/Pa\].
-pub fn weights(samples: &[Sample], weighting: Weighting, noise: &[ModeNoise]) -> Result<Vec<f64>, FitError> {
+/// Weights before a robust loss: 1, or \[1/Pa\]. `stress`: that of the law at each data point, or the measured one before there is a law.
+pub fn weights(
+    samples: &[Sample],
+    stress: &[f64],
+    weighting: Weighting,
+    noise: &[ModeNoise],
+) -> Result<Vec<f64>, FitError> {
     let largest = |mode| samples.iter().filter(|s| s.mode == mode).map(|s| s.stress.abs()).fold(0.0, f64::max);
     let tops = Mode::ALL.map(largest);
-    let one = |s: &Sample| match weighting {
+    let one = |(s, stress): (&Sample, &f64)| match weighting {
         Weighting::Absolute => Ok(1.0),
         // A mode without stress has no scale: its data points have the weight of the largest data point of all
         Weighting::Relative => {
             let top = tops[s.mode as usize];
             let all = tops.iter().copied().fold(0.0, f64::max);
-            Ok(s.stress.abs().max(FLOOR * if top > 0.0 { top } else { all }).recip())
+            Ok(stress.abs().max(FLOOR * if top > 0.0 { top } else { all }).recip())
         }
         Weighting::Noise => {
             let own = noise.iter().find(|n| n.mode == s.mode).ok_or(FitError::NoNoise { mode: s.mode, rows: 0 })?;
             Ok(own.std_pa.recip())
         }
     };
-    samples.iter().map(one).collect()
+    samples.iter().zip(stress).map(one).collect()
 }

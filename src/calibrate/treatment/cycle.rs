@@ -4,8 +4,14 @@
 //! value. Rubbers soften in the first loading (Mullins, Rubber Chem. Technol. 42 (1969) 339–362): one law describes one loading,
 //! not a mean over loading and unloading.
 //!
-//! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it.
+//! A scatter of the measured strain is no unloading. Loadings are told apart by the median of each row and its neighbours, which leaves out single wrong rows,
+//! and a comes back by more than the range of as many normal errors, 2√(2 ln n) σ (David & Nagaraja, *Order Statistics*, 2003, ch. 10), σ from the median of
+//! |aₖ − ½(aₖ₋₁ + aₖ₊₁)|/√1.5 (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73, 1986).
+//!
+//! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it; a loop of the size of the
+//! scatter is not found.
 
+use crate::calibrate::solve::median;
 use crate::calibrate::{FitError, Sample};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -75,10 +81,39 @@ pub struct Branch {
     pub rows: Range<usize>,
 }
 
-/// Branches in the order of the rows.
+/// Branches in the order of the rows, each row taken as it is.
 pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
-    let a: Vec<f64> = samples.iter().map(|s| s.stretch.ln().abs()).collect();
-    let reversal = REVERSAL * a.iter().copied().fold(0.0, f64::max);
+    let a = path(samples);
+    divided(&a, reversal(&a))
+}
+
+/// a = |ln λ| of every row.
+fn path(samples: &[&Sample]) -> Vec<f64> {
+    samples.iter().map(|s| s.stretch.ln().abs()).collect()
+}
+
+/// What a has to come back by at least.
+fn reversal(a: &[f64]) -> f64 {
+    REVERSAL * a.iter().copied().fold(0.0, f64::max)
+}
+
+/// Range of the errors of a that differ from row to row.
+fn scatter(a: &[f64]) -> f64 {
+    let bends: Vec<f64> = a.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
+    if bends.is_empty() {
+        return 0.0;
+    }
+    let deviation = 1.4826 * median(&bends) / 1.5_f64.sqrt();
+    2.0 * (2.0 * (a.len() as f64).ln()).sqrt() * deviation
+}
+
+/// Medians of each row and its neighbours.
+fn medians(a: &[f64]) -> Vec<f64> {
+    (0..a.len()).map(|k| if k == 0 || k + 1 == a.len() { a[k] } else { median(&a[k - 1..k + 2]) }).collect()
+}
+
+/// Branches that end where a comes back by more than `reversal`.
+fn divided(a: &[f64], reversal: f64) -> Vec<Branch> {
     let mut found = Vec::new();
     let (mut loading, mut start, mut extreme) = (true, 0, 0);
     for k in 1..a.len() {
@@ -96,6 +131,20 @@ pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
     found
 }
 
+/// Branches by the medians, each up to the extreme of the rows themselves.
+fn quiet_branches(a: &[f64]) -> Vec<Branch> {
+    let mut found = divided(&medians(a), reversal(a).max(scatter(a)));
+    for k in 1..found.len() {
+        let turn = found[k].rows.start - 1;
+        let sign = if found[k - 1].loading { 1.0 } else { -1.0 };
+        let near = turn.saturating_sub(1).max(found[k - 1].rows.start)..(turn + 2).min(found[k].rows.end);
+        let extreme = near.max_by(|i, j| (sign * a[*i]).total_cmp(&(sign * a[*j]))).unwrap_or(turn);
+        found[k - 1].rows.end = extreme + 1;
+        found[k].rows.start = extreme + 1;
+    }
+    found
+}
+
 /// Lines in which the stretch goes back from its extreme to the beginning within one row, which no machine does.
 pub fn jumps(samples: &[Sample]) -> Vec<u64> {
     let a = |s: &Sample| s.stretch.ln().abs();
@@ -105,7 +154,8 @@ pub fn jumps(samples: &[Sample]) -> Vec<u64> {
 
 /// Rows of each loading; `None` where the rows are one loading, or in no order.
 pub fn loadings(samples: &[&Sample]) -> Option<Vec<Range<usize>>> {
-    let long: Vec<Branch> = branches(samples).into_iter().filter(|b| b.rows.len() >= LEAST).collect();
+    let all = quiet_branches(&path(samples));
+    let long: Vec<Branch> = all.into_iter().filter(|b| b.rows.len() >= LEAST).collect();
     let held: usize = long.iter().map(|b| b.rows.len()).sum();
     let first = long.iter().position(|b| b.loading)?;
     if first + 1 == long.len() || (held as f64) < HELD * samples.len() as f64 {
@@ -157,8 +207,17 @@ mod tests {
         // Noise of 1 % of the range makes no branch
         let noisy: Vec<f64> = up.iter().enumerate().map(|(k, l)| l + 0.005 * f64::from(k as u32 % 2)).collect();
         assert_eq!(found(&noisy), None);
+        // A wrong row is no unloading
+        let mut wrong = [&up[..], &down[..], &up[1..], &down[..]].concat();
+        (wrong[5], wrong[24]) = (1.1, 1.9);
+        assert_eq!(found(&wrong), Some(vec![0..10, 19..28]));
+        wrong.truncate(10);
+        assert_eq!(found(&wrong), None);
         let shuffled: Vec<f64> = (0..40).map(|k| 1.0 + f64::from(k * 17 % 40) / 40.0).collect();
         assert_eq!(found(&shuffled), None, "rows out of order have no branches");
+        // Small loops on the way up, and loops without the way back to rest
+        let loops: Vec<f64> = (0..300).map(|k| 1.0 + 2e-3 * f64::from(k) + 0.05 * (f64::from(k) / 5.0).sin()).collect();
+        assert_eq!(found(&loops).map(|l| l.len()), Some(10));
         // Compression is loading too
         let pressed: Vec<f64> = twice.iter().map(|l| 1.0 / l).collect();
         assert_eq!(found(&pressed), Some(vec![0..10, 19..28]));

@@ -2,13 +2,11 @@
 //!
 //! U = (J − 1)²/D₁, further terms (J − 1)²ᵏ/D_k without effect; of `ARRUDA-BOYCE` (½(J² − 1) − ln J)/D. Ogden's energy is Σ (2μ_n/α_n²)(Σλ̄^α_n − 3).
 
+use super::cards::{Card, LINE};
 use super::energy::{
-    COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, kappa_of, number, numbers, options, volumetric_constants,
+    COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, kappa_of, number, options, volumetric_constants,
 };
 use crate::material::VolumetricKind;
-
-/// Numbers in a line
-const LINE: usize = 8;
 
 /// The keyword with its numbers, and the volumetric part that it has.
 pub fn write(energy: &Energy, program: Program, scale: f64) -> Result<(String, Option<VolumetricKind>), KeywordError> {
@@ -41,28 +39,25 @@ pub fn write(energy: &Energy, program: Program, scale: f64) -> Result<(String, O
     Ok((format!("*HYPERELASTIC, {option}\n{}", lines.concat()), Some(kind)))
 }
 
-/// Reads the first `*HYPERELASTIC`.
-pub fn read(text: &str, program: Program, scale: f64) -> Result<Energy, KeywordError> {
+/// Reads a `*HYPERELASTIC`.
+pub fn read(card: &Card, program: Program, scale: f64) -> Result<Energy, KeywordError> {
     let refuse = |what: String| KeywordError::Unreadable { program, what };
-    let mut lines = text.lines().map(str::trim).filter(|l| !l.starts_with("**") && !l.is_empty());
-    let head = lines
-        .find(|l| l.to_uppercase().starts_with("*HYPERELASTIC"))
-        .ok_or_else(|| refuse("no *HYPERELASTIC".into()))?;
-    let cells: Vec<&str> = lines.take_while(|l| !l.starts_with('*')).flat_map(|l| l.split(',')).collect();
-    let values = numbers(program, &cells)?;
+    let head = card.head;
     let given = options(head);
     let count =
         given.get("N").map_or(Ok(1), |n| n.parse::<usize>().map_err(|_| refuse(format!("N = {n} is no number"))))?;
     let has = |name: &str| given.contains_key(name);
-    let (law, constants, first_d) = match () {
+    // Number of volumetric constants last
+    let (law, constants, volumetric) = match () {
         () if has("NEO HOOKE") => (SPLIT, 1, 1),
-        () if has("MOONEY-RIVLIN") || (has("POLYNOMIAL") && count == 1) => ("mooney_rivlin", 2, 2),
-        () if has("POLYNOMIAL") && count == 2 => ("mooney_rivlin", 5, 5),
+        () if has("MOONEY-RIVLIN") || (has("POLYNOMIAL") && count == 1) => ("mooney_rivlin", 2, 1),
+        () if has("POLYNOMIAL") && count == 2 => ("mooney_rivlin", 5, 2),
         () if has("YEOH") || (has("REDUCED POLYNOMIAL") && count == 3) => ("yeoh", 3, 3),
-        () if has("OGDEN") && (1..=4).contains(&count) => (OGDEN, 2 * count, 2 * count),
-        () if has("ARRUDA-BOYCE") => ("arruda_boyce", 2, 2),
+        () if has("OGDEN") && (1..=4).contains(&count) => (OGDEN, 2 * count, count),
+        () if has("ARRUDA-BOYCE") => ("arruda_boyce", 2, 1),
         () => return Err(refuse(format!("\"{head}\" is no law of Durometer"))),
     };
+    let (values, first_d) = (card.constants(program, constants + volumetric)?, constants);
     if values.len() <= first_d {
         return Err(refuse(format!("{} numbers below \"{head}\", at least {} are needed", values.len(), first_d + 1)));
     }

@@ -46,6 +46,7 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
     let head =
         lines.find(|l| l.replace(' ', "").starts_with("TB,HYPER")).ok_or_else(|| refuse("no TB,HYPER".into()))?;
     let words: Vec<&str> = head.split(',').map(str::trim).collect();
+    check_relaxation(text, words.get(2).copied().unwrap_or(""))?;
     let (points, option) = (words.get(4).copied().unwrap_or(""), words.get(5).copied().unwrap_or("MOONEY"));
     let mut values: Vec<f64> = vec![];
     for line in lines.take_while(|l| l.starts_with("TBDATA")) {
@@ -61,6 +62,21 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
         if points.is_empty() { 1 } else { points.parse().map_err(|_| refuse(format!("NPTS = \"{points}\"")))? };
     let option = option.to_string();
     Ok((head, count, option, values))
+}
+
+/// Refuses a material that relaxes: which moduli the constants of `TB,HYPER` are then is a choice of the model.
+fn check_relaxation(text: &str, material: &str) -> Result<(), KeywordError> {
+    let of_it = |line: &str| {
+        let words: Vec<String> = line.split(',').map(|w| w.trim().to_uppercase()).collect();
+        let same = words.get(2).is_none_or(|m| m.is_empty() || material.is_empty() || m == material);
+        words[0] == "TB" && words.get(1).is_some_and(|w| w == "PRONY") && same
+    };
+    let Some(line) = text.lines().find(|l| of_it(l)) else { return Ok(()) };
+    let what = format!(
+        "the material relaxes (\"{}\"), which is not read: leave the command out, and give its shares and times as `prony` of the effect viscoelastic, whose          `moduli` says whether the constants are instantaneous or long-term ones",
+        line.trim()
+    );
+    Err(KeywordError::Unreadable { program: PROGRAM, what })
 }
 
 /// Reads the first `TB,HYPER`.

@@ -142,6 +142,19 @@ impl Energy {
         Ok(table)
     }
 
+    /// The same law with its isochoric energy times a factor; the bulk modulus stays.
+    pub(super) fn scaled(mut self, factor: f64) -> Result<Self, LawSpecError> {
+        let parameters = registry::find(&self.law)?.info.parameters;
+        // κ is the first parameter of the laws with several constants, and μ the one of both Neo-Hookean laws
+        let alone = matches!(self.law.as_str(), COUPLED | SPLIT);
+        for (k, x) in self.constants.iter_mut().enumerate() {
+            if alone || parameters.get(k + 1).is_some_and(|p| p.dimension == Dimension::PRESSURE) {
+                *x *= factor;
+            }
+        }
+        Ok(self)
+    }
+
     /// Elastic constants of the coupled law.
     pub(super) fn moduli(&self) -> Result<Moduli, LawSpecError> {
         let given: Values =
@@ -160,16 +173,18 @@ pub fn number(x: f64) -> String {
     format!("{x:e}")
 }
 
-/// Numbers of a line that is divided by commas.
+/// Numbers of a line that is divided by commas; an empty cell before the last number is a zero.
 pub fn numbers(program: Program, cells: &[&str]) -> Result<Vec<f64>, KeywordError> {
-    let one = |c: &&str| {
-        c.trim()
+    let one = |c: &&str| match c.trim() {
+        "" => Ok(0.0),
+        cell => cell
             .parse::<f64>()
             .ok()
             .filter(|x| x.is_finite())
-            .ok_or_else(|| KeywordError::Unreadable { program, what: format!("\"{}\" is not a number", c.trim()) })
+            .ok_or_else(|| KeywordError::Unreadable { program, what: format!("\"{cell}\" is not a number") }),
     };
-    cells.iter().filter(|c| !c.trim().is_empty()).map(one).collect()
+    let end = cells.iter().rposition(|c| !c.trim().is_empty()).map_or(0, |k| k + 1);
+    cells[..end].iter().map(one).collect()
 }
 
 /// A volumetric constant from this multiple of D₁ on has no effect \[–\]

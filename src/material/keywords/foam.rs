@@ -6,11 +6,12 @@
 //! To CalculiX a single term is written as two halves, since version 2.20 ends with a singular matrix at `N=1`.
 
 use super::ansys::data;
+use super::cards::{self, Card};
 use super::energy::{Energy, FOAM, KeywordError, Program, number, numbers, options};
 use roxmltree::Node;
 
 /// Numbers in a line of Abaqus and of Ansys
-const LINE: [usize; 2] = [8, 6];
+const LINE: [usize; 2] = [cards::LINE, 6];
 /// Poisson's ratio below which it is zero \[–\]
 const NONE: f64 = 1e-12;
 
@@ -59,11 +60,17 @@ fn energy(terms: &[[f64; 3]], scale: f64) -> Energy {
     Energy { law: FOAM.into(), constants, kappa: 0.0, volumetric: None }
 }
 
+/// Refuses a number of terms that Durometer does not have.
+fn check_count(program: Program, count: usize, head: &str) -> Result<(), KeywordError> {
+    if (1..=3).contains(&count) {
+        return Ok(());
+    }
+    Err(unreadable(program, format!("\"{head}\" has {count} terms; Durometer has 1 to 3")))
+}
+
 /// Terms of the numbers μ_n, α_n, then one more of each term.
 fn terms(program: Program, values: &[f64], count: usize, head: &str) -> Result<Vec<[f64; 3]>, KeywordError> {
-    if !(1..=3).contains(&count) {
-        return Err(unreadable(program, format!("\"{head}\" has {count} terms; Durometer has 1 to 3")));
-    }
+    check_count(program, count, head)?;
     if values.len() < 3 * count {
         return Err(unreadable(
             program,
@@ -77,12 +84,9 @@ fn unreadable(program: Program, what: String) -> KeywordError {
     KeywordError::Unreadable { program, what }
 }
 
-/// The first `*HYPERFOAM`; none where the text has no such keyword.
-pub fn read_abaqus(text: &str, program: Program, scale: f64) -> Result<Option<Energy>, KeywordError> {
-    let mut lines = text.lines().map(str::trim).filter(|l| !l.starts_with("**") && !l.is_empty());
-    let Some(head) = lines.find(|l| l.to_uppercase().starts_with("*HYPERFOAM")) else { return Ok(None) };
-    let cells: Vec<&str> = lines.take_while(|l| !l.starts_with('*')).flat_map(|l| l.split(',')).collect();
-    let values = numbers(program, &cells)?;
+/// Reads a `*HYPERFOAM`.
+pub fn read_abaqus(card: &Card, program: Program, scale: f64) -> Result<Energy, KeywordError> {
+    let head = card.head;
     let given = options(head);
     if let Some(other) = ["TEST DATA INPUT", "POISSON"].iter().find(|o| given.contains_key(**o)) {
         return Err(unreadable(program, format!("\"{head}\" has {other}; give the constants of the terms")));
@@ -91,7 +95,8 @@ pub fn read_abaqus(text: &str, program: Program, scale: f64) -> Result<Option<En
         None => 1,
         Some(n) => n.parse().map_err(|_| unreadable(program, format!("N = {n} is no number")))?,
     };
-    Ok(Some(energy(&terms(program, &values, count, head)?, scale)))
+    check_count(program, count, head)?;
+    Ok(energy(&terms(program, &card.constants(program, 3 * count)?, count, head)?, scale))
 }
 
 /// The first `TB,HYPER` where it has `FOAM` or `BLATZ`.

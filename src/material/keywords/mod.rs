@@ -9,11 +9,14 @@
 
 mod abaqus;
 mod ansys;
+mod cards;
 mod energy;
 mod foam;
 mod markup;
+mod series;
 
 pub use energy::{Energy, KeywordError, Program};
+pub use series::Imported;
 
 use super::volumetric::VolumetricKind;
 use crate::math::units::{self, Dimension};
@@ -37,23 +40,35 @@ pub fn write(energy: &Energy, program: Program, unit: &str, notes: &[String]) ->
     Ok(text + &body)
 }
 
-/// The energy of the first law in the input of a program, with stresses in `unit`.
-pub fn read(text: &str, program: Program, unit: &str) -> Result<Energy, KeywordError> {
+/// The first law in the input of a program, with stresses in `unit`, and the Prony series of its material.
+pub fn read(text: &str, program: Program, unit: &str) -> Result<Imported, KeywordError> {
     let scale = units::parse(&format!("1 {unit}"), Dimension::PRESSURE)?;
-    let energy = match program {
-        Program::Abaqus | Program::Calculix => match foam::read_abaqus(text, program, scale)? {
-            Some(foam) => foam,
-            None => abaqus::read(text, program, scale)?,
-        },
+    let mut found: Imported = match program {
+        Program::Abaqus | Program::Calculix => of_cards(text, program, scale)?,
         Program::Ansys => match foam::read_ansys(text, scale)? {
-            Some(foam) => foam,
-            None => ansys::read(text, scale)?,
+            Some(foam) => foam.into(),
+            None => ansys::read(text, scale)?.into(),
         },
-        Program::Febio => markup::read_febio(text, scale)?,
-        Program::Sofa => markup::read_sofa(text, scale)?,
+        Program::Febio => markup::read_febio(text, scale)?.into(),
+        Program::Sofa => markup::read_sofa(text, scale)?.into(),
     };
-    let kappa = energy.build()?.small_strain().kappa;
-    Ok(if energy.law == energy::FOAM { Energy { kappa, ..energy } } else { energy })
+    let kappa = found.energy.build()?.small_strain().kappa;
+    if found.energy.law == energy::FOAM {
+        found.energy.kappa = kappa;
+    }
+    Ok(found)
+}
+
+/// The same of Abaqus and CalculiX.
+fn of_cards(text: &str, program: Program, scale: f64) -> Result<Imported, KeywordError> {
+    let absent = || KeywordError::Unreadable { program, what: "no *HYPERELASTIC or *HYPERFOAM".into() };
+    let (material, law) = cards::of_first_law(text).ok_or_else(absent)?;
+    let card = &material[law];
+    let energy = match card.is("*HYPERFOAM") {
+        true => foam::read_abaqus(card, program, scale)?,
+        false => abaqus::read(card, program, scale)?,
+    };
+    series::with_relaxation(energy, &material, law, program)
 }
 
 /// Words on the volumetric part, the one of the program and the one of the law.

@@ -2,6 +2,7 @@
 
 use crate::mesh::generate::GenerateError;
 use crate::report::ReportError;
+use crate::scene::SceneError;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +13,8 @@ pub enum BundleError {
     Report(#[from] ReportError),
     #[error(transparent)]
     Mesh(#[from] GenerateError),
+    #[error(transparent)]
+    Study(#[from] SceneError),
     #[error("{}: {reason}", path.display())]
     Unreadable { path: PathBuf, reason: String },
     #[error("{}: it cannot be written: {reason}; choose another place, or make room", path.display())]
@@ -22,6 +25,15 @@ pub enum BundleError {
     Absolute { files: Vec<String> },
     #[error("{} has results of the study {found}, not of {wanted}; give the folder of its results with --results", path.display())]
     OtherStudy { path: PathBuf, found: String, wanted: String },
+    #[error(
+        "{}: its results are not those of the study: {}; write changes of --set into the study, run it again, and bundle the results then",
+        path.display(), facts.join("; ")
+    )]
+    OtherInputs { path: PathBuf, facts: Vec<String> },
+    #[error(
+        "{}: it adds other meshes to the study than the bundle does; choose another folder with --out", path.display()
+    )]
+    OtherExtension { path: PathBuf },
     #[error("{}: it is no bundle: {reason}", path.display())]
     NoBundle { path: PathBuf, reason: String },
     #[error("{}: {}; get the bundle again", path.display(), files.join("; "))]

@@ -8,11 +8,13 @@
 //! results/                 the results with their report
 //! ```
 
+mod belonging;
 mod error;
 mod inputs;
 mod metadata;
 
 use crate::storage::{self, DATA_LIMIT, sha256};
+use crate::study::extension::Additions;
 use crate::study::store::builds::builds;
 use crate::study::store::results;
 pub use error::BundleError;
@@ -49,7 +51,7 @@ struct Environment {
 /// Writes the study of a file with its results into a folder that does not exist yet.
 ///
 /// # Errors
-/// Results or inputs that cannot be read, results of another study, names of files that another machine does not have, and a folder that cannot be written.
+/// Results or inputs that cannot be read, results of another study or of other inputs, names of files that another machine does not have, and a folder that cannot be written.
 pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -> Result<Bundled, BundleError> {
     if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(BundleError::NotEmpty { path: out.into() });
@@ -59,7 +61,9 @@ pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -
         let found = stored.study.study;
         return Err(BundleError::OtherStudy { path: dir.into(), found, wanted: named.into() });
     }
-    let Inputs { mut files, study, missing } = gather(study, &stored.cases)?;
+    let file = study;
+    let Inputs { mut files, study, missing } = gather(file, &stored.cases)?;
+    belonging::check(file, dir, &stored.study)?;
     files.extend(of_results(dir)?);
     let mut all: Vec<Stored> = vec![];
     for (place, from) in &files {
@@ -108,6 +112,8 @@ pub struct Bundle {
     pub home: PathBuf,
     pub study: PathBuf,
     pub results: PathBuf,
+    /// The meshes that were added to the study, where some were
+    pub extension: Option<PathBuf>,
     /// It brings meshes, and the mesher with the bodies, which are programs
     pub has_bodies: bool,
 }
@@ -146,11 +152,32 @@ pub fn open(dir: &Path) -> Result<Bundle, BundleError> {
     if !is_listed(ENVIRONMENT) || !is_listed(&environment.study) {
         return Err(refuse(format!("{MANIFEST} does not list the study")));
     }
-    let home = dir.join("home");
+    let (home, results) = (dir.join("home"), dir.join("results"));
+    // One that nobody has written into the bundle is left aside
+    let is_extended = is_listed("results/extension.toml");
     Ok(Bundle {
         study: dir.join(&environment.study),
-        results: dir.join("results"),
+        extension: is_extended.then(|| Additions::file(&results)),
+        results,
         has_bodies: home.join("meshes/meshgen").is_dir(),
         home,
     })
+}
+
+impl Bundle {
+    /// Adds the meshes of the bundle to the folder of a rerun.
+    ///
+    /// # Errors
+    /// A folder to which others were added, or that cannot be written.
+    pub fn extend(&self, out: &Path) -> Result<(), BundleError> {
+        let to = Additions::file(out);
+        let read = |file: &Path| storage::read(file, DATA_LIMIT).map_err(|e| BundleError::unreadable(file, &e));
+        let own = self.extension.as_deref().map(read).transpose()?;
+        let there = to.is_file().then(|| read(&to)).transpose()?;
+        match (own, there) {
+            (own, there) if own == there => Ok(()),
+            (Some(own), None) => put(out, "extension.toml", &own).map(drop),
+            _ => Err(BundleError::OtherExtension { path: to }),
+        }
+    }
 }

@@ -4,7 +4,11 @@
 //! E_n = |new − old|/√(h_old² + h_new²)        h: half-width of the error bar on the side of the other value
 //! ```
 //!
-//! A change is beyond the bars where E_n > 1 (ISO/IEC 17043, 2010, annex B). A value without a bar is judged by a tolerance.
+//! A change is beyond the bars where E_n > 1 (ISO/IEC 17043, 2010, annex B). A value without a bar is judged by a tolerance. Values are those that the
+//! study judges, with bars and without: peaks, or largest changes of what does not start at zero.
+//!
+//! The verdict changed where one result has none, or recommends a setting that the other one finds beyond the tolerance. Its words alone do not
+//! tell: they name costs, which differ from run to run.
 
 mod stored;
 
@@ -50,6 +54,10 @@ pub struct Changes {
     pub version: [String; 2],
     pub tolerance: [f64; 2],
     pub verdict: [String; 2],
+    /// Whether they differ in more than numbers
+    pub verdict_changed: bool,
+    /// Common cases that were computed from other inputs: scene, files or mesh
+    pub inputs: Vec<String>,
     /// Cases of one result only
     pub missing: Vec<String>,
     pub added: Vec<String>,
@@ -65,10 +73,11 @@ pub struct Changes {
 }
 
 impl Changes {
-    /// Whether something changed for the worse or beyond what is known: a value beyond its bar, a case that is gone or converges no longer.
+    /// Whether something changed for the worse or beyond what is known: the verdict, a value beyond its bar, a case that is gone or converges no longer.
     pub fn is_beyond(&self) -> bool {
         let lost = |(_, old, new): &(String, String, String)| old == CONVERGED && new != CONVERGED;
-        !self.missing.is_empty()
+        self.verdict_changed
+            || !self.missing.is_empty()
             || self.statuses.iter().any(lost)
             || self.values.iter().any(|v| v.judgement == Judgement::Beyond)
     }
@@ -120,13 +129,16 @@ fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
         a.claims.iter().filter_map(|old| Some(of_claims(old, claims.get(old.what.as_str())?))).collect();
     let has_bar = |what: &str, of: &StoredSummary| of.claims.iter().any(|c| c.what == what);
     for (old, new) in &common {
-        for (column, peak) in &old.probes {
+        for column in old.probes.keys() {
             let what = format!("{}: {column}", old.id);
-            let Some((quantity, now)) = b.judged(new, column).zip(new.probes.get(column)) else { continue };
-            if !(has_bar(&what, a) && has_bar(&what, b)) {
-                let accepted = (tolerance * peak.peak.abs()).max(quantity.absolute_tolerance.unwrap_or(0.0));
-                values.push(without_bar(what, &quantity.unit, (peak.peak, now.peak), accepted));
+            if has_bar(&what, a) && has_bar(&what, b) {
+                continue;
             }
+            let Some((quantity, (value, now, words))) = b.judged(new, column).zip(values_of(old, new, column)) else {
+                continue;
+            };
+            let accepted = (tolerance * value.abs()).max(quantity.absolute_tolerance.unwrap_or(0.0));
+            values.push(without_bar(what + words, &quantity.unit, (value, now), accepted));
         }
     }
     let one_only = |from: &StoredSummary, of: &StoredSummary| -> Vec<String> {
@@ -137,6 +149,11 @@ fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
         version: [a.version.clone(), b.version.clone()],
         tolerance: [a.tolerance, b.tolerance],
         verdict: [a.verdict.clone(), b.verdict.clone()],
+        verdict_changed: a.differs_in_support(b) || differ_in_setting(a, b) || differ_in_setting(b, a),
+        inputs: (common.iter())
+            .filter(|(o, n)| o.identity.as_ref().zip(n.identity.as_ref()).is_some_and(|(old, new)| old != new))
+            .map(|(o, _)| o.id.clone())
+            .collect(),
         missing: ids(a, b),
         added: ids(b, a),
         statuses: (common.iter().filter(|(o, n)| o.status != n.status))
@@ -149,6 +166,19 @@ fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
         values,
         unmatched: one_only(a, b).into_iter().chain(one_only(b, a)).collect(),
     }
+}
+
+/// Whether the setting that one result recommends is beyond the tolerance in the other one.
+fn differ_in_setting(one: &StoredSummary, other: &StoredSummary) -> bool {
+    one.recommended().is_some_and(|case| other.recommended().is_some() && !other.accepts(case))
+}
+
+/// The values of a column that two results are judged by, and what is added to its name. Where one of them does not know them, its curves are not
+/// stored and an earlier version has written it, they are the recorded extremes of both.
+fn values_of(old: &StoredCase, new: &StoredCase, column: &str) -> Option<(f64, f64, &'static str)> {
+    let judged = old.judged.get(column).zip(new.judged.get(column));
+    let recorded = || Some((old.probes.get(column)?.peak, new.probes.get(column)?.peak, ", recorded extreme"));
+    judged.map(|(old, new)| (*old, *new, "")).or_else(recorded)
 }
 
 fn of_claims(old: &Claim, new: &Claim) -> Change {

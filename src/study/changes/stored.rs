@@ -1,9 +1,13 @@
-//! The part of `summary.json` that two results are compared by.
+//! The part of a stored result that two results are compared by.
 
 use crate::report::{ReportError, files};
 use crate::study::claim::Claim;
+use crate::study::kinds::KINDS;
+use crate::study::store::outdated::stored_identity;
 use crate::study::store::record::{Quantity, StudyRecord};
+use crate::study::store::results;
 use serde::Deserialize;
+use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -15,6 +19,11 @@ pub struct StoredSummary {
     pub tolerance: f64,
     pub cases: Vec<StoredCase>,
     pub verdict: String,
+    /// Absent in results of earlier versions
+    #[serde(default)]
+    supported: Option<bool>,
+    #[serde(default)]
+    analysis: Value,
     pub version: String,
     /// Absent in results of earlier versions
     #[serde(default)]
@@ -35,6 +44,12 @@ pub struct StoredCase {
     pub cpu_s: f64,
     #[serde(default)]
     pub probes: BTreeMap<String, StoredPeak>,
+    /// Quantity → value that it is judged by; absent in results of earlier versions
+    #[serde(default)]
+    pub judged: BTreeMap<String, f64>,
+    /// Digest of what it was computed from, of its record
+    #[serde(skip)]
+    pub identity: Option<String>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -48,20 +63,60 @@ pub struct StoredPeak {
 }
 
 impl StoredSummary {
-    /// Reads `summary.json` and the quantities of `study.json` in a folder.
+    /// Reads `summary.json` and the quantities of `study.json` in a folder, and of its records what they were computed from.
     ///
     /// # Errors
     /// Files that are missing, cannot be read, or are no results of a study.
     pub fn read(dir: &Path) -> Result<Self, ReportError> {
         let path = dir.join("summary.json");
         let mut summary: Self = files::json(&path)?.ok_or(ReportError::NotAStudy { path })?;
+        for case in &mut summary.cases {
+            case.identity = stored_identity(dir, &case.id).filter(|digest| !digest.is_empty());
+        }
         let study: Option<StudyRecord> = files::json(&dir.join("study.json"))?;
-        summary.quantities = study.map(|s| s.quantities).unwrap_or_default();
+        if let Some(study) = study {
+            summary.judge(dir, &study);
+            summary.quantities = study.quantities;
+        }
         Ok(summary)
+    }
+
+    /// Finds the judged values where an earlier version has written the summary, from the curves where they are stored.
+    fn judge(&mut self, dir: &Path, study: &StudyRecord) {
+        let Some(kind) = KINDS.iter().find(|kind| kind.name == study.kind) else { return };
+        let without = self.cases.iter_mut().filter(|case| case.judged.is_empty());
+        let (mut cases, stored): (Vec<_>, Vec<_>) = without
+            .filter_map(|case| {
+                let stored = results::stored(dir, &case.id).ok().flatten()?;
+                (!stored.series.t_s.is_empty()).then_some((case, stored))
+            })
+            .unzip();
+        for (case, judged) in cases.iter_mut().zip((kind.judged)(study, &stored)) {
+            case.judged = judged;
+        }
     }
 
     /// The quantity in a column of a case, where the study judges it.
     pub fn judged(&self, case: &StoredCase, column: &str) -> Option<&Quantity> {
         self.quantities.get(&case.variant)?.iter().find(|q| q.name == column)
+    }
+
+    /// Whether only one of the two has a verdict. Earlier versions say it in words only.
+    pub fn differs_in_support(&self, other: &Self) -> bool {
+        let refuses = |s: &Self| s.verdict.starts_with("No verdict");
+        let stated = self.supported.zip(other.supported);
+        stated.map_or_else(|| refuses(self) != refuses(other), |(own, other)| own != other)
+    }
+
+    /// A case of the setting that is recommended, where the study recommends one.
+    pub fn recommended(&self) -> Option<&str> {
+        self.analysis["recommended_case"].as_str()
+    }
+
+    /// Whether the setting of a case is within the tolerance, in a study that recommends settings. Nothing is held against one that was not run.
+    pub fn accepts(&self, case: &str) -> bool {
+        let is_of = |setting: &&Value| setting["cases"].as_array().is_some_and(|ids| ids.iter().any(|id| id == case));
+        let setting = self.analysis["settings"].as_array().and_then(|all| all.iter().find(is_of));
+        setting.is_none_or(|s| s["worst"].as_f64().is_some_and(|bar| bar <= self.tolerance))
     }
 }

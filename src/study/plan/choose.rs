@@ -2,12 +2,13 @@
 
 use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
+use crate::study::plan::limit::References;
 use crate::study::plan::pilots::{Pilots, build, count};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::settings::Setting;
 use crate::study::plan::sizes::Choice;
 use crate::study::plan::steps::Steps;
-use crate::study::plan::weigh::{Expectation, References};
+use crate::study::plan::weigh::Expectation;
 
 /// Meshes that are made at most to confirm a setting.
 const MESHES: usize = 3;
@@ -23,7 +24,8 @@ pub struct Known<'a> {
 }
 
 /// The cheapest setting within the tolerance that fits into the rest of the budget, otherwise the most accurate that fits, and whether it is
-/// within the tolerance. Only the meshes of settings that come first are made, counted by their symbolic factorisation, and weighed again.
+/// within the tolerance. Only the meshes of settings that come first are made, counted by their symbolic factorisation, and weighed again; none
+/// after a signal to stop.
 pub fn choose(
     request: &Request,
     known: &Known,
@@ -38,8 +40,9 @@ pub fn choose(
         let enough = weighed.iter().filter(fits).find(|s| s.error <= request.tolerance);
         let best = weighed.iter().filter(fits).min_by(|a, b| a.error.total_cmp(&b.error));
         let Some(setting) = enough.or(best).cloned() else { return Ok((None, false)) };
-        if setting.on_its_mesh {
-            return Ok((Some(setting), enough.is_some()));
+        let meets = enough.is_some();
+        if setting.on_its_mesh || request.is_stopped() {
+            return Ok((Some(setting), meets));
         }
         made += 1;
         let place = weighed.iter().position(|s| s.set == setting.set).expect("it is one of them");
@@ -56,7 +59,8 @@ pub fn choose(
                 weighed[place] = Setting { counted, on_its_mesh: true, error, limited_by, cpu_s, wall_s, ..setting };
                 weighed.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
             }
-            Err(PlanError::Scene(e)) => {
+            Err(PlanError::Stopped) => return Ok((Some(setting), meets)),
+            Err(e @ (PlanError::Scene(_) | PlanError::MeshLate { .. })) => {
                 pilots.lost.push((setting.words(), e.to_string()));
                 weighed.remove(place);
             }

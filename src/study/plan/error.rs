@@ -1,5 +1,6 @@
 //! Why there is no plan.
 
+use crate::report::numbers::seconds;
 use crate::scene::SceneError;
 use std::path::PathBuf;
 
@@ -18,6 +19,9 @@ pub enum PlanError {
     Quantity { file: PathBuf, fact: String },
     #[error("no element came through its pilots within a quarter of the budget ({spent:.0} s spent{}); raise --budget, or take a larger dt", told(.lost))]
     FewPilots { spent: f64, lost: Vec<(String, String)> },
+    /// The budget, not the scene, has set the limit of the mesher
+    #[error("the mesher was ended after {}, which is all that the budget has left for it; raise --budget", seconds(*.after_s))]
+    MeshLate { after_s: f64 },
     #[error("stopped")]
     Stopped,
 }

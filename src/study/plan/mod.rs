@@ -3,44 +3,48 @@
 //! The budget is wall time, and everything counts: meshes, factorisations, pilots, and the run that is advised.
 //!
 //! 1. Pilots: every element (`sizes`) on its coarsest meshes, while they fit into a quarter of the budget.
-//! 2. Reference: f* of every quantity as in a convergence study, from the pilots of each element.
-//! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from three steps on the coarsest mesh.
+//! 2. Limits over h: f_h of every quantity with the steps of the scene, as in a convergence study, from the pilots of each element.
+//! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from runs with other steps on one pilot ([`steps`]).
+//!    Both together give f* ([`limit`]): no run is compared with a limit in which its steps have no part.
 //! 4. Choice: the setting of least time whose expected error, of mesh and step together, is within the tolerance. Errors are those of
 //!    the peaks, the largest over the quantities. Only its mesh is made, to count the work; if it is more than expected, the next one's.
 //!
 //! Where the mesh is given, there are formulations and steps to choose from only, and the errors are those estimated from each run alone.
 //!
-//! The uncertainty of f* is not in the expected error: the plan states it apart, as what it cannot promise. After the run f* is estimated
-//! again with the run as a further mesh, and the error of the run against it is compared with the expected one.
+//! The uncertainty of f* is not in the expected error: the plan states it apart, as what it cannot promise. The error of the run that is made
+//! is found against f*, which is estimated again with the run as a further mesh where its steps are those of the pilots.
 
 mod budget;
 mod choose;
 mod error;
+mod limit;
 pub mod model;
 mod pilots;
 mod request;
 mod settings;
 mod sizes;
+mod step_law;
 mod steps;
 mod weigh;
 mod words;
 
 pub use error::PlanError;
+pub use limit::{Limit, References};
 pub use request::{PlanWatch, Request};
 pub use settings::{Outcome, Pilot, Plan, Setting};
 pub use sizes::Meshes;
+pub use step_law::StepLaw;
+pub use steps::Steps;
 
 use crate::scene::Scene;
 use crate::study::curve::peak;
-use crate::study::estimate::family::{Estimate, Level, estimate};
-use crate::study::estimate::reference;
-use crate::study::store::record::{Role, StoredCase};
+use crate::study::store::record::StoredCase;
 use budget::Budget;
 use choose::Known;
 use pilots::{Pilots, Trial};
 use sizes::Choice;
 use std::collections::BTreeMap;
-use weigh::References;
+use steps::Examined;
 
 /// A plan with what is needed to carry it out.
 pub struct Planned {
@@ -49,26 +53,30 @@ pub struct Planned {
     pilots: Pilots,
 }
 
-/// Runs the pilots and weighs the settings, within the budget by the clock.
+/// Runs the pilots and weighs the settings, within the budget by the clock. After a signal to stop nothing more is learnt: the plan rests on the
+/// pilots that are complete, or there is none.
 pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanError> {
     let budget = Budget::new(request.budget_s);
     let (choices, meshes) = sizes::choices(&request.file, &pilots::read(request, &[])?.0)?;
     let (scene, quantities) = coarsest(request, &choices, &budget, watch)?;
     let mut pilots = pilots::run_all(request, (&choices, meshes), &quantities, &budget, watch)?;
     let needed = if meshes == Meshes::Given { 1 } else { 3 };
-    let (k, first) = (pilots.of.iter().enumerate().filter(|(_, p)| p.len() >= needed))
-        .map(|(k, own)| (k, &own[0]))
-        .min_by(|a, b| a.1.record.cpu_s.total_cmp(&b.1.record.cpu_s))
-        .ok_or_else(|| PlanError::FewPilots { spent: budget.spent_s(), lost: pilots.lost.clone() })?;
-    let size = choices[k].sizes.iter().copied().find(|cells| first.record.id == choices[k].words(*cells)).unwrap_or(0);
-    let steps = steps::steps(request, &scene, (&choices[k], size, first), &quantities, &budget, watch)?;
-    let (references, mut weighed) = match meshes {
-        Meshes::Given => weigh::given(&choices, &pilots, &quantities, &steps),
-        _ => {
-            let references = references(request, &choices, &pilots, &quantities);
-            let settings = weigh::settings(&choices, &pilots, &references, &steps, budget.left_s());
-            (references, settings)
-        }
+    let limits = match meshes {
+        Meshes::Given => limit::of_given(&pilots, &quantities),
+        _ => limit::of_meshes(&choices, &pilots, &quantities, request.tolerance),
+    };
+    let enough = pilots.of.iter().any(|own| own.len() >= needed);
+    let examined = Examined::new(&choices, &pilots, &limits, budget.learning_s()).filter(|_| enough);
+    let examined = examined.ok_or_else(|| match request.is_stopped() {
+        true => PlanError::Stopped,
+        false => PlanError::FewPilots { spent: budget.spent_s(), lost: pilots.lost.clone() },
+    })?;
+    let steps = steps::steps(request, &scene, examined, &quantities, &budget, watch)?;
+    let limit = |(q, mesh): (&String, &(f64, f64))| (q.clone(), Limit::new(*mesh, &steps, q));
+    let references: References = limits.iter().map(limit).collect();
+    let mut weighed = match meshes {
+        Meshes::Given => weigh::given(&choices, &pilots, &references, &steps),
+        _ => weigh::settings(&choices, &pilots, &references, &steps, budget.left_s()),
     };
     let known = Known { choices: &choices, references: &references, steps: &steps, budget: &budget };
     let (chosen, meets) = choose::choose(request, &known, &mut weighed, &mut pilots, watch)?;
@@ -93,6 +101,7 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
         lost: pilots.lost.clone(),
         quantities,
         promises: vec![],
+        stopped: request.is_stopped(),
         outcome: None,
     };
     plan.promises = words::promises(&plan, &pilots);
@@ -129,15 +138,6 @@ fn coarsest(
     Err(last.expect("there is at least one size"))
 }
 
-/// f* of every quantity, from the pilots of each element.
-fn references(request: &Request, choices: &[Choice], pilots: &Pilots, quantities: &[String]) -> References {
-    let one = |q: &String| {
-        let r = reference::choose(&estimates(choices, pilots, q, request.tolerance), request.tolerance)?;
-        (r.value != 0.0).then(|| (q.clone(), (r.value, r.uncertainty / r.value.abs())))
-    };
-    quantities.iter().filter_map(one).collect()
-}
-
 /// The columns to be judged: those asked for, else every recorded angle and cable tension.
 fn quantities(request: &Request, scene: &Scene) -> Result<Vec<String>, PlanError> {
     let refuse = |fact: String| PlanError::Quantity { file: request.file.clone(), fact };
@@ -161,54 +161,49 @@ fn peaks(case: &StoredCase, quantities: &[String]) -> BTreeMap<String, f64> {
     quantities.iter().filter_map(|q| Some((q.clone(), peak(case, q)?))).collect()
 }
 
-/// Estimate of the limit by each element.
-fn estimates(choices: &[Choice], pilots: &Pilots, quantity: &str, tolerance: f64) -> Vec<Estimate> {
-    let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, peak(c, quantity)?) });
-    let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {
-        let levels = own.iter().filter_map(level).collect();
-        estimate((&choice.name, Role::Element, &choice.name), levels, None, tolerance)
-    };
-    choices.iter().zip(&pilots.of).filter_map(one).collect()
-}
-
 impl Planned {
-    /// Makes the run that was chosen and compares it with what was expected.
+    /// Makes the run that was chosen and compares it with what was expected. A signal to stop ends the run, and the plan stays.
     pub fn carry_out(&mut self, request: &Request, watch: &dyn PlanWatch) -> Result<(), PlanError> {
-        let Some(chosen) = self.plan.chosen.clone() else { return Ok(()) };
+        let Some(chosen) = self.plan.chosen.clone().filter(|_| !self.plan.stopped) else { return Ok(()) };
         let k = chosen.choice;
         let changes = [self.plan.steps.changes.clone(), self.choices[k].changes(chosen.cells)].concat();
-        let scene = pilots::build(request, &changes, f64::INFINITY, watch)?;
-        let estimated: &[String] = if self.plan.meshes == Meshes::Given { &self.plan.quantities } else { &[] };
         let name = self.choices[k].words(chosen.cells);
-        let trial = Trial { name, scene: &scene, limit_s: f64::INFINITY, estimated };
-        let case = pilots::run(request, trial, watch)?.expect("without a limit it comes to an end");
-        let record = &case.record;
-        let (status, cpu_s, wall_s) = (record.status.clone(), record.cpu_s, record.wall_s);
-        let peaks = peaks(&case, &self.plan.quantities);
-        let converged = record.converged();
-        let mut pilots = self.pilots.clone();
-        if converged {
-            pilots.of[k].push(case);
-        }
-        let now = reference::choose(
-            &estimates(&self.choices, &pilots, &chosen.limited_by, self.plan.tolerance),
-            self.plan.tolerance,
-        );
-        let value = peaks.get(&chosen.limited_by).copied().filter(|_| converged);
-        let (error, uncertainty) = match (now, value) {
-            (Some(r), Some(f)) => ((f - r.value).abs() / r.value.abs(), r.uncertainty / r.value.abs()),
-            _ => (f64::NAN, f64::NAN),
+        let made = pilots::build(request, &changes, f64::INFINITY, watch).and_then(|scene| {
+            let trial = Trial { name, scene: &scene, limit_s: f64::INFINITY, estimated: &[] };
+            pilots::run(request, trial, watch)
+        });
+        let case = match made {
+            Err(PlanError::Stopped) => {
+                self.plan.stopped = true;
+                return Ok(());
+            }
+            made => made?.expect("without a limit it comes to an end"),
         };
-        self.plan.outcome = Some(Outcome {
-            status,
-            cpu_s,
-            wall_s,
-            time_ratio: chosen.cpu_s / cpu_s,
+        self.plan.outcome = Some(self.compare(&chosen, &case));
+        Ok(())
+    }
+
+    /// The run against what was expected of it.
+    fn compare(&self, chosen: &Setting, case: &StoredCase) -> Outcome {
+        let (plan, record) = (&self.plan, &case.record);
+        let peaks = peaks(case, &plan.quantities);
+        let pilots = (self.choices.as_slice(), &self.pilots);
+        let judged = (chosen.limited_by.as_str(), plan.tolerance);
+        let (limit, further_mesh) =
+            plan.references[&chosen.limited_by].for_run(pilots, (chosen.choice, case), &plan.steps, judged);
+        let value = peaks.get(&chosen.limited_by).filter(|_| record.converged());
+        let error = value.map_or(f64::NAN, |f| limit.error(*f));
+        Outcome {
+            status: record.status.clone(),
+            cpu_s: record.cpu_s,
+            wall_s: record.wall_s,
+            time_ratio: chosen.cpu_s / record.cpu_s,
             error,
-            uncertainty,
+            further_mesh,
+            with_steps: limit.of_steps.is_some(),
+            uncertainty: limit.uncertainty,
             error_ratio: chosen.error / error,
             peaks,
-        });
-        Ok(())
+        }
     }
 }

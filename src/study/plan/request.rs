@@ -3,7 +3,8 @@
 use crate::scene::Progress;
 use crate::study::store::record::CaseRecord;
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Request for a plan.
 pub struct Request<'a> {
@@ -16,7 +17,14 @@ pub struct Request<'a> {
     /// Columns; those of a convergence study if empty
     pub quantities: Vec<String>,
     /// Set to stop
-    pub stop: &'a AtomicBool,
+    pub stop: &'a Arc<AtomicBool>,
+}
+
+impl Request<'_> {
+    /// Whether the plan is to end with what is known.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
 }
 
 /// Observer of a plan in progress.

@@ -1,5 +1,6 @@
 //! A plan: the settings that were weighed, the chosen one, and how the prediction compares with the run.
 
+use crate::study::plan::limit::References;
 use crate::study::plan::model::Counted;
 use crate::study::plan::sizes::Meshes;
 use crate::study::plan::steps::Steps;
@@ -13,8 +14,8 @@ pub struct Plan {
     pub budget_s: f64,
     pub meshes: Meshes,
     pub quantities: Vec<String>,
-    /// Column → f* and U(f*)/|f*| from the pilots
-    pub references: BTreeMap<String, (f64, f64)>,
+    /// Column → limit in the mesh and in the step, from the pilots
+    pub references: References,
     pub pilots: Vec<Pilot>,
     pub pilots_cpu_s: f64,
     /// By the clock, until the choice was made: pilots, meshes, factorisations
@@ -28,6 +29,8 @@ pub struct Plan {
     /// Pilots that could not be used: (what, why)
     pub lost: Vec<(String, String)>,
     pub promises: Vec<String>,
+    /// A signal ended it, or the run, before all was done
+    pub stopped: bool,
     /// How good the prediction was, once the run was made
     pub outcome: Option<Outcome>,
 }
@@ -73,8 +76,12 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Expected over found
     pub time_ratio: f64,
-    /// Of the quantity that limits, against f* with the run as a further mesh \[–\]
+    /// Of the quantity that limits, against f* \[–\]
     pub error: f64,
+    /// The run is a further mesh of that f*; otherwise it is the one of the pilots
+    pub further_mesh: bool,
+    /// The error of the steps is known, and in the error
+    pub with_steps: bool,
     /// Known this well \[–\]
     pub uncertainty: f64,
     pub error_ratio: f64,

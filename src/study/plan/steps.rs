@@ -1,22 +1,22 @@
-//! The time step of a plan: three steps on the coarsest mesh, their error by a power law, and the largest step that will do.
+//! The time step of a plan: runs with other steps on one pilot, their error ([`StepLaw`]), and the largest step that will do.
 //!
-//! ```text
-//! e(dt) = |f(dt) − f*|/|f*| (φ)ᵖ for φ dt,   p observed, else that of the integrator,   φ = 2, 1, ½, ¼, …
-//! ```
+//! The pilot is the one whose peaks are nearest the limits over h, among those that a share of the budget lets run with steps down to an eighth;
+//! otherwise the cheapest. It is run with φ = 2 and ½ times the steps of the scene, then with ¼, ⅛, … until the orders are known
+//! and the chosen step is among those run, while the budget allows it.
 //!
 //! The largest φ whose error is within a quarter of the tolerance in every quantity is taken: what is left belongs to the mesh. In
 //! statics without history the state does not depend on the step, and the scene keeps its own.
 
 use crate::scene::Scene;
 use crate::study::curve::peak;
-use crate::study::estimate::family::{Level, estimate_of_order};
-use crate::study::estimate::richardson::LEAST_ORDER;
 use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
-use crate::study::plan::pilots::{Trial, build, run};
+use crate::study::plan::limit::MeshLimits;
+use crate::study::plan::pilots::{Pilots, Trial, build, run};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;
-use crate::study::store::record::{Role, StoredCase};
+use crate::study::plan::step_law::StepLaw;
+use crate::study::store::record::StoredCase;
 use crate::system::ConstraintKind;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -26,7 +26,14 @@ use toml::Value;
 const SHARE: f64 = 0.25;
 /// No step is planned below the scene's by more halvings.
 const HALVINGS: i32 = 6;
+/// Runs with twice the steps of the scene and with a half, a quarter and an eighth of them, in runs of the scene.
+const DOWN_TO_AN_EIGHTH: f64 = 14.5;
+/// Share of the time for learning that they may take on another pilot than the cheapest.
+const FOR_ACCURACY: f64 = 0.25;
+/// Share of the time that is left for learning which one further run may take.
+const FURTHER: f64 = 0.5;
 
+/// The step of a plan, and what is known about the errors by it.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Steps {
     /// φ, over the steps of the scene
@@ -36,6 +43,10 @@ pub struct Steps {
     pub changes: Vec<(String, Value)>,
     /// Column → expected error \[–\]
     pub errors: BTreeMap<String, f64>,
+    /// The states depend on the steps
+    pub matter: bool,
+    /// Column → error over φ, where it was examined
+    pub laws: BTreeMap<String, StepLaw>,
     /// CPU time of a step over that of a step of the scene \[–\]
     pub per_step: f64,
     pub cpu_s: f64,
@@ -43,79 +54,183 @@ pub struct Steps {
 }
 
 impl Steps {
+    /// The steps of the scene, of which nothing is learnt.
+    pub fn of_scene(matter: bool, words: &str) -> Self {
+        Self {
+            factor: 1.0,
+            changes: vec![],
+            errors: BTreeMap::new(),
+            matter,
+            laws: BTreeMap::new(),
+            per_step: 1.0,
+            cpu_s: 0.0,
+            words: words.into(),
+        }
+    }
+
+    /// Expected error of a column by the step \[–\]; 0 where it is not known.
     pub fn error(&self, quantity: &str) -> f64 {
         self.errors.get(quantity).copied().unwrap_or(0.0)
     }
 }
 
+/// A pilot whose steps are examined.
+#[derive(Clone, Copy)]
+pub struct Examined<'a> {
+    pub choice: &'a Choice,
+    pub cells: u64,
+    pub case: &'a StoredCase,
+}
+
+impl<'a> Examined<'a> {
+    /// The pilot nearest the limits among those whose runs fit into a share of `left_s`, otherwise the cheapest.
+    pub fn new(choices: &'a [Choice], pilots: &'a Pilots, limits: &MeshLimits, left_s: f64) -> Option<Self> {
+        let all =
+            || choices.iter().zip(&pilots.of).flat_map(|(choice, own)| own.iter().map(move |case| (choice, case)));
+        let distance = |case: &StoredCase| {
+            let one = |(q, (limit, _)): (&String, &(f64, f64))| peak(case, q).map_or(1.0, |f| (f / limit - 1.0).abs());
+            limits.iter().map(one).fold(0.0, f64::max)
+        };
+        let affordable = |case: &StoredCase| DOWN_TO_AN_EIGHTH * case.record.wall_s <= FOR_ACCURACY * left_s;
+        let nearest = (all().filter(|(_, case)| affordable(case)))
+            .min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)).then(a.1.record.cpu_s.total_cmp(&b.1.record.cpu_s)));
+        let (choice, case) = nearest.or_else(|| all().min_by(|a, b| a.1.record.cpu_s.total_cmp(&b.1.record.cpu_s)))?;
+        let cells = choice.sizes.iter().copied().find(|cells| case.record.id == choice.words(*cells)).unwrap_or(0);
+        Some(Self { choice, cells, case })
+    }
+}
+
+/// Runs of one pilot with other steps.
+struct Runs<'a> {
+    request: &'a Request<'a>,
+    /// With the steps of the scene, whichever its mesh
+    scene: &'a Scene,
+    pilot: Examined<'a>,
+    budget: &'a Budget,
+    watch: &'a dyn PlanWatch,
+    /// (φ, run) of those that converged
+    complete: Vec<(f64, StoredCase)>,
+    cpu_s: f64,
+}
+
+impl Runs<'_> {
+    /// One more run; false if it did not come to its end.
+    fn add(&mut self, factor: f64) -> Result<bool, PlanError> {
+        let Examined { choice, cells, .. } = self.pilot;
+        let changes = [scaled(self.scene, factor), choice.changes(cells)].concat();
+        let limit_s = self.budget.learning_s();
+        let name = format!("{}, step × {factor}", choice.words(cells));
+        let case = match build(self.request, &changes, limit_s, self.watch) {
+            Ok(scene) => run(self.request, Trial { name, scene: &scene, limit_s, estimated: &[] }, self.watch),
+            Err(e) => Err(e),
+        };
+        let case = match case {
+            Err(PlanError::Stopped | PlanError::MeshLate { .. }) => None,
+            case => case?,
+        };
+        let Some(case) = case else { return Ok(false) };
+        self.cpu_s += case.record.cpu_s;
+        let converged = case.record.converged();
+        if converged {
+            self.complete.push((factor, case));
+        }
+        Ok(converged)
+    }
+
+    /// The run with the smallest steps.
+    fn finest(&self) -> &(f64, StoredCase) {
+        self.complete.iter().min_by(|a, b| a.0.total_cmp(&b.0)).expect("that of the scene is one of them")
+    }
+
+    /// Error of every quantity over φ.
+    fn laws(&self, quantities: &[String]) -> BTreeMap<String, StepLaw> {
+        let integrator = &self.pilot.case.record.integrator;
+        let formal = if integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 };
+        let one = |q: &String| {
+            let values: Vec<_> = self.complete.iter().filter_map(|(factor, c)| Some((*factor, peak(c, q)?))).collect();
+            Some((q.clone(), StepLaw::new(&values, formal, self.request.tolerance)?))
+        };
+        quantities.iter().filter_map(one).collect()
+    }
+
+    /// CPU time of a step with about φ times the steps over that of a step of the scene \[–\].
+    fn per_step(&self, factor: f64) -> f64 {
+        let per_step = |c: &StoredCase| c.record.cpu_s / c.record.steps.max(1) as f64;
+        let away = |r: &(f64, StoredCase)| (r.0 / factor).ln().abs();
+        let like = self.complete.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        like.map_or(1.0, |r| per_step(&r.1) / per_step(self.pilot.case))
+    }
+
+    /// The choice among the steps by what these runs show.
+    fn steps(&self, quantities: &[String]) -> Steps {
+        let laws = self.laws(quantities);
+        let most = if self.complete.iter().any(|r| r.0 == 2.0) { 1 } else { 0 };
+        let factor = largest(&laws, most, SHARE * self.request.tolerance);
+        let unclear: Vec<&str> = laws.iter().filter(|(_, law)| !law.trusted).map(|(q, _)| q.as_str()).collect();
+        let (runs, pilot) = (self.complete.len(), self.pilot.choice.words(self.pilot.cells));
+        let mut words = format!("{factor} times the steps of the scene, from {runs} runs on {pilot}");
+        if !unclear.is_empty() {
+            words += &format!(
+                "; they show no order of convergence of {}, for which that of the integrator is assumed",
+                unclear.join(", ")
+            );
+        }
+        Steps {
+            factor,
+            changes: if factor == 1.0 { vec![] } else { scaled(self.scene, factor) },
+            errors: laws.iter().map(|(q, law)| (q.clone(), law.error(factor))).collect(),
+            matter: true,
+            laws,
+            per_step: self.per_step(factor),
+            cpu_s: self.cpu_s,
+            words,
+        }
+    }
+}
+
+/// The largest φ from 2^most down whose error is within a share in every quantity, otherwise the smallest there is.
+fn largest(laws: &BTreeMap<String, StepLaw>, most: i32, share: f64) -> f64 {
+    let enough = |factor: &f64| laws.values().all(|law| law.error(*factor) <= share);
+    // Without a law nothing speaks for other steps
+    let most = if laws.is_empty() { 0 } else { most };
+    (-HALVINGS..=most).rev().map(|k| 2f64.powi(k)).find(enough).unwrap_or(2f64.powi(-HALVINGS))
+}
+
+/// The step for a plan, by runs on a pilot. A signal to stop ends it with the runs that are complete.
 pub fn steps(
     request: &Request,
     scene: &Scene,
-    (choice, cells, coarsest): (&Choice, u64, &StoredCase),
+    pilot: Examined,
     quantities: &[String],
     budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<Steps, PlanError> {
-    let own = |words: &str| Steps {
-        factor: 1.0,
-        changes: vec![],
-        errors: BTreeMap::new(),
-        per_step: 1.0,
-        cpu_s: 0.0,
-        words: words.into(),
-    };
     let remembers = scene.system.effects.iter().any(|e| e.capabilities().history.is_some());
     let linked = scene.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked);
     if scene.spans.iter().all(|s| s.integrator.is_static()) && !remembers && !linked {
-        return Ok(own("statics without history: the state does not depend on the step, and the scene keeps its own"));
+        let words = "statics without history: the state does not depend on the step, and the scene keeps its own";
+        return Ok(Steps::of_scene(false, words));
     }
     // Half the steps and twice as many
-    if 2.5 * coarsest.record.wall_s > budget.learning_s() {
-        return Ok(own(
-            "not examined, since the budget has no time for it: the scene keeps its own, whose error is not in the expected one",
-        ));
+    if request.is_stopped() || 2.5 * pilot.case.record.wall_s > budget.learning_s() {
+        let words = "not examined, since the budget has no time for it: the scene keeps its own, whose error is not in the expected one";
+        return Ok(Steps::of_scene(true, words));
     }
-    let mut runs = vec![(1.0, coarsest.clone())];
-    let mut cpu_s = 0.0;
-    for factor in [2.0, 0.5] {
-        let changes = [scaled(scene, factor), choice.changes(cells)].concat();
-        let scene = build(request, &changes, budget.learning_s(), watch)?;
-        let name = format!("{}, step × {factor}", choice.words(cells));
-        let trial = Trial { name, scene: &scene, limit_s: budget.learning_s(), estimated: &[] };
-        let Some(case) = run(request, trial, watch)? else { continue };
-        cpu_s += case.record.cpu_s;
-        if case.record.converged() {
-            runs.push((factor, case));
+    let complete = vec![(1.0, pilot.case.clone())];
+    let mut runs = Runs { request, scene, pilot, budget, watch, complete, cpu_s: 0.0 };
+    runs.add(2.0)?;
+    let mut more = !request.is_stopped() && runs.add(0.5)?;
+    loop {
+        let steps = runs.steps(quantities);
+        let (finest, last) = runs.finest();
+        let known = steps.factor >= *finest && steps.laws.values().all(|law| law.is_settled(SHARE * request.tolerance));
+        let next = 0.5 * finest;
+        let possible = next >= 2f64.powi(-HALVINGS) && 2.0 * last.record.wall_s <= FURTHER * budget.learning_s();
+        if !more || known || !possible || request.is_stopped() {
+            return Ok(steps);
         }
+        more = runs.add(next)?;
     }
-    let formal = if coarsest.record.integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 };
-    let mut laws = BTreeMap::new();
-    for q in quantities {
-        let level = |(factor, c): &(f64, StoredCase)| {
-            Some(Level { id: c.record.id.clone(), h: *factor, f: peak(c, q)?, ..Level::default() })
-        };
-        let levels = runs.iter().filter_map(level).collect();
-        let Some(e) = estimate_of_order((q, Role::TimeStep, ""), formal, levels, None, request.tolerance) else {
-            continue;
-        };
-        let at_own = peak(coarsest, q).map_or(0.0, |f| (f - e.extrapolated).abs() / e.extrapolated.abs());
-        laws.insert(q.clone(), (at_own, e.observed_order.unwrap_or(formal).clamp(LEAST_ORDER, formal)));
-    }
-    let error = |law: &(f64, f64), factor: f64| law.0 * factor.powf(law.1);
-    let most = if runs.iter().any(|r| r.0 == 2.0) { 1 } else { 0 };
-    let factors = (-HALVINGS..=most).rev().map(|k| 2f64.powi(k));
-    let enough = |f: &f64| laws.values().all(|law| error(law, *f) <= SHARE * request.tolerance);
-    let factor = factors.clone().find(enough).unwrap_or(2f64.powi(-HALVINGS));
-    let per_step = |c: &StoredCase| c.record.cpu_s / c.record.steps.max(1) as f64;
-    let like = runs.iter().min_by(|a, b| (a.0 / factor).ln().abs().total_cmp(&(b.0 / factor).ln().abs()));
-    Ok(Steps {
-        factor,
-        changes: if factor == 1.0 { vec![] } else { scaled(scene, factor) },
-        errors: laws.iter().map(|(q, law)| (q.clone(), error(law, factor))).collect(),
-        per_step: like.map_or(1.0, |r| per_step(&r.1) / per_step(coarsest)),
-        cpu_s,
-        words: format!("{factor} times the steps of the scene, from three steps on {}", choice.words(cells)),
-    })
 }
 
 /// All stages with their step times a factor.
@@ -124,4 +239,53 @@ fn scaled(scene: &Scene, factor: f64) -> Vec<(String, Value)> {
         (format!("stage.{k}.dt"), Value::String(format!("{} s", s.dt.0 * factor)))
     };
     scene.spec.stages.iter().enumerate().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ElementSpec;
+    use crate::study::store::record::{CaseRecord, Series};
+
+    fn law(values: &[(f64, f64)]) -> BTreeMap<String, StepLaw> {
+        [("q".to_string(), StepLaw::new(values, 2.0, 0.01).expect("a limit"))].into()
+    }
+
+    /// Of a block under its weight, BDF2: the three coarsest have order 0.67, with which 1 % would need a 64th of the steps.
+    #[test]
+    fn the_choice_does_not_trust_the_order_of_steps_that_are_too_coarse() {
+        let values = [(2.0, 3.5184), (1.0, 3.9078), (0.5, 4.1527), (0.25, 4.2382), (0.125, 4.2607)];
+        assert_eq!(largest(&law(&values[..3]), 1, 0.0025), 0.125);
+        assert_eq!(largest(&law(&values), 1, 0.0025), 0.125);
+    }
+
+    #[test]
+    fn larger_steps_are_chosen_where_they_do() {
+        let values = [0.5, 1.0, 2.0].map(|x: f64| (x, 1.0 - 1e-4 * x * x));
+        assert_eq!(largest(&law(&values), 1, 0.0025), 2.0);
+        assert_eq!(largest(&law(&values), 0, 0.0025), 1.0);
+        assert_eq!(largest(&BTreeMap::new(), 1, 0.0025), 1.0);
+    }
+
+    #[test]
+    fn the_pilot_nearest_the_limit_is_examined_if_the_budget_allows_it() {
+        let case = |id: &str, f: f64, seconds: f64| StoredCase {
+            record: CaseRecord { id: id.into(), wall_s: seconds, cpu_s: seconds, ..CaseRecord::default() },
+            series: Series { t_s: vec![0.0, 1.0], columns: [("q".to_string(), vec![0.0, f])].into() },
+        };
+        let choice =
+            |name: &str| Choice { name: name.into(), set: vec![], sizes: vec![600, 1320], element: ElementSpec::Tet4 };
+        let choices = [choice("tet4"), choice("tet10")];
+        let coarse = vec![case("tet4, 600 cells", 0.8, 0.1), case("tet4, 1320 cells", 0.85, 0.2)];
+        let fine = vec![case("tet10, 600 cells", 0.98, 1.0), case("tet10, 1320 cells", 0.99, 4.0)];
+        let pilots = Pilots { of: vec![coarse, fine], ..Pilots::default() };
+        let limits = MeshLimits::from([("q".to_string(), (1.0, 0.01))]);
+        let of = |left_s: f64| {
+            let found = Examined::new(&choices, &pilots, &limits, left_s).expect("there are pilots");
+            (found.case.record.id.as_str(), found.cells)
+        };
+        assert_eq!(of(1000.0), ("tet10, 1320 cells", 1320));
+        assert_eq!(of(100.0), ("tet10, 600 cells", 600));
+        assert_eq!(of(1.0), ("tet4, 600 cells", 600));
+    }
 }

@@ -4,17 +4,15 @@
 //! the largest pilot, entries and operations of the factor by a fit.
 
 use crate::study::curve::peak;
+use crate::study::estimate::family::formal_order;
 use crate::study::estimate::growth::{Growth, growth};
+use crate::study::plan::limit::{Limit, References};
 use crate::study::plan::model::{Clock, Counted, error_law};
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::Setting;
 use crate::study::plan::sizes::Choice;
 use crate::study::plan::steps::Steps;
 use crate::study::store::record::{CaseRecord, StoredCase};
-use std::collections::BTreeMap;
-
-/// Column → f* and U(f*)/|f*|.
-pub type References = BTreeMap<String, (f64, f64)>;
 
 /// Knowledge of one element, to expect errors and times of its sizes.
 pub struct Expectation {
@@ -29,9 +27,11 @@ impl Expectation {
     /// From the pilots of one element; none without two of them and a law of the error in every quantity.
     pub fn new(own: &[StoredCase], references: &References) -> Option<Self> {
         let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
-        let law = |(q, (value, _)): (&String, &(f64, f64))| {
-            let error = |c: &StoredCase| Some((c.record.mesh.h_m, (peak(c, q)? - value).abs() / value.abs()));
-            error_law(&own.iter().filter_map(error).collect::<Vec<_>>()).map(|law| (q.clone(), law))
+        let formal = own.first().map_or(2.0, |c| formal_order(&c.record.formulation));
+        // The pilots have the steps of the scene, and so has the limit that they are compared with
+        let law = |(q, limit): (&String, &Limit)| {
+            let error = |c: &StoredCase| Some((c.record.mesh.h_m, (peak(c, q)? / limit.at_steps - 1.0).abs()));
+            error_law(&own.iter().filter_map(error).collect::<Vec<_>>(), formal).map(|law| (q.clone(), law))
         };
         let laws: Option<Vec<_>> = references.iter().map(law).collect();
         let over_cells = |of: fn(&CaseRecord) -> f64| {
@@ -91,7 +91,7 @@ pub fn settings(
                 counted,
                 on_its_mesh: false,
                 error,
-                uncertainty: references[&limited_by].1,
+                uncertainty: references[&limited_by].uncertainty,
                 limited_by,
                 cpu_s,
                 wall_s: cpu_s * pilots.slowness(),
@@ -106,29 +106,18 @@ pub fn settings(
     out
 }
 
-/// Settings on a given mesh, which are the pilots themselves, by the errors estimated from each run alone; and the references, those
-/// of the most accurate.
-pub fn given(choices: &[Choice], pilots: &Pilots, quantities: &[String], steps: &Steps) -> (References, Vec<Setting>) {
-    let (mut references, mut out) = (References::new(), vec![]);
+/// Settings on a given mesh, which are the pilots themselves, by the errors estimated from each run alone, and those of the step.
+pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps) -> Vec<Setting> {
+    let mut out = vec![];
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
         let Some(case) = own.first() else { continue };
         let r = &case.record;
         let estimated = r.one_run.iter().flat_map(|found| &found.quantities);
-        let errors: Vec<(&String, f64, f64, f64)> = (estimated.filter(|(q, _)| quantities.contains(q)))
-            .filter_map(|(q, e)| {
-                let exact = peak(case, q)? + e.correction;
-                (exact != 0.0).then(|| (q, exact, e.bar / exact.abs() + steps.error(q), e.uncertainty / exact.abs()))
-            })
-            .collect();
-        for (q, exact, _, uncertainty) in &errors {
-            let known = references.entry((*q).clone()).or_insert((*exact, *uncertainty));
-            if *uncertainty < known.1 {
-                *known = (*exact, *uncertainty);
-            }
-        }
-        let Some((limited_by, _, error, uncertainty)) = errors.iter().max_by(|a, b| a.2.total_cmp(&b.2)) else {
-            continue;
-        };
+        let errors = estimated.filter(|(q, _)| references.contains_key(*q)).filter_map(|(q, e)| {
+            let exact = peak(case, q)? + e.correction;
+            (exact != 0.0).then(|| (q, e.bar / exact.abs() + steps.error(q)))
+        });
+        let Some((limited_by, error)) = errors.max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
         let changes = [steps.changes.clone(), choice.changes(0)].concat();
         let cpu_s = r.cpu_s * steps.per_step / steps.factor;
         out.push(Setting {
@@ -145,13 +134,13 @@ pub fn given(choices: &[Choice], pilots: &Pilots, quantities: &[String], steps: 
                 factor_flops: r.work.factor_flops,
             },
             on_its_mesh: true,
-            error: *error,
-            limited_by: (*limited_by).clone(),
-            uncertainty: *uncertainty,
+            error,
+            limited_by: limited_by.clone(),
+            uncertainty: references[limited_by].uncertainty,
             cpu_s,
             wall_s: cpu_s * pilots.slowness(),
         });
     }
     out.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
-    (references, out)
+    out
 }

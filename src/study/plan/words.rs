@@ -1,6 +1,7 @@
 //! A plan in words.
 
 use crate::report::numbers::{capital, percent, seconds};
+use crate::study::plan::limit::Limit;
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::{Outcome, Plan, Setting};
 use crate::study::plan::sizes::Meshes;
@@ -12,15 +13,14 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
         match plan.references.get(q) {
             None if plan.meshes == Meshes::Given => {
                 let why = pilots.of.iter().flatten().filter_map(|c| c.record.one_run.as_ref()?.refused.clone()).next();
-                let why = why.unwrap_or("an estimate from the run alone does not fit into the budget, or has no value".into());
+                let why = why
+                    .unwrap_or("an estimate from the run alone does not fit into the budget, or has no value".into());
                 out.push(format!("{q} is not judged: {why}."));
             }
-            None => out.push(format!("{q} is not judged: its pilots have no limit other than zero, or no element has two of them.")),
-            Some((_, u)) if *u > plan.tolerance => out.push(format!(
-                "The pilots know the limit of {q} to {} only, which is more than the tolerance: the expected error is an estimate, not a bound.",
-                percent(*u)
+            None => out.push(format!(
+                "{q} is not judged: its pilots have no limit other than zero, or no element has three of them."
             )),
-            Some((_, u)) => out.push(format!("The pilots know the limit of {q} to {}; an error bar adds that.", percent(*u))),
+            Some(limit) => out.push(knowledge(q, limit, plan.tolerance)),
         }
     }
     out.push("Errors are those of peaks, not of whole curves, of fields or of contact.".into());
@@ -48,6 +48,30 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
             percent(plan.tolerance),
             percent(s.error)
         ));
+    }
+    out
+}
+
+/// How well the limit of a quantity is known, in the mesh and in the step.
+fn knowledge(quantity: &str, limit: &Limit, tolerance: f64) -> String {
+    let known = percent(limit.uncertainty);
+    let parts = match limit.of_steps {
+        Some(steps) if steps > 0.0 => {
+            format!(" ({} by the mesh, {} by the time step)", percent(limit.of_mesh), percent(steps))
+        }
+        Some(_) => String::new(),
+        None => " for the steps of the scene".into(),
+    };
+    let mut out = if limit.uncertainty > tolerance {
+        format!(
+            "The pilots know the limit of {quantity} to {known} only{parts}, which is more than the tolerance: the expected error is an estimate, not \
+             a bound."
+        )
+    } else {
+        format!("The pilots know the limit of {quantity} to {known}{parts}; an error bar adds that.")
+    };
+    if limit.of_steps.is_none() {
+        out += " The error of these steps is not known.";
     }
     out
 }
@@ -96,6 +120,9 @@ impl Plan {
         out.extend(self.promises.iter().cloned());
         out.extend(self.lost.iter().map(|(what, why)| format!("Left out: {what}: {why}.")));
         out.extend(self.outcome.iter().map(Outcome::words));
+        if self.stopped {
+            out.push("Stopped: this is what was known by then.".into());
+        }
         out
     }
 }
@@ -110,14 +137,16 @@ impl Outcome {
             );
         }
         format!(
-            "The run took {} CPU time ({} by the clock): expected was {:.2} times that. With it as a further mesh its error is {} \
-             (the limit being known to {}): expected was {:.2} times that.",
+            "The run took {} CPU time ({} by the clock): expected was {:.2} times that. {} its error is {} (the limit being known to {}): \
+             expected was {:.2} times that.{}",
             seconds(self.cpu_s),
             seconds(self.wall_s),
             self.time_ratio,
+            if self.further_mesh { "With it as a further mesh" } else { "Against the limit from the pilots" },
             percent(self.error),
             percent(self.uncertainty),
-            self.error_ratio
+            self.error_ratio,
+            if self.with_steps { "" } else { " The error of its steps is in neither." }
         )
     }
 }

@@ -160,6 +160,8 @@ struct Solved {
     run: Run,
     /// Constants that were found before the run
     found: Option<Calibration>,
+    /// Why a search for them could not begin
+    unsearched: Option<String>,
     /// Adaptive meshes, the last of which is that of the run
     refinement: Vec<RefinementRecord>,
     sensitivities: Option<Sensitivities>,
@@ -188,12 +190,11 @@ fn solve(
     open: &mut dyn FnMut(&Scene) -> Option<LiveCase>,
 ) -> Result<Option<Solved>, CaseError> {
     let (case, repeats) = (&task.case, task.repeats);
-    let found = match find(case, &body, search, (meshing, go_on)) {
-        Ok(found) => found,
+    // The case of a calibration is its scene at the constants that were found
+    let Searched { found, unsearched, spec } = match find(case, &body, search, (meshing, go_on)) {
+        Ok(searched) => searched,
         Err(error) => return error.map_or(Ok(None), Err),
     };
-    // The case of a calibration is its scene at the constants that were found
-    let (found, spec) = found.map_or_else(|| (None, case.spec.clone()), |(found, spec)| (Some(found), spec));
     let (scene, build_s) = built(task, spec, body)?;
     let mut estimator = task.estimates_errors.then(|| ErrorEstimator::new(&scene));
     let mut live = open(&scene);
@@ -247,6 +248,7 @@ fn solve(
         scene,
         run,
         found,
+        unsearched,
         refinement,
         sensitivities,
         one_run,
@@ -328,7 +330,12 @@ fn store_result(
         let known = uncertain_constants(&case.spec);
         record.inputs = if case.after.is_none() { inputs(&known, run, sensitivities) } else { vec![] };
     }
-    if let Some((status, detail)) = solved.found.as_ref().and_then(doubt).filter(|_| record.converged()) {
+    let unsearched = || {
+        let why = solved.unsearched.as_ref()?;
+        Some((NOT_SETTLED, format!("the search of case {} cannot begin at the values of its scene: {why}", case.id)))
+    };
+    let doubt = solved.found.as_ref().and_then(doubt).or_else(unsearched);
+    if let Some((status, detail)) = doubt.filter(|_| record.converged()) {
         (record.status, record.status_detail) = (status.into(), Some(detail));
     }
     record.phases.build_s = solved.build_s;
@@ -367,22 +374,33 @@ fn doubt(found: &Calibration) -> Option<(&'static str, String)> {
     }
 }
 
-/// Finds the constants of a case of a calibration; with the scene that has them. `Err(None)`: stopped. A scene that cannot be solved at
-/// its own constants has no answer, and its run will say why.
+/// What precedes the run of a case.
+struct Searched {
+    /// The constants of a case of a calibration
+    found: Option<Calibration>,
+    /// Why the search for them could not begin
+    unsearched: Option<String>,
+    /// The scene that is run
+    spec: SceneSpec,
+}
+
+/// Finds the constants of a case of a calibration. `Err(None)`: stopped.
 fn find(
     case: &Case,
     body: &Arc<Body>,
     (from, keep): Searching,
     (meshing, go_on): (&mut OnLine, &mut OnProgress),
-) -> Result<Option<(Calibration, SceneSpec)>, Option<CaseError>> {
-    let Some(plan) = &case.plan else { return Ok(None) };
+) -> Result<Searched, Option<CaseError>> {
+    let without = |unsearched| Ok(Searched { found: None, unsearched, spec: case.spec.clone() });
+    let Some(plan) = &case.plan else { return without(None) };
     let curves = curves(case, plan, body, meshing).map_err(Some)?;
     let mut follow = Followed { progress: SearchProgress::new(curves.len()), go_on, keep };
     match calibrate(curves, &plan.settings, from, &mut follow) {
-        Ok((calibration, scene)) => Ok(Some((calibration, scene.spec))),
+        Ok((calibration, scene)) => Ok(Searched { found: Some(calibration), unsearched: None, spec: scene.spec }),
         Err(Failure::Input(error)) => Err(Some(error.into())),
         Err(Failure::Interrupted) => Err(None),
-        Err(Failure::Constants(_) | Failure::Run(_)) => Ok(None),
+        Err(Failure::Constants(why)) => without(Some(why)),
+        Err(Failure::Run(status)) => without(Some(status.to_string())),
     }
 }
 

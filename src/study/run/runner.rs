@@ -14,7 +14,7 @@ use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::run::worker::{End, Order, Said, Wants, compute_apart};
 use crate::study::store::folder::{Store, StoreError, Stored};
-use crate::study::store::identity::Identity;
+use crate::study::store::identity::{Identity, mesh_sha256};
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::outcome::refused;
 use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME};
@@ -117,13 +117,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     if locks.alone() {
         store.sweep();
     }
-    // A case that waits has its scene later, and a case that is to be run is looked at then
-    let is_other = |c: &&Case| !is_part && c.after.is_none() && !options.wants(&c.id) && store.has(&c.id);
-    for case in study.cases.iter().filter(is_other) {
-        // Another run that computes it leaves a result of this study
-        let Ok(_claim) = locks.claim(&case.id)? else { continue };
-        let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line)).ok();
-        store.forget_outdated(&case.id, &case.identity(body.as_ref()))?;
+    if !is_part {
+        compare_others(study, &store, options, watch)?;
     }
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
@@ -137,7 +132,9 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
         let sources = |c: &Case| match is_part {
-            true => waiting::sources(study, c, &store, options.accept_build),
+            true => waiting::sources(study, c, (&store, options.accept_build), &mut |c| {
+                Body::load(&c.scene_file, &c.spec.mesh, &mut |_| {}).ok().map(|body| mesh_sha256(&body))
+            }),
             false => Some(records.clone()),
         };
         let ready = |c| waiting::ready(study, c, &sources(c)?, &store);
@@ -147,6 +144,26 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let places: HashMap<&str, usize> = study.cases.iter().enumerate().map(|(k, c)| (c.id.as_str(), k)).collect();
     records.sort_by_key(|r: &CaseRecord| places.get(r.id.as_str()).copied());
     Ok(records)
+}
+
+/// Notes which stored results are of other inputs, among the cases that are not run. One that waits for others may never get its turn; the rest of
+/// those that are run is looked at then.
+fn compare_others(study: &Study, store: &Store, options: &Options, watch: &dyn Watch) -> Result<(), RunError> {
+    let is_other = |c: &&Case| (c.after.is_some() || !options.wants(&c.id)) && store.has(&c.id);
+    for case in study.cases.iter().filter(is_other) {
+        let mut mesh = |c: &Case| {
+            let body = Body::load(&c.scene_file, &c.spec.mesh, &mut |line| watch.meshing(&c.id, line));
+            // The result of a case that was refused has no mesh
+            Some(body.map_or_else(|_| String::new(), |body| mesh_sha256(&body)))
+        };
+        let now = waiting::identity(study, case, store, &mut mesh);
+        // A mesher that was stopped says nothing about the inputs
+        if options.stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        store.compare_inputs(&case.id, now.as_ref().map(|identity| identity.sha256.as_str()))?;
+    }
+    Ok(())
 }
 
 /// A case that is ready to run.
@@ -173,7 +190,7 @@ fn unix_s() -> u64 {
 fn prepare(
     study: &Study,
     cases: Vec<(Case, Vec<ParameterKey>)>,
-    options: &Options,
+    (store, options): (&Store, &Options),
     watch: &dyn Watch,
 ) -> Result<VecDeque<Turn>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
@@ -188,6 +205,8 @@ fn prepare(
             Err(_) if study.rules.keep_refusals => None,
             body => Some(body?),
         };
+        // Results of other inputs do not count from here on, also where the run is stopped before there are new ones
+        store.compare_inputs(&case.id, Some(&case.identity(body.as_ref()).sha256))?;
         let identity = body.as_ref().map(|body| case.identity(Some(body)));
         let size = body.map_or(0, |body| body.mesh.points.len());
         all.push(Ready { task: Task::new(study, case, constants, options.vtu), identity, size });
@@ -227,7 +246,7 @@ struct Running<'a> {
 impl Running<'_> {
     /// Runs cases, each together with the derivatives by the constants.
     fn side_by_side(&self, study: &Study, cases: Vec<(Case, Vec<ParameterKey>)>) -> Result<Vec<CaseRecord>, RunError> {
-        let queue = Mutex::new(prepare(study, cases, self.options, self.watch)?);
+        let queue = Mutex::new(prepare(study, cases, (self.store, self.options), self.watch)?);
         let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
         std::thread::scope(|scope| {
             for _ in 0..self.options.jobs.max(1) {

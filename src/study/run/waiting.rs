@@ -1,9 +1,10 @@
 //! Cases that wait for the constants of a calibration, and the results that give them.
 
-use crate::scene::{Body, ParameterKey};
+use crate::scene::ParameterKey;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::store::folder::Store;
+use crate::study::store::identity::Identity;
 use crate::study::store::record::{CaseRecord, Role};
 
 /// A case that waited, with the constants of the finest converged mesh of its variant among these records.
@@ -15,16 +16,36 @@ pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) 
     case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
+/// Finds the digest of the mesh of a case; none where there is no mesh.
+pub type FindMesh<'a> = dyn FnMut(&Case) -> Option<String> + 'a;
+
 /// The stored records that a waiting case takes its constants from; `None` where one of them is missing or no longer counts.
-pub fn sources(study: &Study, case: &Case, store: &Store, accept_build: bool) -> Option<Vec<CaseRecord>> {
+pub fn sources(
+    study: &Study,
+    case: &Case,
+    (store, accept_build): (&Store, bool),
+    mesh: &mut FindMesh,
+) -> Option<Vec<CaseRecord>> {
     let after = case.after.as_ref()?;
     let own = study.cases.iter().filter(|c| c.after.is_none() && c.variant == after.variant && is_size(study, &c.id));
     own.map(|c| {
-        let body = Body::load(&c.scene_file, &c.spec.mesh, &mut |_| {}).ok()?;
-        let identity = c.identity(Some(&body));
+        let identity = c.identity_on(mesh(c)?);
         store.record(&c.id).filter(|r| r.provenance.counts_for(&identity, accept_build))
     })
     .collect()
+}
+
+/// The identity that the result of a case must have, whichever build computes it; none where it is not known.
+pub fn identity(study: &Study, case: &Case, store: &Store, mesh: &mut FindMesh) -> Option<Identity> {
+    let of_case = mesh(case)?;
+    match case.after {
+        None => Some(case.identity_on(of_case)),
+        Some(_) => {
+            let sources = sources(study, case, (store, true), mesh)?;
+            let (case, _) = ready(study, case, &sources, store)?;
+            Some(case.identity_on(of_case))
+        }
+    }
 }
 
 fn is_size(study: &Study, id: &String) -> bool {

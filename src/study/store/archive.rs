@@ -8,6 +8,7 @@
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
+use crate::study::store::outdated::is_outdated;
 use crate::study::store::record::{CaseRecord, StudyRecord};
 use flate2::read::MultiGzDecoder;
 use flate2::{Compression, GzBuilder};
@@ -94,14 +95,16 @@ pub struct Exported {
     pub bytes: u64,
     /// Files that are not those that were stored: their cases are left out
     pub damaged: Vec<Unsound>,
+    /// Cases with results of other inputs than the study has now: they are left out
+    pub outdated: Vec<String>,
 }
 
-/// Writes all sound results of a folder into an archive. Fields for ParaView and the report, which `run --vtu` and `report` make again, are left out.
+/// Writes all sound results of a folder that count into an archive. Fields for ParaView and the report, which `run --vtu` and `report` make again, are left out.
 pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
     let study = study(dir)?;
     let known = ids(&study);
     let found = CaseFiles::read(dir, &known)?;
-    let mut out = Exported { cases: 0, files: 0, bytes: 0, damaged: vec![] };
+    let mut out = Exported { cases: 0, files: 0, bytes: 0, damaged: vec![], outdated: vec![] };
     let mut files = vec![];
     let read = |name: &str| {
         let path = dir.join(name);
@@ -110,6 +113,7 @@ pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
     files.push(Entry::of(None, &read("study.json")?));
     for (id, ends) in found.of_cases.iter().filter(|(id, ends)| known.contains(id.as_str()) && ends.contains("json")) {
         match check_in(dir, id) {
+            Ok(record) if is_outdated(dir, id, &record.provenance.identity.sha256) => out.outdated.push(id.clone()),
             Ok(_) => {
                 out.cases += 1;
                 for end in ENDS.iter().filter(|end| ends.contains(*end)) {

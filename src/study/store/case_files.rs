@@ -18,6 +18,8 @@ pub const ENDS: [&str; 9] =
 pub const PAGE: &str = "view.html";
 /// End of the file with the states of a case.
 pub const STATES: &str = "states.cbor";
+/// Name of the folder with the cases whose results are of other inputs than the study has now.
+pub const OUTDATED: &str = "outdated";
 
 /// A folder that holds no results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]

@@ -3,7 +3,7 @@
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{FileDigest, Run, Sensitivities};
 use crate::storage::{self, DATA_LIMIT};
-use crate::study::store::case_files::{ENDS, PAGE, SEARCH, STATES, check_in};
+use crate::study::store::case_files::{ENDS, OUTDATED, PAGE, SEARCH, STATES, check_in};
 use crate::study::store::csv_text;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
@@ -108,7 +108,7 @@ impl Store {
 
     /// Removes what writers left behind that were killed. What is young may be that of a run which begins at this moment.
     pub fn sweep(&self) {
-        for folder in ["", "cases", "runs", "locks"].map(|name| self.dir.join(name)) {
+        for folder in ["", "cases", "runs", "locks", OUTDATED].map(|name| self.dir.join(name)) {
             for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
                 let name = file.file_name();
                 let name = name.to_string_lossy();
@@ -171,17 +171,8 @@ impl Store {
         Ok(format!("cases/{id}.damaged-{number}.json"))
     }
 
-    /// The stored record of this case no longer counts where it has another identity: a report must not mix them. The time
-    /// series stays.
-    pub fn forget_outdated(&self, id: &str, identity: &Identity) -> Result<(), StoreError> {
-        match self.record(id).is_some_and(|r| r.provenance.identity == *identity) {
-            true => Ok(()),
-            false => self.forget(id),
-        }
-    }
-
     /// Removes the record of a case, if there is one: the case counts as not done.
-    pub fn forget(&self, id: &str) -> Result<(), StoreError> {
+    fn forget(&self, id: &str) -> Result<(), StoreError> {
         let path = self.path(id, "json");
         match std::fs::remove_file(&path) {
             Err(e) if e.kind() != ErrorKind::NotFound => Err(unwritable(&path, &e)),

@@ -8,6 +8,7 @@
 //! | The build that wrote a record which this one cannot read | [`other_build`] |
 //! | Whether the text of a record is the one that was stored | [`seal`] |
 //! | The folder: which files belong to a case, and whether they are sound | [`case_files`], [`folder`] |
+//! | Which results are of other inputs than the study has now | [`outdated`] |
 //! | Several runs into one folder | [`lock`] |
 //! | Verification, cleaning and archives | [`upkeep`], [`archive`] |
 //! | Reading results back for a report | [`results`] |
@@ -23,6 +24,7 @@ pub mod identity;
 pub mod lock;
 pub mod other_build;
 pub mod outcome;
+pub mod outdated;
 pub mod partial_series;
 pub mod record;
 pub mod results;

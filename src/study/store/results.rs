@@ -9,6 +9,7 @@ use crate::report::viewer::unpack::unpack;
 use crate::storage::{self, DATA_LIMIT};
 use crate::study::store::case_files::{PAGE, Unsound, check_in};
 use crate::study::store::other_build::writer;
+use crate::study::store::outdated::is_outdated;
 use crate::study::store::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
 use crate::study::store::skin::Skin;
 use std::collections::{BTreeMap, HashSet};
@@ -31,62 +32,108 @@ pub struct Results {
     pub derived: Option<serde_json::Value>,
     /// Files that could not be read and are left out, in sentences
     pub damaged: Vec<String>,
+    /// Cases whose stored results are of other inputs than the study has now, and are left out
+    pub outdated: Vec<String>,
 }
 
-/// Cases of the study that have no files yet are left out; a file that is there must be sound.
+/// Cases of the study are left out that have no files yet, whose numbers are not those that were stored, or whose inputs are no longer those of
+/// the study.
 pub fn read(dir: &Path) -> Result<Results, ReportError> {
     let path = dir.join("study.json");
     let study: StudyRecord = json(&path)?.ok_or_else(|| ReportError::NotAStudy { path: path.clone() })?;
     if study.schema > SCHEMA {
         return Err(ReportError::Newer { path, found: study.schema, known: SCHEMA });
     }
-    let (mut cases, mut skins): (Vec<StoredCase>, _) = (vec![], BTreeMap::new());
-    let mut motions = BTreeMap::new();
-    let (mut found, mut sensitivities, mut damaged) = (BTreeMap::new(), BTreeMap::new(), vec![]);
+    let ids: Vec<String> = study.families.iter().flat_map(|f| f.cases.iter().cloned()).collect();
+    let mut results = Results::without_cases(study);
     let mut seen = HashSet::new();
-    for id in study.families.iter().flat_map(|f| &f.cases) {
-        if !seen.insert(id) {
-            continue;
-        }
+    for id in ids.iter().filter(|id| seen.insert(*id)) {
+        results.add(dir, id)?;
+    }
+    match results.cases.is_empty() {
+        true if !results.damaged.is_empty() => Err(ReportError::NoSoundCase { facts: results.damaged }),
+        true => Err(ReportError::NoCases { path: dir.join("cases") }),
+        false => Ok(results),
+    }
+}
+
+/// The record of a case with its time series, sound or not; none where there is no record.
+pub fn stored(dir: &Path, id: &str) -> Result<Option<StoredCase>, ReportError> {
+    let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
+    let Some(record) = record(&file("json"))? else { return Ok(None) };
+    Ok(Some(StoredCase { record, series: series(&file("csv"))?.unwrap_or_default() }))
+}
+
+impl Results {
+    fn without_cases(study: StudyRecord) -> Self {
+        let (cases, derived, damaged, outdated) = (vec![], None, vec![], vec![]);
+        let (skins, motions) = (BTreeMap::new(), BTreeMap::new());
+        let (found, sensitivities) = (BTreeMap::new(), BTreeMap::new());
+        Self { study, cases, skins, motions, found, sensitivities, derived, damaged, outdated }
+    }
+
+    /// Reads the files of a case, if it has some.
+    fn add(&mut self, dir: &Path, id: &str) -> Result<(), ReportError> {
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
-        let Some(record) = record(&file("json"))? else { continue };
-        let unsound = check_in(dir, id).err().unwrap_or_default();
-        // A surface that cannot be read is named below
-        let worth_words = unsound.iter().filter(|file| !file.file.contains(".skin."));
-        damaged.extend(worth_words.map(|Unsound { file, fact }| {
-            format!("{file}: {fact}. The numbers of this case may be wrong; run the study again to compute it anew.")
-        }));
-        let curves = series(&file("csv"))?.unwrap_or_default();
-        cases.push(StoredCase { record, series: curves });
-        found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.clone(), c)));
-        sensitivities.extend(series(&file("sensitivities.csv"))?.map(|s| (id.clone(), s)));
+        let Some(record) = record(&file("json"))? else { return Ok(()) };
+        if is_outdated(dir, id, &record.provenance.identity.sha256) {
+            self.outdated.push(id.into());
+            return Ok(());
+        }
+        // A file that was taken away, to save space, does not make the numbers of the others wrong
+        let (missing, changed): (Vec<Unsound>, Vec<Unsound>) =
+            check_in(dir, id).err().unwrap_or_default().into_iter().partition(|f| !dir.join(&f.file).exists());
+        let (pictures, numbers): (Vec<Unsound>, Vec<Unsound>) = changed.into_iter().partition(is_picture);
+        let sentence = |Unsound { file, fact }: &Unsound, what: &str| {
+            format!("{file}: {fact}. {what}; run the study again to compute it anew.")
+        };
+        self.damaged.extend(numbers.iter().map(|f| sentence(f, "The case does not count")));
+        if !numbers.is_empty() {
+            return Ok(());
+        }
+        let pages = pictures.iter().filter(|f| f.file.ends_with(PAGE));
+        self.damaged.extend(pages.map(|f| sentence(f, "The motion is not shown")));
+        let missing = missing.iter().filter(|f| !is_picture(f));
+        self.damaged.extend(missing.map(|f| sentence(f, "The case is without what it holds")));
+        let series_of_case = series(&file("csv"))?.unwrap_or_default();
+        self.cases.push(StoredCase { record, series: series_of_case });
+        self.found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.to_string(), c)));
+        self.sensitivities.extend(series(&file("sensitivities.csv"))?.map(|s| (id.to_string(), s)));
+        self.add_pictures(dir, id, &pictures)
+    }
+
+    /// Reads what is drawn of a case, apart from the files that are not those that were stored.
+    fn add_pictures(&mut self, dir: &Path, id: &str, changed: &[Unsound]) -> Result<(), ReportError> {
+        let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
+        let is_changed = |end: &str| changed.iter().any(|f| f.file == format!("cases/{id}.{end}"));
         // Unpacked by hand it is read too
         let skin = match read_with(&file("skin.json.gz"), Skin::unpacked) {
             Ok(None) => read_with(&file("skin.json"), Skin::unpacked),
             found => found,
         };
         match skin {
-            Ok(Some(skin)) if sound(&skin) => _ = skins.insert(id.clone(), skin),
+            Ok(Some(skin)) if sound(&skin) && !is_changed("skin.json.gz") => _ = self.skins.insert(id.into(), skin),
             Ok(None) => {}
             Ok(Some(_)) | Err(ReportError::Malformed { .. }) => {
-                damaged.push(format!(
+                self.damaged.push(format!(
                     "The surface of case {id} is damaged and not drawn; run the study again to compute it anew."
                 ));
             }
             Err(other) => return Err(other),
         }
         match motion(&file(PAGE)) {
-            Some(Ok(packed)) => _ = motions.insert(id.clone(), packed),
-            Some(Err(why)) => {
-                damaged.push(format!("The motion of case {id} is not shown: {why}"));
-            }
+            Some(Ok(_)) if is_changed(PAGE) => {}
+            Some(Ok(packed)) => _ = self.motions.insert(id.into(), packed),
+            Some(Err(why)) => self.damaged.push(format!("The motion of case {id} is not shown: {why}")),
             None => {}
         }
+        Ok(())
     }
-    if cases.is_empty() {
-        return Err(ReportError::NoCases { path: dir.join("cases") });
-    }
-    Ok(Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged })
+}
+
+/// Whether a file is only drawn: no number comes from it.
+fn is_picture(file: &Unsound) -> bool {
+    file.file.contains(".skin.") || file.file.ends_with(&format!(".{PAGE}"))
 }
 
 /// A record; none if the file does not exist. One that another build wrote in another form is refused by the name of that build.

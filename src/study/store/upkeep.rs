@@ -1,7 +1,7 @@
 //! Upkeep of a folder of results: every digest is verified, and what no case uses is removed.
 
 use crate::storage::{self, TEXT_LIMIT};
-use crate::study::store::case_files::{CaseFiles, FolderError, Unsound, check_in, ids, study};
+use crate::study::store::case_files::{CaseFiles, FolderError, OUTDATED, Unsound, check_in, ids, study};
 use crate::study::store::lock::{Owner, SILENT};
 use serde::Serialize;
 use std::collections::BTreeSet;
@@ -86,12 +86,15 @@ pub fn clean(dir: &Path, age: Duration, dry: bool) -> Result<Cleaned, CleanError
             false => out.unknown.push(file),
         }
     }
-    for folder in ["", "cases/", "runs/", "locks/"] {
+    for folder in ["", "cases/", "runs/", "locks/", "outdated/"] {
         let parts =
             names(&dir.join(folder)).into_iter().filter(|name| is_part(name)).map(|name| format!("{folder}{name}"));
         let old = parts.filter(|file| is_older(&dir.join(file), age));
         out.removed.extend(old.map(|file| removed(dir, file, "half-written file of a run that was killed")));
     }
+    let notes = names(&dir.join(OUTDATED)).into_iter().filter(|id| !is_part(id) && !known.contains(id.as_str()));
+    let notes = notes.map(|id| removed(dir, format!("{OUTDATED}/{id}"), "it belongs to no case of the study"));
+    out.removed.extend(notes);
     out.removed.extend(left_locks(dir, age.max(DEAD)));
     out.removed.sort_by(|a, b| a.file.cmp(&b.file));
     for removed in out.removed.iter().filter(|_| !dry) {

@@ -2,8 +2,9 @@
 
 use super::cavity_wall::{Wall, wall};
 use super::drive::Drive;
+use super::held_rim::HeldRim;
 use super::part::ConstraintPart;
-use crate::effect::{Cavity, CavityPressure, CavityVolume, OpenCavityPressure, VolumeField};
+use crate::effect::{Cavity, CavityPressure, CavityRim, CavityVolume, OpenCavityPressure, VolumeField};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
@@ -136,6 +137,9 @@ pub(in crate::scene) fn build_cavity(
             Drive::Multiplier(builder.constraints.len() - 1)
         }
     };
+    if planes.is_some() && !rim.is_empty() {
+        builder.gathered.rims.push(HeldRim { rim: CavityRim::new(mesh, &rim, field), drive: drive.clone() });
+    }
     Ok(NamedCavity { name: name.clone(), cavity, drive })
 }
 
@@ -190,7 +194,7 @@ fn check_rim(
         Ok(planes) => Ok(Some(planes)),
         Err(_) if open && !by_volume => Ok(None),
         Err(at) => {
-            let fact = format!("the surface \"{region}\" is open, and its rim is free at {}", point(&at));
+            let fact = format!("the surface \"{region}\" is open, and its rim is free, or moved, at {}", point(&at));
             if by_volume {
                 let fact = format!("{fact}: it holds no volume that could be given");
                 return Err(builder.content(
@@ -231,11 +235,7 @@ impl Recorder for NamedCavity {
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        let pressure = match &self.drive {
-            Drive::Multiplier(c) => now.state.lambda[*c],
-            Drive::Prescribed(signal) => signal.at(now.state.clock()),
-        };
-        vec![pressure, self.cavity.volume(&now.state.x)]
+        vec![self.drive.value(now.state), self.cavity.volume(&now.state.x)]
     }
 
     fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {

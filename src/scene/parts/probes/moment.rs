@@ -5,6 +5,7 @@ use super::part::Probe;
 use crate::math::tensor::Vec3;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::parts::constraints::HeldRims;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use schemars::JsonSchema;
@@ -24,8 +25,10 @@ impl Probe for ReactionMoment {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
         let (mesh, region) = (&builder.body.mesh, builder.region(place, &self.region)?);
         let about = self.about.as_ref().map(|p| Vec3::new(p[0].0, p[1].0, p[2].0));
-        let (nodes, middle) = (mesh.nodes_of(region), Mean::new(mesh, region));
-        Ok(Box::new(Recorded { name: self.region.clone(), nodes, about, middle }))
+        let (mut nodes, middle) = (mesh.nodes_of(region), Mean::new(mesh, region));
+        nodes.sort_unstable();
+        let rims = builder.gathered.rims.clone();
+        Ok(Box::new(Recorded { name: self.region.clone(), nodes, about, middle, rims }))
     }
 
     fn headline(&self) -> Option<Headline> {
@@ -35,10 +38,12 @@ impl Probe for ReactionMoment {
 
 struct Recorded {
     name: String,
+    /// In ascending order
     nodes: Vec<u32>,
     /// \[m\]
     about: Option<Vec3>,
     middle: Mean,
+    rims: HeldRims,
 }
 
 impl Recorder for Recorded {
@@ -50,10 +55,13 @@ impl Recorder for Recorded {
     fn record(&self, now: &Moment) -> Vec<f64> {
         let of_node = |values: &[f64], k: u32| Vec3::from_column_slice(&values[3 * k as usize..][..3]);
         let about = self.about.unwrap_or_else(|| self.middle.at(&now.state.x));
-        let moment = |&k: &u32| {
-            let arm = now.body.mesh.points[k as usize] + of_node(&now.state.x, k) - about;
-            arm.cross(&of_node(now.residual, k))
+        let arm = |k: u32| now.body.mesh.points[k as usize] + of_node(&now.state.x, k) - about;
+        let of_residual: Vec3 = self.nodes.iter().map(|&k| arm(k).cross(&of_node(now.residual, k))).sum();
+        let of_rim = |(dof, force): (u32, f64)| {
+            let along = Vec3::from_fn(|i, _| if i as u32 == dof % 3 { force } else { 0.0 });
+            arm(dof / 3).cross(&along)
         };
-        self.nodes.iter().map(moment).sum::<Vec3>().as_slice().to_vec()
+        let rims = self.rims.forces(now).into_iter().filter(|(dof, _)| self.nodes.binary_search(&(dof / 3)).is_ok());
+        (of_residual + rims.map(of_rim).sum::<Vec3>()).as_slice().to_vec()
     }
 }

@@ -4,6 +4,7 @@ use super::part::Probe;
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::parts::constraints::HeldRims;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;
@@ -19,8 +20,9 @@ pub struct Reaction {
 
 impl Probe for Reaction {
     fn build(&self, place: &str, builder: &Builder) -> Result<Box<dyn Recorder>, SceneError> {
-        let nodes = builder.body.mesh.nodes_of(builder.region(place, &self.region)?);
-        Ok(Box::new(Recorded { name: self.region.clone(), nodes }))
+        let mut nodes = builder.body.mesh.nodes_of(builder.region(place, &self.region)?);
+        nodes.sort_unstable();
+        Ok(Box::new(Recorded { name: self.region.clone(), nodes, rims: builder.gathered.rims.clone() }))
     }
 
     fn headline(&self) -> Option<Headline> {
@@ -30,7 +32,15 @@ impl Probe for Reaction {
 
 struct Recorded {
     name: String,
+    /// In ascending order
     nodes: Vec<u32>,
+    rims: HeldRims,
+}
+
+impl Recorded {
+    fn has(&self, dof: u32) -> bool {
+        self.nodes.binary_search(&(dof / 3)).is_ok()
+    }
 }
 
 impl Recorder for Recorded {
@@ -39,12 +49,24 @@ impl Recorder for Recorded {
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        (0..3).map(|i| self.nodes.iter().map(|&k| now.residual[3 * k as usize + i]).sum()).collect()
+        let of_rims = self.rims.forces(now);
+        let sum = |i: u32| -> f64 {
+            let residual: f64 = self.nodes.iter().map(|&k| now.residual[(3 * k + i) as usize]).sum();
+            let own = of_rims.iter().filter(|(dof, _)| dof % 3 == i && self.has(*dof));
+            residual + own.map(|(_, force)| force).sum::<f64>()
+        };
+        (0..3).map(sum).collect()
     }
 
-    fn gradients(&self, _: &Body, _: &State, _: &[f64]) -> Vec<Option<Gradient>> {
-        let along = |i: u32| self.nodes.iter().map(|&k| (3 * k + i, 1.0)).collect();
-        (0..3).map(|i| Some(Gradient { reaction: along(i), ..Gradient::default() })).collect()
+    fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {
+        let along = |i: u32| {
+            let reaction = self.nodes.iter().map(|&k| (3 * k + i, 1.0)).collect();
+            let mut all = Gradient { reaction, ..Gradient::default() };
+            let weight = |dof: u32| if dof % 3 == i && self.has(dof) { 1.0 } else { 0.0 };
+            self.rims.add_gradient(state, weight, &mut all);
+            Some(all)
+        };
+        (0..3).map(along).collect()
     }
 
     fn is_differentiable(&self) -> bool {

@@ -246,7 +246,7 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
     let size = own.value.abs();
     let open = match (&meshes.refused, own.bound, widest) {
         (_, ..=-1 | 1.., _) => Some("it is held at a bound".into()),
-        (_, 0, None) => Some("the curves do not determine it".into()),
+        (_, 0, None) => Some(format!("the curves do not determine it{}", left_words(finest.found, own))),
         (Some(why), 0, Some(_)) => Some(why.clone()),
         (None, 0, Some(_)) => None,
     };
@@ -276,6 +276,16 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
         gauge,
         bias: gauge.map(|g| g / own.value - 1.0),
         cases: listed.into_iter().map(|s| one(s, k)).collect(),
+    }
+}
+
+/// What follows the fact that a constant is not determined, where the search left it or others at their starting values.
+fn left_words(found: &Calibration, own: &Found) -> String {
+    match &found.left()[..] {
+        [] => String::new(),
+        _ if own.left => ", and the search left it at its starting value".into(),
+        [one] => format!("; the search left {one} at its starting value"),
+        several => format!("; the search left {} at their starting values", several.join(", ")),
     }
 }
 
@@ -416,21 +426,43 @@ fn warnings(
             }
             if let Some(p) = curve.runs_p.filter(|p| *p < 0.025) {
                 add(format!(
-                    "{id}, {}: the residuals have a pattern that the correlation of neighbours does not explain (runs of sign, p = {p:.1e}): the law does \
-                     not describe the curve within the scatter of its data, and the constants depend on its range.",
-                    curve.name
+                    "{id}, {}: the residuals have a pattern that the correlation of neighbours does not explain (runs of sign, p = {p:.1e}): {}.",
+                    curve.name,
+                    cause(c)
                 ));
             }
         }
         if c.failed > 0 {
             add(format!(
-                "{id}: {} of {} forward solves did not converge and were stepped back from.",
+                "{id}: {} of {} forward solves did not converge, or had constants that the scene cannot have, and were stepped back from.",
                 c.failed, c.solves
             ));
         }
     }
     analysis::add_notes(&mut out, stored);
     out
+}
+
+/// What a pattern in the residuals says: nothing against the law where the constants are not the best ones of the law.
+fn cause(found: &Calibration) -> String {
+    let held: Vec<&str> = found.constants.iter().filter(|c| c.bound != 0).map(|c| c.key.as_str()).collect();
+    let left = found.left();
+    if !found.settled() {
+        return "the search did not come to its end, so that this says nothing against the law".into();
+    }
+    if !left.is_empty() {
+        return format!(
+            "the search left {} at the starting value, and another one may describe the curve, so that this says nothing against the law",
+            left.join(", ")
+        );
+    }
+    if !held.is_empty() {
+        return format!(
+            "{} is held at a bound, and a value beyond may describe the curve, so that this says nothing against the law",
+            held.join(", ")
+        );
+    }
+    "the law does not describe the curve within the scatter of its data, and the constants depend on its range".into()
 }
 
 fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {

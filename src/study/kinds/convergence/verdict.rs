@@ -141,7 +141,7 @@ pub fn conclude(
         let lost = match incomplete.len() {
             0 => String::new(),
             1 => format!(" One case has no usable result: {}.", incomplete[0].0),
-            n => format!(" {n} cases have no usable result: {}.", few(incomplete.iter())),
+            n => format!(" {n} cases have no usable result: {}.", few(incomplete.iter().map(|(id, _)| id))),
         };
         return refuse(format!("the data do not support one for {}.{lost}", unsupported.join(", nor for ")));
     }

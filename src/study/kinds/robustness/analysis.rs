@@ -151,7 +151,11 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
         let shares = map.panels.iter().map(|p| format!("{} on {}", p.label, percent(p.holds)));
         let shares: Vec<String> = shares.collect();
         if !shares.is_empty() {
-            words.push(format!("Map {}: right answers {} of the points.", map.family, shares.join(", ")));
+            words.push(format!(
+                "Map {}: right answers {} of the points that are judged.",
+                map.family,
+                shares.join(", ")
+            ));
         }
     }
     if words.is_empty() {

@@ -33,7 +33,7 @@ pub struct Panel {
     pub variant: String,
     pub label: String,
     pub points: Vec<MapPoint>,
-    /// Share of the points whose answer is right \[–\]
+    /// Share of the points whose answer is right, of those that are not the reference \[–\]
     pub holds: f64,
     /// Means over the points along each value of x: iterations and cuts a step
     pub iterations: Vec<f64>,
@@ -59,6 +59,8 @@ pub struct MapPoint {
 pub enum Grade {
     /// Within the tolerance of the study
     Right,
+    /// The answer by which the others along x are judged
+    Reference,
     /// Converged where the reference has no answer
     Unjudged,
     /// Within 10 %
@@ -76,7 +78,7 @@ impl Map {
     pub fn outcomes(&self) -> impl Iterator<Item = (String, CaseOutcome)> {
         self.panels.iter().flat_map(|p| &p.points).map(|p| {
             let outcome = match p.grade {
-                Grade::Right | Grade::Unjudged => CaseOutcome::Pass,
+                Grade::Right | Grade::Reference | Grade::Unjudged => CaseOutcome::Pass,
                 Grade::Stated => CaseOutcome::Stopped,
                 Grade::Poor | Grade::Wrong => CaseOutcome::Inaccurate,
                 Grade::Broken => CaseOutcome::Fail,
@@ -116,7 +118,12 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
             })
             .collect();
         points.sort_by_key(|p| (p.at[1], p.at[0]));
-        let right = points.iter().filter(|p| p.grade == Grade::Right).count();
+        let holds_references = map.reference.is_none() && variants.first() == Some(&variant);
+        for p in points.iter_mut().filter(|p| holds_references && p.at[0] == 0 && p.grade == Grade::Right) {
+            p.grade = Grade::Reference;
+        }
+        let count = |grade: Grade| points.iter().filter(|p| p.grade == grade).count();
+        let (right, judged) = (count(Grade::Right), points.len() - count(Grade::Reference));
         let mean = |x: usize, f: &dyn Fn(&MapPoint) -> f64| {
             let here: Vec<f64> = points.iter().filter(|p| p.at[0] == x).map(f).collect();
             here.iter().sum::<f64>() / here.len().max(1) as f64
@@ -124,7 +131,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         let columns = 0..map.axes[0].values.len();
         let iterations = columns.clone().map(|x| mean(x, &|p| p.iterations_per_step)).collect();
         let cuts = columns.map(|x| mean(x, &|p| p.cuts as f64)).collect();
-        let holds = right as f64 / points.len().max(1) as f64;
+        let holds = right as f64 / judged.max(1) as f64;
         let label = study.labels.get(variant).unwrap_or(variant).clone();
         Panel { variant: variant.clone(), label, points, holds, iterations, cuts }
     };
@@ -134,7 +141,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         quantity: map.quantity.clone(),
         peak_is: peak_words(stored.iter().filter(|c| c.record.family == map.family), &map.quantity.name),
         axes: map.axes.clone(),
-        panels: variants.into_iter().map(panel).collect(),
+        panels: variants.iter().copied().map(panel).collect(),
         references,
     }
 }
@@ -162,5 +169,53 @@ fn point(map: &MapRecord, tolerance: f64, case: &StoredCase, at: [usize; 2], ref
         error,
         iterations_per_step: r.all_iterations() as f64 / r.steps.max(1) as f64,
         cuts: r.cuts,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ExtremeKind;
+    use crate::solve::Status;
+    use crate::study::store::record::{ProbeRecord, Series};
+
+    /// Three steps at two loads; the second step is right, the third one is off by 5 %. The first ones are what the others are judged by, and no right answers.
+    #[test]
+    fn the_reference_is_not_judged_by_itself() {
+        let axis = |name: &str, count: usize| AxisRecord {
+            name: name.into(),
+            keys: vec![],
+            label: name.into(),
+            symbol: name.into(),
+            unit: String::new(),
+            values: (0..count).map(|k| k.to_string()).collect(),
+            numbers: (0..count).map(|k| k as f64).collect(),
+        };
+        let (mut points, mut stored) = (std::collections::BTreeMap::new(), vec![]);
+        for (x, y) in (0..3).flat_map(|x| (0..2).map(move |y| (x, y))) {
+            let member = format!("x{x}_y{y}");
+            points.insert(member.clone(), vec![x, y]);
+            let mut case = StoredCase { record: Default::default(), series: Series::default() };
+            let r = &mut case.record;
+            (r.id, r.family, r.variant, r.member) = (member.clone(), "map".into(), "strict".into(), member);
+            r.status = Status::Converged.name().into();
+            let peak = [1.0, 1.001, 1.05][x];
+            let probe = ProbeRecord { peak, peak_is: ExtremeKind::Maximum, peak_t_s: 1.0, last: peak };
+            r.probes.insert("angle_deg".into(), probe);
+            stored.push(case);
+        }
+        let quantity = Quantity { name: "angle_deg".into(), ..Quantity::default() };
+        let axes = vec![axis("dt", 3), axis("load", 2)];
+        let setup = String::new();
+        let map = MapRecord { family: "map".into(), setup, quantity, axes, points, reference: None, rows: vec![] };
+        let study: StudyRecord = serde_json::from_value(serde_json::json!({
+            "study": "", "kind": "robustness", "question": "", "expectation": "", "tolerance": 0.01, "quantities": {},
+            "variants": ["strict"], "families": [], "version": ""
+        }))
+        .expect("a record");
+        let panel = analyse(&map, &study, &stored).panels.remove(0);
+        let grades: Vec<Grade> = panel.points.iter().map(|p| p.grade).collect();
+        let row = [Grade::Reference, Grade::Right, Grade::Poor];
+        assert_eq!((grades, panel.holds), ([row, row].concat(), 0.5));
     }
 }

@@ -74,6 +74,7 @@ fn words_of_maps(a: &RobustnessFindings) -> impl Iterator<Item = String> {
             let n = |g: Grade| p.points.iter().filter(|q| q.grade == g).count();
             let parts = [
                 (n(Grade::Right), "right"),
+                (n(Grade::Reference), "the reference"),
                 (n(Grade::Unjudged), "without a reference"),
                 (n(Grade::Poor), "poor"),
                 (n(Grade::Wrong), "wrong without a word"),
@@ -175,7 +176,7 @@ fn table_of_maps(a: &RobustnessFindings) -> Table {
     let rows = a.maps.iter().flat_map(|m: &Map| {
         m.panels.iter().flat_map(move |p| {
             (m.axes[0].values.iter().enumerate()).map(move |(x, value)| {
-                let here: Vec<_> = p.points.iter().filter(|q| q.at[0] == x).collect();
+                let here: Vec<_> = p.points.iter().filter(|q| q.at[0] == x && q.grade != Grade::Reference).collect();
                 let right = here.iter().filter(|q| q.grade == Grade::Right).count();
                 vec![
                     m.family.clone(),
@@ -190,7 +191,7 @@ fn table_of_maps(a: &RobustnessFindings) -> Table {
     });
     Table {
         name: "maps",
-        caption: "Along the first axis of each map: points with a right answer, Newton iterations per step and cuts per run, means \
+        caption: "Along the first axis of each map: points with a right answer, of those that are not the reference, Newton iterations per step and cuts per run, means \
                   over the other axis."
             .into(),
         columns: headings(&[

@@ -36,7 +36,8 @@ pub enum Judged {
 }
 
 impl Judged {
-    fn of(self, case: &StoredCase, quantity: &str) -> Option<f64> {
+    /// This value of a quantity; none where it is not recorded or no number.
+    pub fn of(self, case: &StoredCase, quantity: &str) -> Option<f64> {
         match self {
             Self::Peak => peak(case, quantity),
             Self::Final => Some(case.record.probes.get(quantity)?.last).filter(|v| v.is_finite()),

@@ -10,6 +10,7 @@ use crate::study::axis::{self, AxisSpec, Combine};
 use crate::study::content::Content;
 use crate::study::kind::{Expansion, StudyKind};
 use crate::study::spec::{Mistake, VariantSpec, check_names, check_quantities, refuse};
+use crate::study::store::record::StoredCase;
 use crate::study::store::results::Results;
 use analysis::{Judged, SweepFindings, SweepRecord, analyse};
 use schemars::JsonSchema;
@@ -56,6 +57,10 @@ impl StudyKind for SweepStudy {
 
     fn expand(self, file: &Path, _: &Path) -> Result<Expansion<SweepRecord>, SceneError> {
         self.points().map_err(|mistake| refuse(file, mistake))
+    }
+
+    fn judged(case: &StoredCase, quantity: &str, sweep: &SweepRecord) -> Option<f64> {
+        sweep.judged.of(case, quantity)
     }
 
     fn analyse(results: &Results, sweep: &SweepRecord) -> Analysis<SweepFindings> {

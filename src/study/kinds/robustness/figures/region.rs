@@ -18,6 +18,7 @@ const ROW: f64 = TALL + 20.0;
 fn look(grade: Grade) -> (RGB, &'static str) {
     match grade {
         Grade::Right => (PALETTE[0], "right"),
+        Grade::Reference => (RGB(0x9c, 0xc9, 0xe6), "reference"),
         Grade::Unjudged => (RGB(0xf0, 0xe4, 0x42), "no reference"),
         Grade::Poor => (PALETTE[5], "poor (within 10 %)"),
         Grade::Wrong => (PALETTE[1], "wrong, without a word"),
@@ -28,7 +29,8 @@ fn look(grade: Grade) -> (RGB, &'static str) {
 
 pub fn draw(map: &Map) -> Figure {
     let panels = Panels::new(map.panels.len(), (LEFT, GAP, 3.0), (44.0, 64.0));
-    let grades = [Grade::Right, Grade::Unjudged, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
+    let grades =
+        [Grade::Right, Grade::Reference, Grade::Unjudged, Grade::Poor, Grade::Wrong, Grade::Stated, Grade::Broken];
     let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
     let entries: Vec<_> =
         grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();

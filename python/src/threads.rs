@@ -1,0 +1,39 @@
+//! Threads of the solver: how many a run may use, and processes that were forked without them.
+
+use crate::cli::arguments;
+use crate::error::input;
+use durometer::math::threads::{available, count, use_threads};
+use pyo3::prelude::*;
+use std::process;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// The process that has started threads; 0 for none.
+static STARTED: AtomicU32 = AtomicU32::new(0);
+
+/// A number of threads, or of cases that run at a time, with the limits of the command line; all cores where none is given.
+pub fn number(given: Option<&Bound<'_, PyAny>>) -> PyResult<usize> {
+    let Some(given) = given else { return Ok(available()) };
+    let whole =
+        given.call_method0("__index__").map_err(|_| input(&format!("{given} is no whole number"), "give 1 or more"))?;
+    arguments::threads(&whole.to_string()).map_err(crate::error::refused)
+}
+
+/// Lets the work that follows use so many threads.
+pub fn set(given: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    use_threads(number(given)?);
+    Ok(())
+}
+
+/// Refuses work with threads in a process that was forked after they had started: it has none of them, and would wait for ever.
+pub fn check_fork() -> PyResult<()> {
+    if count() < 2 {
+        return Ok(());
+    }
+    match STARTED.compare_exchange(0, process::id(), Ordering::Relaxed, Ordering::Relaxed) {
+        Err(owner) if owner != process::id() => Err(input(
+            "this process was forked when the solver had started its threads, and has none of them",
+            "start processes by multiprocessing.get_context(\"spawn\"), or call run with threads=1 first",
+        )),
+        _ => Ok(()),
+    }
+}

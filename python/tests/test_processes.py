@@ -1,0 +1,83 @@
+"""Scenes, runs and exceptions in other processes and folders."""
+
+import copy
+import multiprocessing
+import os
+import pickle
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import durometer
+import pytest
+from conftest import BEAM
+
+#: Nothing holds it across
+FREE = BEAM.replace('region = "xmin"\n\n[[stage', 'region = "xmin"\ncomponents = "y"\n\n[[stage')
+
+
+def ran(scene: durometer.Scene) -> durometer.Run:
+    return scene.run(threads=1)
+
+
+def test_scenes_runs_and_exceptions_cross_processes(beam: durometer.Scene) -> None:
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        run = pool.submit(ran, beam).result(120)
+        here = beam.run()
+        assert run.values.tobytes() == here.values.tobytes() and run.nodes.tobytes() == here.nodes.tobytes()
+        assert (run.cells == here.cells).all() and run.record["status"] == "Converged" and run.units == here.units
+        with pytest.raises(durometer.InputError, match="was pickled"):
+            run.gradient({"xmax_z_m": 1.0}, ["laws.silicone.E"])
+        with pytest.raises(durometer.RunError) as caught:
+            pool.submit(ran, durometer.Scene.from_toml(FREE)).result(120)
+        assert caught.value.status == "Singular" and caught.value.fact and caught.value.remedy
+        assert isinstance(caught.value.result, durometer.Run)
+
+
+def test_a_copy_of_a_scene_is_the_scene(beam: durometer.Scene) -> None:
+    assert copy.copy(beam) is beam and copy.deepcopy(beam) is beam
+    again = pickle.loads(pickle.dumps(beam.set("laws.silicone.E", "90 kPa")))
+    assert again.get("laws.silicone.E") == "90 kPa" and again.run().converged
+
+
+def test_what_cannot_be_pickled_says_so(beam: durometer.Scene) -> None:
+    for item in (beam.sensitivities(["laws.silicone.E"]), durometer.Study.load("finger-convergence")):
+        with pytest.raises(TypeError, match=f"cannot pickle '.*{type(item).__name__}'"):
+            pickle.dumps(item)
+    error = pickle.loads(pickle.dumps(durometer.RunError("a fact", "a remedy", "Stopped", result=object())))
+    assert (error.fact, error.remedy, error.status, error.result) == ("a fact", "a remedy", "Stopped", None)
+
+
+def test_a_scene_keeps_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "linear"))
+    (tmp_path / "other").mkdir()
+    monkeypatch.chdir(tmp_path)
+    scene = durometer.Scene.from_toml("scene.toml")
+    (tmp_path / "law.toml").write_text('law = "neo_hookean"\nE = "100 kPa"\nnu = 0.45\n')
+    including = durometer.Scene.from_toml(BEAM)
+    monkeypatch.chdir(tmp_path / "other")
+    assert scene.run().converged
+    assert including.set("laws.soft", {"include": "law.toml"}).get("laws.soft.law") == "neo_hookean"
+
+
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="processes are forked on Linux")
+def test_a_forked_process_is_refused_where_it_would_wait_for_ever(beam: durometer.Scene) -> None:
+    beam.run(threads=2)
+    reader, writer = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            said = []
+            for options in ({"threads": 2}, {"threads": 1}):
+                try:
+                    said.append(beam.run(**options).status)
+                except durometer.InputError as error:
+                    said.append(error.remedy)
+            os.write(writer, "|".join(said).encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    with os.fdopen(reader) as pipe:
+        first, second = pipe.read().split("|")
+    os.waitpid(child, 0)
+    assert "spawn" in first and "threads=1" in first and second == "Converged"

@@ -1,0 +1,77 @@
+//! What the residuals of a point say about the directions of a search: the scatter that they show themselves, and whether the misfit falls by more.
+//!
+//! u_k the unit change of the weighted curve along direction k, r the residual, r⊥ its part across all directions that the curves see. The scatter
+//! s_k of u_kᵀr is that of the model of the errors that r⊥ shows ([`errors`]), independent or correlated over neighbours. The misfit
+//! falls along a direction by more than the scatter where |u_kᵀr| > t s_k, with the 95 % quantile t of Student's t. Far from an
+//! answer r⊥ is mostly curvature, which looks like correlated errors: a direction along which more than half of r lies counts by independent errors.
+
+use crate::calibrate::judgement::{errors, statistics};
+use nalgebra::{DMatrix, DVector};
+
+/// Change of a curve that is rounding of the forward solves \[–\]
+const ROUNDING: f64 = 1e-7;
+
+/// A direction next to the scatter.
+#[derive(Clone, Copy, Debug)]
+pub struct Along {
+    /// Change of the curve along it that the scatter leaves open at 95 % \[–\]
+    pub open: f64,
+    /// Whether the misfit falls along it by more than the scatter
+    pub falls: bool,
+}
+
+/// Each direction of `changes`, orthonormal columns (n, m), at a residual \[n\]. `size`: ‖wy‖; `curves`: lists of rows in order of x.
+pub fn along(changes: &DMatrix<f64>, residual: &DVector<f64>, size: f64, curves: &[Vec<usize>]) -> Vec<Along> {
+    let (n, m) = changes.shape();
+    if n <= m {
+        return vec![Along { open: f64::INFINITY, falls: false }; m];
+    }
+    let pull = changes.transpose() * residual;
+    let rest = residual - changes * &pull;
+    let errors = errors::of_curves(changes, &rest, curves, rest.norm() <= ROUNDING * size);
+    let t = statistics::t_quantile(0.95, errors.free.max(1));
+    let independent = statistics::t_quantile(0.95, n - m) * rest.norm() / ((n - m) as f64).sqrt();
+    let one = |k: usize| {
+        let open = (t * errors.deviations[k] / size).max(ROUNDING);
+        let own = pull[k].abs() / size;
+        let is_most = pull[k].powi(2) > 0.5 * residual.norm_squared();
+        Along { open, falls: own > open || (is_most && own > (independent / size).max(ROUNDING)) }
+    };
+    (0..m).map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Residuals of one direction with independent errors of size 1, n = 40: the misfit falls along it where its part is beyond t s, and not below.
+    #[test]
+    fn a_fall_counts_beyond_the_scatter() {
+        let n = 40;
+        let sign = |k: usize| if k.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let changes = DMatrix::from_fn(n, 1, |_, _| (n as f64).sqrt().recip());
+        let at = |pull: f64| {
+            let residual = DVector::from_fn(n, |k, _| sign(k)) + changes.column(0) * pull;
+            along(&changes, &residual, 100.0, &[(0..n).collect()])[0]
+        };
+        // s² = 40/39, and t of 39 degrees of freedom is 2.0227
+        let open = 2.0227 * (40.0_f64 / 39.0).sqrt();
+        assert!((at(0.0).open - open / 100.0).abs() < 1e-4 * open, "{:?}", at(0.0));
+        assert!(!at(0.99 * open).falls && at(1.01 * open).falls);
+        assert!(along(&changes, &DVector::zeros(n), 100.0, &[(0..n).collect()])[0].open <= ROUNDING);
+    }
+
+    /// A slow wave, as the curvature of a curve far from its answer, looks like correlated errors, which would hide a direction that has most of the
+    /// residual.
+    #[test]
+    fn most_of_a_residual_counts_whatever_the_rest_looks_like() {
+        let n = 40;
+        let x = |k: usize| (k as f64 + 0.5) / n as f64;
+        let changes = DMatrix::from_fn(n, 1, |_, _| (n as f64).sqrt().recip());
+        let wave = DVector::from_fn(n, |k, _| (2.0 * std::f64::consts::PI * x(k)).cos());
+        let at = |pull: f64| along(&changes, &(&wave + changes.column(0) * pull), 100.0, &[(0..n).collect()])[0];
+        let (half, most) = (0.9 * wave.norm(), 1.1 * wave.norm());
+        assert!(most / 100.0 < at(most).open, "the rest looks correlated: {:?}", at(most));
+        assert!(!at(half).falls && at(most).falls);
+    }
+}

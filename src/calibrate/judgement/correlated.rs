@@ -1,0 +1,168 @@
+//! Correlation of neighbouring data points, from the residual of the reported constants.
+//!
+//! Σᵢⱼ = σ²ρ^|i−j| between data points of one curve in order of loading, R = Σ/σ². With the residual r and an orthonormal basis U of the columns of J
+//!
+//! ℓ(ρ) = −½[ln|R| + ln|UᵀR⁻¹U| + (n − p) ln(rᵀR⁻¹r/f)], f = n − 2p + tr(UᵀRU UᵀR⁻¹U)
+//!
+//! is the restricted likelihood (Patterson & Thompson, Biometrika 58, 1971, 545–554; by the differences of Prais & Winsten, 1954), which counts the constants,
+//! so that ρ is not too small by their number. Its sum of squares is that of the reported residual over its expectation σ²f at this ρ, in place of the one that
+//! generalised least squares would leave with constants of their own for every ρ: with a column that is rougher than the data, as of stretches or volumes with
+//! noise, these would follow the increments and call the residual of other constants correlated.
+//!
+//! The model is taken where 2Δℓ over ρ = 0 exceeds 1.642 (10 %, one-sided: ρ ≥ 0). The covariance is the mean over ρ with the weight exp ℓ, uniform in ρ before
+//! the data: at the most likely ρ alone the intervals are too narrow. Student's t has n_eff − p degrees of freedom, n_eff = n(1 − ρ)/(1 + ρ) independent data
+//! points. A correlation that leaves fewer than p + 2 of them is a departure of the law, which one curve cannot tell from noise: ρ ends there, and σ² is then that
+//! of the residual itself, rᵀr/(n − tr UᵀRU), where that is the larger one.
+//!
+//! Limits: one ρ of all curves; two data points count as neighbours however far apart their stretches are.
+
+use super::errors::ErrorModel;
+use nalgebra::{DMatrix, DVector};
+
+/// Correlations of the grid, ρ_max √(k/45)
+const GRID: u32 = 46;
+/// Independent data points beyond the constants that the largest correlation leaves
+const LEFT: f64 = 2.0;
+/// 2Δℓ from which on errors count as correlated: χ² of one degree of freedom, 80 %, for a one-sided test at 10 %
+const CORRELATED: f64 = 1.642;
+/// Weight of a correlation below which it is left out \[–\]
+const NONE: f64 = 1e-5;
+
+/// Sums of products of the columns and the residual over neighbours, of which those of the differences by any ρ consist.
+struct Products {
+    n: f64,
+    curves: f64,
+    /// Σ zzᵀ over all, over all but the first and last of each curve, and of neighbours (symmetric part) with z = (U, r)
+    all: DMatrix<f64>,
+    inner: DMatrix<f64>,
+    next: DMatrix<f64>,
+}
+
+impl Products {
+    fn new(z: &DMatrix<f64>, curves: &[Vec<usize>]) -> Self {
+        let width = z.ncols();
+        let zero = || DMatrix::<f64>::zeros(width, width);
+        let (mut all, mut inner, mut next) = (zero(), zero(), zero());
+        let add = |to: &mut DMatrix<f64>, i: usize, j: usize| {
+            for a in 0..width {
+                for b in 0..width {
+                    to[(a, b)] += 0.5 * (z[(i, a)] * z[(j, b)] + z[(j, a)] * z[(i, b)]);
+                }
+            }
+        };
+        for curve in curves {
+            for (place, k) in curve.iter().enumerate() {
+                add(&mut all, *k, *k);
+                if place > 0 {
+                    add(&mut next, curve[place - 1], *k);
+                }
+                if place > 0 && place + 1 < curve.len() {
+                    add(&mut inner, *k, *k);
+                }
+            }
+        }
+        Self { n: z.nrows() as f64, curves: curves.len() as f64, all, inner, next }
+    }
+
+    /// ℓ(ρ) and σ², with `pairs` = UᵀRU.
+    fn likelihood(&self, rho: f64, pairs: &DMatrix<f64>) -> Option<(f64, f64)> {
+        let p = self.all.ncols() - 1;
+        let free = self.n - p as f64;
+        let left = 1.0 - rho * rho;
+        // (1 − ρ²)zᵀR⁻¹z
+        let whole = &self.all + &self.inner * (rho * rho) - &self.next * (2.0 * rho);
+        let columns = whole.view((0, 0), (p, p)).into_owned();
+        let expected = free - p as f64 + (pairs * &columns).trace() / left;
+        let factor = columns.cholesky()?;
+        let square = Some(whole[(p, p)] / expected).filter(|s| *s > 0.0)?;
+        let log_columns: f64 = 2.0 * factor.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let log_errors = -self.curves * left.ln();
+        Some((-0.5 * (log_errors + log_columns + free * square.ln()), square / left))
+    }
+}
+
+/// Σᵢⱼ uᵢuⱼᵀρ^|i−j| over the pairs of each curve.
+fn spread(u: &DMatrix<f64>, curves: &[Vec<usize>], rho: f64) -> DMatrix<f64> {
+    let p = u.ncols();
+    let mut sum = u.transpose() * u;
+    let mut before = vec![0.0; p];
+    for curve in curves {
+        before.fill(0.0);
+        for k in curve {
+            for a in 0..p {
+                for b in 0..p {
+                    sum[(a, b)] += u[(*k, a)] * before[b] + before[a] * u[(*k, b)];
+                }
+            }
+            (0..p).for_each(|a| before[a] = rho * (before[a] + u[(*k, a)]));
+        }
+    }
+    sum
+}
+
+/// One correlation of the grid.
+struct At {
+    rho: f64,
+    /// Its part of the grid
+    wide: f64,
+    log: f64,
+    s2: f64,
+    pairs: DMatrix<f64>,
+}
+
+/// Model, most likely ρ, covariance of the directions `u` and degrees of freedom, of `p` constants; `None` where the errors are not correlated.
+pub fn correlated(
+    u: &DMatrix<f64>,
+    residual: &DVector<f64>,
+    curves: &[Vec<usize>],
+    p: usize,
+) -> Option<(ErrorModel, f64, DMatrix<f64>, usize)> {
+    let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
+    let products = Products::new(&z, curves);
+    let n = u.nrows() as f64;
+    let left = p as f64 + LEFT;
+    let root = |k: f64| (n - left) / (n + left) * (k / f64::from(GRID - 1)).sqrt();
+    let at = |k: u32| {
+        let k = f64::from(k);
+        let wide = root((k + 0.5).min(f64::from(GRID - 1))) - root((k - 0.5).max(0.0));
+        let (rho, pairs) = (root(k), spread(u, curves, root(k)));
+        let (log, s2) = products.likelihood(rho, &pairs)?;
+        Some(At { rho, wide, log, s2, pairs })
+    };
+    if n <= left {
+        return None;
+    }
+    let least = at(0)?.log;
+    let grid: Vec<At> = (0..GRID).filter_map(at).collect();
+    let likely = grid.iter().max_by(|a, b| a.log.total_cmp(&b.log))?;
+    if 2.0 * (likely.log - least) < CORRELATED {
+        return None;
+    }
+    let weight = |one: &At| (one.log - likely.log).exp() * one.wide;
+    let sum: f64 = grid.iter().map(weight).sum();
+    let (mut covariance, mut mean) = (DMatrix::zeros(u.ncols(), u.ncols()), 0.0);
+    let mut effective = 0.0;
+    for one in &grid {
+        let share = weight(one) / sum;
+        mean += share * one.rho;
+        effective += share * n * (1.0 - one.rho) / (1.0 + one.rho);
+        if share > NONE {
+            let whole = residual.norm_squared() / (n - one.pairs.trace()).max(1.0);
+            covariance += &one.pairs * (share * one.s2.max(whole));
+        }
+    }
+    let free = (effective - p as f64).max(1.0) as usize;
+    Some((ErrorModel::Correlated { rho: mean, effective }, likely.rho, covariance, free))
+}
+
+/// Rows of a curve without what the row before explains: (xᵢ − ρxᵢ₋₁)/√(1 − ρ²), in order of loading, curve by curve.
+pub fn whitened(x: &DVector<f64>, curves: &[Vec<usize>], rho: f64) -> Vec<f64> {
+    let one = |curve: &Vec<usize>| {
+        let value = |place: usize| match place {
+            0 => x[curve[0]],
+            k => (x[curve[k]] - rho * x[curve[k - 1]]) / (1.0 - rho * rho).sqrt(),
+        };
+        (0..curve.len()).map(value).collect::<Vec<f64>>()
+    };
+    curves.iter().flat_map(one).collect()
+}

@@ -1,0 +1,147 @@
+//! Rim of an open cavity that is held, or slides in planes.
+//!
+//! ```text
+//! δV = −∫ δx·n dA + ∮ δx·(v × dx)                         v the field of the volume, the rim in the sense of the facets
+//! c_a = ∂V/∂x_a + ∫ N_a n dA = ∮ N_a v × dx
+//! ```
+//!
+//! By Stokes' theorem. c is zero at free unknowns, so that p ∂V/∂x and the forces −p ∫ N_a n dA of the pressure on the wall have the same equilibria. At the
+//! unknowns that are held they differ: what holds the rim against the pressure on the wall is the residual with −p ∂V/∂x, and p c in addition.
+
+use super::cavity::VolumeField;
+use super::open_cavity::{GAUSS, edge_shape};
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::system::Blocks;
+
+/// The edges of a rim, with the field that measures the volume behind it.
+pub struct CavityRim {
+    field: VolumeField,
+    edges: Blocks,
+    /// \[edges × nodes of an edge\] X \[m\]
+    reference: Vec<Vec3>,
+}
+
+/// A point of an edge: weight, node functions and their slopes, v, and dx.
+struct EdgePoint {
+    weight: f64,
+    shape: [f64; 3],
+    slope: [f64; 3],
+    flow: Vec3,
+    along: Vec3,
+}
+
+impl CavityRim {
+    /// Of edges in the sense of their facets, the mid-node last.
+    pub fn new(mesh: &TetMesh, edges: &[Vec<u32>], field: VolumeField) -> Self {
+        let reference = edges.iter().flatten().map(|&k| mesh.points[k as usize]).collect();
+        Self { field, edges: Blocks::new(edges.iter().map(Vec::as_slice)), reference }
+    }
+
+    fn points(&self, x: &[f64], b: usize) -> impl Iterator<Item = EdgePoint> {
+        let nodes = self.edges.nodes(b);
+        let moved =
+            |a: usize| self.reference[b * nodes.len() + a] + Vec3::from_column_slice(&x[3 * nodes[a] as usize..][..3]);
+        let places: Vec<Vec3> = (0..nodes.len()).map(moved).collect();
+        let field = self.field;
+        GAUSS.into_iter().map(move |(s, weight)| {
+            let (shape, slope) = edge_shape(places.len(), s);
+            let sum = |of: &[f64; 3]| places.iter().zip(of).map(|(x, n)| *n * x).sum::<Vec3>();
+            let flow = field.weights.component_mul(&(sum(&shape) - field.origin));
+            EdgePoint { weight, shape, slope, flow, along: sum(&slope) }
+        })
+    }
+
+    /// c \[m²\]: (unknown, value), an edge after the other.
+    pub fn excess(&self, x: &[f64]) -> Vec<(u32, f64)> {
+        let mut out = Vec::new();
+        for b in 0..self.edges.len() {
+            for point in self.points(x, b) {
+                let force = point.weight * point.flow.cross(&point.along);
+                let nodes = self.edges.nodes(b).iter().zip(point.shape);
+                out.extend(nodes.flat_map(|(&node, n)| (0..3).map(move |i| (3 * node + i, n * force[i as usize]))));
+            }
+        }
+        out
+    }
+
+    /// The gradient of Σ w c \[m\] for weights w of the unknowns: (unknown, derivative).
+    pub fn gradient(&self, x: &[f64], weight: impl Fn(u32) -> f64) -> Vec<(u32, f64)> {
+        let mut out = Vec::new();
+        for b in 0..self.edges.len() {
+            let nodes = self.edges.nodes(b);
+            for point in self.points(x, b) {
+                let of_node = |&node: &u32| Vec3::from_fn(|i, _| weight(3 * node + i as u32));
+                let w: Vec3 = nodes.iter().zip(point.shape).map(|(node, n)| n * of_node(node)).sum();
+                let by_place = self.field.weights.component_mul(&point.along.cross(&w));
+                let by_slope = w.cross(&point.flow);
+                for ((&node, n), d) in nodes.iter().zip(point.shape).zip(point.slope) {
+                    let g = point.weight * (n * by_place + d * by_slope);
+                    out.extend((0..3).map(|i| (3 * node + i, g[i as usize])));
+                }
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::Cavity;
+    use crate::mesh::Order;
+    use crate::mesh::rim::rim;
+    use crate::mesh::structured::block;
+    use std::collections::BTreeMap;
+
+    fn sum(of: impl IntoIterator<Item = (u32, f64)>) -> BTreeMap<u32, f64> {
+        let mut out = BTreeMap::new();
+        of.into_iter().for_each(|(dof, value)| *out.entry(dof).or_insert(0.0) += value);
+        out
+    }
+
+    /// c against ∂V/∂x + ∫ N n dA of the facets, and its derivatives against central differences, which are exact for a quadratic function; rounding 1e-13.
+    #[test]
+    fn the_line_integral_is_that_of_the_facets() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let mesh = block(2, 3, 1, 1.0, 1.2, 0.5, order);
+            let facets: Vec<u32> = (0..mesh.facet_count() as u32)
+                .filter(|&f| mesh.facet(f as usize)[..3].iter().all(|&k| mesh.points[k as usize].z > 0.49))
+                .collect();
+            let field = VolumeField { origin: Vec3::new(0.3, -0.2, 0.7), weights: Vec3::new(0.5, 0.2, 0.3) };
+            let cavity = Cavity::new("c".into(), &mesh, &facets, field);
+            let held = CavityRim::new(&mesh, &rim(&mesh, &facets), field);
+            let wave = |k: usize, a: f64| 0.1 * (a * k as f64).sin();
+            let x: Vec<f64> = (0..3 * mesh.points.len()).map(|k| wave(k, 1.7)).collect();
+            let mut expected = sum(cavity.volume_gradient(&x));
+            for b in 0..cavity.facets().len() {
+                for point in cavity.points() {
+                    let [_, u, v] = cavity.frame(&x, b, point);
+                    let normal = point.weight * u.cross(&v);
+                    for (a, &node) in cavity.facets().nodes(b).iter().enumerate() {
+                        for i in 0..3 {
+                            *expected.entry(3 * node + i).or_default() += point.n[a] * normal[i as usize];
+                        }
+                    }
+                }
+            }
+            let found = sum(held.excess(&x));
+            for (dof, value) in &expected {
+                let own = found.get(dof).copied().unwrap_or(0.0);
+                assert!((own - value).abs() < 1e-13, "{order:?}, {dof}: {own} {value}");
+            }
+            assert!(found.values().any(|c| c.abs() > 0.01));
+            let weight = |dof: u32| wave(dof as usize, 0.9);
+            let functional = |x: &[f64]| held.excess(x).iter().map(|(dof, c)| weight(*dof) * c).sum::<f64>();
+            for (dof, slope) in sum(held.gradient(&x, weight)) {
+                let at = |d: f64| {
+                    let mut moved = x.clone();
+                    moved[dof as usize] += d;
+                    functional(&moved)
+                };
+                let exact = (at(0.5) - at(-0.5)) / 1.0;
+                assert!((slope - exact).abs() < 1e-13, "{order:?}, {dof}: {slope} {exact}");
+            }
+        }
+    }
+}

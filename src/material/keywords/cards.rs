@@ -1,0 +1,67 @@
+//! Keywords of Abaqus and CalculiX with their lines of numbers.
+
+use super::energy::{KeywordError, Program, numbers, options};
+
+/// Numbers in a line
+pub const LINE: usize = 8;
+/// Keywords that give a law
+const LAWS: [&str; 2] = ["*HYPERELASTIC", "*HYPERFOAM"];
+
+/// A keyword with the lines below it.
+pub struct Card<'a> {
+    /// The line of the keyword with its options
+    pub head: &'a str,
+    lines: Vec<&'a str>,
+}
+
+impl Card<'_> {
+    /// Whether it is this keyword, in upper case with its asterisk.
+    pub fn is(&self, keyword: &str) -> bool {
+        self.head.split(',').next().unwrap_or("").trim().eq_ignore_ascii_case(keyword)
+    }
+
+    /// The numbers of every line.
+    pub fn rows(&self, program: Program) -> Result<Vec<Vec<f64>>, KeywordError> {
+        self.lines.iter().map(|l| numbers(program, &l.split(',').collect::<Vec<_>>())).collect()
+    }
+
+    /// The constants below it, `count` at most: a temperature may follow them, constants of several temperatures and of fields are refused.
+    pub fn constants(&self, program: Program, count: usize) -> Result<Vec<f64>, KeywordError> {
+        let refuse = |what: String| Err(KeywordError::Unreadable { program, what });
+        if options(self.head).contains_key("DEPENDENCIES") {
+            return refuse(format!("\"{}\" depends on fields; keep the constants of one state", self.head));
+        }
+        let rows = self.rows(program)?;
+        let own = count.div_ceil(LINE);
+        if rows.len() > own {
+            return refuse(format!(
+                "{} lines below \"{}\" where its constants take {own}: they depend on temperature; keep those of one temperature",
+                rows.len(),
+                self.head
+            ));
+        }
+        let mut values = rows.concat();
+        if values.len() > count + 1 {
+            return refuse(format!("{} numbers below \"{}\", which has {count} constants", values.len(), self.head));
+        }
+        values.truncate(count);
+        Ok(values)
+    }
+}
+
+/// Keywords of the material that has the first law, and the place of that law among them.
+pub fn of_first_law(text: &str) -> Option<(Vec<Card<'_>>, usize)> {
+    let mut cards: Vec<Card> = vec![];
+    for line in text.lines().map(str::trim).filter(|l| !l.starts_with("**") && !l.is_empty()) {
+        match cards.last_mut() {
+            _ if line.starts_with('*') => cards.push(Card { head: line, lines: vec![] }),
+            Some(card) => card.lines.push(line),
+            None => {}
+        }
+    }
+    let at = cards.iter().position(|c| LAWS.iter().any(|l| c.is(l)))?;
+    let begins = |c: &Card| c.is("*MATERIAL");
+    let from = cards[..at].iter().rposition(begins).unwrap_or(0);
+    let to = cards[at..].iter().position(begins).map_or(cards.len(), |k| at + k);
+    Some((cards.drain(from..to).collect(), at - from))
+}
