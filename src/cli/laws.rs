@@ -115,8 +115,7 @@ fn write_series(found: &Imported, source: &str, path: Option<&Path>) -> Result<(
     match path {
         None if found.series.is_empty() => Ok(()),
         None => Err(format!(
-            "{source}: the material relaxes, in {} terms; pass --prony prony.toml for its series, next to which the law has the constants of the long term",
-            found.series.len()
+            "{source}: the material relaxes; pass --prony prony.toml for its Prony series, next to which the law has the constants of the long term"
         )
         .into()),
         Some(_) if found.series.is_empty() => {

@@ -98,6 +98,8 @@ struct Additions {
     laws: BTreeMap<String, LawSource>,
     effects: Vec<Box<dyn Effect>>,
     recorders: Vec<Box<dyn Recorder>>,
+    /// Whether the scene is a variant of one that has said where its laws are stable, which takes many evaluations
+    is_variant: bool,
 }
 
 /// Builds a scene from its specification, and from laws, effects, recorders and a mesh of the caller.
@@ -232,14 +234,15 @@ impl Scene {
         vary: impl Fn(usize) -> bool,
     ) -> Result<Self, SceneError> {
         let number = |parts: SystemParts| parts.variant(&self.system, vary);
-        Self::assemble(&self.file, (spec, String::new()), body, Additions::default(), number)
+        let additions = Additions { is_variant: true, ..Additions::default() };
+        Self::assemble(&self.file, (spec, String::new()), body, additions, number)
     }
 
     fn assemble(
         file: &Path,
         (spec, text): (SceneSpec, String),
         body: Arc<Body>,
-        Additions { laws: own_laws, effects: own_effects, recorders: own_recorders }: Additions,
+        Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant }: Additions,
         number: impl FnOnce(SystemParts) -> Result<System, SystemError>,
     ) -> Result<Self, SceneError> {
         let tables =
@@ -259,7 +262,9 @@ impl Scene {
         check_elastic(builder, &spec.effects, own_effects.is_empty())?;
         builder.effects.extend(own_effects);
         check_tied(builder, spec.start.is_some())?;
-        note_stability(builder);
+        if !is_variant {
+            note_stability(builder);
+        }
         check_start(builder, spec.start.as_ref())?;
         let mut probes = build_probes(builder, &spec.probes)?;
         probes.append(&mut builder.gathered.recorders);
@@ -279,16 +284,14 @@ impl Scene {
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
         let parts =
             SystemParts { nodes, hosts: gathered.hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
-        let system = number(parts).map_err(|e| part(file, "scene", e))?;
-        let law = gathered.laws.into_iter().next().map(|l| l.law);
         let scene = Self {
             title: spec.title.clone(),
             file: file.into(),
             body,
             regions,
-            system,
+            system: number(parts).map_err(|e| part(file, "scene", e))?,
             points,
-            law,
+            law: gathered.laws.into_iter().next().map(|l| l.law),
             elastic: gathered.points,
             stressed: gathered.stressed,
             reinforcing: gathered.reinforcing,

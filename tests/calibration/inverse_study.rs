@@ -401,30 +401,34 @@ fn a_law_file_has_the_warnings_of_its_own_variant() {
     assert!(summary.warnings.iter().filter(pattern).count() == 1 && summary.warnings.len() > bend.len());
 }
 
-/// The force of a bar that becomes stiffer, over a Poisson's ratio that it hardly depends on: ν stays where it started, which the report and the law file
-/// say, and the pattern in the residuals is not held against the law.
+/// A stored answer whose search left ν at its start, with a pattern in its residuals: the report and the law file say so, next to the other constant
+/// too, and the pattern is not held against the law.
 #[test]
 fn a_law_is_not_blamed_for_a_constant_that_was_left() {
     let two = CALIBRATION.replace("\"laws.rubber.mu\"", "\"laws.rubber.mu\", \"laws.rubber.nu\"");
     let one = sizes("\"mesh.grid.divisions\" = [6, 1, 1], \"laws.rubber.nu\" = 0.4", "only = {}\n");
     let study = folder(&format!("{two}{one}"));
-    let row = |k: i32| (3e-4 * f64::from(k), 0.4 * f64::from(k) * (1.0 + 0.02 * f64::from(k)));
-    let rows: String = (1..=40).map(row).map(|(u, f)| format!("{u},{f}\n")).collect();
-    std::fs::write(study.path().join("bend.csv"), format!("u,F\n{rows}")).expect("writable");
     let records = run(study.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(records[0].status, NOT_DETERMINED, "{:?}", records[0].status_detail);
+    let file = study.path().join("out/cases/mesh-bend-only.fit.json");
+    let text = std::fs::read_to_string(&file).expect("written");
+    let mut found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    found["end"] = "settled".into();
+    found["curves"][0]["runs_p"] = 1e-5.into();
+    for (constant, left) in found["constants"].as_array_mut().expect("a list").iter_mut().zip([false, true]) {
+        (constant["left"], constant["bound"]) = (left.into(), 0.into());
+        (constant["interval"], constant["std_error"]) = (serde_json::Value::Null, serde_json::Value::Null);
+    }
+    std::fs::write(&file, found.to_string()).expect("writable");
     let (summary, law) = told(study.path());
     let provenance = law["provenance"].as_table().expect("a table");
-    println!("{}\n{:#?}\n{provenance}", summary.verdict, summary.warnings);
+    println!("{}\n{provenance}", summary.verdict);
     let left = "the search left it at its starting value";
     assert!(provenance["nu_without_interval"].as_str().is_some_and(|words| words.contains(left)));
     assert!(provenance["mu_without_interval"].as_str().is_some_and(|words| words.contains("left laws.rubber.nu at")));
     let warnings = provenance["warnings"].as_array().expect("a list");
     let says = |words: &str| warnings.iter().any(|w| w.as_str().is_some_and(|w| w.contains(words)));
-    assert!(
-        says("laws.rubber.nu: the search left it at its starting value, 0.4")
-            && says("this says nothing against the law")
-    );
+    assert!(says("the search left laws.rubber.nu at the starting value") && says("this says nothing against the law"));
     assert!(!says("the law does not describe the curve"), "{warnings:?}");
     assert!(summary.verdict.contains(left), "{}", summary.verdict);
 }
@@ -440,7 +444,9 @@ fn a_case_whose_start_is_refused_has_a_status_and_the_others_go_on() {
     let file = study.path().join("scene.toml");
     let series = "[[effect]]\nkind = \"viscoelastic\"\nregion = \"body\"\nlaw = \"rubber\"\nmoduli = \"instantaneous\"\n\
         prony = [{ g = 0.3, tau = \"0.5 s\" }, { g = 0.1, tau = \"5 s\" }]\n";
-    let scene = std::fs::read_to_string(&file).expect("read").replace("\"static\"", "\"implicit_euler\"");
+    let split = "\"neo_hookean_split\"\nvolumetric = \"quadratic\"";
+    let scene = std::fs::read_to_string(&file).expect("read").replace("\"neo_hookean\"", split);
+    let scene = scene.replace("\"static\"", "\"implicit_euler\"");
     std::fs::write(
         &file,
         scene.replace("[[constraint]]\nkind = \"fixed\"", &format!("{series}[[constraint]]\nkind = \"fixed\"")),

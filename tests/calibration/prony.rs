@@ -323,7 +323,7 @@ fn relaxation_without_a_plateau_is_named() {
 }
 
 /// R = 50 kPa (1 + ½(1 + t)^−p) over four decades: no sum of exponentials, and above G∞ = 50 kPa by 13 % at 1000 s where p = 0.2. Where the curve still falls by
-/// 5 % a decade its plateau is not determined; the interval of one that is holds the truth in nine of ten draws.
+/// 5 % a decade its plateau is not determined in half of the draws at least, of 2 % noise; the interval of one that is holds the truth in nine of ten draws.
 #[test]
 fn a_slow_relaxation_is_no_plateau() {
     let t = spaced(0.1, 1000.0, 80);
@@ -335,16 +335,26 @@ fn a_slow_relaxation_is_no_plateau() {
         };
         (1..=20).into_par_iter().map(one).collect()
     };
-    for (p, deviation) in [(0.15, 1000.0), (0.2, 300.0), (0.3, 100.0), (0.3, 300.0)] {
-        let open = fits(p, deviation).iter().filter(|f| !f.is_determined()).count();
-        assert_eq!(open, 20, "p = {p}, errors of {deviation} Pa");
-    }
-    for (p, deviation) in [(0.45, 100.0), (0.6, 100.0), (0.8, 300.0), (1.2, 100.0)] {
+    let holds = |f: &RelaxationFit| f.long_term.interval[0] <= 50e3 && 50e3 <= f.long_term.interval[1];
+    for (p, deviation, falling) in [
+        (0.15, 1000.0, true),
+        (0.2, 300.0, true),
+        (0.3, 100.0, true),
+        (0.3, 300.0, true),
+        (0.45, 100.0, false),
+        (0.6, 100.0, false),
+        (0.8, 300.0, false),
+        (1.2, 100.0, false),
+    ] {
         let all = fits(p, deviation);
-        let settled: Vec<[f64; 2]> = all.iter().filter(|f| f.is_determined()).map(|f| f.long_term.interval).collect();
-        let right = settled.iter().filter(|[low, high]| *low <= 50e3 && 50e3 <= *high).count();
-        println!("p = {p}: determined in {} of 20 draws, {right} of these hold the truth", settled.len());
-        assert!(10 * right >= 9 * settled.len(), "p = {p}: {settled:?}");
+        let settled: Vec<&RelaxationFit> = all.iter().filter(|f| f.is_determined()).collect();
+        let right = settled.iter().filter(|f| holds(f)).count();
+        println!(
+            "p = {p}, errors of {deviation} Pa: determined in {} of 20 draws, {right} of these hold the truth",
+            settled.len()
+        );
+        assert!(10 * right >= 9 * settled.len(), "p = {p}: {right} of {}", settled.len());
+        assert!(!falling || settled.len() <= 10, "p = {p}: {} of 20 draws are determined", settled.len());
         assert!(p < 0.5 || settled.len() >= 10, "p = {p}: {} of 20 draws are determined", settled.len());
     }
 }

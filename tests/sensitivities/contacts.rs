@@ -115,11 +115,13 @@ mu = "60 kPa"
 kappa = "500 kPa"
 [mesh.regions.near]
 pick = "cells"
+rule = "centroid"
 kind = "box"
 min = ["-1 mm", "-1 mm", "-1 mm"]
 max = ["30.1 mm", "11 mm", "11 mm"]
 [mesh.regions.far]
 pick = "cells"
+rule = "centroid"
 kind = "box"
 min = ["29.9 mm", "-1 mm", "-1 mm"]
 max = ["61 mm", "11 mm", "11 mm"]

@@ -5,7 +5,8 @@
 //! not searched have no part in B and stay as they were. In the region of radius Δ the step is that of Levenberg and Marquardt with
 //! the λ at which it reaches the boundary (Moré 1978), from one SVD. A constant at a bound that the step would cross is held there, and is let go
 //! where the next one leads inside (projected Newton: Bertsekas, SIAM J. Control Optim. 20, 1982); a step that meets a bound ends on it. A forward
-//! solve that fails, constants that the scene cannot have, and those without a derivative are a wall: the step is taken back and the region shrinks. The search ends where a full
+//! solve that fails, constants that the scene cannot have, and those without a derivative are a wall: the step is taken back
+//! and the region shrinks. The search ends where a full
 //! Gauss–Newton step would lower f by less than 1e-6 of it, a change of the constants by 1e-3 √n of their standard deviation, or by less than
 //! rounding.
 //!

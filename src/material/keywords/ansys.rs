@@ -73,7 +73,8 @@ fn check_relaxation(text: &str, material: &str) -> Result<(), KeywordError> {
     };
     let Some(line) = text.lines().find(|l| of_it(l)) else { return Ok(()) };
     let what = format!(
-        "the material relaxes (\"{}\"), which is not read: leave the command out, and give its shares and times as `prony` of the effect viscoelastic, whose          `moduli` says whether the constants are instantaneous or long-term ones",
+        "the material relaxes (\"{}\"), which is not read: leave the command out, and give its shares and times as `prony` of the effect viscoelastic, \
+         whose `moduli` says whether the constants are instantaneous or long-term ones",
         line.trim()
     );
     Err(KeywordError::Unreadable { program: PROGRAM, what })
