@@ -177,7 +177,7 @@ class Chains(PythonNeoHookean):
     linear = False
     parameters = [
         durometer.Parameter("shear", "μ", "Pa", (0.0, float("inf")), "shear modulus"),
-        durometer.Parameter("J_m", "J_m", "1", (0.0, float("inf")), "I1 - 3 of fully stretched chains"),
+        durometer.Parameter("J_m", "J_m", "1", (0.5, float("inf")), "I1 - 3 of fully stretched chains"),
     ]
     sample = [40e3, 2.0]
 

@@ -323,7 +323,7 @@ fn relaxation_without_a_plateau_is_named() {
 }
 
 /// R = 50 kPa (1 + ½(1 + t)^−p) over four decades: no sum of exponentials, and above G∞ = 50 kPa by 13 % at 1000 s where p = 0.2. Where the curve still falls by
-/// 5 % a decade its plateau is not determined in half of the draws at least, of 2 % noise; the interval of one that is holds the truth in nine of ten draws.
+/// 5 % a decade its plateau is determined in two of 20 draws at most; the interval of one that is determined leaves out the truth in two of 20 draws at most.
 #[test]
 fn a_slow_relaxation_is_no_plateau() {
     let t = spaced(0.1, 1000.0, 80);
@@ -353,9 +353,9 @@ fn a_slow_relaxation_is_no_plateau() {
             "p = {p}, errors of {deviation} Pa: determined in {} of 20 draws, {right} of these hold the truth",
             settled.len()
         );
-        assert!(10 * right >= 9 * settled.len(), "p = {p}: {right} of {}", settled.len());
-        assert!(!falling || settled.len() <= 10, "p = {p}: {} of 20 draws are determined", settled.len());
-        assert!(p < 0.5 || settled.len() >= 10, "p = {p}: {} of 20 draws are determined", settled.len());
+        assert!(settled.len() - right <= 2, "p = {p}: {right} of {}", settled.len());
+        assert!(!falling || settled.len() <= 2, "p = {p}: {} of 20 draws are determined", settled.len());
+        assert!(p < 0.7 || settled.len() >= 10, "p = {p}: {} of 20 draws are determined", settled.len());
     }
 }
 

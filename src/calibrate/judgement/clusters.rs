@@ -61,6 +61,10 @@ pub fn scatter(
 
 /// (I − G)^(−½), zero along what is decided alone.
 fn inverse_root(gram: &DMatrix<f64>) -> DMatrix<f64> {
+    // The data determine no direction
+    if gram.is_empty() {
+        return gram.clone();
+    }
     let eigen = (DMatrix::identity(gram.nrows(), gram.nrows()) - gram).symmetric_eigen();
     let inverse = eigen.eigenvalues.map(|e| if e > ALONE { e.sqrt().recip() } else { 0.0 });
     &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()

@@ -19,8 +19,8 @@ use nalgebra::{DMatrix, DVector};
 const PART: f64 = 3.162_277_660_168_379_5;
 /// Fall of the modulus in a decade that counts as a plateau \[–\]
 const FLAT: f64 = 0.02;
-/// Part by which the long-term modulus of a falling curve may be lower and is still determined \[–\]
-const OPEN: f64 = 0.05;
+/// Part that one more term may take from the long-term modulus, which is still determined: of a curve that falls, and of one that is flat \[–\]
+const OPEN: [f64; 2] = [0.05, 0.1];
 /// Part of the long-term modulus beyond which its interval does not determine it \[–\]
 const WIDE: f64 = 0.5;
 
@@ -72,13 +72,13 @@ pub fn widened(b: Bounded, lowest: f64) -> Bounded {
 
 /// Why the data do not determine the long-term modulus, where they do not. `longest`: a term has the longest time of the search.
 pub fn doubt(fit: &RelaxationFit, longest: bool) -> Option<RelaxationWarning> {
-    let slope = slope(fit);
-    let [low, _] = fit.long_term.interval;
-    let open = low < (1.0 - OPEN) * fit.long_term.value;
-    if longest || (slope > FLAT && open) {
+    let (slope, value, [low, high]) = (slope(fit), fit.long_term.value, fit.long_term.interval);
+    // The upper end is as far from the value as the lower end of the series alone
+    let open = (2.0 * value - high - low) / value;
+    if longest || (slope > FLAT && open > OPEN[0]) {
         return Some(RelaxationWarning::NoPlateau { end: fit.span[1], slope });
     }
-    let wide = fit.long_term.half_width() > WIDE * fit.long_term.value;
+    let wide = open > OPEN[1] || fit.long_term.half_width() > WIDE * value;
     wide.then_some(RelaxationWarning::LongTerm { interval: fit.long_term.interval })
 }
 

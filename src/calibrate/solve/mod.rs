@@ -285,6 +285,10 @@ fn is_allowed(setting: &LawSetting, samples: &[Sample], found: &LawFit, other: &
         let of = |(s, w): (&Sample, &f64)| (w * (s.stress - setting.model.at(values, s))).powi(2);
         samples.iter().zip(&found.weight).map(of).sum()
     };
+    // Without a degree of freedom no interval is finite
+    if errors.free == 0 {
+        return false;
+    }
     let t = statistics::t_quantile(0.95, errors.free);
     let limit = errors.deviations.iter().zip(&errors.plain).map(|(d, plain)| t * d / plain).filter(|l| l.is_finite());
     square(other) - square(&found.values) <= limit.fold(0.0, f64::max).powi(2)
