@@ -63,8 +63,11 @@ pub fn is_list(value: &Bound<'_, PyAny>) -> bool {
     !is_text && value.cast::<PySequence>().is_ok()
 }
 
+/// Key and value of a mapping.
+type Entry<'py> = (String, Bound<'py, PyAny>);
+
 /// Keys and values of a dictionary or another mapping; none of what is no mapping.
-pub fn entries<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Vec<(String, Bound<'py, PyAny>)>>> {
+pub fn entries<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Vec<Entry<'py>>>> {
     let Ok(table) = value.cast::<PyMapping>() else { return Ok(None) };
     let entry = |pair: Bound<'py, PyAny>| {
         let (key, value): (Bound<'py, PyAny>, Bound<'py, PyAny>) = pair.extract()?;
@@ -75,7 +78,7 @@ pub fn entries<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Vec<(String, B
 }
 
 /// The entries of what must be a mapping.
-pub fn mapping<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<Vec<(String, Bound<'py, PyAny>)>> {
+pub fn mapping<'py>(what: &str, value: &Bound<'py, PyAny>) -> PyResult<Vec<Entry<'py>>> {
     entries(value)?.ok_or_else(|| input(&format!("{what} is of the type {}", kind(value)), "give a dictionary"))
 }
 

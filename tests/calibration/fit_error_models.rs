@@ -138,6 +138,8 @@ struct Counts {
 
 impl Counts {
     fn hold(&self, widest: f64) {
+        // 5 % and two standard deviations of 200 draws
+        assert!(self.pattern <= 8.1, "{self:?}");
         for c in &self.constants {
             assert!(c.covered >= LEAST && c.wide <= widest, "{self:?}");
         }
