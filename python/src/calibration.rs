@@ -110,7 +110,7 @@ impl Calibration {
         self.found.unidentified.clone()
     }
 
-    /// What was done with the measured points, such as those beyond the range of the protocol, which are left out.
+    /// Notes on what was done with the measured points, such as those beyond the range of the protocol, which are left out.
     #[getter]
     fn notes(&self) -> Vec<String> {
         let of = |curve: &FittedCurve| {

@@ -79,7 +79,7 @@ impl PythonLaw {
 
     /// The same, which tells where it is not defined at F = I: every run begins there.
     fn defined_at_rest(self) -> Self {
-        // What could not be made has told why
+        // An object that could not be made has told why
         if self.object.is_some() {
             Python::attach(|py| {
                 let Err(why) = self.ask(py, &Mat3::identity(), Want::Tangent) else { return };

@@ -56,7 +56,7 @@ pub struct Run {
     cell_fields: Py<PyDict>,
 }
 
-/// What a run was made of.
+/// The origin of a run.
 enum Origin {
     /// The scene, the last state, and what the recorders keep there
     Here(Box<(Built, State, Vec<f64>)>),
@@ -281,7 +281,7 @@ impl Run {
     }
 }
 
-/// What a pickled run keeps, in addition to its record.
+/// Attributes that a pickled run keeps, in addition to its record.
 const PICKLED: [&str; 12] = [
     "columns",
     "values",

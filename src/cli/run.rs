@@ -217,7 +217,7 @@ pub fn execute(
     Ok(Done { dir, end, records })
 }
 
-/// What a run that was stopped leaves, of which it has taken and is to take that many cases.
+/// The message on the results that a stopped run leaves, of which it has taken and is to take that many cases.
 fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): (usize, usize)) -> String {
     let counts = |state| state == State::Stored || (options.accept_build && state == State::OtherBuild);
     let is_kept = |c: &Listed| options.wants(&c.id) && counts(c.state);

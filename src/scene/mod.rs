@@ -66,6 +66,7 @@ mod features;
 mod fields;
 mod fixture;
 mod grid;
+mod held_rim;
 mod identity;
 mod import;
 mod kind;

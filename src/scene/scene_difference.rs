@@ -30,8 +30,8 @@ const LEAST_LENGTH: f64 = 0.1;
 pub(super) enum Followed {
     /// All that depends on the key
     All,
-    /// What the derivatives of laws leave out: contacts and rigid bodies, whose stiffness is that of the stiffest law unless it is given
-    BesideLaws,
+    /// The parts that the derivatives of laws leave out: contacts and rigid bodies, whose stiffness is that of the stiffest law unless it is given
+    FollowingLaws,
 }
 
 /// The scenes at other values of a key.
@@ -69,7 +69,7 @@ impl<'a> SceneDifference<'a> {
     pub fn columns(&self, now: &Moment) -> [Vec<f64>; 2] {
         let size = self.family.size;
         let values = columns(&self.family.first().recorders[0], now);
-        // What a change of the key by its size does, over the value and that change
+        // The effect of a change of the key by its size, over the value and that change
         let error = |[a, b]: &[Vec<f64>; 2]| {
             let of = |(c, value): (usize, &f64)| disagreement(&[a[c] * size, *value], &[b[c] * size, *value]);
             values.iter().enumerate().filter(|(_, value)| !value.is_nan()).map(of).fold(0.0, f64::max)
@@ -130,7 +130,7 @@ impl<'a> Family<'a> {
         let value = key.value(&table)?;
         let vary = match followed {
             Followed::All => varied(scene, key, &table),
-            Followed::BesideLaws => (0..scene.system.effects.len()).map(|e| e >= scene.spec.effects.len()).collect(),
+            Followed::FollowingLaws => (0..scene.system.effects.len()).map(|e| e >= scene.spec.effects.len()).collect(),
         };
         let size = size(&value, scene);
         let built = std::array::from_fn(|_| OnceLock::new());

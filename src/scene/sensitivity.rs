@@ -140,7 +140,7 @@ pub(super) fn parameters<'a>(
         let exact = key.law_constant().filter(|constant| !by_differences && is_exact(scene, constant));
         let followed = match &exact {
             None => Some(Followed::All),
-            Some(_) => others_follow_laws(scene).then_some(Followed::BesideLaws),
+            Some(_) => others_follow_laws(scene).then_some(Followed::FollowingLaws),
         };
         let terms = exact.map_or(Ok(Vec::new()), |constant| law_terms(scene, &constant))?;
         let difference = followed.map(|followed| SceneDifference::new(scene, key, followed)).transpose()?;

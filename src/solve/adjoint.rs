@@ -20,6 +20,7 @@ use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::vector::dot;
 use crate::system::{
     ConstraintKind, Dofs, EquationChange, Gradient, Rows, State, Want, add_products, constraint_changes,
+    keep_prescribed,
 };
 
 /// z and μ of one functional.
@@ -57,8 +58,10 @@ impl Adjoint {
         let of = |k: usize| {
             let held = State { x: own[k].motion.clone(), lambda: limits[k].clone(), ..system.rest() };
             let gamma: Vec<f64> = own[k].gaps.iter().zip(&gaps[k]).map(|(own, moved)| own - moved).collect();
+            let mut reactions = rho[k].clone();
+            keep_prescribed(system, &mut reactions);
             // z is zero at prescribed dofs, whose rows are the reactions
-            gradient.along(&held, &rho[k]) - dot(&self.z, &rho[k]) + dot(&self.mu, &gamma)
+            gradient.along(&held, &reactions) - dot(&self.z, &rho[k]) + dot(&self.mu, &gamma)
         };
         Ok((0..own.len()).map(of).collect())
     }

@@ -22,7 +22,7 @@ use crate::math::linear::{Factor, LinearError, Method};
 use crate::math::vector::dot;
 use crate::system::{
     Assembled, At, ConstraintKind, EquationChange, Parameter, Perturbation, Rates, Rows, State, System, Want,
-    add_history_derivative, add_products, add_residual_derivative, constraint_changes,
+    add_history_derivative, add_products, add_residual_derivative, constraint_changes, keep_prescribed,
 };
 
 /// Derivatives of the state of a run, with a factorisation and sums of its own, in addition to those of the run.
@@ -147,13 +147,13 @@ impl<'a> Differentiator<'a> {
         Ok(true)
     }
 
-    /// Per derivative: \[unknowns\] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; not used
-    /// elsewhere.
+    /// Per derivative: \[unknowns\] ∂/∂θ of the residual at prescribed dofs, the reaction, at the end of the last step; zero elsewhere.
     pub fn reactions(&self, step: &Step, next: &State) -> Result<Vec<Vec<f64>>, Failure> {
         let mut reactions = self.residuals.clone();
         let directions: Vec<(&[f64], &[f64])> = self.changes.iter().map(|c| (&c.x[..], &c.lambda[..])).collect();
         add_products(self.system, &step.at(next), &next.lambda, Rows::Prescribed, &directions, &mut reactions)
             .map_err(Failure::Eval)?;
+        reactions.iter_mut().for_each(|r| keep_prescribed(self.system, r));
         Ok(reactions)
     }
 }

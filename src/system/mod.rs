@@ -50,7 +50,7 @@ pub use error::EvalError;
 pub use gradient::Gradient;
 pub use means::Means;
 pub use parameter::{EquationChange, Parameter, SystemDifference, Variants};
-pub use reactions::{Rows, add_products, constraint_changes};
+pub use reactions::{Rows, add_products, constraint_changes, keep_prescribed};
 pub use state::{At, Perturbation, Rates, State};
 pub use ties::Ties;
 pub use variant::SystemParts;

@@ -40,6 +40,12 @@ pub fn add_products(
     Ok(())
 }
 
+/// Sets the rows of free dofs to zero, which hold no reaction.
+pub fn keep_prescribed(system: &System, r: &mut [f64]) {
+    let all = r.iter_mut().enumerate().filter(|(dof, _)| !is_fixed(system, *dof as u32));
+    all.for_each(|(_, value)| *value = 0.0);
+}
+
 /// Σ h·dx of every constraint, for each dx.
 pub fn constraint_changes(system: &System, at: &At, changes: &[&[f64]]) -> Result<Vec<Vec<f64>>, EvalError> {
     let mut out = vec![vec![0.0; system.constraints.len()]; changes.len()];

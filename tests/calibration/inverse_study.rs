@@ -419,6 +419,14 @@ fn a_law_is_not_blamed_for_a_constant_that_was_left() {
         (constant["left"], constant["bound"]) = (left.into(), 0.into());
         (constant["interval"], constant["std_error"]) = (serde_json::Value::Null, serde_json::Value::Null);
     }
+    // The record keeps the digest of the answer, and its own
+    let record = study.path().join("out/cases/mesh-bend-only.json");
+    let stored = std::fs::read_to_string(&record).expect("written");
+    let digest = |text: &str| durometer::storage::sha256(text);
+    assert!(stored.contains(&digest(&text)), "{stored}");
+    let (begin, end) = stored.split_once("\"record_sha256\": \"").expect("a digest");
+    let open = format!("{begin}\"record_sha256\": \"{}", &end[end.find('"').expect("its end")..]);
+    std::fs::write(&record, open.replace(&digest(&text), &digest(&found.to_string()))).expect("writable");
     std::fs::write(&file, found.to_string()).expect("writable");
     let (summary, law) = told(study.path());
     let provenance = law["provenance"].as_table().expect("a table");

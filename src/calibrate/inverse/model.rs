@@ -136,7 +136,7 @@ impl SceneModel {
         watch: &mut dyn FnMut(Progress) -> bool,
     ) -> Result<Answer, Failure> {
         self.solved(values, x, slack, watch).map_err(|failure| match failure {
-            // What is wrong with the scene itself shows at its own constants
+            // A fault of the scene itself shows at its own constants
             Failure::Input(why) if values != self.start() || is_of_values(&why) => Failure::Constants(why.to_string()),
             failure => failure,
         })

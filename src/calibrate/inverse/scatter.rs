@@ -1,4 +1,4 @@
-//! What the residuals of a point say about the directions of a search: the scatter that they show themselves, and whether the misfit falls by more.
+//! Residuals of a point as evidence on the directions of a search: the scatter that they show themselves, and whether the misfit falls by more.
 //!
 //! u_k the unit change of the weighted curve along direction k, r the residual, r⊥ its part across all directions that the curves see. The scatter
 //! s_k of u_kᵀr is that of the model of the errors that r⊥ shows ([`errors`]), independent or correlated over neighbours. The misfit

@@ -9,14 +9,14 @@
 //! Of k specimens with the same stretches it is k/(k − 1) Σⱼ(Uⱼᵀrⱼ)(Uⱼᵀrⱼ)ᵀ with k − 1 degrees of freedom (Liang & Zeger, Biometrika 73, 1986, 13–22), the covariance
 //! s²/k of the mean. Standard errors are stated for k − 1 degrees: they are wider by t(ν)/t(k − 1).
 
-use super::errors::Directions;
+use super::directions::Directions;
 use super::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// 1 − g of a direction that one specimen alone decides, of whose scatter nothing is known \[–\]
 const ALONE: f64 = 1e-9;
 
-/// What one specimen has to do with the directions.
+/// Sums of one specimen along the directions.
 struct Cluster {
     /// UⱼᵀUⱼ
     gram: DMatrix<f64>,

@@ -16,7 +16,7 @@
 //!
 //! Limits: one ρ of all curves; two data points count as neighbours however far apart their stretches are.
 
-use super::errors::ErrorModel;
+use super::error_model::ErrorModel;
 use nalgebra::{DMatrix, DVector};
 
 /// Correlations of the grid, ρ_max √(k/45)

@@ -8,7 +8,9 @@
 //! Limits: specimens of the modes without a repeat scatter as those of the others; their scatter is one of the level, not of the shape of the curve.
 
 use super::clusters;
-use super::errors::{Directions, ErrorModel, Errors, curves, of_curves_along};
+use super::curve_errors::{curves, of_curves_along};
+use super::directions::Directions;
+use super::error_model::{ErrorModel, Errors};
 use super::repeats::Repeats;
 use super::statistics::real_quantile;
 use crate::calibrate::{Mode, Sample};

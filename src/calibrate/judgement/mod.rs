@@ -3,6 +3,9 @@
 pub(super) mod certificate;
 mod clusters;
 mod correlated;
+mod curve_errors;
+mod directions;
+pub(crate) mod error_model;
 pub(crate) mod errors;
 pub(super) mod estimate;
 pub(super) mod identify;
@@ -24,7 +27,7 @@ use self::{
     warning::FitWarning,
 };
 use crate::calibrate::solve::offset::Offset;
-use crate::calibrate::solve::{LawFit, Pattern, median};
+use crate::calibrate::solve::{LawFit, Pattern};
 use crate::calibrate::{
     AuditKind, ErrorModel, Experiment, FitResult, Loss, Mode, Model, Partner, Prediction, PredictionKind, Sample,
     SolverCheck, StretchRange, Treatment, Validity, Weighting,
@@ -32,7 +35,7 @@ use crate::calibrate::{
 use crate::material::FitTerms;
 use certificate::CASES;
 use repeats::Repeats;
-use statistics::extent;
+use statistics::{extent, median};
 
 pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
     let mut found = Vec::new();

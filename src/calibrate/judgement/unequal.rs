@@ -9,7 +9,8 @@
 //!
 //! Limits: the size is one line over the stress in all modes; correlated errors are not tested.
 
-use super::errors::{Directions, ErrorModel, Errors};
+use super::directions::Directions;
+use super::error_model::{ErrorModel, Errors};
 use super::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 
@@ -94,7 +95,7 @@ fn degrees(u: &DMatrix<f64>, a2: &DVector<f64>, sizes: &DVector<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::judgement::errors::directions;
+    use crate::calibrate::judgement::directions::directions;
 
     /// The degrees of freedom against Γ in full.
     #[test]

@@ -1,4 +1,4 @@
-//! What the data say about the long-term modulus: how far a term slower than the data would lower it, and whether it is determined.
+//! Evidence of the data on the long-term modulus: how far a term slower than the data would lower it, and whether it is determined.
 //!
 //! A sum of exponentials is flat after its last time, whatever the material does later. The interval of G∞ therefore reaches down to what one more term leaves
 //! of it, whose time is that of the last data point or up to three times as long, as long as the times of a series may be. With the column φ(τ) of

@@ -13,6 +13,7 @@ use crate::calibrate::Model;
 use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::{self, Identified};
 use crate::calibrate::judgement::repeats::Repeats;
+use crate::calibrate::judgement::statistics::median;
 use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting, judgement::statistics};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
@@ -146,13 +147,6 @@ fn shares(samples: &[Sample], base: &[f64], law: &[f64]) -> Vec<f64> {
 pub fn huber_share(r: &[f64], size: f64) -> Vec<f64> {
     let limit = (HUBER * 1.4826 * median(r)).max(ROUNDING * size / (r.len() as f64).sqrt());
     r.iter().map(|r| (limit / r).min(1.0).sqrt()).collect()
-}
-
-pub fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let n = sorted.len();
-    0.5 * (sorted[(n - 1) / 2] + sorted[n / 2])
 }
 
 /// The constants with these weights.

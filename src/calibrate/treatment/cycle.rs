@@ -11,7 +11,7 @@
 //! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it; a loop of the size of the
 //! scatter is not found.
 
-use crate::calibrate::solve::median;
+use crate::calibrate::judgement::statistics::median;
 use crate::calibrate::{FitError, Sample};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -92,7 +92,7 @@ fn path(samples: &[&Sample]) -> Vec<f64> {
     samples.iter().map(|s| s.stretch.ln().abs()).collect()
 }
 
-/// What a has to come back by at least.
+/// The least amount by which a has to come back.
 fn reversal(a: &[f64]) -> f64 {
     REVERSAL * a.iter().copied().fold(0.0, f64::max)
 }
@@ -215,7 +215,7 @@ mod tests {
         assert_eq!(found(&wrong), None);
         let shuffled: Vec<f64> = (0..40).map(|k| 1.0 + f64::from(k * 17 % 40) / 40.0).collect();
         assert_eq!(found(&shuffled), None, "rows out of order have no branches");
-        // Small loops on the way up, and loops without the way back to rest
+        // Small loops during the loading, and loops that do not return to rest
         let loops: Vec<f64> = (0..300).map(|k| 1.0 + 2e-3 * f64::from(k) + 0.05 * (f64::from(k) / 5.0).sin()).collect();
         assert_eq!(found(&loops).map(|l| l.len()), Some(10));
         // Compression is loading too

@@ -7,7 +7,7 @@
 use super::cards::Card;
 use super::energy::{Energy, FOAM, KeywordError, Program, options};
 
-/// What was read from an input file.
+/// The content of an input file.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Imported {
     /// The law, of the long term where it relaxes

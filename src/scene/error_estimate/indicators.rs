@@ -62,7 +62,8 @@ pub(super) fn localise(
     let shares = |((&(column, name, value), gradient), adjoint): ((&(usize, &str, f64), &Gradient), _)| {
         let adjoint: &crate::solve::Adjoint = adjoint;
         let mut phi: Vec<f64> = adjoint.z.iter().map(|z| -z).collect();
-        gradient.reaction.iter().for_each(|(dof, weight)| phi[*dof as usize] += weight);
+        let held = gradient.reaction.iter().filter(|(dof, _)| is_fixed(*dof as usize));
+        held.for_each(|(dof, weight)| phi[*dof as usize] += weight);
         let mut share: Vec<f64> = phi.iter().zip(&free).map(|(phi, r)| phi * r).collect();
         enriched.for_each_weight(|at, of_run, weight| {
             let part = weight * phi[of_run] * free[at];

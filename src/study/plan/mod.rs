@@ -18,6 +18,7 @@ mod budget;
 mod choose;
 mod error;
 mod limit;
+mod mesh_limits;
 pub mod model;
 mod pilots;
 mod request;
@@ -62,8 +63,8 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     let mut pilots = pilots::run_all(request, (&choices, meshes), &quantities, &budget, watch)?;
     let needed = if meshes == Meshes::Given { 1 } else { 3 };
     let limits = match meshes {
-        Meshes::Given => limit::of_given(&pilots, &quantities),
-        _ => limit::of_meshes(&choices, &pilots, &quantities, request.tolerance),
+        Meshes::Given => mesh_limits::of_given(&pilots, &quantities),
+        _ => mesh_limits::of_meshes(&choices, &pilots, &quantities, request.tolerance),
     };
     let enough = pilots.of.iter().any(|own| own.len() >= needed);
     let examined = Examined::new(&choices, &pilots, &limits, budget.learning_s()).filter(|_| enough);

@@ -16,7 +16,7 @@
 
 use crate::study::estimate::family::{Estimate, Level, estimate_of_order};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, ORDER_SLACK};
-use crate::study::plan::limit::largest_of_sequence;
+use crate::study::plan::mesh_limits::largest_of_sequence;
 use crate::study::store::record::Role;
 use serde::Serialize;
 

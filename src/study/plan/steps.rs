@@ -11,7 +11,7 @@ use crate::scene::Scene;
 use crate::study::curve::peak;
 use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
-use crate::study::plan::limit::MeshLimits;
+use crate::study::plan::mesh_limits::MeshLimits;
 use crate::study::plan::pilots::{Pilots, Trial, build, run};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::Choice;

@@ -374,7 +374,7 @@ fn doubt(found: &Calibration) -> Option<(&'static str, String)> {
     }
 }
 
-/// What precedes the run of a case.
+/// The search that precedes the run of a case.
 struct Searched {
     /// The constants of a case of a calibration
     found: Option<Calibration>,

@@ -2,7 +2,7 @@
 
 use super::cavity_wall::{Wall, wall};
 use super::drive::Drive;
-use super::held_rim::HeldRim;
+
 use super::part::ConstraintPart;
 use crate::effect::{Cavity, CavityPressure, CavityRim, CavityVolume, OpenCavityPressure, VolumeField};
 use crate::math::signal::Signal;
@@ -13,6 +13,7 @@ use crate::mesh::error::point;
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::held_rim::HeldRim;
 use crate::scene::kind::by_kind;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::scene::signal::SignalSpec;

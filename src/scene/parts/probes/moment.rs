@@ -5,7 +5,7 @@ use super::part::Probe;
 use crate::math::tensor::Vec3;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::parts::constraints::HeldRims;
+use crate::scene::held_rim::HeldRims;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use schemars::JsonSchema;

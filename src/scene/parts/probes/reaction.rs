@@ -4,7 +4,7 @@ use super::part::Probe;
 use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::parts::constraints::HeldRims;
+use crate::scene::held_rim::HeldRims;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;

@@ -279,7 +279,7 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
     }
 }
 
-/// What follows the fact that a constant is not determined, where the search left it or others at their starting values.
+/// The words after the fact that a constant is not determined, where the search left it or others at their starting values.
 fn left_words(found: &Calibration, own: &Found) -> String {
     match &found.left()[..] {
         [] => String::new(),
@@ -443,7 +443,7 @@ fn warnings(
     out
 }
 
-/// What a pattern in the residuals says: nothing against the law where the constants are not the best ones of the law.
+/// The meaning of a pattern in the residuals: nothing against the law where the constants are not the best ones of the law.
 fn cause(found: &Calibration) -> String {
     let held: Vec<&str> = found.constants.iter().filter(|c| c.bound != 0).map(|c| c.key.as_str()).collect();
     let left = found.left();

@@ -1,8 +1,8 @@
 //! Held rims of open cavities: the part of their reactions that the residual does not have.
 
-use super::drive::Drive;
+use super::parts::constraints::Drive;
+use super::recorder::Moment;
 use crate::effect::CavityRim;
-use crate::scene::recorder::Moment;
 use crate::system::{Gradient, State};
 use std::sync::Arc;
 

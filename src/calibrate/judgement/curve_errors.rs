@@ -1,0 +1,57 @@
+//! Errors of the constants by the data points of one specimen, whose curves are in order of loading.
+
+use super::correlated::correlated;
+use super::directions::{Directions, directions};
+use super::error_model::{ErrorModel, Errors};
+use crate::calibrate::Sample;
+use nalgebra::{DMatrix, DVector};
+
+/// Data points of each curve, a specimen in one mode and direction, in order of loading.
+pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
+    let mut found: std::collections::BTreeMap<_, Vec<usize>> = std::collections::BTreeMap::new();
+    // Both stresses of a biaxial data point are on one line
+    for (k, s) in samples.iter().enumerate() {
+        let second = k > 0 && s.mode == crate::calibrate::Mode::Biaxial && samples[k - 1].line == s.line;
+        found.entry((s.specimen, s.mode, second)).or_default().push(k);
+    }
+    found.into_values().collect()
+}
+
+/// The errors by curves that are lists of rows.
+pub fn of_curves(jacobian: &DMatrix<f64>, residual: &DVector<f64>, curves: &[Vec<usize>], rounding: bool) -> Errors {
+    of_curves_along(&directions(jacobian), residual, curves, rounding)
+}
+
+/// The same along directions that are known.
+pub fn of_curves_along(
+    directions: &Directions,
+    residual: &DVector<f64>,
+    curves: &[Vec<usize>],
+    rounding: bool,
+) -> Errors {
+    let p = directions.by.nrows();
+    let free = residual.len().saturating_sub(p);
+    let smooth = if rounding { 0.0 } else { smooth(residual, curves) };
+    let found = if rounding || free < 2 { None } else { correlated(&directions.u, residual, curves, p) };
+    if let Some((model, rho, k, free)) = found {
+        return directions.errors(model, &k, free, rho, smooth);
+    }
+    let s2 = if free > 0 { residual.norm_squared() / free as f64 } else { f64::INFINITY };
+    let seen = directions.u.ncols();
+    let of_size_1 = directions.errors(ErrorModel::Independent, &DMatrix::identity(seen, seen), free, 0.0, smooth);
+    let deviations = of_size_1.plain.iter().map(|d| s2.sqrt() * d).collect();
+    Errors { deviations, covariance: &of_size_1.covariance * s2, ..of_size_1 }
+}
+
+/// ‖r‖ beyond independent noise: σ² is the mean of (rᵢ − ½(rᵢ₋₁ + rᵢ₊₁))²/1.5 (Gasser, Sroka & Jennen-Steinmetz 1986), of which two standard
+/// deviations are allowed for, nσ²(1 + 4/√n).
+pub fn smooth(residual: &DVector<f64>, curves: &[Vec<usize>]) -> f64 {
+    let bend = |w: &[usize]| (residual[w[1]] - 0.5 * (residual[w[0]] + residual[w[2]])).powi(2) / 1.5;
+    let all: Vec<f64> = curves.iter().flat_map(|c| c.windows(3).map(bend)).collect();
+    if all.is_empty() {
+        return 0.0;
+    }
+    let n = residual.len() as f64;
+    let noise = all.iter().sum::<f64>() / all.len() as f64;
+    (residual.norm_squared() - n * noise * (1.0 + 4.0 / n.sqrt())).max(0.0).sqrt()
+}

@@ -1,0 +1,89 @@
+//! Models of the errors of the data points, and the standard errors of the constants by them.
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Errors of the data points.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum ErrorModel {
+    /// Of every data point alone
+    #[default]
+    Independent,
+    /// Of every data point alone, of a size that changes with the stress
+    Unequal {
+        /// Larger at large stresses
+        grow: bool,
+    },
+    /// Of neighbours in order of loading
+    Correlated {
+        /// Correlation of neighbours, the mean over its likelihood \[–\]
+        rho: f64,
+        /// Independent data points with the same information about a mean
+        effective: f64,
+    },
+    /// Of each specimen as a whole
+    Specimens { specimens: usize },
+    /// Of the stress level of each specimen, as the modes with several specimens show it
+    Levels {
+        specimens: usize,
+        /// Degrees of freedom of the scatter: specimens beyond the first of each mode
+        repeats: usize,
+    },
+}
+
+impl fmt::Display for ErrorModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Independent => f.write_str("the errors of the data points are independent"),
+            Self::Correlated { rho, effective } => write!(
+                f,
+                "the errors of neighbouring data points are correlated ({rho:.3}): they count as {effective:.1} independent ones"
+            ),
+            Self::Unequal { grow } => {
+                let side = if *grow { "larger" } else { "smaller" };
+                write!(f, "the errors of the data points are independent, and {side} at large stresses")
+            }
+            Self::Specimens { specimens } => write!(f, "scatter between {specimens} specimens"),
+            Self::Levels { specimens, repeats } => write!(
+                f,
+                "scatter of the stress level between {specimens} specimens, from {repeats} repeats of a mode; modes with one specimen are taken to scatter alike"
+            ),
+        }
+    }
+}
+
+/// Standard errors of the constants, with the model of the errors behind them.
+#[derive(Clone, Debug, Default)]
+pub struct Errors {
+    pub model: ErrorModel,
+    /// Standard error of each column of the Jacobian; where the data do not determine it, of the part that they determine
+    pub deviations: Vec<f64>,
+    /// √((JᵀJ)⁻¹ⱼⱼ): the same of errors of size 1 that are independent
+    pub plain: Vec<f64>,
+    /// Degrees of freedom of Student's t; 0 where there are as many constants as data points
+    pub free: usize,
+    /// Most likely correlation of neighbours; 0 where they are independent
+    pub rho: f64,
+    /// ‖r‖ of what differs smoothly from the law: beyond the differences between neighbours, weighted as the residual
+    pub smooth: f64,
+    /// Covariance of the constants, of the part that the data determine
+    pub covariance: DMatrix<f64>,
+}
+
+impl Errors {
+    /// Largest ratio of a standard error to the one of independent errors of this size.
+    pub fn wider(&self, size: f64) -> f64 {
+        let ratio = |(d, plain): (&f64, &f64)| if *plain > 0.0 && size > 0.0 { d / (size * plain) } else { 1.0 };
+        self.deviations.iter().zip(&self.plain).map(ratio).filter(|r| r.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// With the standard error of each constant multiplied by a factor.
+    pub fn scaled(mut self, factors: &[f64]) -> Self {
+        self.deviations.iter_mut().zip(factors).for_each(|(d, f)| *d *= f);
+        let scaled = |a: usize, b: usize| factors[a] * factors[b] * self.covariance[(a, b)];
+        self.covariance = DMatrix::from_fn(factors.len(), factors.len(), scaled);
+        self
+    }
+}

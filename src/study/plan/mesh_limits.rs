@@ -1,0 +1,102 @@
+//! The limit of a quantity over the mesh, at the time steps of the scene.
+//!
+//! f_h ± U(f_h) is the reference of a convergence study, with precautions against values that agree by chance (errors of opposite sign, a
+//! curve that crosses its limit): two meshes are no family; U of a family is no less than the largest of |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ over its
+//! neighbours; and where the interval of a family that is not refused lies apart from the reference, U(f_h) grows as by an independent estimate.
+
+use crate::study::curve::peak;
+use crate::study::estimate::family::{Estimate, Level, estimate};
+use crate::study::estimate::reference::{self, Reference};
+use crate::study::estimate::richardson::{LEAST_ORDER, correction};
+use crate::study::locking;
+use crate::study::plan::pilots::Pilots;
+use crate::study::plan::sizes::Choice;
+use crate::study::store::record::{Role, StoredCase};
+use std::collections::BTreeMap;
+
+/// Column → f_h and U(f_h)/|f_h|.
+pub type MeshLimits = BTreeMap<String, (f64, f64)>;
+
+/// Meshes without which an element has no limit: two values agree by chance too easily.
+const LEAST_PILOTS: usize = 3;
+
+/// f_h of every quantity, from the pilots of each element.
+pub fn of_meshes(choices: &[Choice], pilots: &Pilots, quantities: &[String], tolerance: f64) -> MeshLimits {
+    let one = |q: &String| Some((q.clone(), of_estimates(&estimates(choices, &pilots.of, q, tolerance), tolerance)?));
+    quantities.iter().filter_map(one).collect()
+}
+
+/// f_h of every quantity on a given mesh, by the errors estimated from single runs: that of the most certain one. The other formulations
+/// check it, unless they lock.
+pub fn of_given(pilots: &Pilots, quantities: &[String]) -> MeshLimits {
+    let one = |q: &String| {
+        let value = |c: &StoredCase| {
+            let e = c.record.one_run.as_ref()?.quantities.get(q)?;
+            Some((c.record.id.clone(), locking::alarm(&c.record).is_some(), peak(c, q)? + e.correction, e.uncertainty))
+        };
+        let mut found: Vec<_> = pilots.of.iter().filter_map(|own| value(own.first()?)).collect();
+        found.sort_by(|a, b| (a.1, a.3).partial_cmp(&(b.1, b.3)).unwrap_or(std::cmp::Ordering::Equal));
+        let (family, _, value, uncertainty) = found.first()?.clone();
+        let mut best = Reference {
+            value,
+            uncertainty,
+            scale: value.abs(),
+            family,
+            method: "from one run".into(),
+            envelope: vec![],
+            others: vec![],
+            disagreement: 0.0,
+            independent: None,
+        };
+        found.iter().skip(1).filter(|f| !f.1).for_each(|(id, _, value, u)| best.check(id, *value, *u));
+        (value != 0.0).then(|| (q.clone(), (value, best.uncertainty / value.abs())))
+    };
+    quantities.iter().filter_map(one).collect()
+}
+
+/// Estimate of the limit by each element with three meshes or more.
+pub fn estimates(choices: &[Choice], of: &[Vec<StoredCase>], quantity: &str, tolerance: f64) -> Vec<Estimate> {
+    let level = |c: &StoredCase| Some(Level { edge: None, ..Level::of(&c.record, peak(c, quantity)?) });
+    let one = |(choice, own): (&Choice, &Vec<StoredCase>)| {
+        let levels: Vec<Level> = own.iter().filter_map(level).collect();
+        let mut e = estimate((&choice.name, Role::Element, &choice.name), levels, None, tolerance)?;
+        e.uncertainty = e.uncertainty.max(largest_of_sequence(&e));
+        e.defensible &= e.uncertainty <= tolerance * e.extrapolated.abs();
+        (e.values.len() >= LEAST_PILOTS).then_some(e)
+    };
+    choices.iter().zip(of).filter_map(one).collect()
+}
+
+/// The reference among the families as f_h and U(f_h)/|f_h|; none where it is zero.
+pub fn of_estimates(estimates: &[Estimate], tolerance: f64) -> Option<(f64, f64)> {
+    let mut best = reference::choose(estimates, tolerance)?;
+    let apart = |e: &&Estimate| !e.refused && e.family != best.family && !best.envelope.contains(&e.family);
+    let others: Vec<&Estimate> = estimates.iter().filter(apart).collect();
+    others.iter().for_each(|e| best.check(&e.family, e.extrapolated, e.uncertainty));
+    (best.value != 0.0).then(|| (best.value, best.uncertainty / best.value.abs()))
+}
+
+/// The largest error of the finest value by any two neighbours of the sequence, scaled by the order:
+/// max |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ.
+pub fn largest_of_sequence(e: &Estimate) -> f64 {
+    let p = e.observed_order.unwrap_or(e.formal_order).clamp(LEAST_ORDER, e.formal_order);
+    let of =
+        |k: usize| correction((e.values[k] - e.values[k + 1]).abs(), e.ratios[k], p) * (e.h_m[0] / e.h_m[k]).powf(p);
+    (0..e.ratios.len()).map(of).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sequence_bounds_the_uncertainty_from_below() {
+        let (h, f) = ([1.0, 2.0, 4.0, 8.0], [1.0, 1.01, 1.05, 1.8]);
+        let levels = h.iter().zip(f).map(|(h, f)| Level { h: *h, f, ..Level::default() }).collect();
+        let e = estimate(("tet10", Role::Element, "tet10"), levels, None, 0.01).expect("four meshes");
+        let p = e.observed_order.expect("monotone");
+        assert!((p - 2.0).abs() < 1e-12, "{p}");
+        // The pair 4, 8 of the sequence: 0.75/(2² − 1) (1/4)²
+        assert!((largest_of_sequence(&e) - 0.25 / 16.0).abs() < 1e-12, "{}", largest_of_sequence(&e));
+    }
+}
