@@ -109,17 +109,18 @@ fn states(scene: &Scene, names: &[String]) -> Vec<FullState> {
 fn allocations(model: ReducedModel, input: impl Fn(i32) -> f64) -> usize {
     let mut twin = Twin::new(model).expect("a law of the library");
     let mut sensitivities = [0.0; 2];
+    // Those of the steps, without those of the return to rest
     let mut run = || {
         twin.reset();
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
         for k in 1..=20 {
             twin.step(&[input(k)]).expect("an equilibrium");
             twin.sensitivities(&mut sensitivities);
         }
+        ALLOCATIONS.load(Ordering::Relaxed) - before
     };
     run();
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    (0..5).for_each(|_| run());
-    let allocated = ALLOCATIONS.load(Ordering::Relaxed) - before;
+    let allocated = (0..5).map(|_| run()).sum();
     assert!(twin.bars().iter().all(|bar| bar.is_finite()));
     allocated
 }
