@@ -4,8 +4,8 @@
 //!
 //! 1. Pilots: every element (`sizes`) on its coarsest meshes, while they fit into a quarter of the budget.
 //! 2. Limits over h: f_h of every quantity with the steps of the scene, as in a convergence study, from the pilots of each element.
-//! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from runs with other steps on one pilot ([`steps`]).
-//!    Both together give f* ([`limit`]): no run is compared with a limit in which its steps have no part.
+//! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from runs with other steps on one pilot (`steps`).
+//!    Both together give f* (`limit`): no run is compared with a limit in which its steps have no part.
 //! 4. Choice: the setting of least time whose expected error, of mesh and step together, is within the tolerance. Errors are those of
 //!    the peaks, the largest over the quantities. Only its mesh is made, to count the work; if it is more than expected, the next one's.
 //!
