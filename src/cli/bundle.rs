@@ -14,8 +14,8 @@ Examples:
   durometer bundle write finger-convergence finger-convergence-crate --license https://creativecommons.org/licenses/by/4.0/
   durometer bundle rerun finger-convergence-crate
 
-The folder is an RO-Crate 1.1. Results that are not those of the study as it is are refused (exit code 2). Exit codes of rerun: those of run, then
-those of compare.")]
+The folder is an RO-Crate 1.1. Results that are not those of the study as it is are refused (exit code 2).
+Exit codes of rerun: those of run, then those of compare.")]
 pub struct Args {
     #[command(subcommand)]
     command: Command,
