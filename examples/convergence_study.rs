@@ -69,17 +69,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let study = Study::read(&file, &[])?;
     let results = folder.path().join("results");
     let stop = AtomicBool::new(false);
-    let options = StudyOptions {
-        jobs: 2,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
-    let records = run_study(&study, &results, &options, &Silent)?;
+    let options = StudyOptions { jobs: 2, ..StudyOptions::new(&stop) };
+    let records = run_study(&study, &results, &options, &())?;
     assert!(records.len() == 3 && records.iter().all(|record| record.converged()));
 
     // Writes the page, the figures and the tables, and returns the content of summary.json.
@@ -94,8 +85,3 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     assert!(results.join("summary.json").is_file() && results.join("index.html").is_file());
     Ok(())
 }
-
-/// Follows the run and prints nothing.
-struct Silent;
-
-impl Watch for Silent {}

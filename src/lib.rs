@@ -67,13 +67,10 @@
 //! use std::path::Path;
 //! use std::sync::atomic::AtomicBool;
 //!
-//! struct Silent;
-//! impl Watch for Silent {}
-//!
 //! let study = Study::read(Path::new("studies/finger-convergence/study.toml"), &[])?;
 //! let stop = AtomicBool::new(false);
-//! let options = StudyOptions { jobs: 2, redo: false, accept_build: false, only: None, vtu: false, isolation: Isolation::Threads, memory: None, stop: &stop };
-//! run_study(&study, Path::new("reports/finger"), &options, &Silent)?;
+//! let options = StudyOptions { jobs: 2, ..StudyOptions::new(&stop) };
+//! run_study(&study, Path::new("reports/finger"), &options, &())?;
 //! println!("{}", write_report(Path::new("reports/finger"))?.verdict);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -104,7 +101,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! storage → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → study → prelude
+//! wording → storage → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → live → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -136,4 +133,5 @@ pub mod solve;
 pub mod storage;
 pub mod study;
 pub mod system;
-mod wording;
+#[doc(hidden)]
+pub mod wording;

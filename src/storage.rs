@@ -1,9 +1,10 @@
-//! Files: read within a limit, written whole or not at all, known by their contents.
+//! Files: read within a limit, written whole or not at all, known by their contents; the time of their records.
 
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result, Write};
 use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Largest text that a person writes: scenes, studies, laws, cards \[bytes\].
 pub const TEXT_LIMIT: u64 = 64 << 20;
@@ -125,6 +126,11 @@ pub fn sha256_of(fill: impl FnOnce(&mut dyn Write) -> Result<()>) -> Result<Stri
 /// The digits of bytes, two for each.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Time since the beginning of 1970; zero where the clock is before it.
+pub fn unix_time() -> Duration {
+    SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default()
 }
 
 #[cfg(test)]

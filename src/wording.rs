@@ -1,22 +1,64 @@
-//! Lists in messages.
+//! Lists and suggestions in messages.
 
 use std::fmt::Display;
 
-/// Entries of a list that a message shows.
+/// Entries of a list that [`first`] shows.
 const SHOWN: usize = 8;
+/// Entries of a list that [`few`] names.
+pub const NAMED: usize = 3;
+/// Least likeness of a suggestion.
+const LIKE: f64 = 0.7;
+
+/// All entries: "1, 2, 3".
+pub fn joined<T: Display>(items: &[T]) -> String {
+    items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
+}
+
+/// All entries within a sentence: "a", "a and b", "a, b and c".
+pub fn all<T: Display>(items: &[T]) -> String {
+    match items {
+        [] => String::new(),
+        [one] => one.to_string(),
+        [first @ .., last] => format!("{} and {last}", joined(first)),
+    }
+}
+
+/// The first three entries within a sentence and the number of the others: "a, b, c and 2 more".
+pub fn few<T: Display>(items: &[T]) -> String {
+    match items.len().saturating_sub(NAMED) {
+        0 => all(items),
+        others => format!("{} and {others} more", joined(&items[..NAMED])),
+    }
+}
 
 /// The first entries of a list and the number of the others: "1, 2, 3 and 12 more".
-pub(crate) fn first<T: Display>(items: &[T]) -> String {
-    let shown: Vec<String> = items.iter().take(SHOWN).map(T::to_string).collect();
-    match items.len() - shown.len() {
-        0 => shown.join(", "),
-        others => format!("{} and {others} more", shown.join(", ")),
+pub fn first<T: Display>(items: &[T]) -> String {
+    match items.len().saturating_sub(SHOWN) {
+        0 => joined(items),
+        others => format!("{} and {others} more", joined(&items[..SHOWN])),
     }
 }
 
 /// Numbers of lines: "line 4", or "lines 4, 7 and 9 more".
-pub(crate) fn lines(numbers: &[u64]) -> String {
+pub fn lines(numbers: &[u64]) -> String {
     format!("{} {}", if numbers.len() == 1 { "line" } else { "lines" }, first(numbers))
+}
+
+/// The known word that is most like this one; none where no word is like it.
+pub fn nearest<'a, T: AsRef<str>>(word: &str, known: &'a [T]) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    let scored = known.iter().map(AsRef::as_ref).map(|k| (strsim::jaro_winkler(&word, &k.to_lowercase()), k));
+    scored.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(likeness, _)| *likeness > LIKE).map(|(_, k)| k)
+}
+
+/// A suggestion with the list of what is known: "did you mean `size`? (known: cells, size)".
+pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
+    let list = joined(&known.iter().map(AsRef::as_ref).collect::<Vec<&str>>());
+    match nearest(word, known) {
+        Some(near) => format!("did you mean `{near}`? (known: {list})"),
+        None if known.is_empty() => "none is known".into(),
+        None => format!("known: {list}"),
+    }
 }
 
 #[cfg(test)]
@@ -30,5 +72,22 @@ mod tests {
         assert_eq!(lines(&numbers[..3]), "lines 1, 2, 3");
         assert_eq!(first(&numbers[..8]), "1, 2, 3, 4, 5, 6, 7, 8");
         assert_eq!(first(&numbers), "1, 2, 3, 4, 5, 6, 7, 8 and 12 more");
+    }
+
+    #[test]
+    fn few_entries_are_named() {
+        let named = |n: usize| few(&["a", "b", "c", "d", "e"][..n]);
+        assert_eq!([0, 1, 2, 3, 5].map(named), ["", "a", "a and b", "a, b and c", "a, b, c and 2 more"]);
+        assert_eq!(all(&["a", "b", "c", "d", "e"]), "a, b, c, d and e");
+    }
+
+    #[test]
+    fn the_nearest_word_is_suggested_and_no_far_one() {
+        let known = ["cells", "size"];
+        assert_eq!(hint("Cell", &known), "did you mean `cells`? (known: cells, size)");
+        assert_eq!(hint("xyz", &known), "known: cells, size");
+        assert_eq!(hint::<&str>("xyz", &[]), "none is known");
+        assert_eq!(nearest("siez", &known), Some("size"));
+        assert_eq!(nearest("palm", &["notches"]), None);
     }
 }

@@ -1,13 +1,14 @@
 //! Memory that is taken: a step of a reduced model allocates nothing, so that a controller has no pauses of the allocator, and a checkpoint is
 //! written without a copy of the factored tangent. A program of its own, whose tests run one at a time, as it counts for the whole process.
 
+use durometer::math::threads::locked;
 use durometer::reduction::{FullState, ReducedModel, Training, TransientTraining, Twin};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
 use durometer::scene::{Checkpoint, RunOptions, Scene, parse_scene};
 use durometer::system::State;
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 
 struct Counting;
 
@@ -145,7 +146,7 @@ prony = [{ g = 0.2, tau = "20 ms" }]
 
 #[test]
 fn a_step_allocates_nothing() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = locked(&ALONE);
     let names = ["bending_angle_deg", "cable_tension_N"].map(String::from);
     let scene = bar([4, 1, 1], "", "integrator = \"static\"\nduration = \"20 s\"\ndt = \"1 s\"");
     let known = states(&scene, &names);
@@ -171,7 +172,7 @@ fn a_step_allocates_nothing() {
 /// The file holds some 40 arrays, of which the tangent is by far the largest; what is written at a time is 64 KiB.
 #[test]
 fn a_checkpoint_is_written_without_a_copy() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let _alone = locked(&ALONE);
     let scene =
         bar([24, 6, 6], "[numerics]\nreuse_threshold = 0", "integrator = \"static\"\nduration = \"2 s\"\ndt = \"1 s\"");
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -32,7 +32,7 @@ def read_cad(path: Path, format: str, scale: float) -> Geometry:
     """Solids of a CAD file; those in contact share their faces."""
     if format != "brep":
         if abs(scale - 1) > 1e-9:
-            raise BadRequest(f"{path.name} states its own unit and is converted to mm", "give unit_m = 0.001")
+            raise BadRequest(f"{path.name} states its own unit and is converted to mm", 'write unit = "mm" (--unit mm)')
         gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     gmsh.option.setNumber("Geometry.OCCScaling", scale)
     try:

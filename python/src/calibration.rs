@@ -6,7 +6,7 @@ use crate::keys::parsed;
 use crate::law::Raised;
 use crate::scene::Scene;
 use crate::solve::apart;
-use crate::value::{entries, is_list, kind, numbers, plain, si_unit, toml_of};
+use crate::value::{entries, is_list, kind, numbers, plain, toml_of};
 use durometer::calibrate::Weighting;
 use durometer::calibrate::inverse::{
     Bounds, Calibration as Found, Failure, FittedCurve, Measured, ObservedCurve, SceneModel, Settings, Unknown,
@@ -84,7 +84,7 @@ impl Calibration {
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let unit = |key: &str| -> PyResult<&'static str> {
             let key: ParameterKey = key.parse().map_err(refused)?;
-            Ok(si_unit(key.value(self.scene.get().table()).map_err(refused)?.dimension))
+            Ok(key.value(self.scene.get().table()).map_err(refused)?.dimension.si_unit())
         };
         let all = self.found.constants.iter().map(|f| Ok((&f.key, unit(&f.key)?)));
         all.collect::<PyResult<Vec<_>>>()?.into_py_dict(py)

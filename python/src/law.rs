@@ -7,12 +7,13 @@ use crate::value::rows;
 use durometer::material::entry::Rates;
 use durometer::material::{LawEntry, LawInfo, Parameter, check_law as check, moduli, register_anew};
 use durometer::math::tensor::Mat3;
+use durometer::math::threads::locked;
 use durometer::math::units;
 use pyo3::prelude::*;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// Where the exceptions of the laws of one scene go: to the one run that is under way with these laws.
 #[derive(Default)]
@@ -31,7 +32,7 @@ pub struct Turn {
 impl Drop for Turn {
     fn drop(&mut self) {
         CURRENT.set(self.before.take());
-        *self.raised.link.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *locked(&self.raised.link) = None;
     }
 }
 
@@ -51,7 +52,7 @@ impl Raised {
 
     /// Work on the scene begins: laws that this thread makes from now on belong to it. None where other work on the scene is under way.
     pub fn begin(self: &Arc<Self>, link: &Arc<Link>) -> Option<Turn> {
-        let mut held = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = locked(&self.link);
         if held.is_some() {
             return None;
         }
@@ -62,15 +63,15 @@ impl Raised {
     /// Does work of a study, whose scenes are made in threads of the library.
     pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
         let turn = Self::by(link);
-        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = Some(turn.raised.clone());
+        *locked(&ELSEWHERE) = Some(turn.raised.clone());
         let done = work();
-        *ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner) = None;
+        *locked(&ELSEWHERE) = None;
         done
     }
 
     /// Of the scene for which this thread makes a law.
     pub fn of_a_law() -> Arc<Self> {
-        let elsewhere = || ELSEWHERE.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let elsewhere = || locked(&ELSEWHERE).clone();
         let raised = CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default();
         raised.has_laws.store(true, Ordering::Relaxed);
         raised
@@ -83,7 +84,7 @@ impl Raised {
 
     /// Ends the run by an exception.
     pub fn raise(&self, why: PyErr) {
-        if let Some(link) = &*self.link.lock().unwrap_or_else(PoisonError::into_inner) {
+        if let Some(link) = &*locked(&self.link) {
             link.fail(why);
         }
     }
@@ -136,7 +137,7 @@ pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
         LawEntry::made_by(info, parameters, Vec::leak(sample), make, rates)
     };
     let entry = register_anew(entry).map_err(refused)?;
-    CLASSES.lock().unwrap_or_else(PoisonError::into_inner).insert(name, entry);
+    locked(&CLASSES).insert(name, entry);
     Ok(law.clone())
 }
 
@@ -144,7 +145,7 @@ pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
 /// small strain, and more. Raises `InputError` with the first property that does not hold.
 #[pyfunction]
 pub fn check_law(py: Python<'_>, name: &str) -> PyResult<()> {
-    let known = CLASSES.lock().unwrap_or_else(PoisonError::into_inner).get(name).copied();
+    let known = locked(&CLASSES).get(name).copied();
     let entry = known.ok_or_else(|| input(&format!("no law {name} is registered"), "register its class first"))?;
     apart(py, None, |link| {
         let _turn = Raised::by(link);

@@ -5,15 +5,18 @@ use crate::built::{Built, Done};
 use crate::error::{input, refused};
 use crate::keys::{names, parsed};
 use crate::solve::apart;
-use crate::value::{mapping, unit};
+use crate::value::mapping;
 use durometer::scene::output::{FieldSpec, ScheduleSpec};
-use durometer::scene::{ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity};
+use durometer::scene::{
+    ParameterKey, ScalarSensitivity, Scene, Sensitivities, hint, scalar_sensitivity, unit_of_column,
+};
 use durometer::study::store::outcome;
 use durometer::system::State;
-use pyo3::exceptions::{PyKeyError, PyTypeError};
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
+use std::ffi::CString;
 
 /// The record of a run: one row per recorded time, one column per quantity, in SI units but for angles in degrees.
 ///
@@ -120,7 +123,7 @@ impl Run {
     /// Column → its unit; `1` of a number without one.
     #[getter]
     fn units<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.columns.iter().map(|name| (name, unit(name))).into_py_dict(py)
+        self.columns.iter().map(|name| (name, unit_of_column(name))).into_py_dict(py)
     }
 
     /// Whether the run came to its planned end: all stages, or where a controller or an event stopped it.
@@ -307,7 +310,12 @@ impl Run {
         ended: Option<(String, String)>,
     ) -> PyResult<Self> {
         let (Done { run, seconds }, scene) = (done, &*built.scene);
-        let record = serde_json::to_string(&outcome::record(scene, &run, seconds));
+        let record = outcome::record(scene, &run, seconds);
+        if let Some(found) = &record.solver.energy_from_nothing {
+            let text = CString::new(found.warning()).map_err(|e| input(&e.to_string(), ""))?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+        }
+        let record = serde_json::to_string(&record);
         let (rows, columns) = (run.rows.len(), run.columns.len());
         let signals = run.signals.first().map_or(0, Vec::len);
         let is_whole = run.status == durometer::solve::Status::Converged;
@@ -342,7 +350,7 @@ impl Run {
         let Origin::Here(origin) = &self.origin else { return Ok(()) };
         let values: Vec<f64> = self.values.bind(py).call_method0("ravel")?.extract()?;
         let width = self.columns.len();
-        let alike = |c: usize, k: usize| unit(&self.columns[c]) == unit(&self.columns[k % width]);
+        let alike = |c: usize, k: usize| unit_of_column(&self.columns[c]) == unit_of_column(&self.columns[k % width]);
         let size = |c: usize| {
             let of_unit = values.iter().enumerate().filter(|(k, _)| alike(c, *k));
             of_unit.fold(0.0_f64, |most, (_, value)| most.max(value.abs()))

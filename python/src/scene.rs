@@ -11,11 +11,12 @@ use crate::threads;
 use crate::value::{plain, toml_of};
 use durometer::material::LawSpecError;
 use durometer::material::registry::given;
+use durometer::math::threads::locked;
 use durometer::scene::{ParameterKey, changed_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use toml::{Table, Value};
 
 /// A simulation: the text of a scene, with changes.
@@ -241,13 +242,13 @@ impl Scene {
 
     /// The scene on its mesh, which is made or read at the first call.
     pub fn build(&self, py: Python<'_>, follower: Option<&Bound<'_, PyAny>>) -> PyResult<Built> {
-        if let Some(built) = self.built.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+        if let Some(built) = locked(&self.built).clone() {
             return Ok(built);
         }
         let text = self.text();
         let built = apart(py, follower, |link| assembled(&self.file, &text, link))?;
         let built = built.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
-        *self.built.lock().unwrap_or_else(PoisonError::into_inner) = Some(built.clone());
+        *locked(&self.built) = Some(built.clone());
         Ok(built)
     }
 }

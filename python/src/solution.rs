@@ -5,7 +5,7 @@ use crate::controller::{Foreign, callable};
 use crate::error::{incomplete, input, refused, split};
 use crate::run::{Recorded, Run};
 use crate::solve::{Link, ended};
-use durometer::math::threads;
+use durometer::math::cpu_clock::CpuClock;
 use durometer::scene::control::{ControlError, Controller};
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder};
 use durometer::solve::Status;
@@ -97,7 +97,7 @@ fn run(
             sensitivities,
             ..RunOptions::default()
         };
-        let (wall, cpu) = (std::time::Instant::now(), threads::CpuClock::start());
+        let (wall, cpu) = (std::time::Instant::now(), CpuClock::start());
         let run = scene.run_with(options);
         Ok(Done { run, seconds: (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()) })
     })?

@@ -1,13 +1,14 @@
 //! Long work of the library apart from Python: without the lock of the interpreter, followed, and ended by Ctrl-C.
 
 use crate::threads;
+use durometer::math::threads::locked;
 use durometer::mesh::generate::end_meshers;
 use durometer::scene::Progress;
 use pyo3::prelude::*;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Time between two looks at Python: whether it was interrupted, and how far the work is.
@@ -24,10 +25,6 @@ pub struct Link {
     failure: Mutex<Option<PyErr>>,
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
 impl Link {
     /// Ends the work by this flag, which the work knows already.
     pub fn by(stop: Arc<AtomicBool>) -> Self {
@@ -37,20 +34,20 @@ impl Link {
 
     /// Takes how far the work is; returns false where it is to end.
     pub fn progress(&self, now: Progress) -> bool {
-        *lock(&self.now) = Some(now);
+        *locked(&self.now) = Some(now);
         !self.stop.load(Ordering::Relaxed)
     }
 
     /// Ends the work by an exception; the first one is raised.
     pub fn fail(&self, why: PyErr) {
-        lock(&self.failure).get_or_insert(why);
+        locked(&self.failure).get_or_insert(why);
         self.stop.store(true, Ordering::Relaxed);
         end_meshers();
     }
 
     /// Calls the function of the user that follows the work.
     fn tell(&self, follower: Option<&Bound<'_, PyAny>>) {
-        let now = lock(&self.now).take();
+        let now = locked(&self.now).take();
         if let (Some(Progress { t, end }), Some(follower)) = (now, follower)
             && let Err(why) = follower.call1((t, end))
         {
@@ -107,7 +104,7 @@ pub fn ended<T: Send>(
         }
         Ok::<_, PyErr>(py.detach(|| worker.join()))
     })?;
-    match (done, lock(&link.failure).take()) {
+    match (done, locked(&link.failure).take()) {
         (Ok(done), raised) => Ok((done, raised)),
         (Err(_), Some(why)) => Err(why),
         (Err(panic), None) => resume_unwind(panic),

@@ -7,6 +7,7 @@ use crate::solve::{Link, apart};
 use crate::threads;
 use crate::value::{mapping, toml_of};
 use durometer::catalogue::{Launch, host};
+use durometer::math::threads::locked;
 use durometer::scene::Progress;
 use durometer::study::expand::Study as Expanded;
 use durometer::study::report::write;
@@ -17,7 +18,7 @@ use durometer::study::store::record::CaseRecord;
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 /// A study, by the path of its `study.toml` or by the name of one that the program brings.
 ///
@@ -135,7 +136,7 @@ impl Study {
         link: &Arc<Link>,
     ) -> Result<Option<(String, String)>, Failed> {
         let stop = link.stop.clone();
-        let options = Options { jobs, redo, accept_build, only, vtu: false, isolation, memory: None, stop: &stop };
+        let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
         let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, wanted: wanted as f64, shares: Mutex::default() };
         let records = run(&self.study, dir, &options, &watch)?;
@@ -143,12 +144,9 @@ impl Study {
             return Ok(None);
         }
         let summary = write(dir)?;
-        let outcomes = summary.outcomes();
-        let is_wrong =
-            |r: &&CaseRecord| outcomes.get(r.id.as_str()).map_or(!r.converged(), |outcome| *outcome == "fail");
-        let wrong: Vec<&CaseRecord> = records.iter().filter(is_wrong).collect();
-        let fact = || format!("not complete: {}", wrong.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
-        Ok(wrong.first().map(|first| (fact(), first.status.clone())))
+        let failed = summary.failed(&records);
+        let fact = || format!("not complete: {}", failed.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
+        Ok(failed.first().map(|first| (fact(), first.status.clone())))
     }
 }
 
@@ -162,7 +160,7 @@ struct Following<'a> {
 
 impl Following<'_> {
     fn is_at(&self, case: &str, share: f64) {
-        let mut shares = self.shares.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shares = locked(&self.shares);
         // A case that is repeated begins anew
         let most = shares.entry(case.into()).or_insert(0.0);
         *most = share.max(*most);

@@ -2,12 +2,13 @@
 
 use crate::array::array;
 use crate::error::{input, refused};
+use durometer::math::threads::locked;
 use durometer::reduction::inverse::{Target, reach};
 use durometer::reduction::{ReducedModel, Twin as Model};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 
 /// A reduced model from a study of kind "reduction", at an equilibrium.
 #[pyclass(module = "durometer", frozen)]
@@ -18,7 +19,7 @@ pub struct Twin {
 
 impl Twin {
     fn get(&self) -> MutexGuard<'_, Model> {
-        self.model.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.model)
     }
 
     /// Values by the names of the quantities.

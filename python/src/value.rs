@@ -1,7 +1,6 @@
 //! Values of Python as those of TOML, arrays of Python as numbers, and results of the library as dictionaries.
 
 use crate::error::input;
-use durometer::math::units::Dimension;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use serde::Serialize;
@@ -134,35 +133,5 @@ pub fn finite(name: &str, values: &[f64]) -> PyResult<()> {
     match values.iter().position(|v| !v.is_finite()) {
         Some(k) => Err(input(&format!("{name} has the value {} at index {k}", values[k]), "leave such values out")),
         None => Ok(()),
-    }
-}
-
-/// The unit at the end of the name of a column; `1` of a number without one.
-pub fn unit(column: &str) -> &'static str {
-    durometer::scene::unit_of_column(column)
-}
-
-/// The SI unit of a dimension; `1` of a number without one.
-pub fn si_unit(dimension: Dimension) -> &'static str {
-    match dimension {
-        Dimension::NONE => "1",
-        Dimension::LENGTH => "m",
-        Dimension::AREA => "m^2",
-        Dimension::VOLUME => "m^3",
-        Dimension::TIME => "s",
-        Dimension::FREQUENCY => "1/s",
-        Dimension::ANGLE => "rad",
-        Dimension::FORCE => "N",
-        Dimension::ENERGY => "J",
-        Dimension::PRESSURE => "Pa",
-        Dimension::STIFFNESS => "N/m",
-        Dimension::COMPLIANCE => "m/N",
-        Dimension::DAMPING => "N s/m",
-        Dimension::VISCOSITY => "Pa s",
-        Dimension::DENSITY => "kg/m^3",
-        Dimension::ACCELERATION => "m/s^2",
-        Dimension::VELOCITY => "m/s",
-        Dimension::ANGULAR_VELOCITY => "rad/s",
-        _ => "SI",
     }
 }

@@ -7,8 +7,7 @@
 
 use super::constant_format::stretch_text;
 use super::fit::{Choice, choose, headline, read};
-use super::judgement::certificate::certificate;
-use super::judgement::lost;
+use super::judgement::certificate::{certificate, lost};
 use super::judgement::misfit::residuals;
 use super::solve::{LawSetting, solve};
 use super::{Estimate, Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
@@ -59,7 +58,7 @@ pub fn compare(request: &FitRequest) -> Result<Comparison, FitError> {
     compare_experiment(&read(request)?, &request.options)
 }
 
-/// The same of a table that was read already.
+/// Like [`compare`], of a table that was read already.
 pub fn compare_experiment(experiment: &Experiment, options: &FitOptions) -> Result<Comparison, FitError> {
     let choice = choose(experiment, options)?;
     let mut laws = Vec::new();

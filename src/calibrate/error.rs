@@ -2,13 +2,10 @@
 
 use super::constant_format::stretch_text;
 use super::{Mode, UnknownMode};
-use crate::wording::lines;
+use crate::wording::{hint, joined, lines};
 use std::path::PathBuf;
 
-fn list<T: std::fmt::Display>(items: &[T]) -> String {
-    items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
-}
-
+/// Why a fit could not be made, with the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum FitError {
     #[error(
@@ -30,12 +27,12 @@ pub enum FitError {
     #[error(
         "{file}: no column of {missing} found; the columns are: {}; name the right ones with --strain-column and \
          --stress-column, or in card.toml under [columns]",
-        list(found)
+        joined(found)
     )]
     Columns { file: String, missing: String, found: Vec<String> },
     #[error(
         "{file}: {what} may be any of: {}; name the right one with --{flag}, by its name or by its number such as \"#2\"",
-        list(candidates)
+        joined(candidates)
     )]
     AmbiguousColumn { file: String, what: &'static str, flag: &'static str, candidates: Vec<String> },
     #[error(
@@ -46,7 +43,7 @@ pub enum FitError {
     NoUnit { file: String, column: String, flag: &'static str, example: &'static str },
     #[error(
         "{file}: {} tests stand side by side ({}); choose one with --test 1 to --test {}",
-        tests.len(), list(tests), tests.len()
+        tests.len(), joined(tests), tests.len()
     )]
     SideBySide { file: String, tests: Vec<String> },
     #[error("{file}: --test {asked} asks for a test that is not there: {found} stand side by side")]
@@ -86,7 +83,7 @@ pub enum FitError {
     Restarts { file: String, restarts: Vec<u64> },
     #[error(
         "{file}: a biaxial test needs two columns of {what}, found: {}; name them with --{flag} and --{flag}-2",
-        list(candidates)
+        joined(candidates)
     )]
     TwoColumns { file: String, what: &'static str, flag: &'static str, candidates: Vec<String> },
     #[error(
@@ -169,13 +166,13 @@ pub enum FitError {
     NoMode { file: String },
     #[error(
         "{file}: holds several modes ({}); pass --mode with the one to fit, or several to fit them together",
-        list(present)
+        joined(present)
     )]
     ChooseMode { file: String, present: Vec<Mode> },
-    #[error("{file}: holds no {mode} data; present: {}", list(present))]
+    #[error("{file}: holds no {mode} data; present: {}", joined(present))]
     AbsentMode { file: String, mode: Mode, present: Vec<Mode> },
-    #[error("law \"{name}\" cannot be fitted; did you mean \"{nearest}\"? Known: {}", list(known))]
-    UnknownLaw { name: String, nearest: &'static str, known: Vec<&'static str> },
+    #[error("law \"{name}\" cannot be fitted; {}", hint(name, known))]
+    UnknownLaw { name: String, known: Vec<&'static str> },
     #[error("range \"{text}\": {reason}; write two stretches such as --range 1..1.6")]
     Range { text: String, reason: &'static str },
     #[error(
@@ -203,7 +200,7 @@ pub enum FitError {
          the data file"
     )]
     Disagree { difference: f64, tolerance: f64 },
-    #[error("law {law} cannot be fitted with {terms} terms; pass --terms with one of {}", list(known))]
+    #[error("law {law} cannot be fitted with {terms} terms; pass --terms with one of {}", joined(known))]
     Terms { law: &'static str, terms: usize, known: &'static [usize] },
     #[error("volumetric = \"{option}\": {remedy}")]
     Volumetric { option: String, remedy: String },

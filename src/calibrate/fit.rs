@@ -4,7 +4,6 @@ use super::judgement::certificate::certificate;
 use super::judgement::measurement::{self, Stated};
 use super::judgement::misfit::residuals;
 use super::judgement::specimen::scatter;
-use super::judgement::statistics::extent;
 use super::judgement::{no_repeat, predictions, slack_hint, systematic, unequal, validity, warnings};
 use super::judgement::{profile, slack};
 use super::poisson;
@@ -15,6 +14,7 @@ use super::{
     AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
     Otherwise, RangeRow, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
+use crate::math::statistics::extent;
 use std::borrow::Cow;
 
 /// Reads a table and fits a law to it.

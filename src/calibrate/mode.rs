@@ -68,7 +68,7 @@ impl Mode {
         }
     }
 
-    /// The same of a material whose stress-free directions follow a constant logarithmic Poisson's ratio ν: e₃ = −ν e₁ where directions 2 and 3 are free, else
+    /// Principal stretches \[–\] at λ of a material whose stress-free directions follow a constant logarithmic Poisson's ratio ν: e₃ = −ν e₁ where directions 2 and 3 are free, else
     /// −ν(e₁ + e₂)/(1 − ν) with e = ln λ. ν = ½ keeps the volume.
     pub fn stretches_with(self, nu: f64, l: f64, second: f64) -> [f64; 3] {
         let plane = -nu / (1.0 - nu);

@@ -39,7 +39,7 @@ impl Model {
         }
     }
 
-    /// The same where the lateral stretches follow this Poisson's ratio, which all terms then have; only of a law that is fitted as compressible.
+    /// This model where the lateral stretches follow this Poisson's ratio, which all terms then have; only of a law that is fitted as compressible.
     #[must_use]
     pub fn with_poisson(self, nu: f64) -> Self {
         if self.form.compressible { Self { nu, ..self } } else { self }
@@ -142,9 +142,7 @@ pub fn unit(p: &Parameter) -> &'static str {
     if p.dimension == Dimension::PRESSURE { "Pa" } else { "–" }
 }
 
-/// The error that names the nearest law.
+/// The error that names the laws that can be fitted.
 fn unknown(name: &str, known: &[&'static LawEntry]) -> FitError {
-    let distance = |e: &&LawEntry| strsim::jaro_winkler(e.info.name, name);
-    let nearest = known.iter().max_by(|a, b| distance(a).total_cmp(&distance(b))).map_or("", |e| e.info.name);
-    FitError::UnknownLaw { name: name.into(), nearest, known: known.iter().map(|e| e.info.name).collect() }
+    FitError::UnknownLaw { name: name.into(), known: known.iter().map(|e| e.info.name).collect() }
 }

@@ -5,8 +5,9 @@
 //! fitted at this ν. Its interval is a stated error that all data points share, of which [`super::judgement::measurement`] takes account.
 
 use super::intake::accuracy::SharedError;
-use super::volume::{VolumeRequest, VolumeTest, fit_volume};
-use super::{Bounded, FitError, FitOptions, FitRequest, Model, Partner, Poisson, Role};
+use super::volume::{VolumeError, VolumeRequest, VolumeTest, fit_volume};
+use super::{Bounded, ColumnError, FitError, FitOptions, FitRequest, Model, Partner, Poisson, Role};
+use crate::wording::all;
 
 /// Of a request: the given one, else that of the lateral strain. `None` of laws that are fitted as incompressible.
 pub fn of_request(request: &FitRequest, model: Model) -> Result<Option<Poisson>, FitError> {
@@ -30,11 +31,36 @@ pub fn of_request(request: &FitRequest, model: Model) -> Result<Option<Poisson>,
         ..VolumeRequest::new(&request.data, VolumeTest::Lateral)
     };
     let law = model.name();
-    let fit = fit_volume(&volume).map_err(|e| FitError::NoPoisson { law, reason: e.to_string() })?;
+    let fit = fit_volume(&volume).map_err(|e| FitError::NoPoisson { law, reason: reason(&e) })?;
     if fit.bound_only {
         return Err(FitError::NoFoam { law, low: fit.value.interval[0] });
     }
     Ok(Some(Poisson { ratio: fit.value, measured: true, doubts: fit.summary.messages }))
+}
+
+/// Why the tables give no ratio, with the flags of `fit`.
+fn reason(error: &VolumeError) -> String {
+    let (file, missing, found) = match error {
+        VolumeError::Column(ColumnError::Columns { file, missing, found }) => (file, missing, found),
+        VolumeError::Column(ColumnError::NoColumn { file, role, name, found }) => {
+            let found = found.join(", ");
+            return format!(
+                "{file}: there is no column \"{name}\", which --{role}-column names; the nearest line of names has {found}"
+            );
+        }
+        _ => return error.to_string(),
+    };
+    let (words, flags): (Vec<&str>, Vec<&str>) = (missing.iter())
+        .map(|role| {
+            if *role == Role::Lateral.name() {
+                ("lateral strain", "--lateral-column")
+            } else {
+                (*role, "--strain-column")
+            }
+        })
+        .unzip();
+    let (words, flags) = (all(&words), all(&flags));
+    format!("{file}: no line names a column of {words}; the nearest one has {}. Name it by {flags}", found.join(", "))
 }
 
 /// Of a table that was read already: found before, or given by the options; with the model of this ratio.

@@ -56,7 +56,7 @@ pub struct Prediction {
     pub misfit: Misfit,
 }
 
-/// The same fit over a range that ends earlier or later.
+/// A fit over a range that ends earlier or later.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct RangeRow {
     /// Largest λ \[–\]
@@ -67,7 +67,7 @@ pub struct RangeRow {
     pub rms_relative: f64,
 }
 
-/// The same fit to data that were treated otherwise.
+/// A fit to data that were treated otherwise.
 #[derive(Clone, PartialEq, Debug, Serialize)]
 pub struct Otherwise {
     pub treatment: Treatment,
@@ -88,7 +88,7 @@ pub struct Validity {
     /// Nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit; `None`: from rest on
     pub compression_from: Option<f64>,
     pub tension_to: Option<f64>,
-    /// The same in tension
+    /// Nearer to rest the misfit is larger, but below 2 % of the rms stress of the fit; `None`: from rest on
     pub tension_from: Option<f64>,
 }
 

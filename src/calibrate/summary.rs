@@ -11,6 +11,9 @@ pub struct CurveSet {
     pub fitted: Vec<[f64; 2]>,
     /// `[x, measured − fitted]`
     pub residuals: Vec<[f64; 2]>,
+    /// Lines of the fit, where they are not the fitted values joined in their order
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lines: Vec<Vec<[f64; 2]>>,
 }
 
 /// Data of a figure of the fit.

@@ -23,6 +23,9 @@ pub enum CatalogueError {
         megabytes(*bytes)
     )]
     Unpack { folder: PathBuf, bytes: u64, reason: String },
+    /// Neither the current folder nor the catalogue has the file.
+    #[error("{}: there is no such file or folder, here or among the files of the program; {remedy}", path.display())]
+    Unknown { path: PathBuf, remedy: String },
     /// A file in the program is not the one that was packed.
     #[error("{file} is damaged in the file of the program itself; install the program again")]
     Damaged { file: String },

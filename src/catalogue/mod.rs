@@ -3,12 +3,14 @@
 //! Some of these files are programs in Python. They are taken from a folder that the user has named or in which the program was built, else
 //! from the program itself, and never from the current folder, which may be anyone's.
 
+mod brought;
 pub mod cache;
 mod embedded;
 mod error;
 mod home;
 pub mod host;
 
+pub use brought::{brought, brought_command, is_of_catalogue};
 pub use embedded::{Archive, Entry, archive, bring};
 pub use error::CatalogueError;
 pub use home::{Home, Origin};

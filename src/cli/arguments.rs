@@ -17,7 +17,8 @@ pub fn at_least_one(text: &str) -> Result<usize, String> {
 
 /// A number of threads, or of cases that run at a time: some for each core at most.
 pub fn threads(text: &str) -> Result<usize, String> {
-    let (wanted, cores) = (at_least_one(text)?, threads::available());
+    let wanted = text.parse().ok().filter(|n| *n > 0).ok_or("give a whole number of 1 or more")?;
+    let cores = threads::available();
     let most = most_threads(cores);
     if wanted > most {
         return Err(format!(

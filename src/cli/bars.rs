@@ -1,14 +1,14 @@
 //! Progress bars, one per running case, with the time left.
 
 use durometer::live::{Access, Relay};
+use durometer::math::threads::locked;
 use durometer::scene::Progress;
 use durometer::study::run::runner::Watch;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 use std::collections::HashMap;
-use std::io::Write;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 const TICKS: u64 = 1000;
@@ -43,7 +43,7 @@ enum Left {
 
 impl Total {
     fn begin(&self) {
-        let mut left = lock(&self.left);
+        let mut left = locked(&self.left);
         *left = match std::mem::replace(&mut *left, Left::Begins) {
             Left::Unknown(make) => Left::Known { left: make(), shown: Instant::now() },
             known => known,
@@ -52,7 +52,7 @@ impl Total {
 
     /// Takes a change into account, and shows the time at most once a second.
     fn change(&self, change: impl FnOnce(&mut TimeLeft)) {
-        if let Left::Known { left, shown } = &mut *lock(&self.left) {
+        if let Left::Known { left, shown } = &mut *locked(&self.left) {
             change(left);
             if shown.elapsed() >= Duration::from_secs(1) {
                 *shown = Instant::now();
@@ -85,19 +85,15 @@ impl Bars {
             return;
         }
         if self.multi.is_hidden() {
-            writeln!(std::io::stderr(), "{text}").ok();
+            tell!("{text}");
         } else {
             self.multi.println(text).ok();
         }
     }
 
     fn bars(&self) -> MutexGuard<'_, HashMap<String, ProgressBar>> {
-        lock(&self.bars)
+        locked(&self.bars)
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Watch for Bars {

@@ -11,13 +11,13 @@ use durometer::study::expand::Study;
 use durometer::study::run::task::Task;
 use durometer::system::ConstraintKind;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Validate a scene or study and say what would be simulated, without running it
 ///
-/// It names mesh, regions with what they hold, effects with region, law and formulation, the kinds of effects and constraints that are not there, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
+/// It names mesh, regions with what they hold, effects with region, law and formulation, contacts, what of these is not there, unknowns, steps, signals and recorded columns. Nothing is solved. A mesh that is not stored yet is made, because the number of unknowns depends on it.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -164,6 +164,43 @@ fn absent(kinds: &[&str], declared: &[&str]) -> String {
     if rest.is_empty() { "none".into() } else { rest.join(", ") }
 }
 
+/// The table of a scene behind an effect that no `[[effect]]` declares, and its keys in words.
+fn origin(scene: &Scene, name: &str) -> (&'static str, String) {
+    let spec = &scene.spec;
+    let contact = spec.contacts.iter().find(|c| name == c.name || name.strip_suffix("_friction") == Some(&c.name));
+    if let Some(c) = contact {
+        let response = c.response.name();
+        let words = format!("{}, region {}, {response}, friction {}", c.obstacle.words(), c.region, c.friction);
+        let scales =
+            scene.contacts.iter().find(|contact| contact.name == name).map(|contact| contact.scales.words(c.response));
+        return ("contact", scales.map_or(words.clone(), |scales| format!("{words}, {scales}")));
+    }
+    let of_body = |body: &str| name.strip_prefix(body).is_some_and(|part| part.starts_with('_'));
+    match spec.rigids.iter().find(|r| of_body(&r.name)) {
+        Some(r) => ("rigid body", format!("{}, density {} kg/m^3", r.shape.words(), shown(r.density.0))),
+        None => ("effect", "load of a constraint".into()),
+    }
+}
+
+/// Regions of the file that no other key of the scene names.
+fn unused_regions(scene: &Scene) -> Vec<&String> {
+    let mut named = BTreeSet::new();
+    if let Ok(table) = scene.text.parse() {
+        texts(&toml::Value::Table(table), &mut named);
+    }
+    scene.spec.mesh.regions.keys().filter(|name| !named.contains(*name)).collect()
+}
+
+/// All texts that are values in a table.
+fn texts(value: &toml::Value, found: &mut BTreeSet<String>) {
+    match value {
+        toml::Value::String(text) => _ = found.insert(text.clone()),
+        toml::Value::Array(list) => list.iter().for_each(|value| texts(value, found)),
+        toml::Value::Table(table) => table.iter().for_each(|(_, value)| texts(value, found)),
+        _ => {}
+    }
+}
+
 fn describe(scene: &Scene) {
     let mesh = &scene.body.mesh;
     let (low, high) = mesh.bounding_box();
@@ -182,14 +219,17 @@ fn describe(scene: &Scene) {
         });
         say!("law          {} ({})", info.name, values.collect::<Vec<_>>().join(", "));
     }
-    // Effects in the order of the file, then the loads of constraints
+    // Effects in the order of the file, then those of constraints, rigid bodies and contacts
     for (k, effect) in scene.system.effects.iter().enumerate() {
-        let words = scene.spec.effects.get(k).map_or("load of a constraint".into(), EffectSpec::words);
+        let (what, words) = match scene.spec.effects.get(k) {
+            Some(spec) => ("effect", spec.words()),
+            None => origin(scene, effect.name()),
+        };
         let blocks = match effect.capabilities().transient.is_some() {
             true => "blocks where parts meet".into(),
             false => format!("{} blocks", effect.blocks().len()),
         };
-        say!("effect       {} ({blocks}): {words}", effect.name());
+        say!("{what:12} {} ({blocks}): {words}", effect.name());
     }
     for rows in scene.system.constraints.chunk_by(|a, b| a.name() == b.name()) {
         let blocks: usize = rows.iter().map(|row| row.blocks().len()).sum();
@@ -203,6 +243,8 @@ fn describe(scene: &Scene) {
     let constraints: Vec<&str> = scene.spec.constraints.iter().map(ConstraintSpec::kind).collect();
     say!("not there    effects: {}", absent(EffectSpec::KINDS, &effects));
     say!("             constraints: {}", absent(ConstraintSpec::KINDS, &constraints));
+    let tables = [("contact", scene.spec.contacts.is_empty()), ("rigid bodies", scene.spec.rigids.is_empty())];
+    tables.iter().filter(|(_, is_absent)| *is_absent).for_each(|(name, _)| say!("             {name}"));
     say!("nothing else is assembled");
     say!("unknowns     {}, {} entries in the tangent", scene.system.dofs.free.len(), scene.system.pattern.nnz());
     for s in &scene.signals {
@@ -212,7 +254,10 @@ fn describe(scene: &Scene) {
         }
         let ((_, low), (t, high)) = extremes(&s.signal, &scene.spans);
         let (low, high) = (shown(low), shown(high));
-        say!("signal       {} between {low} and {high} (at {t:.4} s)", s.name);
+        match low == high {
+            true => say!("signal       {} constant {low}", s.name),
+            false => say!("signal       {} between {low} and {high} (at {t:.4} s)", s.name),
+        }
     }
     for span in &scene.spans {
         let (steps, name) = (span.steps(), span.integrator.name());
@@ -221,6 +266,7 @@ fn describe(scene: &Scene) {
     }
     say!("records      {}", scene.columns().join("\n             "));
     scene.notes.iter().for_each(|note| say!("{:12} {note}", scene.kind_of_note(note)));
+    unused_regions(scene).iter().for_each(|name| say!("note         nothing uses the region {name}"));
     if let Some(why) = &scene.no_limit {
         say!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");
     }

@@ -2,9 +2,9 @@
 
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::units::{self, Dimension};
-use durometer::report::numbers::{per_cent, seconds, significant};
-use durometer::study::analysis::few;
+use durometer::report::numbers::{percent_cell, seconds, significant};
 use durometer::study::changes::{Change, Changes, Judgement, compare};
+use durometer::wording::few;
 use std::path::{Path, PathBuf};
 
 /// A hundred times the accuracy of the solver \[–\]; the default of `--tolerance`
@@ -72,10 +72,13 @@ fn print(c: &Changes, all: bool) {
     };
     pair("study", &c.study);
     pair("version", &c.version);
-    pair("tolerance", &c.tolerance.map(|t| format!("{} %", per_cent(t))));
-    pair("verdict", &c.verdict);
+    pair("tolerance", &c.tolerance.map(|t| format!("{} %", percent_cell(t))));
+    // Numbers of a verdict are its costs, and values that are listed below
+    if c.verdict_changed || without_numbers(&c.verdict[0]) != without_numbers(&c.verdict[1]) {
+        pair("verdict", &c.verdict);
+    }
     if !c.inputs.is_empty() {
-        let (n, few) = (c.inputs.len(), few(c.inputs.iter()));
+        let (n, few) = (c.inputs.len(), few(&c.inputs));
         say!("inputs: {n} of the common cases were computed from another scene, other files or another mesh: {few}");
     }
     c.missing.iter().for_each(|id| say!("case {id}: gone"));
@@ -91,8 +94,9 @@ fn print(c: &Changes, all: bool) {
     }
     let count = |j: Judgement| c.values.iter().filter(|v| v.judgement == j).count();
     say!(
-        "{} values: {} unchanged, {} changed within their bars, {} beyond{}",
+        "{} {}: {} unchanged, {} changed within their bars, {} beyond{}",
         c.values.len(),
+        if c.values.len() == 1 { "value" } else { "values" },
         count(Judgement::Same),
         count(Judgement::Within),
         count(Judgement::Beyond),
@@ -101,11 +105,16 @@ fn print(c: &Changes, all: bool) {
     say!("CPU time of the common cases: {}, now {}", seconds(c.cpu_s[0]), seconds(c.cpu_s[1]));
 }
 
+/// A verdict without the digits of its numbers.
+fn without_numbers(verdict: &str) -> String {
+    verdict.chars().filter(|c| !c.is_ascii_digit() && *c != '.').collect()
+}
+
 /// `tet10-length-4500: cable_tension_N: 2.6571 N, now 2.6602 N (+0.12 %), within the error bars (0.03 of them)`
 fn words(v: &Change) -> String {
     let unit = if v.unit.is_empty() { String::new() } else { format!(" {}", v.unit) };
     let relative =
-        v.relative.map_or(String::new(), |r| format!(" ({}{} %)", if r > 0.0 { "+" } else { "" }, per_cent(r)));
+        v.relative.map_or(String::new(), |r| format!(" ({}{} %)", if r > 0.0 { "+" } else { "" }, percent_cell(r)));
     let judged = match (v.judgement, v.normalised) {
         (Judgement::Same, _) => "unchanged".into(),
         (Judgement::Within, Some(e)) => format!("within the error bars ({} of them)", significant(e, 2)),

@@ -1,5 +1,6 @@
 //! Who sets the `controlled` signals of `durometer simulate`: a program, a recording, or a page of the live view.
 
+use durometer::catalogue::brought_command;
 use durometer::live::{Board, HandControl};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Scene;
@@ -51,7 +52,7 @@ impl ControlArgs {
         }
         if let Some(command) = &self.controller {
             let patience = positive_time("--controller-timeout", &self.controller_timeout)?;
-            return Ok(Source::Program(Process::start(command, patience, Some(stop.clone()))?));
+            return Ok(Source::Program(Process::start(&brought_command(command), patience, Some(stop.clone()))?));
         }
         if let Some(file) = &self.replay {
             return Ok(Source::Recording(Replay::new(Recording::read(file, &signals)?)));
@@ -87,7 +88,9 @@ impl Source {
             }
             Self::Page(file) => {
                 let file = file.display();
-                Some(format!("the controlled signals were set by hand and recorded; --replay {file} sets them again"))
+                Some(format!(
+                    "the controlled signals could be set by hand, and what was set is recorded; --replay {file} sets them again"
+                ))
             }
         }
     }

@@ -1,14 +1,14 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
 use durometer::live::{self, Board, Listener, Shown};
-use durometer::math::threads::CpuClock;
+use durometer::math::cpu_clock::CpuClock;
 use durometer::report::files;
 use durometer::report::viewer::film::Film;
 use durometer::report::viewer::page::page;
 use durometer::report::viewer::shape::Limits;
+use durometer::scene::column::words;
 use durometer::scene::output::ScheduleSpec;
 use durometer::scene::{Checkpoint, ErrorEstimate, Run, Scene};
-use durometer::study::overlay::figure::words;
 use durometer::study::store::fields::{Fields, USUAL};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::view;

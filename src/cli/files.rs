@@ -1,21 +1,22 @@
 //! Resolution of a name on the command line to its file.
 
-use durometer::catalogue::Home;
-use durometer::scene::{hint, read_table};
+use durometer::catalogue::{self, Home};
+use durometer::scene::read_table;
+use durometer::wording::{first, nearest};
 use std::path::{Path, PathBuf};
 
-/// A scene or study file, found by path, by folder, or by the name of a folder in `studies/`, of the current folder or of the catalogue.
+/// A scene or study file, found by path, by folder, or by the name of a folder in `studies/`, of the current folder or else of the catalogue.
 pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
-    if name.is_file() {
-        return Ok(name.into());
-    }
-    if name.join(file).is_file() {
-        return Ok(name.join(file));
-    }
     let own = PathBuf::from("studies");
-    let nearest = own.join(name).join(file);
-    if nearest.is_file() {
-        return Ok(nearest);
+    let here = [name.into(), name.join(file), own.join(name).join(file)];
+    if let Some(found) = here.into_iter().find(|path| path.is_file()) {
+        return Ok(found);
+    }
+    if catalogue::is_of_catalogue(name) {
+        let path = brought(name)?;
+        let inside = path.join(file);
+        let found = [path, inside].into_iter().find(|path| path.is_file());
+        return found.ok_or_else(|| format!("{}: this folder has no {file}", name.display()));
     }
     let home = Home::find().map_err(|e| format!("{}: there is no such file; {e}", name.display()))?;
     let known = home.studies().join(name).join(file);
@@ -29,8 +30,21 @@ pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
     let mut known = [names(&own, file), names(&home.studies(), file)].concat();
     known.sort();
     known.dedup();
-    let hint = hint(&word, &known);
+    let hint = match nearest(&word, &known) {
+        Some(near) => format!("did you mean `{near}`? (known: {})", first(&known)),
+        None => format!("known: {}", first(&known)),
+    };
     Err(format!("{word}: there is no such file, and no folder studies/{word}; {hint}"))
+}
+
+/// A file or folder of the user, or else the one of the program that a path `studies/…` or `data/…` names.
+pub fn brought(path: &Path) -> Result<PathBuf, String> {
+    catalogue::brought(path).map_err(|e| e.to_string())
+}
+
+/// Several of them.
+pub fn all_brought(paths: &[PathBuf]) -> Result<Vec<PathBuf>, String> {
+    paths.iter().map(|path| brought(path)).collect()
 }
 
 /// Folders of `studies/` that have this file, sorted.

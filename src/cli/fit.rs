@@ -165,9 +165,10 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
-    let mut request = FitRequest::new(&args.csv[0], &args.law);
-    request.more = args.csv[1..].to_vec();
-    request.card = args.card;
+    let csv = files::all_brought(&args.csv)?;
+    let mut request = FitRequest::new(&csv[0], &args.law);
+    request.more = csv[1..].to_vec();
+    request.card = args.card.as_deref().map(files::brought).transpose()?;
     request.columns.strain = args.strain_column;
     request.columns.stress = args.stress_column;
     request.columns.strain_kind = args.strain_kind;

@@ -95,10 +95,11 @@ fn mesh(imported: &Imported) {
     let mesh = &imported.body.mesh;
     let quality = Quality::of(mesh);
     say!(
-        "mesh         {} tetrahedra, {} nodes, {} components",
+        "mesh         {} tetrahedra, {} nodes, {} {}",
         mesh.cell_count(),
         mesh.points.len(),
-        imported.components
+        imported.components,
+        if imported.components == 1 { "component" } else { "components" }
     );
     say!(
         "quality      dihedral angles {:.2} to {:.2} degrees, smallest radius ratio {:.3}",

@@ -1,10 +1,11 @@
 //! `durometer laws …`
 
+use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::calibrate::relaxation::series_table;
 use durometer::calibrate::{library, library_text, read_law_file};
 use durometer::material::keywords::{self, Energy, Imported, Program};
-use durometer::material::law_from_table;
+use durometer::material::{LawSpecError, law_from_table};
 use durometer::storage::{self, TEXT_LIMIT};
 use std::path::{Path, PathBuf};
 
@@ -76,7 +77,7 @@ enum Action {
 pub fn main(args: Args) -> CommandResult {
     match args.action {
         Action::List { folder, json } => {
-            let laws = library(&folder)?;
+            let laws = library(&files::brought(&folder)?)?;
             if json {
                 say!("{}", serde_json::to_string_pretty(&laws)?);
             } else {
@@ -85,14 +86,14 @@ pub fn main(args: Args) -> CommandResult {
             Ok(Outcome::Complete)
         }
         Action::Export { law, to, unit, nu, volumetric, out } => {
-            let (mut table, provenance) = read_law_file(&law)?;
+            let (mut table, provenance) = read_law_file(&files::brought(&law)?)?;
             if let Some(nu) = nu {
                 table.insert("nu".into(), nu.into());
             }
             if let Some(part) = volumetric {
                 table.insert("volumetric".into(), part.into());
             }
-            let energy = Energy::of(&*law_from_table(&table)?);
+            let energy = Energy::of(&*law_from_table(&table).map_err(|e| with_flags(&e))?);
             let origin = |key: &str| provenance.get(key).map(|v| format!("{key}: {v}"));
             let notes: Vec<String> = ["data", "source", "fitted_stretch"].into_iter().filter_map(origin).collect();
             print(out.as_deref(), &keywords::write(&energy, to, &unit, &notes)?)
@@ -100,13 +101,29 @@ pub fn main(args: Args) -> CommandResult {
         Action::Import { file, from, unit, out, prony } => {
             let text = storage::read_text(&file, TEXT_LIMIT).map_err(|e| format!("{}: {e}", file.display()))?;
             let found = keywords::read(&text, from, &unit).map_err(|e| format!("{}: {e}", file.display()))?;
-            let source = format!("{} of {}", file.display(), from.name());
+            let mut source = format!("{} of {}", file.display(), from.name());
+            if !found.passed_over.is_empty() {
+                let keywords = found.passed_over.join(", ");
+                tell!("warning: {source}: the material has {keywords}, which the law leaves out");
+                source += &format!(", without {keywords}");
+            }
             write_series(&found, &source, prony.as_deref())?;
             let mut table = found.energy.table()?;
             let words = if found.series.is_empty() { source } else { format!("{source}, constants of the long term") };
             table.insert("source".into(), words.into());
             print(out.as_deref(), &toml::to_string(&table)?)
         }
+    }
+}
+
+/// A refusal of the constants of a law file, with the flags that add what the file lacks.
+fn with_flags(error: &LawSpecError) -> String {
+    match error {
+        LawSpecError::NotChosen { choice, .. } if choice.name == "volumetric" => {
+            format!("{error}; pass for example --volumetric quadratic --nu 0.49")
+        }
+        LawSpecError::NoVolumetric { .. } => format!("{error}; pass for example --nu 0.49"),
+        _ => error.to_string(),
     }
 }
 

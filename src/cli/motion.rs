@@ -85,10 +85,9 @@ pub fn main(args: Args) -> CommandResult {
 }
 
 fn draw(args: Args) -> CommandResult {
-    let request = request(&args)?;
+    let (request, files) = (request(&args)?, files::all_brought(&args.files)?);
     let stem = |path: &Path| path.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned());
-    let found: Vec<Evaluation> = args
-        .files
+    let found: Vec<Evaluation> = files
         .iter()
         .map(|file| evaluate(&MotionRequest { file: file.clone(), ..request.clone() }))
         .collect::<Result<_, _>>()?;

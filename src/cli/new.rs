@@ -1,8 +1,9 @@
 //! `durometer new NAME`
 
+use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::study::starters::{STARTERS, create};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Make a project folder with a scene, a study and a page that tells what to do next
 ///
@@ -29,7 +30,9 @@ pub fn main(args: Args) -> CommandResult {
         say!("{:10} any mesh, surface or CAD file: its shape, held at one end under its own weight", "FILE");
         return Ok(Outcome::Complete);
     };
-    let folder = create(&name, args.folder.as_deref(), args.unit.as_deref(), &mut |line| tell!("{line}"))?;
+    let file = files::brought(Path::new(&name))?;
+    let folder =
+        create(&file.to_string_lossy(), args.folder.as_deref(), args.unit.as_deref(), &mut |line| tell!("{line}"))?;
     say!("{}: scene.toml, study.toml, README.md", folder.display());
     say!("next, in {}: durometer simulate scene.toml", folder.display());
     Ok(Outcome::Complete)

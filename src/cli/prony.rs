@@ -69,13 +69,14 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
-    let mut request = RelaxationRequest::new(&args.csv[0], args.experiment);
-    request.more = args.csv[1..].to_vec();
+    let csv = files::all_brought(&args.csv)?;
+    let mut request = RelaxationRequest::new(&csv[0], args.experiment);
+    request.more = csv[1..].to_vec();
     let seconds = |text: &String| units::parse(text, Dimension::TIME);
     request.ramp = args.ramp.as_ref().map(seconds).transpose()?;
     request.start = args.start.as_ref().map(seconds).transpose()?.unwrap_or(0.0);
     request.stress = args.stress.map(|text| units::parse(&text, Dimension::PRESSURE)).transpose()?;
-    request.law = args.law;
+    request.law = args.law.as_deref().map(files::brought).transpose()?;
     request.terms = match (args.terms, args.per_decade) {
         (Some(n), _) => TermChoice::Number(n),
         (None, Some(n)) => TermChoice::PerDecade(n),

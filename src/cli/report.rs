@@ -3,8 +3,8 @@
 use super::outcome::{CommandResult, Outcome};
 use super::style::StyleArgs;
 use durometer::report::style;
-use durometer::study::analysis::few;
 use durometer::study::report::Summary;
+use durometer::wording::few;
 use std::path::PathBuf;
 
 /// Draw the report of a study, a fit or a comparison of fits again from its stored results
@@ -76,7 +76,7 @@ pub fn soundness(summary: &Summary) -> Outcome {
         [] => {}
         [id] => tell!("note: the stored result of {id} is of other inputs than the study has now, and does not count"),
         all => {
-            let (n, few) = (all.len(), few(all.iter()));
+            let (n, few) = (all.len(), few(all));
             tell!("note: {n} stored results are of other inputs than the study has now, and do not count: {few}");
         }
     }

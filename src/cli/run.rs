@@ -18,7 +18,6 @@ use durometer::study::run::runner::{Isolation, Options};
 use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -250,11 +249,7 @@ impl Done {
                 }
             }
             End::Report(summary) => {
-                // Where a study judges its cases one by one, a status may be the right end of a case
-                let outcomes = summary.outcomes();
-                let wrong =
-                    |r: &&CaseRecord| outcomes.get(r.id.as_str()).map_or(!r.converged(), |outcome| *outcome == "fail");
-                failed = self.records.iter().filter(wrong).collect();
+                failed = summary.failed(&self.records);
                 match how.json {
                     true => serde_json::to_string_pretty(summary)?,
                     false => format!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display()),
@@ -262,16 +257,21 @@ impl Done {
             }
         };
         say!("{text}");
+        if let End::Report(summary) = &self.end
+            && !how.json
+        {
+            summary.warnings.iter().for_each(|warning| tell!("warning: {warning}"));
+        }
         for record in &failed {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
-            writeln!(std::io::stderr(), "not complete: {}: {}: {detail}", record.id, record.status).ok();
+            tell!("not complete: {}: {}: {detail}", record.id, record.status);
         }
         let (unmade, sound) = match &self.end {
             End::Report(summary) => (summary.without_result.as_ref(), soundness(summary)),
             _ => (None, Outcome::Complete),
         };
         if let Some(why) = unmade {
-            writeln!(std::io::stderr(), "not complete: {why}").ok();
+            tell!("not complete: {why}");
         }
         Ok(if failed.is_empty() && unmade.is_none() { sound } else { Outcome::RunIncomplete })
     }

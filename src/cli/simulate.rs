@@ -6,9 +6,10 @@ use super::live;
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
 use durometer::live::Shown;
-use durometer::math::threads::{self, CpuClock};
+use durometer::math::cpu_clock::CpuClock;
+use durometer::math::threads;
 use durometer::math::units::{self, Dimension};
-use durometer::report::numbers::seconds;
+use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::control::Controller;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
@@ -30,6 +31,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
+
+/// Share of the extreme of a column below which its last value is rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Run one scene and write its time series
 ///
@@ -54,7 +58,7 @@ Examples:
 In --set and --sensitivity a step into a list is its index from 0, or the name or kind of an entry.
 Exit codes: 0 converged, 2 bad input, 3 the run did not complete.")]
 pub struct Args {
-    /// Scene file (TOML)
+    /// Scene file (TOML), or the name of a folder in studies/
     scene: PathBuf,
     /// Folder of the results
     #[arg(long, default_value = "reports/simulate")]
@@ -81,7 +85,7 @@ pub struct Args {
     /// quantity. Not where the state depends on the path
     #[arg(long, requires = "error", conflicts_with = "no_view")]
     error_cells: bool,
-    /// Save a state to restart from at a time (\"0.5 s\"), or at the `end`; several times
+    /// Save a state to restart from at a time ("0.5 s"), or at the `end`; several times
     #[arg(long, value_name = "WHEN")]
     save_state: Vec<String>,
     /// Go on from a saved state of this scene; the files come out as if the run had never been cut
@@ -340,9 +344,9 @@ fn print_refinement(step: &RefinementStep) {
     say!(
         "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
         error.column,
-        plain(error.value),
-        plain(error.bar),
-        plain(*tolerance),
+        five_digits(error.value),
+        five_digits(error.bar),
+        five_digits(*tolerance),
         seconds(step.cpu)
     );
 }
@@ -381,7 +385,7 @@ fn estimate(
     }
     bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
     let found = match estimator.estimate(run, estimated_columns(args)) {
-        Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Stopped)) => {
+        Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Unstable { .. } | EstimateError::Stopped)) => {
             tell!("not complete: no error estimate: {why}");
             return Ok(None);
         }
@@ -393,20 +397,30 @@ fn estimate(
 
 fn print_errors(found: &ErrorEstimate) {
     for q in &found.quantities {
-        let (value, corrected, uncertainty) = (plain(q.value), plain(q.corrected), plain(q.uncertainty));
+        let (value, corrected, uncertainty) =
+            (five_digits(q.value), five_digits(q.corrected), five_digits(q.uncertainty));
         let geometry = match q.geometry {
             Some(g) if g.change == 0.0 => String::new(),
-            Some(g) => format!(" (of it {} by curved facets)", plain(g.change)),
+            Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
             None => " (without curved facets, which are not estimated here)".into(),
         };
+        let extent = match (&found.cut_regions[..], q.extent) {
+            ([], 0.0) => String::new(),
+            ([], change) => format!(" (of it up to {} by the extent of regions)", five_digits(change.abs())),
+            (regions, _) => format!(" (without the extent of {})", regions.join(", ")),
+        };
         say!(
-            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}",
+            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}{extent}",
             q.column,
-            plain(q.bar)
+            five_digits(q.bar)
         );
     }
     let (cpu, dofs) = (seconds(found.cpu), found.dofs);
-    let what = if found.whole_run { "a whole run".into() } else { format!("{} solution(s)", found.solves) };
+    let what = match found.solves {
+        _ if found.whole_run => "a whole run".into(),
+        1 => "1 solution".into(),
+        solves => format!("{solves} solutions"),
+    };
     say!("errors:  {what} with {dofs} equations in {cpu}");
 }
 
@@ -435,19 +449,20 @@ fn write(
 /// Prints what a run found; `known` notes are printed before it.
 fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
+    record.solver.energy_from_nothing.iter().for_each(|found| tell!("warning: {}", found.warning()));
     if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
         let scatter = l.pressure_scatter;
         tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
     }
     for (probe, value) in &record.probes {
-        let (peak, last) = (plain(value.peak), plain(value.last));
+        let (peak, last) = (five_digits(value.peak), five_digits(without_rounding(value.last, value.peak)));
         match value.peak_is {
             ExtremeKind::Constant => say!("{probe:28} constant {peak:>12}"),
             kind => say!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), value.peak_t_s),
         }
     }
     for e in &record.events {
-        let value = e.value.map_or_else(String::new, |v| format!(" (at {})", plain(v)));
+        let value = e.value.map_or_else(String::new, |v| format!(" (at {})", five_digits(v)));
         say!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
     }
     for d in &record.distances {
@@ -524,12 +539,18 @@ fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
     Ok((times, when.iter().any(|text| text == "end")))
 }
 
+/// Zero for a value that is rounding next to the extreme of its column.
+fn without_rounding(value: f64, extreme: f64) -> f64 {
+    if value.abs() < ROUNDING * extreme.abs() { 0.0 } else { value }
+}
+
 /// Where the time went: every effect and constraint that is assembled, then the linear algebra.
 fn costs(record: &CaseRecord) -> String {
     let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
     let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
     let p = &record.phases;
-    let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]);
+    let sweeps = (p.contact_forces_s > 0.0).then_some(("contact forces", p.contact_forces_s));
+    let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]).chain(sweeps);
     let (s, w) = (&record.solver, &record.work);
     let lost =
         if s.lost_iterations > 0 { format!(" and {} in refused attempts", s.lost_iterations) } else { String::new() };
@@ -545,10 +566,4 @@ fn costs(record: &CaseRecord) -> String {
         seconds(record.wall_s),
         all.map(share).collect::<Vec<_>>().join(", ")
     )
-}
-
-/// Five digits, whatever the size.
-fn plain(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value:.5}") } else { format!("{value:.4e}") }
 }

@@ -2,9 +2,10 @@
 //!
 //! A command goes on meanwhile, so that the files of its results are written all the same.
 
+use durometer::math::threads::locked;
 use std::fmt::Arguments;
 use std::io::{self, ErrorKind, Write};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// Why the standard output could not be written, the first time.
 static FAILURE: Mutex<Option<String>> = Mutex::new(None);
@@ -36,7 +37,7 @@ pub fn line(text: Arguments) {
 pub fn kept<T>(result: io::Result<T>) -> io::Result<T> {
     result.inspect_err(|error| {
         if !matches!(error.kind(), ErrorKind::BrokenPipe | ErrorKind::Interrupted) {
-            FAILURE.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_with(|| error.to_string());
+            locked(&FAILURE).get_or_insert_with(|| error.to_string());
         }
     })
 }
@@ -44,7 +45,7 @@ pub fn kept<T>(result: io::Result<T>) -> io::Result<T> {
 /// Writes what is not written yet, and says why something could not be written.
 pub fn end() -> Result<(), String> {
     Output.flush().ok();
-    let failure = FAILURE.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let failure = locked(&FAILURE).take();
     let Some(failure) = failure else { return Ok(()) };
     // Without the number of the system
     let fact = failure.split(" (os error").next().unwrap_or_default();

@@ -1,15 +1,17 @@
 //! `durometer twin FILE`
 
+use super::files;
 use super::outcome::{CommandResult, Outcome};
 use super::stdout::Output;
 use durometer::math::units;
 use durometer::reduction::inverse::{Target, reach};
 use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport, Twin};
+use durometer::storage::unix_time;
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::Instant;
 
 /// Step a reduced model: inputs as lines of JSON on standard input, quantities with their error bars on standard output
 ///
@@ -59,7 +61,8 @@ const LONGEST_LINE: u64 = 1 << 20;
 
 pub fn main(args: &Args) -> CommandResult {
     let model = ReducedModel::read(&args.file)?;
-    let full = args.full.as_ref().map(|scene| FullModel::open(&model, scene)).transpose()?;
+    let full = args.full.as_ref().map(|scene| files::find(scene, "scene.toml")).transpose()?;
+    let full = full.map(|scene| FullModel::open(&model, &scene)).transpose()?;
     let fallback = full.zip(args.tolerance).map(|(full, tolerance)| Fallback { full, tolerance });
     let twin = Twin::new(model)?;
     let mut models = Models { inputs: twin.inputs().to_vec(), twin, fallback };
@@ -289,7 +292,7 @@ fn described(
         "in_range": in_range,
         "iterations": report.iterations,
         "seconds": start.elapsed().as_secs_f64(),
-        "unix_s": SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |t| t.as_secs_f64()),
+        "unix_s": unix_time().as_secs_f64(),
     });
     if let Some(t) = twin.time() {
         answer["t_s"] = t.into();

@@ -45,10 +45,14 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
+    if let Some(out) = args.out.as_ref().filter(|out| !out.extension().is_some_and(|end| end == "html")) {
+        return Err(format!("{}: a page is written; end its name in .html", out.display()).into());
+    }
     let mut cases = vec![];
     for file in &args.files {
-        cases.extend(shown(file, &args)?);
+        cases.extend(shown(file, &args)?.into_iter().map(|case| (file.as_path(), case)));
     }
+    let cases = told_apart(cases);
     let out = args.out.clone().unwrap_or_else(|| default_page(&args.files[0]));
     let title = match &args.files[..] {
         [one] => cases.first().filter(|_| cases.len() == 1).map_or_else(|| name(one), |c| c.title().into()),
@@ -61,6 +65,35 @@ pub fn main(args: Args) -> CommandResult {
     cases.iter().flat_map(Packed::notes).for_each(|note| tell!("note: {note}"));
     say!("view: {} (open it in a browser)", out.display());
     Ok(Outcome::Complete)
+}
+
+/// Cases of one title from several files have in it how the paths of these differ.
+fn told_apart(cases: Vec<(&Path, Packed)>) -> Vec<Packed> {
+    let known: Vec<(&Path, String)> = cases.iter().map(|(file, case)| (*file, case.title().to_string())).collect();
+    let one = |(file, mut case): (&Path, Packed)| {
+        let title = case.title().to_string();
+        let alike: Vec<&Path> = known.iter().filter(|(_, other)| *other == title).map(|(file, _)| *file).collect();
+        if alike.iter().any(|other| *other != file) {
+            case.rename(format!("{title}: {}", own_part(file, &alike)));
+        }
+        case
+    };
+    cases.into_iter().map(one).collect()
+}
+
+/// A path without the folders that all of these paths begin and end with.
+fn own_part(path: &Path, all: &[&Path]) -> String {
+    let parts =
+        |path: &Path| path.components().map(|c| c.as_os_str().to_string_lossy().into_owned()).collect::<Vec<_>>();
+    let (own, all): (Vec<String>, Vec<Vec<String>>) = (parts(path), all.iter().map(|path| parts(path)).collect());
+    let front = |k: &usize| all.iter().all(|other| other.get(*k) == own.get(*k));
+    let from = (0..own.len()).take_while(front).count();
+    let back = |k: &usize| all.iter().all(|other| other.iter().rev().nth(*k) == own.iter().rev().nth(*k));
+    let end = (0..own.len() - from).take_while(back).count();
+    match &own[from..own.len() - end] {
+        [] => path.display().to_string(),
+        part => part.join("/"),
+    }
 }
 
 /// The name of a file or folder without its ending; of a scene, that of its folder.
@@ -151,4 +184,21 @@ fn scene(file: &Path, set: &[String]) -> Result<Packed, Box<dyn std::error::Erro
     let title = if scene.title.is_empty() { name(&path) } else { scene.title.clone() };
     let about = About { title, facts, notes: scene.notes.clone(), ..About::default() };
     Ok(film::at_rest(&scene, &Limits::USUAL, about))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cases_of_one_title_have_the_folders_that_differ() {
+        let files = ["reports/soft/simulate/scene.html", "reports/stiff/simulate/scene.html", "reports/other.html"];
+        let files = files.map(Path::new);
+        let case = |title: &str| Packed { head: serde_json::json!({ "title": title }), data: vec![] };
+        let cases = files.into_iter().zip(["arm", "arm", "leg"].map(case)).collect();
+        let titles: Vec<String> = told_apart(cases).iter().map(|case| case.title().to_string()).collect();
+        assert_eq!(titles, ["arm: soft", "arm: stiff", "leg"]);
+        let longer = [Path::new("a/scene.html"), Path::new("a/scene.html/scene.html")];
+        assert_eq!(own_part(longer[0], &longer), "a/scene.html");
+    }
 }

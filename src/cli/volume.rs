@@ -51,6 +51,7 @@ pub struct Args {
 
 pub fn main(args: Args) -> CommandResult {
     let Args { csv, experiment: test, volumetric, column, unit, range, positive, out, json } = args;
+    let csv = files::all_brought(&csv)?;
     let (columns, units) = (contents(&column)?, contents(&unit)?);
     let (data, more) = (csv[0].clone(), csv[1..].to_vec());
     let stem = data.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());

@@ -134,7 +134,7 @@ impl Effect for Rigidity {
     }
 
     fn eval(&self, at: &At, _: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        let a = self.frame.gradient(&self.frame.positions(at.x));
+        let a = self.frame.gradient_of(at.x);
         let e = 0.5 * (a.tr_mul(&a) - Mat3::identity());
         out.energy = self.stiffness * e.norm_squared();
         let p = a * e * (2.0 * self.stiffness);
@@ -169,8 +169,7 @@ impl Effect for Rigidity {
 impl TurningBody for Rigidity {
     /// A' = R U with R the rotation of A + dA (polar decomposition) and U² = I + 2E'.
     fn turn(&self, x: &[f64], dx: &mut [f64], strain: Strain) {
-        let positions = self.frame.positions(x);
-        let a = self.frame.gradient(&positions);
+        let a = self.frame.gradient_of(x);
         let moved = self.frame.nodes.map(|node| displacement(dx, node));
         let change = self.frame.gradient(&moved);
         if change.norm_squared() < ROUNDING {

@@ -4,7 +4,7 @@
 
 use crate::material::{LaneResponse, Law};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
-use crate::math::tensor::{Mat3, Mat9, Vec3};
+use crate::math::tensor::{Mat3, Mat9, Vec3, rows};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{Batch, BlockValues, Blocks, EvalError, Want};
 use std::ops::Range;
@@ -210,7 +210,7 @@ impl CellPoints {
     #[expect(clippy::too_many_arguments, reason = "place, two tensors, and where they go")]
     pub fn scatter(&self, b: usize, q: usize, stride: usize, p: &Mat3, a: &Mat9, want: Want, out: &mut BlockValues) {
         let weights = [self.weight(b, q)];
-        let p: [f64; 9] = std::array::from_fn(|n| p[(n / 3, n % 3)]);
+        let p = rows(p);
         let mut gradients = [[0.0; 3]; MOST_NODES];
         gradients.iter_mut().zip(self.gradients(b, q)).for_each(|(to, from)| *to = from);
         let place = Place { gradients: &gradients[..self.nodes], weights: &weights, stride, want };

@@ -4,7 +4,7 @@ use super::cell::{CellPoints, MOST_NODES};
 use super::mass::Mass;
 use crate::material::LaneResponse;
 use crate::math::lanes::{Kernel, Lanes, Real, widest};
-use crate::math::tensor::{Mat3, ZERO9};
+use crate::math::tensor::{Mat3, ZERO9, rows};
 use crate::mesh::TetMesh;
 use crate::system::{
     At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Needs, PastDerivative,
@@ -56,7 +56,7 @@ impl PastDerivative for MassDamping {
 /// Kelvin–Voigt damping S_v = η Ė with Ė = (E − Eₙ)/Δt, E = ½(FᵀF − I), η \[Pa s\].
 ///
 /// Objective, with a symmetric exact tangent (it derives from the incremental potential ½ηΔt ‖Ė‖²); of first order in Δt
-/// under every integrator.
+/// under every integrator. At the start of a stage, where no time has passed, Ė = sym(FₙᵀḞ) with Ḟ = ∂v/∂X, and F is Fₙ.
 pub struct ViscousDamping {
     eta: f64,
     points: CellPoints,
@@ -93,18 +93,18 @@ impl Effect for ViscousDamping {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        if at.rates.cv == 0.0 {
-            // Statics: t only orders the loads, nothing has a rate.
+        if at.is_static() {
             return Ok(());
         }
         let c = self.eta / at.dt;
         for q in 0..self.points.points() {
-            let by_rows = |x: &[f64]| {
-                let f = self.points.deformation_gradient(x, b, q);
-                std::array::from_fn(|n| f[(n / 3, n % 3)])
-            };
+            let by_rows = |x: &[f64]| rows(&self.points.deformation_gradient(x, b, q));
             let (mut p, mut a) = ([0.0; 9], ZERO9);
-            viscous_stress(&by_rows(at.x), &by_rows(at.old), 0.5 * c, want, &mut p, &mut a);
+            if at.is_start() {
+                p = starting_stress(&by_rows(at.old), &by_rows(at.v), 0.5 * self.eta);
+            } else {
+                viscous_stress(&by_rows(at.x), &by_rows(at.old), 0.5 * c, want, &mut p, &mut a);
+            }
             self.points.scatter(b, q, self.points.blocks.size(b), &Mat3::from_row_slice(&p), &a, want, out);
         }
         out.energy = work(&self.points.blocks, at, b, out);
@@ -125,13 +125,21 @@ impl Batched for ViscousDamping {
     fn eval(&self, at: &At, first: usize, want: Want, out: &mut Batch) -> Result<(), EvalError> {
         let points = &self.points;
         let stride = points.blocks.size(first);
-        if at.rates.cv == 0.0 {
-            if want == Want::Tangent {
-                out.clear_rows(stride, 0..stride);
-            }
+        if want == Want::Tangent && (at.is_static() || at.is_start()) {
+            out.clear_rows(stride, 0..stride);
+        }
+        if at.is_static() {
             return Ok(());
         }
         let [u, old] = [at.x, at.old].map(|x| points.displacements::<MOST_NODES>(x, first));
+        if at.is_start() {
+            let v = points.displacements::<MOST_NODES>(at.v, first);
+            return points.each_point(first, stride, want.min(Want::Residual), out, |q, _, _, response| {
+                let [f, rate] = [&old, &v].map(|u| points.deformation_gradients(u, first, q));
+                response.p = starting_stress(&f, &rate, 0.5 * self.eta);
+                Ok(())
+            });
+        }
         points.each_point(first, stride, want, out, |q, _, _, response| {
             let f = &points.deformation_gradients(&u, first, q);
             let old = &points.deformation_gradients(&old, first, q);
@@ -191,18 +199,37 @@ pub fn viscous_stress<S: Real>(f: &[S; 9], old: &[S; 9], c: f64, want: Want, p: 
     }
 }
 
+/// P = F S with S = c (FᵀḞ + ḞᵀF), by rows, from F and I + Ḟ.
+#[inline(always)]
+fn starting_stress<S: Real>(f: &[S; 9], with_rate: &[S; 9], c: f64) -> [S; 9] {
+    let mut rate = *with_rate;
+    [0, 4, 8].into_iter().for_each(|n| rate[n] = rate[n] - S::of(1.0));
+    let half = |i: usize, j: usize| f[i] * rate[j] + f[3 + i] * rate[3 + j] + f[6 + i] * rate[6 + j];
+    let s = |i: usize, j: usize| S::of(c) * (half(i, j) + half(j, i));
+    std::array::from_fn(|n| {
+        f[3 * (n / 3)] * s(0, n % 3) + f[3 * (n / 3) + 1] * s(1, n % 3) + f[3 * (n / 3) + 2] * s(2, n % 3)
+    })
+}
+
 impl PastDerivative for ViscousDamping {
-    /// S_v changes by −(η/Δt) sym(FₙᵀdFₙ).
+    /// S_v changes by −(η/Δt) sym(FₙᵀdFₙ); at the start of a stage P by dFₙ S_v + η Fₙ sym(dFₙᵀḞ + FₙᵀdḞ).
     fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        if at.rates.cv == 0.0 {
+        if at.is_static() {
             return Ok(());
         }
         for q in 0..self.points.points() {
-            let f = self.points.deformation_gradient(at.x, b, q);
-            let old = self.points.deformation_gradient(at.old, b, q);
-            let half = old.tr_mul(&(self.points.deformation_gradient(direction.old, b, q) - Mat3::identity()));
-            let s = -0.5 * self.eta / at.dt * (half + half.transpose());
-            self.points.scatter(b, q, self.points.blocks.size(b), &(f * s), &ZERO9, Want::Residual, out);
+            let [f, old] = [at.x, at.old].map(|x| self.points.deformation_gradient(x, b, q));
+            let slope = |u: &[f64]| self.points.deformation_gradient(u, b, q) - Mat3::identity();
+            let twice = |m: Mat3| m + m.transpose();
+            let change = slope(direction.old);
+            let p = if at.is_start() {
+                let (rate, faster) = (slope(at.v), slope(direction.v));
+                let ds = twice(change.tr_mul(&rate) + old.tr_mul(&faster));
+                (change * twice(old.tr_mul(&rate)) + old * ds) * (0.5 * self.eta)
+            } else {
+                f * (-0.5 * self.eta / at.dt * twice(old.tr_mul(&change)))
+            };
+            self.points.scatter(b, q, self.points.blocks.size(b), &p, &ZERO9, Want::Residual, out);
         }
         Ok(())
     }

@@ -2,7 +2,7 @@
 //!
 //! With the weights of an embedded point or ball (Σ w = 1, [`crate::mesh::embed`]) it is a force s(t) \[N\] there: the
 //! embedded point moves as Σ w_i u_i, and the transpose of that map takes the force to the nodes, so that its power is the
-//! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) \[Pa\] per reference area. The direction does not turn with
+//! same on both sides. With w_i = ∫ N_i dA it is a traction s(t) \[Pa\] per reference area, with w_i = ∫ ρ N_i dV a weight. The direction does not turn with
 //! the body; a pressure that follows the surface is a cavity.
 
 use crate::math::signal::{Clock, Signal};
@@ -10,18 +10,19 @@ use crate::math::tensor::Vec3;
 use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 
-/// `direction` is a unit vector, `intensity` its signal \[N\] or \[Pa\].
+/// Dead load on nodes.
 pub struct DeadLoad {
     name: String,
     direction: Vec3,
     intensity: Signal,
     blocks: Blocks,
-    /// \[blocks\] w_i \[–\] or \[m²\]
+    /// \[blocks\] w_i \[–\], \[m²\] or \[kg\]
     weights: Vec<f64>,
 }
 
 impl DeadLoad {
-    /// (node, w_i): of an embedded point or patch, or areas.
+    /// (node, w_i): of an embedded point or patch, areas or masses; `direction` is a unit vector, `intensity` its signal \[N\], \[Pa\] or
+    /// \[m/s²\].
     pub fn new(name: String, weights: &[(u32, f64)], direction: Vec3, intensity: Signal) -> Self {
         let (nodes, weights): (Vec<u32>, Vec<f64>) = weights.iter().copied().unzip();
         Self { name, direction, intensity, blocks: Blocks::new(nodes.chunks(1)), weights }

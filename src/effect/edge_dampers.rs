@@ -2,7 +2,8 @@
 //! K = (c/Δt)(ττᵀ + (1 − lₙ/l)(I − ττᵀ)).
 //!
 //! Objective, with a symmetric exact tangent (it derives from the incremental potential ½ c Δt l̇²); of first order in Δt
-//! under every integrator, as viscous damping is. The usual l̇ = τ·(v_j − v_i) has an unsymmetric tangent.
+//! under every integrator, as viscous damping is. The usual l̇ = τ·(v_j − v_i) has an unsymmetric tangent. At the start of a stage, where
+//! no time has passed, it is the rate: there x is xₙ, and τ and l are those of xₙ.
 
 use super::damping::work;
 use super::edges::{Edges, add_force, longer};
@@ -39,11 +40,16 @@ impl Effect for EdgeDampers {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        if at.rates.cv == 0.0 {
-            // Statics: t only orders the loads, nothing has a rate.
+        if at.is_static() {
             return Ok(());
         }
         let (rest, before) = (self.edges.rest(b), self.edges.stretching(at.old, b));
+        if at.is_start() {
+            let (_, tau) = self.edges.direction(self.name(), b, rest + before)?;
+            let n = self.c * tau.dot(&self.edges.stretching(at.v, b));
+            add_force(tau, n, 0.0, 0.0, Want::Residual, out);
+            return Ok(());
+        }
         let now = self.edges.stretching(at.x, b);
         let (l, tau) = self.edges.direction(self.name(), b, rest + now)?;
         let slope = self.c / at.dt;
@@ -63,15 +69,24 @@ impl Effect for EdgeDampers {
 }
 
 impl PastDerivative for EdgeDampers {
-    /// The force changes by −(c/Δt) dlₙ, dlₙ = τₙ·(duₙ_j − duₙ_i).
+    /// The force changes by −(c/Δt) dlₙ, dlₙ = τₙ·(duₙ_j − duₙ_i); at the start of a stage n τ with n = c τ·(v_j − v_i) changes by
+    /// dn τ + n dτ.
     fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        if at.rates.cv == 0.0 {
+        if at.is_static() {
             return Ok(());
         }
         let rest = self.edges.rest(b);
         let toward = |x: &[f64]| self.edges.direction(self.name(), b, rest + self.edges.stretching(x, b));
-        let ((_, tau), (_, before)) = (toward(at.x)?, toward(at.old)?);
-        let longer = before.dot(&self.edges.stretching(direction.old, b));
+        let ((_, tau), (l, before)) = (toward(at.x)?, toward(at.old)?);
+        let moved = self.edges.stretching(direction.old, b);
+        let longer = before.dot(&moved);
+        if at.is_start() {
+            let (rate, change) = (self.edges.stretching(at.v, b), self.edges.stretching(direction.v, b));
+            let turn = (moved - before * longer) / l;
+            add_force(before, self.c * (turn.dot(&rate) + before.dot(&change)), 0.0, 0.0, Want::Residual, out);
+            add_force(turn, self.c * before.dot(&rate), 0.0, 0.0, Want::Residual, out);
+            return Ok(());
+        }
         add_force(tau, -self.c / at.dt * longer, 0.0, 0.0, Want::Residual, out);
         Ok(())
     }

@@ -4,7 +4,7 @@
 
 use super::cell::CellPoints;
 use super::constitution::Constitution;
-use super::pressure_scatter::{PointStress, Stressed};
+use super::stress::{PointStress, Stressed};
 use crate::material::{Law, LawCard, LawError, Moduli};
 use crate::math::tensor::Mat3;
 use crate::mesh::TetMesh;

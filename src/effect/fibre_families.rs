@@ -3,7 +3,7 @@
 //! The direction a_f at rest belongs to a quadrature point, so it may follow a curved body. Formulae: [`FibreFamily`].
 
 use super::cell::CellPoints;
-use super::pressure_scatter::PointStress;
+use super::stress::PointStress;
 use crate::material::fibre_family::FibreFamily;
 use crate::material::{LawError, Response};
 use crate::math::tensor::{Mat3, Vec3};

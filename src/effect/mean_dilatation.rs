@@ -6,7 +6,7 @@
 
 use super::cell::CellPoints;
 use super::mixed::add_pressure_tangent;
-use super::pressure_scatter::{PointStress, Stressed};
+use super::stress::{PointStress, Stressed};
 use crate::material::{Law, LawError, Moduli, Volumetric};
 use crate::math::tensor::{Mat3, cofactor, det_minus_one};
 use crate::mesh::{Order, TetMesh};

@@ -14,16 +14,16 @@
 use super::cell::{CellPoints, MOST_NODES};
 use super::constitution::{Constitution, PressureField};
 use super::mixed_along::MixedAlong;
-use super::pressure_scatter::{PointStress, Stressed};
+use super::stress::{PointStress, Stressed};
 use crate::material::{LaneResponse, Law, LawCard, LawError, Moduli, Volumetric};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
-use crate::math::tensor::{Mat3, Mat9, cofactor, det_minus_one};
+use crate::math::tensor::{Mat3, Mat9, cofactor, det_minus_one, rows};
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{At, Batch, Batched, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 use std::sync::Arc;
 
 /// α of the stabilisation on tet4.
-pub const STABILISATION: f64 = 1.0;
+const STABILISATION: f64 = 1.0;
 
 /// A law with a split on the cells of a region, with a pressure field of its own.
 pub struct MixedElastic {
@@ -321,8 +321,7 @@ impl Stressed for MixedElastic {
 
 /// A += a ∂cof F/∂F + b cof F ⊗ cof F.
 pub(super) fn add_pressure_tangent(out: &mut Mat9, f: &Mat3, cof: &Mat3, a: f64, b: f64) {
-    let by_rows = |m: &Mat3| std::array::from_fn(|n| m[(n / 3, n % 3)]);
-    add_pressure_tangent_by_rows(out, &by_rows(f), &by_rows(cof), a, b);
+    add_pressure_tangent_by_rows(out, &rows(f), &rows(cof), a, b);
 }
 
 /// The same with tensors by rows; ∂cof F_iJ/∂F_kL = ε_ikm ε_JLN F_mN.

@@ -29,6 +29,7 @@ pub mod pressure_scatter;
 mod remembered;
 pub mod rigid_insert;
 pub mod stiffness_damping;
+mod stress;
 pub mod viscoelastic;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};
@@ -53,6 +54,6 @@ pub use membrane::{Membrane, MembraneExtremes};
 pub use mixed::{AddPressure, MixedElastic, cofactor_by_rows, pressure_hosts};
 pub use mullins::Mullins;
 pub use open_cavity::OpenCavityPressure;
-pub use pressure_scatter::{PointStress, Stressed};
 pub use stiffness_damping::{Stiffness, StiffnessDamping};
+pub use stress::{HistoryStress, PointStress, StressAtState, Stressed};
 pub use viscoelastic::Viscoelastic;

@@ -12,9 +12,10 @@
 //! Source: Ogden & Roxburgh, Proc. R. Soc. Lond. A 455, 1999. Limits: isotropic, no permanent set, no recovery; U(J) does not soften.
 
 use super::cell::CellPoints;
+use super::stress::HistoryStress;
 use super::viscoelastic::NotIsochoric;
 use crate::material::{Law, LawError, Response, Softening, Want};
-use crate::math::tensor::{Mat3, ZERO9};
+use crate::math::tensor::{Mat3, ZERO9, rows};
 use crate::mesh::TetMesh;
 use crate::system::{
     At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, HistoryVariables, PastDerivative,
@@ -85,7 +86,7 @@ impl Effect for Mullins {
             let factor = soft.at(law.psi, peak);
             let mut a = ZERO9;
             if want == Want::Tangent {
-                let p: [f64; 9] = std::array::from_fn(|n| law.p[(n / 3, n % 3)]);
+                let p = rows(&law.p);
                 for (i, row) in a.iter_mut().enumerate() {
                     for (j, a) in row.iter_mut().enumerate() {
                         *a = (factor.eta - 1.0) * law.a[i][j] + factor.by_energy * p[i] * p[j];
@@ -100,6 +101,21 @@ impl Effect for Mullins {
 
     fn capabilities(&self) -> Capabilities<'_> {
         Capabilities { history: Some(self), past: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl HistoryStress for Mullins {
+    fn points(&self) -> &Arc<CellPoints> {
+        &self.points
+    }
+
+    /// (η(W, W_m) − 1) ∂W/∂F
+    fn stress(&self, x: &[f64], history: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
+        let at = |(q, peak): (usize, &f64)| {
+            let law = self.part.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?;
+            Ok((self.softening.at(law.psi, *peak).eta - 1.0) * law.p)
+        };
+        self.peaks(history, b).iter().enumerate().map(at).collect()
     }
 }
 

@@ -8,41 +8,17 @@
 //! norms over the volume, Hooke's energies at the constants of the law at F = I. A locked element answers with pressures that
 //! change sign from cell to cell and outweigh the deviatoric stress that carries the load.
 
-use super::cell::CellPoints;
-use super::constitution::Constitution;
-use crate::material::{Law, LawError, Moduli};
+use super::stress::Stressed;
+use crate::material::Moduli;
 use crate::math::tensor::Mat3;
-use crate::mesh::{Order, TetMesh, element};
-use crate::system::Effect;
-use std::sync::Arc;
+use crate::mesh::{Order, element};
 
 /// Scatter above which a displacement-only element is taken for locked \[–\]; calibrated in `docs/explanation/elements.md`.
 pub const ALARM: f64 = 0.5;
 
 /// Poisson's ratio below which no volume change can lock: there κ < 4.7 μ, and what scatters is bending that linear cells do
 /// not follow.
-pub const COMPRESSIBLE: f64 = 0.4;
-
-/// An effect with stress at the points of cells.
-pub trait PointStress: Send + Sync {
-    fn points(&self) -> &Arc<CellPoints>;
-    /// P \[Pa\] at the points of block `b`, as in the residual.
-    fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
-}
-
-/// An elastic effect of a law, with its derivatives by the constants.
-pub trait Stressed: PointStress {
-    /// Whether the volume change is penalised point by point, without a pressure field; only such elements can lock.
-    fn displacement_only(&self) -> bool;
-    /// Hooke's constants at F = I
-    fn moduli(&self) -> Moduli;
-    /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
-    fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
-    /// From what its forces at a point follow; none where they depend on more than that point.
-    fn constitution(&self) -> Option<Constitution<'_>> {
-        None
-    }
-}
+const COMPRESSIBLE: f64 = 0.4;
 
 /// Scatter of the pressure field at a state, and whether it raises the locking alarm.
 #[derive(Clone, Copy, Debug, PartialEq)]

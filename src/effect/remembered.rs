@@ -1,6 +1,6 @@
 //! ½ H:C̄ with a fixed H, C̄ = J^{−2/3} FᵀF: the part of a relaxing stress that is remembered, and its derivatives by F.
 
-use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor};
+use crate::math::tensor::{Mat3, Mat9, ZERO9, cofactor, rows};
 
 /// ½ H:C̄ and its derivatives by F.
 pub(super) struct Remembered {
@@ -28,7 +28,6 @@ impl Remembered {
 
     pub(super) fn a(&self) -> Mat9 {
         let Self { h, fh, g, m, q } = *self;
-        let rows = |t: &Mat3| -> [f64; 9] { std::array::from_fn(|n| t[(n / 3, n % 3)]) };
         let (gr, fhr) = (rows(&g), rows(&fh));
         // The dyads as G ⊗ u + FH ⊗ v.
         let u = rows(&(m * (2.0 / 9.0 * q * g - 2.0 / 3.0 * fh)));

@@ -71,8 +71,7 @@ impl Effect for StiffnessDamping {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        if at.rates.cv == 0.0 {
-            // Statics: t only orders the loads, nothing has a rate.
+        if at.is_static() {
             return Ok(());
         }
         let x = match self.stiffness {
@@ -100,7 +99,7 @@ impl Effect for StiffnessDamping {
 
 impl PastDerivative for StiffnessDamping {
     fn along(&self, at: &At, direction: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        if at.rates.cv == 0.0 {
+        if at.is_static() {
             return Ok(());
         }
         if self.stiffness == Stiffness::Initial {

@@ -26,6 +26,7 @@
 
 use super::cell::CellPoints;
 use super::remembered::Remembered;
+use super::stress::HistoryStress;
 use crate::material::{LAWS, Law, LawError, Prony, Want};
 use crate::math::tensor::{Mat3, ZERO9, cofactor};
 use crate::mesh::TetMesh;
@@ -187,6 +188,28 @@ impl Effect for Viscoelastic {
 
     fn capabilities(&self) -> Capabilities<'_> {
         Capabilities { history: Some(self), past: Some(self), ..Capabilities::default() }
+    }
+}
+
+impl HistoryStress for Viscoelastic {
+    fn points(&self) -> &Arc<CellPoints> {
+        &self.points
+    }
+
+    /// That of a step of no length from the state: (Σ β_α − ρ) ∂W/∂F and the gradient of ½ Σ β_α (h_α − S̃):C̄.
+    fn stress(&self, x: &[f64], history: &[f64], b: usize) -> Result<Vec<Mat3>, LawError> {
+        let history = &history[b * self.size()..][..self.size()];
+        let at = |q| {
+            let memory = self.memory(history, q);
+            let (mut c, mut h) = (-self.prony.relaxed, Mat3::zeros());
+            for ((beta, _), arm) in self.decays(0.0).zip(memory.arms()) {
+                c += beta;
+                h += beta * (arm - memory.stress());
+            }
+            let f = self.points.deformation_gradient(x, b, q);
+            Ok(c * self.part.eval(&f, Want::Residual)?.p + Remembered::new(&f, &h).p())
+        };
+        (0..self.points.points()).map(at).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::news::{News, Seen, SignalState};
 use super::thinned::Thinned;
+use crate::math::threads::locked;
 use crate::report::viewer::film::Film;
 use crate::report::viewer::frame::Frame;
 use crate::scene::Scene;
@@ -97,7 +98,7 @@ impl Board {
 
     fn now(&self) -> MutexGuard<'_, Now> {
         // A client whose thread has panicked leaves nothing half done: every change is one assignment
-        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.now)
     }
 
     fn change<T>(&self, change: impl FnOnce(&mut Now) -> T) -> T {

@@ -3,12 +3,13 @@
 //! Connections are handed on to the case that is shown: the one that has computed longest of those that compute now. Its page stays with it until it ends.
 
 use super::board::{Board, Opening};
-use super::response::STALLED;
+use super::response::STALLED_PART;
 use super::server::{Access, CONNECTIONS, Counted, Listener, PACE, Site};
+use crate::math::threads::locked;
 use std::io;
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::AtomicUsize;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// Shown while no case computes; the browser asks again.
 const WAITING: &str = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"2\">\
@@ -48,7 +49,7 @@ impl Relay {
     }
 
     fn cases(&self) -> MutexGuard<'_, Vec<(String, u16)>> {
-        self.cases.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.cases)
     }
 
     fn accept(self: Arc<Self>, listener: &TcpListener, site: &Arc<Site>) {
@@ -76,7 +77,7 @@ impl Relay {
 /// Copies what both sides say, until one of them has gone or takes nothing.
 fn hand_on(mut client: TcpStream, port: u16) -> io::Result<()> {
     let mut case = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
-    client.set_write_timeout(Some(STALLED.0))?;
+    client.set_write_timeout(Some(STALLED_PART))?;
     let (mut from, mut to) = (client.try_clone()?, case.try_clone()?);
     let questions = std::thread::Builder::new().spawn(move || {
         io::copy(&mut from, &mut to).ok();

@@ -4,8 +4,10 @@ use std::io::{self, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// Time within which a client must take some bytes, and all of an answer.
-pub(super) const STALLED: (Duration, Duration) = (Duration::from_secs(5), Duration::from_secs(60));
+/// Time within which a client must take some bytes.
+pub(super) const STALLED_PART: Duration = Duration::from_secs(5);
+/// Time within which a client must take all of an answer.
+const STALLED_ANSWER: Duration = Duration::from_secs(60);
 /// Bytes that are written at a time.
 const PART: usize = 64 << 10;
 /// Headers of every answer: nothing is kept, embedded in other pages, or told to others.
@@ -47,11 +49,11 @@ impl Answer {
             words(*status),
             body.len()
         );
-        stream.set_write_timeout(Some(STALLED.0))?;
+        stream.set_write_timeout(Some(STALLED_PART))?;
         stream.write_all(head.as_bytes())?;
         let start = Instant::now();
         for part in body.chunks(PART) {
-            if start.elapsed() > STALLED.1 {
+            if start.elapsed() > STALLED_ANSWER {
                 return Err(io::ErrorKind::TimedOut.into());
             }
             stream.write_all(part)?;
@@ -62,7 +64,7 @@ impl Answer {
 
 /// Begins a stream of events, as the HTML standard defines them (server-sent events).
 pub(super) fn begin_events(stream: &mut TcpStream) -> io::Result<()> {
-    stream.set_write_timeout(Some(STALLED.0))?;
+    stream.set_write_timeout(Some(STALLED_PART))?;
     stream.write_all(format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{ALWAYS}\r\n").as_bytes())
 }
 

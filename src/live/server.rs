@@ -4,7 +4,7 @@ use super::board::{Board, Command};
 use super::news::Seen;
 use super::request::Request;
 use super::response::{Answer, begin_events, event};
-use crate::storage::sha256;
+use crate::storage::{hexadecimal, sha256};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::io::{self, Read};
@@ -23,8 +23,10 @@ const PATIENCE: Duration = Duration::from_secs(3);
 pub(super) const PACE: Duration = Duration::from_millis(40);
 /// Time after which a client without news gets a sign of life.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Bytes and time that are spent on what a refused client still sends.
-const DRAINED: (usize, Duration) = (64 << 10, Duration::from_millis(200));
+/// Bytes that are read of what a refused client still sends.
+const DRAINED_BYTES: usize = 64 << 10;
+/// Time that is waited for what a refused client still sends.
+const DRAINED_TIME: Duration = Duration::from_millis(200);
 
 /// Why there is no live view.
 #[derive(Debug, thiserror::Error)]
@@ -67,7 +69,7 @@ impl Listener {
         let (listener, port) = bind(port)?;
         let mut random = [0; 16];
         getrandom::fill(&mut random).map_err(|e| LiveError::Token { reason: e.to_string() })?;
-        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        let token = hexadecimal(&random);
         Ok(Self { listener, access: Access { port, token } })
     }
 
@@ -290,8 +292,8 @@ impl Site {
 /// Closes a connection so that the client gets the answer also where it still sends.
 fn finish(stream: &mut TcpStream) -> io::Result<()> {
     stream.shutdown(Shutdown::Write)?;
-    stream.set_read_timeout(Some(DRAINED.1))?;
-    let (mut left, mut part) = (DRAINED.0, [0; 4096]);
+    stream.set_read_timeout(Some(DRAINED_TIME))?;
+    let (mut left, mut part) = (DRAINED_BYTES, [0; 4096]);
     while left > 0 {
         match stream.read(&mut part)? {
             0 => break,

@@ -1,14 +1,6 @@
 //! Closed forms of fourth-order tensors, A\[3i+J\]\[3k+L\].
 
 use crate::math::lanes::Real;
-use crate::math::tensor::Mat3;
-
-/// A second-order tensor by rows, m\[3i+J\]: the order of the rows and columns of [`Mat9`](crate::math::tensor::Mat9).
-pub(crate) type Row9 = [f64; 9];
-
-pub(crate) fn rows(m: &Mat3) -> Row9 {
-    [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 0)], m[(1, 1)], m[(1, 2)], m[(2, 0)], m[(2, 1)], m[(2, 2)]]
-}
 
 /// c δ_ik δ_JL + w G_iJ G_kL + x G_iL G_kJ, the shape shared by laws in F and G = F⁻ᵀ.
 #[inline(always)]

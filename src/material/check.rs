@@ -185,7 +185,7 @@ impl Random {
         self.gradient_within(inverted, 1.0)
     }
 
-    /// The same with the logarithms of the stretches times `range`.
+    /// Like [`Self::gradient`], with the logarithms of the stretches times `range`.
     fn gradient_within(&mut self, inverted: bool, range: f64) -> (Mat3, f64) {
         let mut s = [0, 1, 2].map(|_| (0.3 * 10_f64.powf(self.unit())).powf(range));
         s.sort_by(f64::total_cmp);

@@ -2,20 +2,20 @@
 //!
 //! ψ = μ‖F − R‖² + ½λ tr²(RᵀF − I), F = RS
 //!
-//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 checkpoint notes, part I, ch. 3. Twist modes: Smith,
+//! Source: Sifakis & Barbič, *FEM Simulation of 3D Deformable Solids*, SIGGRAPH 2012 course notes, part I, ch. 3. Twist modes: Smith,
 //! de Goes & Kim, *Analytic eigensystems for isotropic distortion energies*, ACM TOG 2019.
 //!
 //! Limits: large rotation, small strain. With R a proper rotation ψ is defined for every F and grows with inversion, but it stays
 //! finite at J = 0. R jumps where s₂ + s₃ = 0 (strongly inverted or collapsed to a line): ψ is continuous there with a concave kink.
 
-use super::assemble::{Row9, add_dyad, isotropic, rows};
+use super::assemble::{add_dyad, isotropic};
 use super::entry::LawEntry;
 use super::law::{Law, LawInfo};
 use super::moduli;
 use super::moduli::Moduli;
 use super::polar::SignedSvd;
 use super::response::{LawError, Response, Want};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, Row9, rows};
 
 pub static INFO: LawInfo = LawInfo {
     name: "corotational",

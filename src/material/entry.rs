@@ -6,8 +6,9 @@ use std::fmt;
 use super::fit_form::FitForm;
 use super::law::{Law, LawInfo};
 use super::moduli;
-use super::parameter::{Choice, Chosen, LawSpecError, Parameter, Values, check_bounds, hint};
+use super::parameter::{Choice, Chosen, LawSpecError, Parameter, Values, check_bounds};
 use crate::math::units::{self, Dimension};
+use crate::wording::hint;
 
 /// Builds a law from its values \[SI\] and options by key.
 pub type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
@@ -15,7 +16,7 @@ pub type Build = fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError>;
 /// Rates of [`Law::values`] by one of the keys that were given, the others held.
 pub type Rates = fn(&dyn Law, &Values, &str) -> Vec<f64>;
 
-/// The same for a law that is known at run time only.
+/// Builds a law that is known at run time only, from its values \[SI\] and options by key.
 pub type Maker = dyn Fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError> + Send + Sync;
 
 /// How a law is made from its values.
@@ -74,7 +75,7 @@ impl LawEntry {
         Self::new(info, moduli::KEYS, &[100e3, 0.4], build, rates)
     }
 
-    /// The same law with the form in which it is fitted.
+    /// This law with the form in which it is fitted.
     #[must_use]
     pub const fn with_fit(mut self, fit: FitForm) -> Self {
         self.fit = Some(fit);
@@ -154,7 +155,7 @@ impl LawEntry {
         known.map(|o| (choice.name, *o)).ok_or_else(|| LawSpecError::UnknownOption {
             key: choice.name,
             option: option.to_string(),
-            hint: hint(option, choice.options.iter().copied()),
+            hint: hint(option, choice.options),
         })
     }
 
@@ -168,7 +169,8 @@ impl LawEntry {
     }
 
     fn unknown(&self, key: &str) -> LawSpecError {
-        let known = self.keys.iter().map(|p| p.name).chain(self.info.choices.iter().map(|c| c.name));
-        LawSpecError::UnknownKey { law: self.info.name, key: key.to_string(), hint: hint(key, known) }
+        let keys = self.keys.iter().map(|p| p.name);
+        let known: Vec<&str> = keys.chain(self.info.choices.iter().map(|c| c.name)).collect();
+        LawSpecError::UnknownKey { law: self.info.name, key: key.to_string(), hint: hint(key, &known) }
     }
 }

@@ -12,12 +12,12 @@
 //!
 //! Source: Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6, written in F.
 
-use super::assemble::{Row9, isotropic_into, rows};
+use super::assemble::isotropic_into;
 use super::kinematics::Invariants;
 use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::Volumetric;
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, Row9, rows};
 use std::marker::PhantomData;
 
 /// W \[J/m³\] and its derivatives \[Pa\] by Ī₁ and Ī₂.
@@ -76,7 +76,7 @@ pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Re
     Ok(r)
 }
 
-/// The same at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
+/// ψ = W + U, P and A at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
 #[inline(always)]
 pub fn lanes<W: Strain>(
     part: &W,

@@ -46,7 +46,7 @@ pub trait Law: Send + Sync + std::fmt::Debug {
     fn small_strain(&self) -> Moduli;
     /// ψ, P and A at F
     fn eval(&self, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// The same at [`LANES`](crate::math::lanes::LANES) deformation gradients, given by rows; where one is refused, its lane and why.
+    /// ψ, P and A at [`LANES`](crate::math::lanes::LANES) deformation gradients, given by rows; where one is refused, its lane and why.
     fn eval_lanes(&self, f: &[Lanes; 9], want: Want, out: &mut LaneResponse) -> Result<(), (usize, LawError)> {
         out.fill(f, want, |f| self.eval(f, want))
     }

@@ -7,13 +7,13 @@
 //!
 //! Limits: not objective; a rotation by θ gives the strain cos θ − 1, so only for rotations of less than a few degrees.
 
-use super::assemble::{isotropic, rows};
+use super::assemble::isotropic;
 use super::entry::LawEntry;
 use super::law::{Law, LawInfo};
 use super::moduli;
 use super::moduli::Moduli;
 use super::response::{LawError, Response, Want};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, rows};
 
 pub static INFO: LawInfo = LawInfo {
     name: "linear",

@@ -6,7 +6,7 @@
 //!
 //! Limits: J > 0 only. Not polyconvex: (ln J)² is concave in J beyond J = e, so strong dilatation softens.
 
-use super::assemble::{Row9, isotropic_into, rows};
+use super::assemble::isotropic_into;
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
 use super::kinematics::Invariants;
@@ -19,7 +19,7 @@ use super::response::{LaneResponse, LawError, Response, Want};
 use super::volumetric::{Volumetric, VolumetricKind};
 use super::yeoh::Yeoh;
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, Row9, rows};
 use crate::math::units::Dimension;
 
 pub static INFO: LawInfo = LawInfo {

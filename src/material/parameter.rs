@@ -132,12 +132,3 @@ match &given[..] {
     #[error("`{key}` is not given, so nothing depends on it; give it a value, or take one of {}", given.join(", "))]
     NotGiven { key: String, given: Vec<String> },
 }
-
-/// The nearest known word as a suggestion, or the whole list where none is near.
-pub(super) fn hint<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
-    let near = known.clone().map(|k| (strsim::jaro_winkler(&word.to_lowercase(), &k.to_lowercase()), k));
-    match near.max_by(|a, b| a.0.total_cmp(&b.0)) {
-        Some((score, k)) if score > 0.7 => format!("did you mean `{k}`?"),
-        _ => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
-    }
-}

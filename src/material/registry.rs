@@ -1,11 +1,12 @@
 //! The list of laws, and how a law is read from a file: `law = "neo_hookean"`, `E = "100 kPa"`, `nu = 0.45`.
 
+use crate::wording::hint;
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock};
 
 use super::entry::LawEntry;
 use super::law::Law;
-use super::parameter::{LawSpecError, Parameter, Values, hint};
+use super::parameter::{LawSpecError, Parameter, Values};
 use super::{
     arruda_boyce, corotational, gent, hyperfoam, linear, mooney_rivlin, neo_hookean, neo_hookean_split, ogden,
     st_venant_kirchhoff, stable_neo_hookean, veronda_westmann, yeoh,
@@ -37,7 +38,8 @@ pub fn register(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
     add(entry, false)
 }
 
-/// The same, in the place of a law that was registered by this name before: scenes that exist keep it. Refuses the name of a law of the library.
+/// Like [`register`], in the place of a law that was registered by this name before: scenes that exist keep the old one. Refuses the name of a law of
+/// the library.
 pub fn register_anew(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
     add(entry, true)
 }
@@ -74,7 +76,7 @@ pub fn find(name: &str) -> Result<&'static LawEntry, LawSpecError> {
     let laws = laws();
     laws.iter().copied().find(|e| e.info.name == name).ok_or_else(|| LawSpecError::UnknownLaw {
         name: name.to_string(),
-        hint: hint(name, laws.iter().map(|e| e.info.name)),
+        hint: hint(name, &laws.iter().map(|e| e.info.name).collect::<Vec<_>>()),
     })
 }
 

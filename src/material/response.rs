@@ -1,8 +1,7 @@
 //! Response of a law at one deformation gradient, or at several of them in vector lanes, and the errors of an evaluation.
 
-use super::assemble::rows;
 use crate::math::lanes::{LANES, Lanes};
-use crate::math::tensor::{Mat3, Mat9, ZERO9};
+use crate::math::tensor::{Mat3, Mat9, ZERO9, rows};
 
 /// How much of a response is needed; each includes the ones before it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]

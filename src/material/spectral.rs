@@ -15,12 +15,12 @@
 //! digits of the small ones. Sources: Valanis & Landel 1967; Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; the modes: Smith, de
 //! Goes & Kim, ACM TOG 38(1), 2019.
 
-use super::assemble::{Row9, add_dyad, isotropic, rows};
+use super::assemble::{add_dyad, isotropic};
 use super::kinematics::Invariants;
 use super::polar::SignedSvd;
 use super::response::{LawError, Response, Want};
 use super::volumetric::Volumetric;
-use crate::math::tensor::{Mat3, Vec3};
+use crate::math::tensor::{Mat3, Row9, Vec3, rows};
 
 /// w at the three ēᵢ: W = Σw \[J/m³\], w′ and w″ \[Pa\].
 #[derive(Clone, Copy, Debug)]

@@ -1,8 +1,10 @@
 //! Laws with an isochoric and a volumetric part: ψ = W(F̄) + U(J), F̄ = J^{−1/3} F.
 //!
-//! A law implements [`Part`], which describes W; U(J), its constant from `kappa` or `nu`, and the trait [`Law`] are provided here.
+//! A law whose W is a function of Ī₁ and Ī₂ implements [`Isochoric`], another one [`Part`]; U(J), its constant from `kappa` or `nu`, and the
+//! trait [`Law`] are provided here.
 
 use super::entry::LawEntry;
+use super::isochoric::{self, Parametric};
 use super::law::{Law, LawInfo};
 use super::moduli::Moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
@@ -28,7 +30,7 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     fn shear(&self) -> f64;
     /// ψ = W + U, P and A at F
     fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
-    /// The same at several deformation gradients, as [`Law::eval_lanes`]
+    /// ψ = W + U, P and A at several deformation gradients, as [`Law::eval_lanes`]
     fn lanes(
         &self,
         u: &Volumetric,
@@ -38,8 +40,55 @@ pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     ) -> Result<(), (usize, LawError)> {
         out.fill(f, want, |f| self.response(u, f, want))
     }
-    /// The same of ∂W/∂θ + U, where the values change by `rates` per unit of θ
+    /// ∂W/∂θ + U and its derivatives at F, where the values change by `rates` per unit of θ
     fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError>;
+}
+
+/// A part that is a function of Ī₁ and Ī₂, with its constants: its derivatives of [`Parametric`] give the responses of [`Part`].
+pub trait Isochoric: Parametric + Copy + Send + Sync + std::fmt::Debug + 'static {
+    /// Of the whole law; its parameters begin with κ
+    const INFO: &'static LawInfo;
+
+    /// From the values by key \[SI\]
+    fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError>;
+    /// Values of the parameters after κ, in their order \[SI\]
+    fn values(&self) -> Vec<f64>;
+    /// Shear modulus at F = I \[Pa\]
+    fn shear(&self) -> f64;
+}
+
+impl<W: Isochoric> Part for W {
+    const INFO: &'static LawInfo = <W as Isochoric>::INFO;
+
+    fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
+        <W as Isochoric>::read(values, chosen)
+    }
+
+    fn values(&self) -> Vec<f64> {
+        Isochoric::values(self)
+    }
+
+    fn shear(&self) -> f64 {
+        Isochoric::shear(self)
+    }
+
+    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(self, u, f, want)
+    }
+
+    fn lanes(
+        &self,
+        u: &Volumetric,
+        f: &[Lanes; 9],
+        want: Want,
+        out: &mut LaneResponse,
+    ) -> Result<(), (usize, LawError)> {
+        isochoric::lanes(self, u, f, want, out)
+    }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        isochoric::response(&isochoric::Along { part: self, rates }, u, f, want)
+    }
 }
 
 /// The law ψ = W + U.

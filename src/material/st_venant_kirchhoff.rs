@@ -7,13 +7,13 @@
 //! Limits: large rotation, small strain. In compression it softens, the uniaxial stress E λ(λ² − 1)/2 from λ = 1/√3 on, and
 //! vanishes at λ = 0; it does not depend on the sign of J, so a reflected cell is stress-free and stays reflected.
 
-use super::assemble::{isotropic, rows};
+use super::assemble::isotropic;
 use super::entry::LawEntry;
 use super::law::{Law, LawInfo};
 use super::moduli;
 use super::moduli::Moduli;
 use super::response::{LawError, Response, Want};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, rows};
 
 pub static INFO: LawInfo = LawInfo {
     name: "st_venant_kirchhoff",

@@ -12,14 +12,14 @@
 //! Limits: no barrier at J = 0, so cells invert under enough load (and come back when it goes). At ν → ½ it is stiff in J but
 //! bounds it only by the penalty ½λ(J − α)². In tension the uniaxial response is Neo-Hookean with 4/3 μ_L at large stretch.
 
-use super::assemble::{add_dyad, isotropic, rows};
+use super::assemble::{add_dyad, isotropic};
 use super::entry::LawEntry;
 use super::kinematics::{Invariants, x_minus_ln_1p};
 use super::law::{Law, LawInfo};
 use super::moduli;
 use super::moduli::Moduli;
 use super::response::{LawError, Response, Want};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, rows};
 
 pub static INFO: LawInfo = LawInfo {
     name: "stable_neo_hookean",

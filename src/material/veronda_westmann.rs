@@ -12,16 +12,14 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::isochoric::{Parametric, Partials, Strain};
 use super::law::LawInfo;
+use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::{invariants, of_invariants, tau};
-use super::response::{LaneResponse, LawError, Response, Want};
-use super::split::{Part, Split, required};
-use super::volumetric::{CHOICES, Volumetric};
-use super::{isochoric, moduli};
-use crate::math::lanes::Lanes;
-use crate::math::tensor::Mat3;
+use super::response::LawError;
+use super::split::{Isochoric, Split, required};
+use super::volumetric::CHOICES;
 use crate::math::units::Dimension;
 
 /// Largest exponent β(Ī₁ − 3) \[–\]: e^600 is 1e260.
@@ -81,7 +79,7 @@ pub struct VerondaWestmann {
     pub beta: f64,
 }
 
-impl Part for VerondaWestmann {
+impl Isochoric for VerondaWestmann {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, _: &Chosen) -> Result<Self, LawSpecError> {
@@ -94,24 +92,6 @@ impl Part for VerondaWestmann {
 
     fn shear(&self) -> f64 {
         self.c1 * self.beta
-    }
-
-    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        isochoric::response(self, u, f, want)
-    }
-
-    fn lanes(
-        &self,
-        u: &Volumetric,
-        f: &[Lanes; 9],
-        want: Want,
-        out: &mut LaneResponse,
-    ) -> Result<(), (usize, LawError)> {
-        isochoric::lanes(self, u, f, want, out)
-    }
-
-    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        isochoric::response(&Along { part: self, rates }, u, f, want)
     }
 }
 

@@ -10,16 +10,14 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
-use super::isochoric::{Along, Parametric, Partials, Strain};
+use super::isochoric::{Parametric, Partials, Strain};
 use super::law::LawInfo;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::of_invariants;
-use super::response::{LaneResponse, LawError, Response, Want};
-use super::split::{Part, Split, required};
-use super::volumetric::{CHOICES, Volumetric};
-use super::{isochoric, moduli, split};
-use crate::math::lanes::Lanes;
-use crate::math::tensor::Mat3;
+use super::response::LawError;
+use super::split::{Isochoric, Split, required};
+use super::volumetric::CHOICES;
+use super::{moduli, split};
 use crate::math::units::Dimension;
 
 /// Keys in files; either κ or ν is given.
@@ -72,7 +70,7 @@ pub struct Yeoh {
     pub terms: usize,
 }
 
-impl Part for Yeoh {
+impl Isochoric for Yeoh {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, _: &Chosen) -> Result<Self, LawSpecError> {
@@ -87,24 +85,6 @@ impl Part for Yeoh {
 
     fn shear(&self) -> f64 {
         2.0 * self.c[0]
-    }
-
-    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        isochoric::response(self, u, f, want)
-    }
-
-    fn lanes(
-        &self,
-        u: &Volumetric,
-        f: &[Lanes; 9],
-        want: Want,
-        out: &mut LaneResponse,
-    ) -> Result<(), (usize, LawError)> {
-        isochoric::lanes(self, u, f, want, out)
-    }
-
-    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        isochoric::response(&Along { part: self, rates }, u, f, want)
     }
 }
 

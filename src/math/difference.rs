@@ -10,7 +10,7 @@
 
 /// w_k
 pub const EIGHTH: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-/// The same of sixth order
+/// w_k of sixth order
 const SIXTH: [f64; 4] = [3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0, 0.0];
 /// Eighth difference of f(kh) + f(−kh) − 2f(0), divided by that of |k|: the share of a kink counts as it is
 const ONE_SIDED: [f64; 4] = [56.0 / 40.0, -28.0 / 40.0, 8.0 / 40.0, -1.0 / 40.0];

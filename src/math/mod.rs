@@ -1,5 +1,6 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
+pub mod cpu_clock;
 pub mod difference;
 pub mod dual;
 pub mod formula;
@@ -15,7 +16,9 @@ pub mod pcg;
 pub mod random;
 pub mod ranked_set;
 pub mod signal;
+mod signal_rate;
 pub mod sparse;
+pub mod statistics;
 pub mod svd;
 pub mod tensor;
 pub mod threads;

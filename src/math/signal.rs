@@ -46,7 +46,7 @@ impl From<f64> for Clock<'_> {
 pub enum Signal {
     /// s(t) = value
     Constant(f64),
-    /// ½A(1 − cos 2πft): from 0 to A and back, never negative; the paper's sinusoidal cable protocol
+    /// ½A(1 − cos 2πft): from 0 to A and back, never negative
     RaisedCosine {
         amplitude: f64,
         frequency: f64,

@@ -8,11 +8,19 @@ pub type Vec3 = nalgebra::Vector3<f64>;
 /// 3×3 tensor.
 pub type Mat3 = nalgebra::Matrix3<f64>;
 
+/// A second-order tensor by rows, m\[3i+J\]: the order of the rows and columns of [`Mat9`].
+pub type Row9 = [f64; 9];
+
 /// Fourth-order tensor as a 9×9 array, `a[3 * i + J][3 * k + L]`.
 pub type Mat9 = [[f64; 9]; 9];
 
 /// The zero fourth-order tensor.
 pub const ZERO9: Mat9 = [[0.0; 9]; 9];
+
+/// The entries of a tensor by rows.
+pub fn rows(m: &Mat3) -> Row9 {
+    [m[(0, 0)], m[(0, 1)], m[(0, 2)], m[(1, 0)], m[(1, 1)], m[(1, 2)], m[(2, 0)], m[(2, 1)], m[(2, 2)]]
+}
 
 /// cof F = J F⁻ᵀ, defined for singular F too.
 pub fn cofactor(f: &Mat3) -> Mat3 {
@@ -29,11 +37,6 @@ pub fn det_minus_one(h: &Mat3) -> f64 {
         + h[(0, 0)] * h[(2, 2)]
         - h[(0, 2)] * h[(2, 0)];
     h.trace() + second + h.determinant()
-}
-
-/// ln J for J > 0, accurate near J = 1: ln(1 + x) with x = J − 1 of F = I + H.
-pub fn ln_det(f: &Mat3) -> f64 {
-    det_minus_one(&(f - Mat3::identity())).ln_1p()
 }
 
 /// A unit vector perpendicular to a unit vector.

@@ -3,14 +3,12 @@
 //! A program that owns its process says how many threads it may use ([`use_threads`]), at any time; a library user who says nothing has
 //! one. Results do not depend on the number: what a loop does, and the order of its results, follow from its items alone.
 
-use cpu_time::{ProcessTime, ThreadTime};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Threads in use from now on; 0 where nobody has said anything.
 static WANTED: AtomicUsize = AtomicUsize::new(0);
@@ -29,6 +27,11 @@ pub fn available() -> usize {
 /// Threads in use.
 pub fn count() -> usize {
     WANTED.load(Ordering::Relaxed).max(1)
+}
+
+/// Whether a program has said how many threads it may use, and so owns its process.
+pub(super) fn owns_the_process() -> bool {
+    WANTED.load(Ordering::Relaxed) > 0
 }
 
 /// f of each item, in the order of the items, on as many threads as there are.
@@ -60,41 +63,23 @@ pub fn divide(ends: &[u32], least: usize, most: usize) -> Vec<Range<usize>> {
     (0..parts).map(|part| end(part)..end(part + 1)).collect()
 }
 
+/// The content of a mutex, also where a thread that held it has panicked.
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// None for one thread, and where the system gives no more.
 fn pool(count: usize) -> Option<Arc<ThreadPool>> {
     if count < 2 {
         return None;
     }
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut pools = locked(&POOLS);
     if let Some(pool) = pools.get(&count) {
         return Some(pool.clone());
     }
     let pool = Arc::new(ThreadPoolBuilder::new().num_threads(count).build().ok()?);
     pools.insert(count, pool.clone());
     Some(pool)
-}
-
-/// CPU time of a computation: of all threads where the process computes nothing else, otherwise of the thread that calls.
-#[derive(Clone, Copy, Debug)]
-pub enum CpuClock {
-    Process(ProcessTime),
-    Thread(ThreadTime),
-}
-
-impl CpuClock {
-    pub fn start() -> Self {
-        match WANTED.load(Ordering::Relaxed) {
-            0 => Self::Thread(ThreadTime::now()),
-            _ => Self::Process(ProcessTime::now()),
-        }
-    }
-
-    pub fn elapsed(&self) -> Duration {
-        match self {
-            Self::Process(start) => start.elapsed(),
-            Self::Thread(start) => start.elapsed(),
-        }
-    }
 }
 
 #[cfg(test)]

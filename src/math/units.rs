@@ -1,6 +1,6 @@
 //! Quantities with units, as files give them: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code all is SI.
 
-use std::fmt;
+use crate::wording;
 
 /// Physical dimension of a quantity, as exponents of m, kg, s and rad.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,6 +31,7 @@ impl Dimension {
     pub const DAMPING: Self = dim(0, 1, -1, 0);
     pub const VISCOSITY: Self = dim(-1, 1, -1, 0);
     pub const DENSITY: Self = dim(-3, 1, 0, 0);
+    pub const CURVATURE: Self = dim(-1, 0, 0, 0);
     pub const ACCELERATION: Self = dim(1, 0, -2, 0);
     pub const VELOCITY: Self = dim(1, 0, -1, 0);
     pub const ANGULAR_VELOCITY: Self = dim(0, 0, -1, 1);
@@ -52,10 +53,37 @@ impl Dimension {
             Self::DAMPING => "N s/m",
             Self::VISCOSITY => "Pa s",
             Self::DENSITY => "kg/m^3",
+            Self::CURVATURE => "1/m",
             Self::ACCELERATION => "m/s^2",
             Self::VELOCITY => "mm/s",
             Self::ANGULAR_VELOCITY => "rad/s",
             _ => "SI units",
+        }
+    }
+
+    /// The SI unit of this dimension; `1` of a number without one.
+    pub fn si_unit(self) -> &'static str {
+        match self {
+            Self::NONE => "1",
+            Self::LENGTH => "m",
+            Self::AREA => "m^2",
+            Self::VOLUME => "m^3",
+            Self::TIME => "s",
+            Self::FREQUENCY => "1/s",
+            Self::ANGLE => "rad",
+            Self::FORCE => "N",
+            Self::ENERGY => "J",
+            Self::PRESSURE => "Pa",
+            Self::STIFFNESS => "N/m",
+            Self::COMPLIANCE => "m/N",
+            Self::DAMPING => "N s/m",
+            Self::VISCOSITY => "Pa s",
+            Self::DENSITY => "kg/m^3",
+            Self::CURVATURE => "1/m",
+            Self::ACCELERATION => "m/s^2",
+            Self::VELOCITY => "m/s",
+            Self::ANGULAR_VELOCITY => "rad/s",
+            _ => "SI",
         }
     }
 
@@ -66,56 +94,38 @@ impl Dimension {
 }
 
 /// Reason why a quantity could not be read.
-#[derive(Clone, PartialEq, Debug)]
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum UnitError {
-    NotANumber {
-        text: String,
-    },
-    Missing {
-        text: String,
-        wanted: Dimension,
-    },
-    Unknown {
-        text: String,
-        unit: String,
-    },
-    Wrong {
-        text: String,
-        wanted: Dimension,
-    },
+    #[error("\"{text}\" does not begin with a finite number")]
+    NotANumber { text: String },
+    #[error("{text} has no unit; write for example \"{text} {}\"", .wanted.example())]
+    Missing { text: String, wanted: Dimension },
+    #[error("\"{text}\": {}", unknown(unit))]
+    Unknown { text: String, unit: String },
+    #[error("\"{text}\" has the wrong dimension; a unit such as {} is needed", .wanted.example())]
+    Wrong { text: String, wanted: Dimension },
     /// In SI it is no finite number, or zero where the text is not
-    Range {
-        text: String,
-    },
-    Long {
-        length: usize,
-    },
+    #[error("\"{text}\" is too large or too small for a number in SI units; check the exponent")]
+    Range { text: String },
+    #[error("a quantity of {length} characters; write a number and a unit, at most {} characters", LONGEST)]
+    Long { length: usize },
 }
 
-impl fmt::Display for UnitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotANumber { text } => {
-                write!(f, "\"{text}\" does not begin with a finite number")
-            }
-            Self::Range { text } => {
-                write!(f, "\"{text}\" is too large or too small for a number in SI units; check the exponent")
-            }
-            Self::Long { length } => {
-                write!(f, "a quantity of {length} characters; write a number and a unit, at most {LONGEST} characters")
-            }
-            Self::Missing { text, wanted } => {
-                write!(f, "{text} has no unit; write for example \"{text} {}\"", wanted.example())
-            }
-            Self::Unknown { text, unit } => write!(f, "\"{text}\": unknown unit \"{unit}\""),
-            Self::Wrong { text, wanted } => {
-                write!(f, "\"{text}\" has the wrong dimension; a unit such as {} is needed", wanted.example())
-            }
-        }
+/// Fact and remedy of a unit that is not known.
+fn unknown(unit: &str) -> String {
+    if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
+        return "write a decimal point, not a comma".into();
+    }
+    let known: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
+    let near = match unit.to_lowercase().as_str() {
+        "inch" | "inches" | "\"" => Some("in"),
+        _ => wording::nearest(unit, &known),
+    };
+    match near {
+        Some(near) => format!("unknown unit \"{unit}\"; did you mean {near}?"),
+        None => format!("unknown unit \"{unit}\"; the units are {}", wording::joined(&known)),
     }
 }
-
-impl std::error::Error for UnitError {}
 
 /// Longest text of a quantity \[bytes\].
 const LONGEST: usize = 256;
@@ -295,7 +305,10 @@ mod tests {
         let message = |t, d| parse(t, d).expect_err("must be refused").to_string();
         assert_eq!(message("18", Dimension::PRESSURE), "18 has no unit; write for example \"18 kPa\"");
         assert!(message("18 mm", Dimension::PRESSURE).contains("wrong dimension"));
-        assert!(message("18 kpa", Dimension::PRESSURE).contains("unknown unit \"kpa\""));
+        assert!(message("18 kpa", Dimension::PRESSURE).ends_with("unknown unit \"kpa\"; did you mean kPa?"));
+        assert!(message("1 inch", Dimension::LENGTH).ends_with("did you mean in?"));
+        assert!(message("1 furlong", Dimension::LENGTH).contains("the units are m, cm, mm"));
+        assert!(message("0,1 s", Dimension::TIME).ends_with("write a decimal point, not a comma"));
         assert!(message("soft", Dimension::PRESSURE).contains("finite number"));
         assert!(message("inf Pa", Dimension::PRESSURE).contains("finite number"));
         for text in ["1e308 MPa", "1e-320 mm^3", "1 GPa^99", "1 m^127 m^127 m^-127 m^-127 m^-127 um^127 um^127"] {

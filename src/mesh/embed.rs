@@ -114,7 +114,7 @@ pub(super) fn invert(mesh: &TetMesh, c: usize, at: Vec3) -> Option<[f64; 3]> {
 }
 
 /// Distance \[m\] from a point to the nearest boundary facet, curved ones taken as four flat triangles.
-pub fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
+fn distance_to_surface(mesh: &TetMesh, at: Vec3) -> f64 {
     (nearest_on_surface(mesh, at) - at).norm()
 }
 

@@ -29,6 +29,8 @@ pub struct Enriched {
     pub weights: Vec<Vec<(u32, f64)>>,
     /// The same for a field that is linear between the corners, at the nodes that are corners of the enriched mesh
     pub corner_weights: HashMap<u32, Vec<(u32, f64)>>,
+    /// \[nodes of the enriched mesh\] the two nodes that it lies between, for nodes that are new
+    ends: Vec<Option<[u32; 2]>>,
 }
 
 impl Enriched {
@@ -75,6 +77,11 @@ impl Enriched {
         let facets = (0..mesh.facet_count()).flat_map(|f| builder.facet(f)).collect();
         let parents = (0..mesh.cell_count() as u32).collect();
         builder.finish(Order::Quadratic, cells, facets, parents, [1, 1])
+    }
+
+    /// Nodes of the other mesh and those new ones that lie between two of them, ascending.
+    pub fn with_nodes_between(&self, nodes: &[u32]) -> Vec<u32> {
+        between(&self.ends, nodes, |_, _| true)
     }
 
     /// A field \[components × nodes\] of the other mesh on the enriched one.
@@ -175,25 +182,30 @@ impl<'a> Builder<'a> {
         let region = |region: &Region| Region {
             cells: parts(&region.cells, cell_parts),
             facets: parts(&region.facets, facet_parts),
-            nodes: self.selected(&region.nodes),
+            nodes: self.selected(&region.nodes, (order, &facets), facet_parts),
             depends_on_mesh: region.depends_on_mesh,
         };
         let regions = self.mesh.regions.iter().map(|(name, own)| (name.clone(), region(own))).collect();
         let corner_weights = self.corner_weights(order, &cells);
         let mesh = TetMesh { order, points, cells, facets, regions };
-        Enriched { mesh, parents, weights: self.weights, corner_weights }
+        Enriched { mesh, parents, weights: self.weights, corner_weights, ends: self.ends }
     }
 
-    /// Nodes of a region that is given by nodes: a new one belongs to it if both of its ends do.
-    fn selected(&self, nodes: &[u32]) -> Vec<u32> {
-        let mut is_in = vec![false; self.ends.len()];
-        nodes.iter().for_each(|&node| is_in[node as usize] = true);
-        for (node, ends) in self.ends.iter().enumerate() {
-            if let Some([a, b]) = ends {
-                is_in[node] = is_in[*a as usize] && is_in[*b as usize];
+    /// Nodes of a region that is given by nodes: a new one belongs to it if both of its ends do. An edge through the body from face to face of the
+    /// region does not: its ends are nodes of facets that belong to the region whole, and it lies on none of them.
+    fn selected(&self, nodes: &[u32], (order, facets): (Order, &[u32]), facet_parts: u32) -> Vec<u32> {
+        if nodes.is_empty() {
+            return Vec::new();
+        }
+        let mut is_own = vec![false; self.mesh.points.len()];
+        nodes.iter().for_each(|&node| is_own[node as usize] = true);
+        let (mut is_on_facet, children) = (vec![false; self.ends.len()], order.facet_nodes() * facet_parts as usize);
+        for (f, fine) in facets.chunks_exact(children).enumerate() {
+            if self.mesh.facet(f).iter().all(|&node| is_own[node as usize]) {
+                fine.iter().for_each(|&node| is_on_facet[node as usize] = true);
             }
         }
-        (0..is_in.len() as u32).filter(|node| is_in[*node as usize]).collect()
+        between(&self.ends, nodes, |node, ends| is_on_facet[node] || !ends.iter().all(|&end| is_on_facet[end as usize]))
     }
 
     /// A corner of the enriched mesh is a corner of the other one, or between two of them.
@@ -206,6 +218,18 @@ impl<'a> Builder<'a> {
         };
         corners.map(|node| (*node, weights(node))).collect()
     }
+}
+
+/// These nodes and the new ones between two of them that are `admitted`, ascending.
+fn between(ends: &[Option<[u32; 2]>], nodes: &[u32], admitted: impl Fn(usize, [u32; 2]) -> bool) -> Vec<u32> {
+    let mut is_in = vec![false; ends.len()];
+    nodes.iter().for_each(|&node| is_in[node as usize] = true);
+    for (node, ends) in ends.iter().enumerate() {
+        if let Some(ends) = *ends {
+            is_in[node] = ends.iter().all(|&end| is_in[end as usize]) && admitted(node, ends);
+        }
+    }
+    (0..is_in.len() as u32).filter(|node| is_in[*node as usize]).collect()
 }
 
 fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
@@ -254,6 +278,35 @@ mod tests {
                 assert!(fine.mesh.cell_volume(cell) > 0.0 && inside);
             }
         }
+    }
+
+    /// The surface by its nodes has the new nodes of its facets and no others: edges through the body, from side to side, stay free.
+    #[test]
+    fn a_surface_by_nodes_is_the_one_by_facets() {
+        for order in [Order::Linear, Order::Quadratic] {
+            let mut mesh = block(2, 3, 2, 1.0, 1.2, 0.8, order);
+            let surface = Region { facets: (0..mesh.facet_count() as u32).collect(), ..Region::default() };
+            let nodes = Region { nodes: mesh.nodes_of(&surface), ..Region::default() };
+            mesh.regions.extend([("facets".to_string(), surface), ("nodes".to_string(), nodes)]);
+            let mut enriched = vec![Enriched::by_splitting(&mesh)];
+            enriched.extend((order == Order::Linear).then(|| Enriched::by_raising(&mesh)));
+            for fine in enriched {
+                let of = |name: &str| fine.mesh.nodes_of(&fine.mesh.regions[name]);
+                assert_eq!(of("nodes"), of("facets"), "{order:?}");
+                let all = fine.with_nodes_between(&mesh.regions["nodes"].nodes);
+                assert!(all.len() > of("nodes").len(), "{order:?}: edges go through the body");
+            }
+        }
+    }
+
+    /// The nodes of a line, which are those of no facet, and those between them.
+    #[test]
+    fn lines_of_nodes_stay_whole() {
+        let mut mesh = block(3, 2, 2, 1.0, 0.7, 1.3, Order::Linear);
+        let at_edge = |k: &u32| mesh.points[*k as usize].y == 0.0 && mesh.points[*k as usize].z == 0.0;
+        let nodes = (0..mesh.points.len() as u32).filter(at_edge).collect();
+        mesh.regions.insert("line".into(), Region { nodes, ..Region::default() });
+        assert_eq!(Enriched::by_raising(&mesh).mesh.regions["line"].nodes.len(), 7);
     }
 
     /// ∫ n dA, whose integrand is quadratic.

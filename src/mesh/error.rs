@@ -1,6 +1,7 @@
 //! Defects of a mesh as typed errors: the place, the fact, the remedy.
 
 use crate::math::tensor::Vec3;
+use crate::wording::hint;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -70,16 +71,12 @@ pub enum MeshError {
     SharedFace { file: PathBuf, cell: u64 },
     #[error("{}: region \"body\" holds {count} of {cells} cells; the name is kept for the whole body, rename the group", file.display())]
     PartialBody { file: PathBuf, count: usize, cells: usize },
-    #[error("the mesh has no region {name}{}", suggestion(near))]
-    NoRegion { name: String, near: Option<String> },
+    #[error("the mesh has no region {name}; {}", hint(name, known))]
+    NoRegion { name: String, known: Vec<String> },
 }
 
 /// A position for messages, in millimetres.
 pub(crate) fn point(p: &Vec3) -> String {
     let mm = |x: f64| (x * 1e9).round() / 1e6 + 0.0;
     format!("({}, {}, {}) mm", mm(p.x), mm(p.y), mm(p.z))
-}
-
-fn suggestion(near: &Option<String>) -> String {
-    near.as_ref().map_or_else(String::new, |n| format!("; did you mean {n}?"))
 }

@@ -83,6 +83,20 @@ impl TetMesh {
         edges().map(|(i, j)| (self.points[j] - self.points[i]).norm()).sum::<f64>() / edges().count() as f64
     }
 
+    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\], between corners. Axes that are not `counted` are left out of
+    /// both.
+    pub fn mean_extents(&self, counted: [bool; 3]) -> [f64; 4] {
+        let mut sums = [0.0; 4];
+        for c in 0..self.cell_count() {
+            let corner = |k: usize| self.points[self.cell(c)[k] as usize];
+            let corners = [0, 1, 2, 3].map(|k| Vec3::from_fn(|d, _| if counted[d] { corner(k)[d] } else { 0.0 }));
+            let (low, high) = bounds(corners.iter().copied());
+            (0..3).for_each(|d| sums[d] += high[d] - low[d]);
+            sums[3] += CELL_EDGES.iter().map(|[i, j]| (corners[*j] - corners[*i]).norm()).fold(0.0, f64::max);
+        }
+        sums.map(|sum| sum / self.cell_count() as f64)
+    }
+
     /// Smallest and largest coordinates of the nodes \[m\].
     pub fn bounding_box(&self) -> (Vec3, Vec3) {
         bounds(self.points.iter().copied())

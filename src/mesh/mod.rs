@@ -28,6 +28,7 @@ mod msh_elements;
 mod order;
 pub mod overlap;
 pub mod parts;
+pub mod pieces;
 pub mod polyline;
 pub mod quadrature;
 pub mod quality;

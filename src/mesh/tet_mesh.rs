@@ -11,7 +11,7 @@ pub struct Region {
     pub facets: Vec<u32>,
     /// Nodes named by themselves (selectors); the nodes of `cells` and `facets` are not repeated here.
     pub nodes: Vec<u32>,
-    /// The selector that made it depends on the mesh (box, sphere): an O(h) boundary condition.
+    /// The border of the selector that made it runs through cells: an O(h) boundary condition.
     pub depends_on_mesh: bool,
 }
 
@@ -65,11 +65,9 @@ impl TetMesh {
         nodes
     }
 
-    /// The region `name`, or an error with the nearest name there is.
+    /// The region `name`, or an error with the names that there are.
     pub fn region(&self, name: &str) -> Result<&Region, MeshError> {
-        let distance = |other: &&String| strsim::damerau_levenshtein(name, other);
-        let near =
-            || self.regions.keys().min_by_key(distance).filter(|n| distance(n) <= 2.max(name.len() / 3)).cloned();
-        self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), near: near() })
+        let known = || self.regions.keys().cloned().collect();
+        self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), known: known() })
     }
 }

@@ -1,7 +1,7 @@
 //! A quantity over time, measured or simulated.
 
 use super::error::MotionError;
-use super::track::median;
+use crate::math::statistics::median;
 
 /// Values over ascending times.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::curve::Curve;
 use super::error::MotionError;
 use super::plateau::Plateau;
 use crate::calibrate::Bounded;
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 
 /// A curve with its states.
 #[derive(Clone, Debug)]

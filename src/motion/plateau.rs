@@ -7,7 +7,7 @@ use super::curve::Curve;
 use super::error::MotionError;
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors::{self, ErrorModel};
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;

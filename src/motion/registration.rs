@@ -8,7 +8,7 @@
 //! = Σ w|e|²/(3n − 6). Limits: linear in ω; errors of both sets count as one.
 
 use super::error::MotionError;
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 use crate::math::svd::svd;
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::{DMatrix, SMatrix};

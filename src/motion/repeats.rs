@@ -2,7 +2,7 @@
 
 use super::error::MotionError;
 use crate::calibrate::Bounded;
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::{extent, t_quantile};
 
 /// Mean of some repeats with its uncertainty.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +28,7 @@ pub fn pooled(values: &[f64]) -> Result<Pooled, MotionError> {
         return Err(MotionError::NotFinite { what: format!("one of {n} repeats (or there is none)") });
     }
     let mean = values.iter().sum::<f64>() / n as f64;
-    let [low, high] = crate::calibrate::judgement::statistics::extent(values.iter().copied());
+    let [low, high] = extent(values.iter().copied());
     let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
     let deviation = (n > 1).then(|| (squares / (n - 1) as f64).sqrt());
     let uncertainty = deviation.map(|s| s / (n as f64).sqrt());

@@ -14,7 +14,7 @@ use super::ring_down_start as start;
 pub use super::vibration::{Creep, RingDown};
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;

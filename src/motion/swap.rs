@@ -5,7 +5,8 @@
 //! three or more, exchanged names restore the distances between the markers.
 
 use super::error::{MotionError, Swap};
-use super::track::{Track, median};
+use super::track::Track;
+use crate::math::statistics::median;
 
 /// Part of Σ|step|² that exchanged names may leave \[–\]
 const PART: f64 = 0.1;

@@ -38,14 +38,3 @@ pub(super) fn twice<'a>(mut names: impl Iterator<Item = &'a String>) -> Option<&
     let mut known = HashSet::new();
     names.find(|name| !known.insert(*name))
 }
-
-/// Median; not a number of nothing.
-pub(super) fn median(values: &[f64]) -> f64 {
-    let mut sorted: Vec<f64> = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    match sorted.len() {
-        0 => f64::NAN,
-        n if n % 2 == 1 => sorted[n / 2],
-        n => 0.5 * (sorted[n / 2 - 1] + sorted[n / 2]),
-    }
-}

@@ -1,9 +1,10 @@
 //! Tracks of markers over time, as read from a file, in SI units.
 
 use super::error::MotionError;
-use super::track::{Raw, ReadOptions, Track, median};
+use super::track::{Raw, ReadOptions, Track};
 use super::{c3d, table, trc};
 use crate::calibrate::intake::names;
+use crate::math::statistics::median;
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};

@@ -7,6 +7,7 @@ use super::registration::Registration;
 use super::release::{Release, ReleaseRule};
 use super::ring_down::RingDown;
 use crate::math::tensor::Vec3;
+use crate::scene::column;
 
 fn window([from, to]: [f64; 2]) -> String {
     format!("{from:.4} s to {to:.4} s")
@@ -16,14 +17,23 @@ fn millimetres(v: Vec3) -> String {
     format!("({:.3}, {:.3}, {:.3}) mm", 1e3 * v.x, 1e3 * v.y, 1e3 * v.z)
 }
 
+/// A value of a curve with its unit, lengths in mm.
+fn amount(x: f64, curve: &str) -> String {
+    match column::words(curve).1 {
+        "m" => format!("{:.4} mm", 1e3 * x),
+        unit => format!("{x:.4e} {unit}").trim_end().into(),
+    }
+}
+
 /// The line on how the states are found.
 pub fn states(guide: &Curve, rule: &PlateauRule) -> String {
     let tolerance = rule.tolerance_of(guide);
     format!(
-        "states are found in {}, which moves most: range {:.4e}, noise {:.2e}, tolerance ±{tolerance:.2e}, at least {} s",
+        "states are found in {}, which moves most: range {}, noise {}, tolerance ±{}, at least {} s",
         guide.name,
-        guide.range(),
-        guide.noise(),
+        amount(guide.range(), &guide.name),
+        amount(guide.noise(), &guide.name),
+        amount(tolerance, &guide.name),
         rule.least_s
     )
 }
@@ -38,9 +48,16 @@ pub fn windows(held: Option<[f64; 2]>, last: Option<[f64; 2]>) -> Vec<String> {
 
 /// The line on the release.
 pub fn release(guide: &str, found: &Release, rule: &ReleaseRule) -> String {
+    let rule = match (rule.factor, rule.threshold) {
+        (0.0, _) => "as given".into(),
+        (factor, 0.0) => format!("{factor} standard deviations"),
+        (factor, least) => format!("{factor} standard deviations, at least {}", amount(least, guide)),
+    };
     format!(
-        "release between {:.4} s and {:.4} s: the last row before {guide} leaves the held state by more than {:.3e} ({} deviations, at least {:.3e}) for three rows",
-        found.time_s, found.next_s, found.limit, rule.factor, rule.threshold
+        "release between {:.4} s and {:.4} s: the last row before {guide} leaves the held state by more than {} ({rule}) for three rows",
+        found.time_s,
+        found.next_s,
+        amount(found.limit, guide)
     )
 }
 
@@ -80,19 +97,19 @@ pub fn body(names: &[String], at: Vec3, poses: &[Pose]) -> Vec<String> {
 pub fn ring_down(name: &str, r: &RingDown) -> Vec<String> {
     vec![
         format!(
-            "ring-down of {name} in {} with {}: {} rows, residual {:.3e} (rms), neighbours correlated by {:.2}",
+            "ring-down of {name} in {} with {}: {} rows, residual {} (rms), neighbours correlated by {:.2}",
             window(r.window_s),
             r.kind.words(),
             r.rows,
-            r.rms,
+            amount(r.rms, name),
             r.correlation
         ),
         format!(
-            "frequency {}, decay {}, amplitude at the release {:.4e} ± {:.1e}",
+            "frequency {}, decay {}, amplitude at the release {} ± {}",
             r.frequency_hz.words("Hz"),
             r.decay_per_s.words("1/s"),
-            r.amplitude.value,
-            r.amplitude.half_width()
+            amount(r.amplitude.value, name),
+            amount(r.amplitude.half_width(), name)
         ),
     ]
 }

@@ -30,7 +30,7 @@ pub struct Basis {
     pub supremisers: usize,
     /// Singular values of the displacements of the states, descending, as shares of the first
     pub singular_values: Vec<f64>,
-    /// The same of the pressures
+    /// Singular values of the pressures of the states, descending, as shares of the first
     pub pressure_values: Vec<f64>,
 }
 

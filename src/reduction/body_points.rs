@@ -1,11 +1,12 @@
 //! The points of the elastic effects of a scene, at which fields and forces are taken.
 
 use super::error::ReductionError;
+use super::parted_law::parted;
 use super::rate_points::StoredRates;
 use crate::effect::{Constitution, cofactor_by_rows};
 use crate::material::volumetric::Volumetric;
 use crate::material::{Law, LawCard, Want};
-use crate::math::tensor::{Mat3, det_minus_one};
+use crate::math::tensor::{Mat3, det_minus_one, rows};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 
@@ -43,9 +44,7 @@ impl<'a> Part<'a> {
         rates: Vec<StoredRates>,
         of_blocks: Vec<usize>,
     ) -> Result<Self, ReductionError> {
-        let whole = constitution.law.build()?;
-        let split = constitution.pressure.and_then(|_| whole.split());
-        let (law, volumetric) = split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)));
+        let (law, volumetric) = parted(constitution.law.build()?, constitution.pressure.is_some());
         Ok(Self { constitution, law, volumetric, rates, of_blocks })
     }
 
@@ -98,8 +97,7 @@ impl<'a> BodyPoints<'a> {
     pub fn gradients(&self, field: &[f64]) -> Vec<[f64; 9]> {
         let at = |at: Place| {
             let f = self.parts[at.part].constitution.points.deformation_gradient(field, at.block, at.point);
-            let gradient = f - Mat3::identity();
-            std::array::from_fn(|n| gradient[(n / 3, n % 3)])
+            rows(&(f - Mat3::identity()))
         };
         self.places().map(at).collect()
     }
@@ -127,7 +125,7 @@ impl<'a> BodyPoints<'a> {
         (0..self.parts.len()).map(|part| self.compliance_of(part, a, b)).sum()
     }
 
-    /// The same with the compliance of one part.
+    /// aᵀ C b of two pressure fields \[unknowns\], with the compliance C of one part.
     pub fn compliance_of(&self, part: usize, a: &[f64], b: &[f64]) -> f64 {
         let of_part = |part: &Part| {
             let Constitution { blocks, pressure, .. } = &part.constitution;
@@ -143,7 +141,7 @@ impl<'a> BodyPoints<'a> {
         of_part(&self.parts[part])
     }
 
-    /// The same points with other laws, each for the part of its index.
+    /// These points with other laws, each for the part of its index.
     pub fn with_laws(&self, cards: &[(usize, LawCard)]) -> Result<Self, ReductionError> {
         let part = |(k, of): (usize, &Part<'a>)| {
             let law = cards.iter().find(|(part, _)| *part == k).map_or(&of.constitution.law, |(_, card)| card);
@@ -173,11 +171,10 @@ impl<'a> BodyPoints<'a> {
         let h = Mat3::from_row_slice(gradient);
         let f = h + Mat3::identity();
         let response = law.eval(&f, Want::Residual).map_err(undefined)?;
-        let mut p: [f64; 9] = std::array::from_fn(|n| response.p[(n / 3, n % 3)]);
+        let mut p = rows(&response.p);
         let Some(volumetric) = volumetric else { return Ok((p, 0.0)) };
         let (g, dg, _) = volumetric.gap(det_minus_one(&h)).map_err(undefined)?;
-        let by_rows = std::array::from_fn(|n| f[(n / 3, n % 3)]);
-        p.iter_mut().zip(cofactor_by_rows(&by_rows)).for_each(|(p, cof): (&mut f64, f64)| *p += pressure * dg * cof);
+        p.iter_mut().zip(cofactor_by_rows(&rows(&f))).for_each(|(p, cof): (&mut f64, f64)| *p += pressure * dg * cof);
         Ok((p, g))
     }
 }

@@ -36,7 +36,7 @@ pub struct Fallback {
 }
 
 /// Whether every bar of the present equilibrium is within the tolerance, and the inputs are in their ranges.
-pub fn is_trusted(twin: &Twin, tolerance: f64) -> bool {
+fn is_trusted(twin: &Twin, tolerance: f64) -> bool {
     let sizes = &twin.model().largest;
     twin.in_range() && twin.bars().iter().zip(sizes).all(|(bar, size)| *bar <= tolerance * size)
 }

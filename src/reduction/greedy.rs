@@ -26,7 +26,7 @@ pub struct Choice {
     /// Largest estimated error of a quantity at a candidate, as a share of its largest value in the training states; infinite where the model has no
     /// equilibrium there, or no estimate
     pub largest: f64,
-    /// The same in the median of the candidates
+    /// Estimated error in the median of the candidates, as such a share
     pub median: f64,
     /// Indices of the candidates, the one of the largest error first
     pub chosen: Vec<usize>,

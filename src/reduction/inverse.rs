@@ -31,8 +31,14 @@ pub struct Reached {
 
 /// Iterations at most.
 const ITERATIONS: usize = 40;
-/// Damping at the start, its factors after a better and a worse step, and the largest one.
-const DAMPING: (f64, f64, f64, f64) = (1e-3, 0.2, 5.0, 1e8);
+/// Damping at the start.
+const DAMPING_FIRST: f64 = 1e-3;
+/// Factor of the damping after a better step.
+const DAMPING_BETTER: f64 = 0.2;
+/// Factor of the damping after a worse step.
+const DAMPING_WORSE: f64 = 5.0;
+/// Damping at which a search gives up.
+const DAMPING_MOST: f64 = 1e8;
 
 /// Shares of the ranges from which the search begins again.
 const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
@@ -84,7 +90,7 @@ fn search(
     let left = |twin: &Twin| {
         DVector::from_fn(m, |k, _| (targets[k].value - twin.values()[targets[k].quantity]) / targets[k].tolerance)
     };
-    let mut damping = DAMPING.0;
+    let mut damping = DAMPING_FIRST;
     let mut rest = left(twin);
     let mut sensitivities = vec![0.0; twin.values().len() * n];
     for iteration in 0..ITERATIONS {
@@ -106,7 +112,7 @@ fn search(
         let normal = jacobian.transpose() * &jacobian;
         let size = normal.diagonal().amax();
         let mut better = false;
-        while !better && damping < DAMPING.3 {
+        while !better && damping < DAMPING_MOST {
             let mut matrix = normal.clone();
             for k in 0..n {
                 matrix[(k, k)] += damping * size.max(f64::MIN_POSITIVE);
@@ -128,7 +134,7 @@ fn search(
                     (inputs, rest) = (trial, next);
                 }
             }
-            damping *= if better { DAMPING.1 } else { DAMPING.2 };
+            damping *= if better { DAMPING_BETTER } else { DAMPING_WORSE };
         }
         if !better {
             break;

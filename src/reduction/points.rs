@@ -4,6 +4,8 @@
 //! symmetric Hessian that are summed here: energy-conserving sampling and weighting (Farhat, Avery, Chapman & Cortial, *Int. J. Numer. Meth.
 //! Eng.* 98, 2014; Farhat, Chapman & Avery, 102, 2015), taken at quadrature points instead of cells (An, Kim & James, *ACM Trans. Graph.* 27, 2008).
 
+use super::lanes::contract;
+use super::parted_law::parted;
 use super::rate_points::{RatePoints, StoredRates};
 use crate::effect::{AddPressure, cofactor_by_rows};
 use crate::material::{LaneResponse, Law, LawCard, LawError, LawSpecError, Volumetric, Want};
@@ -25,7 +27,7 @@ pub struct StoredPoints {
     pub gradients: Vec<f64>,
     /// \[points × pressure modes\] p_c \[Pa\]
     pub pressures: Vec<f64>,
-    /// \[points × tests × 9\] and \[points × tests\]: the same of the fields along which forces are taken in an error estimate
+    /// \[points × tests × 9\] and \[points × tests\]: gradients and pressures of the fields along which forces are taken in an error estimate
     pub test_gradients: Vec<f64>,
     pub test_pressures: Vec<f64>,
 }
@@ -129,12 +131,6 @@ fn in_lanes(values: &[f64], points: usize, each: usize) -> Vec<Lanes> {
     out
 }
 
-/// The law that acts at the points, and its volumetric part where a pressure field takes that over.
-fn parted(whole: Box<dyn Law>, has_pressure: bool) -> (Box<dyn Law>, Option<Volumetric>) {
-    let split = has_pressure.then(|| whole.split()).flatten();
-    split.map_or((whole, None), |(rest, volumetric)| (rest, Some(volumetric)))
-}
-
 fn tensors(lanes: Vec<Lanes>) -> Vec<[Lanes; 9]> {
     lanes.chunks_exact(9).map(|c| std::array::from_fn(|n| c[n])).collect()
 }
@@ -158,7 +154,7 @@ impl Points {
         })
     }
 
-    /// The same points in a model that moves in steps of `dt` \[s\], with the forces by rates that a file holds.
+    /// These points in a model that moves in steps of `dt` \[s\], with the forces by rates that a file holds.
     #[must_use]
     pub fn moving(mut self, of: &StoredRates, dt: f64) -> Self {
         if !of.is_none() {
@@ -314,15 +310,6 @@ impl Default for Place {
     fn default() -> Self {
         Self { weight: Lanes::ZERO, gap: Lanes::ZERO, cofactor: [Lanes::ZERO; 9] }
     }
-}
-
-#[inline(always)]
-fn contract(a: &[Lanes; 9], b: &[Lanes; 9]) -> Lanes {
-    let mut sum = a[0] * b[0];
-    for n in 1..9 {
-        sum += a[n] * b[n];
-    }
-    sum
 }
 
 /// Σ_i q_i ∂v_i/∂X

@@ -7,6 +7,7 @@
 //!
 //! with m = J^{−2/3}, q = H:C, G = F⁻ᵀ. Both are gradients of potentials of F over a step, so that the tangent of the sum is symmetric.
 
+use super::lanes::contract;
 use crate::effect::{cofactor_by_rows, viscous_stress};
 use crate::material::{LaneResponse, Law, LawError, Prony, Want};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
@@ -162,15 +163,6 @@ fn powers(f: &[Lanes; 9]) -> (Lanes, Lanes) {
     let cof = cofactor_by_rows(f);
     let j = f[0] * cof[0] + f[1] * cof[1] + f[2] * cof[2];
     (Lanes(j.0.map(f64::recip)), Lanes(j.0.map(|j| j.powf(-2.0 / 3.0))))
-}
-
-#[inline(always)]
-fn contract(a: &[Lanes; 9], b: &[Lanes; 9]) -> Lanes {
-    let mut sum = a[0] * b[0];
-    for n in 1..9 {
-        sum += a[n] * b[n];
-    }
-    sum
 }
 
 /// P += c P′, A += c A′

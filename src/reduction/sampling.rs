@@ -46,7 +46,7 @@ pub fn select(
     select_for(points, fields, basis, (forces, amplitudes), tolerance)
 }
 
-/// The same for forces at all points.
+/// Few points that reproduce the forces along the modes, from these forces at all points.
 pub fn select_for(
     points: &BodyPoints,
     fields: &FieldsAtPoints,

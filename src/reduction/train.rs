@@ -41,7 +41,7 @@ impl<'a> Training<'a> {
         Self::with_constants(scene, None, states, names)
     }
 
-    /// The same where constants of laws are inputs too, after the signals.
+    /// Like [`Training::new`], where constants of laws are inputs too, after the signals.
     ///
     /// # Errors
     ///
@@ -94,7 +94,7 @@ impl<'a> Training<'a> {
         Ok(model)
     }
 
-    /// The same with bars that are the absolute values of the estimates, which nothing was held back for: what is to be known where the error is large.
+    /// Like [`Training::model`], with bars that are the absolute values of the estimates, which nothing was held back for: what is to be known where the error is large.
     ///
     /// # Errors
     ///

@@ -33,8 +33,10 @@ pub struct TransientTraining<'a> {
 
 /// States that the modes are made of, at most.
 const SNAPSHOTS: usize = 240;
-/// Rows of the equations of the weights, at most, and fewest states that they are of.
-const ROWS: (usize, usize) = (1200, 30);
+/// Rows of the equations of the weights, at most.
+const MOST_ROWS: usize = 1200;
+/// Fewest states that the rows are of.
+const FEWEST_STATES: usize = 30;
 /// Modes of the enriched model for each of the model.
 const ENRICHED: usize = 2;
 /// Share of the tolerance of the model's points that is that of the enriched model's.
@@ -188,7 +190,7 @@ impl<'a> TransientTraining<'a> {
             parts.push((Points::new(&of, sizes)?.moving(&of.rates, *dt), own, Sums::new(sizes)));
         }
         let states: usize = runs.iter().map(Vec::len).sum();
-        let each = states.div_ceil((ROWS.0 / modes).max(ROWS.1)).max(1);
+        let each = states.div_ceil((MOST_ROWS / modes).max(FEWEST_STATES)).max(1);
         let undefined = |e: crate::material::LawError| ReductionError::Law(e.to_string());
         let (mut out, mut number) = (vec![], 0);
         for run in *runs {
@@ -279,7 +281,7 @@ fn constant_matrix(scene: &Scene, modes: &[Vec<f64>], kinetic: bool) -> Result<V
 }
 
 /// Error and estimate of each quantity at a state.
-pub type StateErrors = Vec<(f64, f64)>;
+type StateErrors = Vec<(f64, f64)>;
 
 /// Errors of the model in whole runs that it was not trained on, and their estimates: \[runs\]\[steps × quantities\].
 pub fn errors_in_time(model: &ReducedModel, runs: &[Vec<FullState>]) -> Result<Vec<Vec<StateErrors>>, ReductionError> {

@@ -9,8 +9,9 @@ const EYES: [[f64; 3]; 2] = [[0.55, -1.0, 0.45], [-0.55, 1.0, -0.45]];
 const PLAIN: RGB = RGB(0xdd, 0xe3, 0xe9);
 /// Height of each view \[mm\].
 const TALL: f64 = 78.0;
-/// Marks of nodes are thinned out to about as many.
+/// Marks of nodes are thinned out to about as many; those of held nodes leave the colour below them to be seen.
 const MARKED: usize = 400;
+const MARKED_HELD: usize = 100;
 
 /// Content of the picture; positions \[m\].
 pub struct BodyPicture {
@@ -38,7 +39,8 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
         color: &|t| colors[t],
         edge: Some((RGB(0x66, 0x70, 0x7c), 1.0)),
         outline: Some((RGB(0x22, 0x2a, 0x33), 5.0)),
-        shade: 0.6,
+        // Little, so that a region has the colour of the legend
+        shade: 0.25,
     };
     let under: String =
         views.iter().map(|(view, fit)| surface(&body.points, &body.triangles, view, fit, &look)).collect();
@@ -49,9 +51,9 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
             let at = |p: &[f64; 3]| fit.at(view.project(*p));
             for (k, (_, nodes)) in body.nodes.iter().enumerate() {
                 let color = color(body.regions.len() + k);
-                thinned(nodes).for_each(|p| mark(area, Mark::Circle, at(p), 12, color));
+                thinned(nodes, MARKED).for_each(|p| mark(area, Mark::Circle, at(p), 12, color));
             }
-            thinned(&body.held).for_each(|p| mark(area, Mark::Cross, at(p), 14, INK));
+            thinned(&body.held, MARKED_HELD).for_each(|p| mark(area, Mark::Cross, at(p), 11, INK));
             for (k, (_, points)) in body.cables.iter().enumerate() {
                 let path: Vec<(i32, i32)> = points.iter().map(at).collect();
                 let color = color(body.regions.len() + body.nodes.len() + k);
@@ -81,8 +83,8 @@ fn fitted(body: &BodyPicture, k: usize) -> (View, Fit) {
     (view, Fit::new(extent(all.map(|p| view.project(*p))), to))
 }
 
-fn thinned(points: &[[f64; 3]]) -> impl Iterator<Item = &[f64; 3]> {
-    points.iter().step_by(points.len().div_ceil(MARKED).max(1))
+fn thinned(points: &[[f64; 3]], most: usize) -> impl Iterator<Item = &[f64; 3]> {
+    points.iter().step_by(points.len().div_ceil(most).max(1))
 }
 
 fn entries(body: &BodyPicture) -> Vec<(Sample, String)> {

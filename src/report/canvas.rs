@@ -14,6 +14,7 @@ const PER_MM: f64 = 720.0 / 25.4;
 pub const LABEL: i32 = 80;
 pub const SMALL: i32 = 70;
 
+pub const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
 pub const PALE: RGBColor = RGBColor(0xe4, 0xe4, 0xe4);

@@ -1,32 +1,60 @@
 //! Why a report could not be made, with the file and the remedy.
 
-use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-#[derive(Debug)]
+/// Why a report could not be made.
+#[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// Neither `study.json` nor `fit.json` here
+    #[error(
+        "{} does not exist; give the folder that `durometer run STUDY` or `durometer fit CSV` has written, or the record of a run such as \
+         reports/simulate/scene.json",
+        .path.display()
+    )]
     NotAStudy { path: PathBuf },
+    /// No `summary.json` here; the results of other commands are not compared
+    #[error("{} does not exist; give the folder that `durometer run STUDY` has written", .path.display())]
+    NoSummary { path: PathBuf },
     /// The file is there but cannot be opened
+    #[error("cannot read {}: {source}", .path.display())]
     Unreadable { path: PathBuf, source: io::Error },
     /// JSON that is not what it should be, with line and column
+    #[error(
+        "{} is not a valid record: {source}; delete it and run the study again, the other cases are kept",
+        .path.display()
+    )]
     Malformed { path: PathBuf, source: serde_json::Error },
     /// A record in the form of another build, which is named
+    #[error(
+        "{}: {wrote} has written it in a form that this build does not read: {source}; run the study again to compute its cases \
+         anew, or draw its report with that build",
+        .path.display()
+    )]
     OtherBuild { path: PathBuf, wrote: String, source: serde_json::Error },
     /// Files of a later version
+    #[error(
+        "{}: a newer version of this program has written it (schema {found}, known are those up to {known}); use that version",
+        .path.display()
+    )]
     Newer { path: PathBuf, found: u32, known: u32 },
     /// A time series that is no table of numbers
+    #[error("{}, line {line}: {what}; delete the file and its .json and run the study again", .path.display())]
     BadSeries { path: PathBuf, line: usize, what: String },
     /// `kind` of another study
+    #[error("{}: kind \"{kind}\" has no report; known: {known}", .path.display())]
     Kind { path: PathBuf, kind: String, known: String },
     /// Not one case has a result
+    #[error("{} holds no finished case; run the study first", .path.display())]
     NoCases { path: PathBuf },
     /// Cases have results, but of none the files that were stored; in sentences
+    #[error("no case has a sound result: {}", .facts.join(" "))]
     NoSoundCase { facts: Vec<String> },
     /// Folder or file that cannot be written, a full disk included
+    #[error("cannot write {}: {}", .path.display(), unwritable(.source))]
     Unwritable { path: PathBuf, source: io::Error },
     /// A drawing that the PNG or PDF writer refused
+    #[error("figure {name} could not be drawn: {what}")]
     Figure { name: String, what: String },
 }
 
@@ -38,67 +66,11 @@ impl ReportError {
     }
 }
 
-impl fmt::Display for ReportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NotAStudy { path } => {
-                write!(
-                    f,
-                    "{} does not exist; give the folder that `durometer run STUDY` or `durometer fit CSV` has written",
-                    path.display()
-                )
-            }
-            Self::Newer { path, found, known } => write!(
-                f,
-                "{}: a newer version of this program has written it (schema {found}, known are those up to {known}); use that version",
-                path.display()
-            ),
-            Self::Unreadable { path, source } => write!(f, "cannot read {}: {source}", path.display()),
-            Self::Malformed { path, source } => write!(
-                f,
-                "{} is not a valid record: {source}; delete it and run the study again, the other cases are kept",
-                path.display()
-            ),
-            Self::OtherBuild { path, wrote, source } => write!(
-                f,
-                "{}: {wrote} has written it in a form that this build does not read: {source}; run the study again to compute its cases \
-                 anew, or draw its report with that build",
-                path.display()
-            ),
-            Self::BadSeries { path, line, what } => write!(
-                f,
-                "{}, line {line}: {what}; delete the file and its .json and run the study again",
-                path.display()
-            ),
-            Self::Kind { path, kind, known } => {
-                write!(f, "{}: kind \"{kind}\" has no report; known: {known}", path.display())
-            }
-            Self::NoCases { path } => {
-                write!(f, "{} holds no finished case; run the study first", path.display())
-            }
-            Self::NoSoundCase { facts } => write!(f, "no case has a sound result: {}", facts.join(" ")),
-            Self::Unwritable { path, source } if source.kind() == io::ErrorKind::StorageFull => {
-                write!(
-                    f,
-                    "cannot write {}: the disk is full; free some space and give the command again",
-                    path.display()
-                )
-            }
-            Self::Unwritable { path, source } => {
-                write!(f, "cannot write {}: {source}; check that the folder exists and is writable", path.display())
-            }
-            Self::Figure { name, what } => write!(f, "figure {name} could not be drawn: {what}"),
-        }
-    }
-}
-
-impl std::error::Error for ReportError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Unreadable { source, .. } | Self::Unwritable { source, .. } => Some(source),
-            Self::Malformed { source, .. } | Self::OtherBuild { source, .. } => Some(source),
-            _ => None,
-        }
+/// Why a file cannot be written, with the remedy.
+fn unwritable(source: &io::Error) -> String {
+    match source.kind() {
+        io::ErrorKind::StorageFull => "the disk is full; free some space and give the command again".into(),
+        _ => format!("{source}; check that the folder exists and is writable"),
     }
 }
 

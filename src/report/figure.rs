@@ -37,6 +37,8 @@ pub enum Sample {
     Mark(Mark, RGB),
     Hollow(Mark, RGB),
     Block(RGB),
+    /// None: the words go on with those of the entry above
+    Nothing,
 }
 
 /// A legend downwards from a point, outside of the data.
@@ -48,6 +50,7 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
             Sample::Dashed(c) => crate::report::canvas::dashed(area, &[a, b], *c, 12, 28.0),
             Sample::Mark(m, c) => mark(area, *m, (x + mm(2.5), y), 26, *c),
             Sample::Hollow(m, c) => crate::report::canvas::hollow(area, *m, (x + mm(2.5), y), 24, *c),
+            Sample::Nothing => {}
             Sample::Block(c) => crate::report::canvas::block(area, (x, y - mm(1.1)), (x + mm(5.0), y + mm(1.1)), *c),
         }
         text(area, words, (x + mm(6.5), y), At::Left, SMALL, INK);

@@ -13,7 +13,7 @@ pub fn percent(x: f64) -> String {
 }
 
 /// A share in per cent for a table: three significant digits, two decimals at most.
-pub fn per_cent(share: f64) -> String {
+pub fn percent_cell(share: f64) -> String {
     let v = 100.0 * share;
     let decimals = if v.abs() >= 99.95 {
         0
@@ -33,6 +33,12 @@ pub fn significant(x: f64, digits: i32) -> String {
     let last = x.abs().log10().floor() as i32 - digits + 1;
     let unit = 10f64.powi(last);
     format!("{:.*}", (-last).max(0) as usize, (x / unit).round() * unit)
+}
+
+/// Five digits, whatever the size.
+pub fn five_digits(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e6).contains(&size) { format!("{value:.5}") } else { format!("{value:.4e}") }
 }
 
 /// A number that is printed as zero has no sign: `-0.00` is `0.00`.
@@ -87,8 +93,8 @@ mod tests {
 
     #[test]
     fn numbers_have_the_digits_that_their_interval_carries() {
-        assert_eq!([2.0566, 0.98765, 0.0404, 0.0058].map(per_cent), ["206", "98.8", "4.04", "0.58"]);
-        assert_eq!([9.9949e-2, 9.9951e-2, 0.99951].map(per_cent), ["9.99", "10.0", "100"]);
+        assert_eq!([2.0566, 0.98765, 0.0404, 0.0058].map(percent_cell), ["206", "98.8", "4.04", "0.58"]);
+        assert_eq!([9.9949e-2, 9.9951e-2, 0.99951].map(percent_cell), ["9.99", "10.0", "100"]);
         assert_eq!([1303.0, 386.0, 0.01234, 99.6].map(|x| significant(x, 2)), ["1300", "390", "0.012", "100"]);
         assert_eq!(
             ["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero),

@@ -38,7 +38,7 @@ pub fn drawing(f: &Figure, number: usize) -> String {
 
 /// A bulleted list of plain texts.
 pub fn list(items: impl Iterator<Item = String>) -> String {
-    items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", escape(&item))) + "</ul>\n"
+    items.fold(String::from("<ul>\n"), |h, item| h + &format!("<li>{}</li>\n", prose(&item))) + "</ul>\n"
 }
 
 /// On the page a figure takes the part of the width that it takes of the width of its style.
@@ -47,6 +47,31 @@ fn sized(svg: &str) -> String {
     svg.replacen("<svg ", &format!("<svg style=\"width:{:.0}%\" ", 100.0 * mm / style::current().width_mm), 1)
 }
 
+/// A text in which names between backticks are set as code; a single backtick stays.
+pub fn prose(s: &str) -> String {
+    let mut parts = s.split('`');
+    let mut h = escape(parts.next().unwrap_or_default());
+    while let Some(code) = parts.next() {
+        match parts.next() {
+            Some(next) => h += &format!("<code>{}</code>{}", escape(code), escape(next)),
+            None => h += &format!("`{}", escape(code)),
+        }
+    }
+    h
+}
+
 pub fn escape(s: &str) -> String {
     s.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_between_backticks_are_code() {
+        assert_eq!(prose("add `<a>` & `b`, then"), "add <code>&lt;a&gt;</code> &amp; <code>b</code>, then");
+        assert_eq!(prose("5` and <b>"), "5` and &lt;b&gt;");
+        assert_eq!(prose(""), "");
+    }
 }

@@ -83,11 +83,15 @@ impl Axis {
             &[1.0, 2.0, 3.0, 5.0]
         };
         let mut out = vec![];
+        // One form for all numbers below 1
+        let is_shown = |v: f64| v >= self.lo * 0.9999 && v <= self.hi * 1.0001;
+        let exponents = named.iter().any(|m| is_shown(1e-5 * m));
         for e in self.lo.log10().floor() as i32..=self.hi.log10().ceil() as i32 {
             for m in 1..10 {
                 let v = f64::from(m) * 10f64.powi(e);
-                if v >= self.lo * 0.9999 && v <= self.hi * 1.0001 {
-                    let name = named.contains(&f64::from(m)).then(|| number(v, e));
+                if is_shown(v) {
+                    let form = if exponents && e < 0 { exponent } else { number };
+                    let name = named.contains(&f64::from(m)).then(|| form(v, e));
                     out.push((v, name.unwrap_or_default()));
                 }
             }
@@ -129,6 +133,11 @@ fn number(v: f64, last: i32) -> String {
         format!("{v:.decimals$}")
     };
     text.replace('-', "−")
+}
+
+/// `3e−2`
+fn exponent(v: f64, e: i32) -> String {
+    format!("{:.0}e{e}", v / 10f64.powi(e)).replace('-', "−")
 }
 
 pub fn superscript(n: i32) -> String {
@@ -264,6 +273,13 @@ mod tests {
                 assert!((1..100).contains(&axis.ticks().iter().filter(|t| !t.1.is_empty()).count()), "{axis:?}");
             }
         }
+        let named = |lo: f64, hi: f64| -> Vec<String> {
+            let ticks = Axis::log([lo, hi].into_iter(), "").ticks().into_iter();
+            ticks.map(|t| t.1).filter(|name| !name.is_empty()).collect()
+        };
+        assert_eq!(named(1e-5, 1.0), ["1e−5", "1e−4", "1e−3", "1e−2", "1e−1", "1"]);
+        assert_eq!(named(1e-3, 1.0), ["0.001", "0.01", "0.1", "1"]);
+        assert_eq!(named(3e-5, 6e-4), ["3e−5", "1e−4", "3e−4"]);
         assert_eq!(number(2.5e-5, -6), "2.5e−5");
         assert_eq!(number(-2e-6, -6), "−2e−6");
         assert_eq!(number(1e-5, -5), "1e−5");

@@ -4,7 +4,6 @@
 //! with a type of 7 points is a sheet of 101 mm. A figure that needs a wider sheet is scaled down to the width of the style, and its type with it.
 
 use std::cell::Cell;
-use std::fmt;
 
 /// Size of labels on the sheet \[pt\].
 const SHEET_PT: f64 = 8.0;
@@ -48,28 +47,15 @@ pub const STYLES: [(&str, Style); 4] = [
 const SIZES: std::ops::RangeInclusive<f64> = 4.0..=48.0;
 
 /// A style that does not exist.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum StyleError {
+    #[error("\"{0}\" is no style of figures; known: {known}", known = STYLES.map(|(name, _)| name).join(", "))]
     Unknown(String),
+    #[error("a type of {pt} points cannot be read; give {} to {}", SIZES.start(), SIZES.end(), pt = .0)]
     Size(f64),
+    #[error("\"{0}\" is no family of type that is embedded; known: sans, serif")]
     Family(String),
 }
-
-impl fmt::Display for StyleError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown(name) => {
-                write!(f, "\"{name}\" is no style of figures; known: {}", STYLES.map(|(name, _)| name).join(", "))
-            }
-            Self::Size(pt) => {
-                write!(f, "a type of {pt} points cannot be read; give {} to {}", SIZES.start(), SIZES.end())
-            }
-            Self::Family(name) => write!(f, "\"{name}\" is no family of type that is embedded; known: sans, serif"),
-        }
-    }
-}
-
-impl std::error::Error for StyleError {}
 
 impl Style {
     /// The style of this name, with another size or family of the type where they are given.

@@ -271,7 +271,7 @@ impl Scene {
         probes.extend(own_recorders);
         note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
-        check_stages(builder)?;
+        check_stages(builder, &spec.stages)?;
         check_output(builder, &spec.output)?;
         let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = read_measured(builder, &spec.comparisons, &columns)?;

@@ -275,6 +275,19 @@ impl<'a> Builder<'a> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
     }
 
+    /// The part that prescribes a motion that `is` so, if there is one.
+    pub(super) fn moved_by(&self, is: impl Fn(&Signal) -> bool) -> Option<&str> {
+        // Most nodes of a region share one signal
+        let mut other: Option<&Signal> = None;
+        let found = self.prescribed.values().find(|of_dof| {
+            let signal = &of_dof.0;
+            let found = other != Some(signal) && is(signal);
+            other = (!found).then_some(signal);
+            found
+        });
+        found.map(|(_, by)| by.as_str())
+    }
+
     pub(super) fn contact_facets(&self, place: &str, region: &str) -> Result<&[u32], SceneError> {
         let facets = &self.region(place, region)?.facets;
         if facets.is_empty() {

@@ -6,10 +6,11 @@
 use super::build::Scene;
 use super::control::{ControlError, ControlMemory};
 use super::energy_balance::EnergyBalance;
+use super::energy_growth::EnergyGrowth;
 use super::parts::constraints::CableLog;
 use super::recorder::Energies;
 use crate::math::signal::Ramp;
-use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, PastPoint, Prediction, Totals};
+use crate::solve::{DriverMemory, GridPosition, LaggedFactorRecord, MOST_CUTS, PastPoint, Prediction, Totals};
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::system::{Rates, State};
 use serde::{Deserialize, Serialize};
@@ -57,11 +58,9 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 5";
+const FORMAT: &str = "durometer state 6";
 /// Numbers that are written at a time.
 const PIECE: usize = 8192;
-/// Most halvings of a step that a state may tell of: more leave nothing of it.
-const MOST_CUTS: u32 = 1000;
 
 #[derive(Serialize, Deserialize)]
 struct Head {
@@ -109,12 +108,18 @@ impl Checkpoint {
     /// At rest, before the first step; an error where an input has no value there.
     pub(super) fn new(scene: &Scene) -> (Self, Result<(), ControlError>) {
         let (mut state, mut control) = (scene.start(), scene.controls.memory());
-        let balance = EnergyBalance::new(&scene.system, &state);
-        let mut memory = scene.memory();
-        scene.remember(&state, &mut memory);
-        let record = |state: &State| scene.record(state, None, &balance.residual, balance.energies, 0, &memory);
+        let observed = |state: &State| {
+            let balance = EnergyBalance::new(&scene.system, state);
+            let mut memory = scene.memory();
+            scene.remember(state, &mut memory);
+            let row = scene.record(state, None, &balance.residual, balance.energies, 0, &memory);
+            (balance, memory, row)
+        };
+        let record = |state: &State| observed(&scene.in_place(state.clone())).2;
         let outcome = scene.controls.start(&mut control, &mut state, record);
-        let (rows, signals) = (vec![record(&state)], vec![scene.signal_values(&state)]);
+        let state = scene.in_place(state);
+        let (balance, memory, row) = observed(&state);
+        let (rows, signals) = (vec![row], vec![scene.signal_values(&state)]);
         let memories = vec![memory];
         let peak = Snapshot { t: 0.0, x: state.x.clone() };
         let (position, memory, cables) = (GridPosition::default(), DriverMemory::default(), CableLog::default());
@@ -212,10 +217,11 @@ impl Checkpoint {
         let counts = vec![counts[0], counts[1], counts[2], counts[3], rates.cv, rates.ca];
         let lagged_factor = [Cow::from(k.as_slice()), Cow::from(placed.as_slice()), Cow::from(counts)];
         let balance = [&self.balance.effect, &self.balance.g, &self.balance.residual].map(Cow::from);
+        let growth = [Cow::from(self.balance.growth.numbers().to_vec())];
         let kept = [flat(&self.rows), flat(&self.signals), flat(&self.memories), Cow::from(&self.peak.x)];
         let recent = self.memory.prediction.recent.iter();
         let recent = recent.flat_map(|p| [Cow::from(vec![p.t]), Cow::from(&p.x), Cow::from(&p.lambda)]);
-        state.chain(balance).chain(kept).chain(lagged_factor).chain(recent).collect()
+        state.chain(balance).chain(growth).chain(kept).chain(lagged_factor).chain(recent).collect()
     }
 
     fn from_arrays(head: Head, arrays: Vec<Vec<f64>>, scene: &Scene) -> Option<Self> {
@@ -232,6 +238,7 @@ impl Checkpoint {
             arrays.next()?.chunks_exact(4).map(|r| Ramp { start: r[0], from: r[1], end: r[2], to: r[3] }).collect();
         let mut of_size = |n: usize| arrays.next().filter(|a| a.len() == n);
         let (effect, g, residual) = (of_size(system.effects.len())?, of_size(system.constraints.len())?, of_size(n)?);
+        let growth = EnergyGrowth::of_numbers(arrays.next()?.try_into().ok()?);
         let rows = rows(arrays.next()?, scene.columns().len());
         let signals = rows_of(arrays.next()?, scene.signals.len(), rows.len());
         let memories = rows_of(arrays.next()?, scene.memory().len(), rows.len());
@@ -267,7 +274,7 @@ impl Checkpoint {
                 totals: head.totals,
             },
             control: head.control,
-            balance: EnergyBalance { energies, effect, g, residual },
+            balance: EnergyBalance { energies, effect, g, residual, growth },
             cables: head.cables,
             rows,
             signals,

@@ -1,7 +1,7 @@
 //! Measured curves and tracks of markers in files, to be laid over recorded ones.
 
 use super::builder::Builder;
-use super::control::in_unit_of;
+use super::column::in_unit_of;
 use super::error::part;
 use super::error::{SceneError, hint};
 use super::quantity::Time;

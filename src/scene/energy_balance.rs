@@ -3,6 +3,7 @@
 //! Work and dissipation count from the start, elastic and kinetic energy are those of the state: over a run, work − dissipation is the
 //! change of elastic + kinetic.
 
+use super::energy_growth::EnergyGrowth;
 use super::recorder::Energies;
 use crate::solve::AcceptedStep;
 use crate::system::{At, EnergyRole, State, System, Want};
@@ -17,6 +18,8 @@ pub(super) struct EnergyBalance {
     pub g: Vec<f64>,
     /// \[unknowns\] residual at the last state \[N\]
     pub residual: Vec<f64>,
+    /// Energy from nothing
+    pub growth: EnergyGrowth,
 }
 
 impl EnergyBalance {
@@ -29,7 +32,8 @@ impl EnergyBalance {
         let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
         let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
-        let mut balance = Self { energies: Energies::default(), effect, g, residual: vec![0.0; rest.x.len()] };
+        let (energies, growth) = (Energies::default(), EnergyGrowth::default());
+        let mut balance = Self { energies, effect, g, residual: vec![0.0; rest.x.len()], growth };
         balance.store(system, &rest.lambda);
         balance
     }
@@ -86,5 +90,8 @@ impl EnergyBalance {
             self.energies.work += mean * (now.x[dof] - past.x[dof]);
         }
         self.residual.copy_from_slice(&sums.r);
+        if !step.integrator.is_static() {
+            self.growth.add(now.t, self.energies);
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Why a scene or study cannot be used: always the place, the fact and the remedy.
 
 use crate::mesh::error::MeshError;
+pub use crate::wording::hint;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -122,22 +123,16 @@ pub fn explain(message: &str) -> String {
         Some((word, _)) if message.starts_with("duplicate field") => format!("`{word}` is given twice; remove one"),
         _ if message.starts_with("invalid type") => {
             let message = message.replace(", expected ", "; this must be ").replace("invalid type: ", "");
-            message.replace("this must be struct variant ", "this must be a table of the keys of ")
+            let message = message.replace("this must be struct variant ", "this must be a table of the keys of ");
+            match message.rsplit_once("this must be ") {
+                Some((found, "usize" | "u64" | "u32" | "u16" | "u8" | "i64")) => {
+                    format!("{found}this must be a whole number")
+                }
+                Some((found, "f64")) => format!("{found}this must be a number"),
+                _ => message,
+            }
         }
         _ => message,
-    }
-}
-
-/// `did you mean …?` with the list of what is known.
-pub fn hint<T: AsRef<str>>(word: &str, known: &[T]) -> String {
-    let lower = word.to_lowercase();
-    let likeness = |k: &str| strsim::jaro_winkler(&lower, &k.to_lowercase());
-    let near = known.iter().map(AsRef::as_ref).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    let list = known.iter().map(AsRef::as_ref).collect::<Vec<_>>().join(", ");
-    match near {
-        Some(near) if likeness(near) > 0.7 => format!("did you mean `{near}`? (known: {list})"),
-        Some(_) => format!("known: {list}"),
-        None => "none is known".into(),
     }
 }
 
@@ -178,6 +173,10 @@ mod tests {
         assert_eq!(
             explain("unexpected keys in table: densty, available keys: region, density"),
             "unknown key `densty`; did you mean `density`? (known: region, density)"
+        );
+        assert_eq!(
+            explain("invalid type: string \"abc\", expected usize"),
+            "string \"abc\"; this must be a whole number"
         );
         assert_eq!(explain("missing field `dt`"), "the key `dt` is missing; add it");
         assert_eq!(

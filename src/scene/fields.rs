@@ -1,13 +1,14 @@
 //! Fields of a state, for ParaView.
 //!
-//! Stress fields are those of the elastic effects and families of fibres, σ = P Fᵀ/J. A cell has the mean over its quadrature points, weighted with the
+//! Stress fields are those of the elastic effects, of families of fibres, and of what relaxes or softens at the state, σ = P Fᵀ/J: the stress that
+//! carries the reactions but for viscous forces, which are not in them. A cell has the mean over its quadrature points, weighted with the
 //! reference volume, a node the value [recovered](super::stress_recovery) from the points of the cells around it; von Mises'
-//! stress and the pressure −tr σ/3 are those of that tensor. Overstress of `viscoelastic` and viscous stress are not in them.
+//! stress and the pressure −tr σ/3 are those of that tensor.
 
 use super::build::Scene;
 use super::output::{Field, FieldSpec};
 use super::stress_recovery::StressField;
-use crate::effect::PointStress;
+use crate::effect::{HistoryStress, PointStress, StressAtState};
 use crate::math::tensor::Mat3;
 use crate::system::State;
 
@@ -16,7 +17,10 @@ pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Fi
     let stress = what.iter().any(|f| matches!(f, FieldSpec::Stress | FieldSpec::VonMises | FieldSpec::Pressure));
     let tensors = || {
         let elastic = scene.stressed.iter().map(|effect| &**effect as &dyn PointStress);
-        let all: Vec<&dyn PointStress> = elastic.chain(scene.reinforcing.iter().map(|effect| &**effect as _)).collect();
+        let remembering = remembering(scene, state);
+        let others =
+            scene.reinforcing.iter().map(|effect| &**effect as _).chain(remembering.iter().map(|effect| effect as _));
+        let all: Vec<&dyn PointStress> = elastic.chain(others).collect();
         let field = StressField::new(&scene.body.mesh, &all, &state.x);
         [(field.nodal(), true), (field.means(), false)]
     };
@@ -54,6 +58,20 @@ pub(super) fn fields(scene: &Scene, state: &State, what: &[FieldSpec]) -> Vec<Fi
         }
     }
     out
+}
+
+/// The effects that relax or soften, each with what it remembers at a state.
+fn remembering<'a>(scene: &'a Scene, state: &'a State) -> Vec<StressAtState<'a>> {
+    let relaxing = scene.relaxing.iter().map(|effect| &**effect as &dyn HistoryStress);
+    let softening = scene.softening.iter().map(|effect| &**effect as &dyn HistoryStress);
+    let mut others: Vec<usize> = (0..scene.system.effects.len()).collect();
+    let mut place = |effect: &dyn HistoryStress| {
+        let k = others.iter().position(|&e| scene.system.effects[e].name() == effect.name());
+        others.remove(k.expect("every effect of a scene is one of its system"))
+    };
+    let all = relaxing.chain(softening);
+    all.map(|effect| StressAtState { effect, history: &state.history[scene.system.history_of(place(effect))] })
+        .collect()
 }
 
 /// √(3/2 s:s), s the deviator.

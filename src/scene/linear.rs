@@ -1,6 +1,6 @@
 //! Solution of the linear systems of a scene: `[numerics] linear` and `factor_memory`, and its record in a run.
 
-use crate::math::linear::Factor;
+use crate::math::linear::{Factor, GradientCounts};
 use crate::math::multigrid::Size;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -65,7 +65,7 @@ pub struct LinearWork {
     /// The last hierarchy; none on the direct path
     pub hierarchy: Option<Size>,
     /// Right-hand sides solved iteratively to the full accuracy, and their iterations
-    pub gradients: [usize; 2],
+    pub gradients: GradientCounts,
     /// Factorisations where iterations met negative curvature or were slow
     pub fallbacks: usize,
 }

@@ -5,6 +5,7 @@ use super::mesh_spec::MeshSpec;
 use crate::math::units::{self, Dimension};
 use crate::mesh::format::{Format, recognise};
 use crate::mesh::{Changes, Reading, TetMesh};
+use crate::wording::nearest;
 use std::path::{Path, PathBuf};
 
 /// Diagonals of bodies that raise no doubt about their unit \[m\]: from a micro-gripper to an arm.
@@ -39,12 +40,15 @@ fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Some((fact, "its folder does not exist either; paths start from the folder of the scene".into()));
     };
-    let names: Vec<String> = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+    // Names of one ending are alike by it: the stems decide
+    let stem = |name: &Path| name.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let wanted = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
-    let near = names.iter().min_by_key(|n| strsim::damerau_levenshtein(&wanted, n));
-    let near = near.filter(|n| strsim::damerau_levenshtein(&wanted, n) <= 2.max(wanted.len() / 3));
-    let remedy = near
-        .map_or("check the path, which starts from the folder of the scene".into(), |n| format!("did you mean {n}?"));
+    let names = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    let alike: Vec<String> = names.filter(|n| nearest(&stem(&path), &[stem(Path::new(n))]).is_some()).collect();
+    let remedy = match nearest(&wanted, &alike) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "check the path, which starts from the folder of the scene".into(),
+    };
     Some((fact, remedy))
 }
 

@@ -4,6 +4,7 @@ use super::builder::Builder;
 use super::error::SceneError;
 use super::linear::{LinearSpec, MemorySpec};
 use super::quantity::{Length, Time};
+use crate::solve::MOST_CUTS;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -84,6 +85,10 @@ pub(super) fn check_numerics(builder: &Builder, n: &NumericsSpec) -> Result<(), 
     }
     if n.max_iterations == 0 {
         return Err(builder.content("numerics", "max_iterations = 0", "allow at least one iteration"));
+    }
+    if n.cuts > MOST_CUTS {
+        let fact = format!("cuts = {}: 2^{} parts of a step", n.cuts, n.cuts);
+        return Err(builder.content("numerics", fact, format!("take {MOST_CUTS} at most; 10 is usual")));
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
+use super::instant::rounding;
 use super::quantity::Time;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -78,8 +79,9 @@ impl ScheduleSpec {
     /// Whether output is due at `t`, after the point of the grid at `past`. The first state always is.
     pub fn due(&self, past: Option<f64>, t: f64) -> bool {
         let Some(past) = past else { return true };
-        let passed = |at: f64, t: f64| at <= t + 1e-9 * t.abs();
-        let count = |t: f64| self.every.map_or(0.0, |every| (t / every.0 + 1e-9).floor());
+        let rounding = rounding(t, t - past);
+        let passed = |at: f64, t: f64| at <= t + rounding;
+        let count = |t: f64| self.every.map_or(0.0, |every| ((t + rounding) / every.0).floor());
         let always = self.every.is_none() && self.times.is_empty();
         always || count(t) > count(past) || self.times.iter().any(|at| passed(at.0, t) && !passed(at.0, past))
     }
@@ -121,5 +123,22 @@ mod tests {
         assert_eq!(due(&ScheduleSpec { every: Some(Time(0.3)), times: vec![] }), [0, 3, 6, 9]);
         assert_eq!(due(&ScheduleSpec { every: Some(Time(0.25)), times: vec![] }), [0, 3, 5, 8, 10]);
         assert_eq!(due(&ScheduleSpec { every: None, times: vec![Time(0.42), Time(1.0)] }), [0, 5, 10]);
+    }
+
+    /// After hours of settling every step is met, none twice, also where the rounding of the time is a thousandth of a step.
+    #[test]
+    fn a_schedule_is_met_at_late_times() {
+        for (start, dt) in [(3600.0, 1e-4), (86_400.0, 1e-4), (86_400.0, 1e-5), (86_400.0, 1e-7)] {
+            let time = |k: usize| start + k as f64 * dt;
+            let due = |schedule: &ScheduleSpec| -> Vec<usize> {
+                (1..=200).filter(|&k| schedule.due(Some(time(k - 1)), time(k))).collect()
+            };
+            let every = |period: f64| ScheduleSpec { every: Some(Time(period)), times: vec![] };
+            assert_eq!(due(&every(dt)).len(), 200, "{start} s, {dt} s");
+            assert_eq!(due(&every(4.0 * dt)).len(), 50, "{start} s, {dt} s");
+            let at = |k: f64| Time(start + k * dt);
+            let times = ScheduleSpec { every: None, times: vec![at(20.0), at(30.5), at(200.0)] };
+            assert_eq!(due(&times), [20, 31, 200], "{start} s, {dt} s");
+        }
     }
 }

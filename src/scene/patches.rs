@@ -2,10 +2,11 @@
 //! many times.
 
 use crate::math::tensor::Vec3;
+use crate::math::threads::locked;
 use crate::mesh::TetMesh;
 use crate::mesh::embed::{EmbedError, ball_weights};
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// (node, w)
 type Weights = Vec<(u32, f64)>;
@@ -20,11 +21,11 @@ impl Patches {
     /// Weights (node, w) of the ball of `radius` \[m\] around `center` \[m\] of the mesh of the body.
     pub fn weights(&self, mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
         let key = [center.x, center.y, center.z, radius].map(f64::to_bits);
-        if let Some(found) = self.known.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
+        if let Some(found) = locked(&self.known).get(&key) {
             return Ok(found.clone());
         }
         let weights = ball_weights(mesh, center, radius)?;
-        self.known.lock().unwrap_or_else(PoisonError::into_inner).insert(key, weights.clone());
+        locked(&self.known).insert(key, weights.clone());
         Ok(weights)
     }
 }

@@ -1,7 +1,7 @@
 //! Signals prescribed over time, by name, and their extremes.
 
 use crate::math::signal::Signal;
-use crate::solve::TimeSpan;
+use crate::solve::{Integrator, TimeSpan};
 
 /// A prescribed function of time; the unit is at the end of the name.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,4 +31,55 @@ pub fn extremes(signal: &Signal, spans: &[TimeSpan]) -> ((f64, f64), (f64, f64))
         }
     }
     found
+}
+
+/// Samples between two points of the time grid, at places that no period repeats.
+const INSIDE: usize = 5;
+/// Share of its range by which a signal may go beyond what the points of the time grid see \[–\].
+const UNSEEN: f64 = 0.1;
+
+/// The value between two points of the time grid that is farthest from those at the points, with its time: (t, s); none within a tenth of the range
+/// of the signal.
+pub fn between(signal: &Signal, spans: &[TimeSpan]) -> Option<(f64, f64)> {
+    let widen = |(low, high): (f64, f64), s: f64| (low.min(s), high.max(s));
+    let (mut on_grid, mut inside) = ((f64::INFINITY, f64::NEG_INFINITY), Vec::new());
+    for span in spans.iter().filter(|span| !matches!(span.integrator, Integrator::ArcLength { .. })) {
+        let points: Vec<f64> = (0..=span.steps().min(100_000)).map(|k| span.point(k)).collect();
+        on_grid = points.iter().fold(on_grid, |range, t| widen(range, signal.at(*t)));
+        for (k, step) in points.windows(2).enumerate() {
+            // Multiples of the golden ratio
+            let share = |j: usize| ((k * INSIDE + j) as f64 * 0.618_033_988_749_894_9).fract();
+            let times = (1..=INSIDE).map(|j| step[0] + share(j) * (step[1] - step[0]));
+            inside.extend(times.map(|t| (t, signal.at(t))).filter(|(_, s)| s.is_finite()));
+        }
+    }
+    let (low, high) = inside.iter().fold(on_grid, |range, (_, s)| widen(range, *s));
+    let beyond = |s: f64| (on_grid.0 - s).max(s - on_grid.1);
+    let farthest = inside.into_iter().max_by(|a, b| beyond(a.1).total_cmp(&beyond(b.1)))?;
+    (beyond(farthest.1) > UNSEEN * (high - low)).then_some(farthest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_steps_do_not_see_is_found() {
+        let seen = |signal: &Signal, dt: f64| {
+            let span = TimeSpan { integrator: Integrator::Bdf2, start: 0.0, end: 1.0, dt };
+            between(signal, &[span]).map(|(_, s)| s.abs())
+        };
+        let sine = |frequency: f64| Signal::Sine { amplitude: 2.0, frequency, phase: 0.0 };
+        // Multiples of the rate of the grid, and of that of samples at equal parts of its steps
+        for frequency in [100.0, 200.0, 400.0, 500.0, 2000.0] {
+            assert!(seen(&sine(frequency), 0.01).is_some_and(|s| s > 1.9), "{frequency} Hz");
+        }
+        let cosine = Signal::RaisedCosine { amplitude: 5.0, frequency: 1.0 };
+        assert!(seen(&cosine, 1.0).is_some_and(|s| s > 4.0));
+        for (signal, dt) in [(sine(10.0), 0.01), (cosine, 0.25), (Signal::Constant(3.0), 1.0)] {
+            assert_eq!(seen(&signal, dt), None, "{signal:?}");
+        }
+        let ramp = Signal::Ramp { from: 0.0, to: 1.0, start: 0.033, end: 0.034 };
+        assert_eq!(seen(&ramp, 0.1), None, "a jump within a step ends at a value that the grid sees");
+    }
 }

@@ -11,7 +11,7 @@ use super::body::Body;
 use super::error_estimate::{ErrorEstimator, EstimateError, QuantityError};
 use super::mesh_spec::RefineSpec;
 use super::{Progress, RunOptions, Scene, SceneError, SceneSpec};
-use crate::math::threads::CpuClock;
+use crate::math::cpu_clock::CpuClock;
 use crate::mesh::TetMesh;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::generate::{MeshStore, SizeField};
@@ -50,10 +50,15 @@ pub struct RefinementStep {
 }
 
 impl RefinementStep {
-    /// Whether the error bar is within the tolerance.
+    /// Whether the error bar is within the tolerance, and no part of it is missing.
     pub fn is_within(&self) -> bool {
-        self.error.bar <= self.tolerance
+        is_within(&self.error, self.tolerance)
     }
+}
+
+/// Whether the bar of an error is within a tolerance, with the error of curved facets in it.
+fn is_within(error: &QuantityError, tolerance: f64) -> bool {
+    error.geometry.is_some() && error.bar <= tolerance
 }
 
 /// Follows a refinement.
@@ -108,7 +113,7 @@ pub fn refine(
         until = error.t;
         let tolerance = wanted.absolute(&error)?;
         if let Some(shares) = &shares {
-            let aim = AIM * tolerance / error.bar;
+            let aim = AIM * (tolerance / error.bar).min(1.0);
             let lengths = lengths(&body.mesh, shares, aim);
             let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
             let field = SizeField::new(&body.mesh, &lengths, mean, GRADING);
@@ -134,7 +139,7 @@ fn estimate(
     watch: &mut RefinementWatch,
 ) -> Result<(QuantityError, Option<Vec<f64>>), RefineError> {
     let goes_on = |error: &QuantityError| {
-        number < wanted.meshes && wanted.absolute(error).is_ok_and(|tolerance| error.bar > tolerance)
+        number < wanted.meshes && wanted.absolute(error).is_ok_and(|tolerance| !is_within(error, tolerance))
     };
     let mut estimator = ErrorEstimator::new(scene)?.localised_where(goes_on)?;
     let columns = [wanted.quantity.clone()];

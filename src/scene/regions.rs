@@ -67,7 +67,11 @@ fn is_printable(name: &str) -> bool {
 /// Notes on those whose extent changes with the mesh.
 pub(super) fn notes(regions: &BTreeMap<String, Region>, specs: &BTreeMap<String, SelectorSpec>) -> Vec<String> {
     let depends = |name: &&String| regions.get(*name).is_some_and(|r| r.depends_on_mesh);
-    let note = |name| format!("region {name} is picked by a selector: its extent changes with the mesh (O(h))");
+    let note = |name| {
+        format!(
+            "region {name} is picked by a selector whose border runs through cells: its extent changes with the mesh (O(h))"
+        )
+    };
     specs.keys().filter(depends).map(note).collect()
 }
 

@@ -98,18 +98,18 @@ fn friction_of_cables_along_an_arc(spec: &SceneSpec, _: &[TimeSpan]) -> Option<R
 }
 
 /// Refuses the first stage with an undamped rule that is not forced, for this reason.
-fn undamped(spec: &SceneSpec, spans: &[TimeSpan], why: &str) -> Option<Refusal> {
+fn undamped(spec: &SceneSpec, spans: &[TimeSpan], why: &str, remedy: &'static str) -> Option<Refusal> {
     let forced = |k: usize| matches!(spec.stages[k].integrator, IntegratorSpec::Newmark { force: true, .. });
     let rings = |(k, s): (usize, &TimeSpan)| s.integrator.rings_with_constraints() && !forced(k);
     let k = spans.iter().enumerate().position(rings)?;
     let fact = format!("{} is undamped, and {why}", spans[k].integrator.name());
-    let remedy = "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark";
     Refusal::new(format!("stage {}", k + 1), fact, remedy)
 }
 
 fn undamped_rule_with_exact_constraints(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
     let (k, part) = spec.constraints.iter().enumerate().find_map(|(k, c)| Some((k, c.exact()?)))?;
-    undamped(spec, spans, &format!("rings with {part} (constraint {}; Cardona & Géradin 1989)", k + 1))
+    let remedy = "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark";
+    undamped(spec, spans, &format!("rings with {part} (constraint {}; Cardona & Géradin 1989)", k + 1), remedy)
 }
 
 fn undamped_rule_with_rigid_bodies(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
@@ -117,7 +117,9 @@ fn undamped_rule_with_rigid_bodies(spec: &SceneSpec, spans: &[TimeSpan]) -> Opti
     let why = format!(
         "the energy of a free rigid body grows with it where it turns (rigid 1, {rigid}): its stiffness is high"
     );
-    undamped(spec, spans, &why)
+    let remedy =
+        "take \"bdf2\", or generalised_alpha with rho well below 1 and a short dt, or set force = true in newmark";
+    undamped(spec, spans, &why, remedy)
 }
 
 fn free_body_in_statics(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {

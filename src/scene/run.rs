@@ -3,6 +3,7 @@
 use super::build::Scene;
 use super::checkpoint::Snapshot;
 use super::control::{ControlError, Fired};
+use super::energy_growth::EnergyFromNothing;
 use super::fields::fields;
 use super::linear::{LinearSpec, LinearWork};
 use super::output::{Field, FieldSpec};
@@ -13,7 +14,7 @@ use super::rules::against_iterations;
 use super::run_options::RunOptions;
 use super::run_recorder::RunRecorder;
 use super::sensitivities::Sensitivities;
-use super::start::set_start;
+use super::start::{place_in_motion, set_start};
 use super::stretch::{self, PointStretch};
 use crate::effect::contact::Counts;
 use crate::math::linear::{Linear, Method};
@@ -44,6 +45,8 @@ pub struct Run {
     pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
+    /// Energy from nothing, where a dynamic stage has a tenth of its energy from there
+    pub energy_from_nothing: Option<EnergyFromNothing>,
     /// Evaluations of each effect and constraint
     pub costs: Vec<Cost>,
     pub assembly: Duration,
@@ -54,6 +57,8 @@ pub struct Run {
     /// Iterations of Newton's method, those of steps that were not accepted included
     pub tried_iterations: usize,
     pub solve: Duration,
+    /// Time of the forces on contact points in corrections
+    pub contact_forces: Duration,
     /// Right sides solved for
     pub solves: usize,
     pub factor_nnz: usize,
@@ -95,6 +100,14 @@ impl Scene {
         }
         if let Some(start) = &self.spec.start {
             set_start(start, (&self.body.mesh, &self.regions), &self.system, &mut state);
+        }
+        self.in_place(state)
+    }
+
+    /// A state before the first step, with prescribed nodes in place and in motion where the first stage is dynamic. A static one brings them there.
+    pub(super) fn in_place(&self, mut state: State) -> State {
+        if self.spans.first().is_some_and(|first| !first.integrator.is_static()) {
+            place_in_motion(&self.system, &mut state);
         }
         state
     }
@@ -173,6 +186,7 @@ impl Scene {
             failure,
             totals: driver.totals,
             findings: driver.findings,
+            energy_from_nothing: checkpoint.balance.growth.finding(),
             costs: by_name(&sums.costs),
             assembly: equations.assembly_time,
             factorisation: factor.factor_time,
@@ -180,6 +194,7 @@ impl Scene {
             shifted_factorisations: linear.shifted,
             tried_iterations: *iterations,
             solve: factor.solve_time,
+            contact_forces: linear.contact_forces,
             solves: factor.solves,
             factor_nnz: factor.nnz(),
             factor_flops: factor.flops(),

@@ -147,6 +147,8 @@ fn not_finite(scene: &Scene, row: &[f64], signals: &[f64]) -> Option<String> {
 
 impl StepObserver for RunRecorder<'_, '_> {
     fn span_begins(&mut self, span: &TimeSpan, state: &State) {
+        let balance = &mut self.checkpoint.balance;
+        balance.growth.begin(balance.energies);
         if let Some(sensitivities) = &mut self.options.sensitivities {
             sensitivities.begin(span.integrator, state);
         }

@@ -5,7 +5,7 @@ use super::extreme_rows::{ExtremeRow, ExtremeRows};
 use super::parameter_key::ParameterKey;
 use super::sensitivity::{RowDerivatives, Sensitivity, StepEnd};
 use super::sensitivity_error::SensitivityError;
-use crate::math::threads::CpuClock;
+use crate::math::cpu_clock::CpuClock;
 use crate::solve::{AcceptedStep, Failure, Integrator};
 use crate::system::State;
 use std::time::Instant;

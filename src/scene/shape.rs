@@ -69,6 +69,21 @@ pub enum ShapeSpec {
     },
 }
 
+impl ShapeSpec {
+    /// Its kind, and what it names: `floor`, `rigid ball`.
+    pub fn words(&self) -> String {
+        match self {
+            Self::Floor { .. } => "floor".into(),
+            Self::Box { .. } => "box".into(),
+            Self::Sphere { .. } => "sphere".into(),
+            Self::Cylinder { .. } => "cylinder".into(),
+            Self::Surface { file, .. } => format!("surface {}", file.display()),
+            Self::Rigid { body } => format!("rigid {body}"),
+            Self::Region { region } => format!("region {region}"),
+        }
+    }
+}
+
 /// A rotation by the right-hand rule.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -3,8 +3,9 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use super::kind::by_kind;
-use super::protocol::NamedSignal;
+use super::protocol::{NamedSignal, between};
 use super::quantity::Time;
+use crate::math::signal::{Clock, Signal};
 use crate::mesh::error::point;
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::EnergyRole;
@@ -131,12 +132,16 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
             IntegratorSpec::GeneralisedAlpha { rho } => {
                 return Err(builder.content(&place, format!("rho = {rho}"), "it lies between 0 and 1"));
             }
-            IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 && gamma > 0.0 => {
+            IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 && gamma >= 0.5 => {
                 Integrator::Newmark { beta, gamma }
+            }
+            IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 => {
+                let fact = format!("gamma = {gamma} makes energy in every step (beta = {beta})");
+                return Err(builder.content(&place, fact, "take gamma from 0.5 on, where it is neutral; more damps"));
             }
             IntegratorSpec::Newmark { beta, gamma, .. } => {
                 let fact = format!("beta = {beta}, gamma = {gamma}");
-                return Err(builder.content(&place, fact, "both must be positive; the usual ones are 0.25 and 0.5"));
+                return Err(builder.content(&place, fact, "beta must be positive; the usual ones are 0.25 and 0.5"));
             }
         };
         let end = start + stage.duration.0;
@@ -153,10 +158,73 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
     Ok(spans)
 }
 
-/// Refuses signals and masses with which a stage cannot run.
-pub(super) fn check_stages(builder: &Builder) -> Result<(), SceneError> {
+/// Refuses signals and masses with which a stage cannot run, and notes what its steps may not resolve.
+pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Result<(), SceneError> {
+    check_resolution(builder)?;
     check_formulas(builder)?;
-    check_masses(builder)
+    check_masses(builder)?;
+    check_motions(builder, stages)?;
+    let notes: Vec<String> = conditional_rules(builder).chain(fast_signals(builder)).collect();
+    builder.notes.extend(notes);
+    Ok(())
+}
+
+/// Refuses corners in motions that are given in a stage with an undamped rule, which finds their rates by v = 2 (x − xₙ)/Δt − vₙ: a jump of the rate
+/// rings from step to step for ever, and in the acceleration it grows with them. A stage that follows a static one begins with such a jump where a node moves.
+fn check_motions(builder: &Builder, stages: &[StageSpec]) -> Result<(), SceneError> {
+    for (k, (span, stage)) in builder.spans.iter().zip(stages).enumerate() {
+        let is_forced = matches!(stage.integrator, IntegratorSpec::Newmark { force: true, .. });
+        if is_forced || !span.integrator.rings_with_constraints() {
+            continue;
+        }
+        let after_rest = k > 0 && builder.spans[k - 1].integrator.is_static();
+        let jumps = |signal: &Signal| {
+            signal.has_corner(span.start, span.end) || after_rest && signal.rate(Clock::from(span.start)) != 0.0
+        };
+        if let Some(by) = builder.moved_by(jumps) {
+            let name = span.integrator.name();
+            let fact =
+                format!("{name} is undamped, and the rate of a motion that is given jumps ({by}) and then rings");
+            let remedy = "take \"bdf2\" or generalised_alpha with rho < 1, a motion without corners, or set force = true in newmark";
+            return Err(builder.content(&format!("stage {}", k + 1), fact, remedy));
+        }
+    }
+    Ok(())
+}
+
+/// Notes on rules of Newmark that are stable for short steps only (Hughes, *The Finite Element Method*, 1987, § 9.1).
+fn conditional_rules(builder: &Builder) -> impl Iterator<Item = String> {
+    let short = |(k, span): (usize, &TimeSpan)| {
+        let Integrator::Newmark { beta, gamma } = span.integrator else { return None };
+        let least = 0.25 * (0.5 + gamma).powi(2);
+        (beta < least * (1.0 - 1e-9)).then(|| {
+            format!(
+                "stage {}: newmark with beta = {beta} is stable only for steps that are short for the fastest motion of the mesh; with beta \
+                 from {least:.4} on it is for all",
+                k + 1
+            )
+        })
+    };
+    builder.spans.iter().enumerate().filter_map(short)
+}
+
+/// Notes on signals that go farther between the points of the time grid than at them.
+fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
+    let known = builder.signals.iter().filter(|s| !s.signal.has_inputs());
+    known.filter_map(|NamedSignal { name, signal }| {
+        let (t, value) = between(signal, &builder.spans)?;
+        Some(format!(
+            "the signal {name} goes to {value:.4e} at t = {t:.6} s, between two points of the time grid: no step sees that; shorten dt"
+        ))
+    })
+}
+
+/// Refuses steps that the rounding of the time swallows.
+fn check_resolution(builder: &Builder) -> Result<(), SceneError> {
+    let Some(k) = builder.spans.iter().position(|span| !span.is_resolved()) else { return Ok(()) };
+    let TimeSpan { end, dt, .. } = builder.spans[k];
+    let fact = format!("steps of {dt:e} s at t = {end} s, whose rounding is {:.0e} s", f64::EPSILON * end);
+    Err(builder.content(&format!("stage {}", k + 1), fact, "take a larger dt, or shorter stages before it"))
 }
 
 /// A formula must have a value wherever it is looked at.

@@ -1,16 +1,17 @@
 //! Initial states other than rest: those by which robustness is tested, and crumpled bodies.
 //!
-//! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving` and
-//! rigid bodies say.
+//! Nodes that are held or prescribed stay where their signals put them at t = 0. Nothing moves at the start but what `moving`, rigid bodies, and
+//! before a dynamic stage the signals say.
 
 use super::builder::Builder;
 use super::error::SceneError;
 use super::kind::by_kind;
 use super::quantity::{Angle, Length, Speed};
 use crate::math::random::SplitMix;
+use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh};
-use crate::system::{State, System};
+use crate::system::{EnergyRole, State, System};
 use nalgebra::{Rotation3, Unit};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -85,8 +86,11 @@ pub(super) fn check_start(builder: &Builder, start: Option<&StartSpec>) -> Resul
         Some(StartSpec::Twisted { axis, .. }) if Vec3::from(*axis).norm() == 0.0 => {
             return Err(builder.content(place, "the axis has no length", "write for example [1, 0, 0]"));
         }
-        Some(StartSpec::Moving { region: Some(name), .. }) => {
-            builder.region(place, name)?;
+        Some(StartSpec::Moving { region, .. }) => {
+            if let Some(name) = region {
+                builder.region(place, name)?;
+            }
+            check_motion(builder)?;
         }
         _ => {}
     }
@@ -95,6 +99,19 @@ pub(super) fn check_start(builder: &Builder, start: Option<&StartSpec>) -> Resul
     if let Some(law) = laws.find(|law| inverts && !law.info().survives_inversion) {
         let fact = format!("the start inverts cells, where the law {} is not defined", law.info().name);
         return Err(builder.content(place, fact, "take stable_neo_hookean"));
+    }
+    Ok(())
+}
+
+/// Refuses a velocity that nothing keeps: statics and bodies without mass have none.
+fn check_motion(builder: &Builder) -> Result<(), SceneError> {
+    if builder.spans.first().is_some_and(|first| first.integrator.is_static()) {
+        let fact = "a velocity at the start of stage 1 (static), which begins without one";
+        return Err(builder.content("start", fact, "let the first stage be dynamic, or remove [start]"));
+    }
+    if builder.effects.iter().all(|effect| effect.role() != EnergyRole::Kinetic) {
+        let fact = "a velocity where nothing has mass, which no step keeps";
+        return Err(builder.content("start", fact, "add an [[effect]] of kind \"inertia\", or remove [start]"));
     }
     Ok(())
 }
@@ -143,8 +160,23 @@ pub(super) fn set_start(
         };
         state.x[3 * k..3 * k + 3].copy_from_slice((place - p).as_slice());
     }
+    place(system, state);
+}
+
+/// Puts nodes that are held or prescribed where their signals have them, at rest.
+fn place(system: &System, state: &mut State) {
     for p in &system.prescribed {
-        state.x[p.dof as usize] = p.signal.at(0.0);
+        state.x[p.dof as usize] = p.signal.at(Clock { t: state.t, inputs: &state.inputs });
         state.v[p.dof as usize] = 0.0;
     }
+    system.ties.complete(&mut state.x);
+}
+
+/// Puts them there with the velocities that their signals have from then on.
+pub(super) fn place_in_motion(system: &System, state: &mut State) {
+    place(system, state);
+    for p in &system.prescribed {
+        state.v[p.dof as usize] = p.signal.rate(Clock { t: state.t, inputs: &state.inputs });
+    }
+    system.ties.complete(&mut state.v);
 }

@@ -13,6 +13,18 @@ const DENSITY: f64 = 1070.0;
 const STIFFNESS: f64 = 100.0;
 /// Smallest example modulus \[Pa\]
 const SOFTEST: f64 = 100e3;
+/// A load for bodies that have a hollow.
+const HOLLOW: &str = r#"# EXAMPLE: pressure in a closed hollow of the body; take the marks away where yours has one
+# [mesh.regions.hollow]
+# kind = "component"
+# pick = "facets"
+# which = "inner"
+#
+# [[constraint]]
+# kind = "cavity"
+# region = "hollow"
+# drive = { kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "1 kPa", end = "1 s" } }
+"#;
 
 /// A scene that runs as it is, to be written to a file in `folder`.
 pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
@@ -22,7 +34,8 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let size = (high - low).norm();
     let name = import.file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let quoted = |text: &str| toml::Value::String(text.into()).to_string();
-    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), mesh.order == Order::Quadratic);
+    let is_shape = import.spec.cells.is_some();
+    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), is_shape || mesh.order == Order::Quadratic);
     let mut line = |text: String| writeln!(out, "{text}").expect("a string");
     let fixed: Vec<String> = match &imported.held {
         Held::Region(region) => vec![region.clone()],
@@ -45,12 +58,15 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let modulus = one_digit((STIFFNESS * DENSITY * 9.81 * size).max(SOFTEST) / 1e3);
     line(format!(
         "\n[laws.example]\nlaw = \"neo_hookean\"\nE = \"{modulus} kPa\" # EXAMPLE: the modulus of your material\nnu = 0.45 # EXAMPLE\n\n\
-         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"example\"\n\n\
+         [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"example\"\nformulation = \"mixed\"\n\n\
          [[effect]]\nkind = \"gravity\"\nregion = \"body\"\ndensity = \"{DENSITY} kg/m^3\" # EXAMPLE\ndirection = [0, 0, -1] # EXAMPLE\n\
          acceleration = {{ kind = \"ramp\", from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }}\n"
     ));
     for region in &fixed {
         line(format!("[[constraint]]\nkind = \"fixed\"\nregion = {}\n", quoted(region)));
+    }
+    if is_shape {
+        line(HOLLOW.into());
     }
     line("[[probe]]\nkind = \"energy\"\n".into());
     line("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n".into());

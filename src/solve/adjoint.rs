@@ -76,7 +76,7 @@ pub fn adjoints(method: Method, step: &Step, state: &State, of: &[Gradient]) -> 
         Ok::<_, Failure>(sums)
     };
     let sums = assemble(None)?;
-    let mut factor = Factor::by(method, sums.pattern.clone(), system.scalar_equations() == 0);
+    let mut factor = Factor::by(method, sums.pattern.clone(), system.definiteness());
     factor.move_to(&state.x);
     factor.factorise(&sums.k).map_err(Failure::Linear)?;
     let holds = |c: &usize| system.constraints[*c].kind().holds(state.lambda[*c]);

@@ -45,13 +45,15 @@ impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
     }
 
     fn step(&mut self, steps: &mut StepSolver<'a>, state: &State) -> StepOutcome {
-        if self.taken == self.max_steps {
-            return StepOutcome::Failed(self.exhausted(state.t));
-        }
         let tracer = self.tracer.as_mut().expect("begin makes it");
+        if self.taken == self.max_steps {
+            let is_unloaded = tracer.is_unloaded(&mut steps.solver);
+            let unloaded = || Status::StepTooSmall { t: state.t, why: Failure::Unloaded, by_force: false };
+            return StepOutcome::Failed(if is_unloaded { unloaded() } else { self.exhausted(state.t) });
+        }
         let point = match tracer.step(&mut steps.solver) {
             Ok(point) => point,
-            Err(why) if self.cuts == steps.settings.cuts => {
+            Err(why) if why.is_of_memory() || self.cuts == steps.settings.cuts => {
                 return StepOutcome::Failed(diagnose_path(steps, self.span, state, why));
             }
             Err(_) => {

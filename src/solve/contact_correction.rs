@@ -74,8 +74,8 @@ pub(super) fn move_and_correct(
     next: &mut State,
 ) -> Result<Solution, Failure> {
     let mut solution = Solution { iterations: 1, ..solver.no_solution_yet() };
-    solver.equations.begin(step)?;
     let targets = step.targets(next);
+    solver.equations.begin(step, &targets, next)?;
     let correction = correct(solver, step, planes, usize::MAX, next, (&targets, &mut None), &mut solution)?;
     let correction = correction.expect("any number of points is taken");
     correction.advance(solver, step, planes, next, (&targets, 1.0))?;
@@ -99,7 +99,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
     if planes.points.is_empty() {
         return None;
     }
-    solver.equations.begin(step).ok()?;
+    solver.equations.begin(step, &targets, next).ok()?;
     solver.equations.evaluate(step, next, Want::Residual, None).ok()?;
     let error =
         |solver: &NonlinearSolver, next: &State| solver.equations.error(system, next, solver.settings.tolerance);
@@ -123,7 +123,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
         let left = (error.above_rounding / last_error).min(1.0) * system.largest_displacement(&correction.direction.x);
         let left = left / solver.equations.visible(system.largest_displacement(&next.x));
         if convergence.accepts(error, share == 1.0, solution.iterations)
-            && convergence.is_accurate(Some(left), solution.iterations)
+            && convergence.is_accurate(Some(left), is_shifted, solution.iterations)
         {
             solver.equations.advance_history(step, next).ok()?;
             return Some(Solution { correction: Some(left), ..solution });
@@ -235,7 +235,9 @@ fn correct(
         let mut columns = contacts.columns(y.len());
         tangent::solve(&mut linear.factor, &equations.sums, &mut columns).map_err(Failure::Linear)?;
         contacts.respond(&columns, &y, &schur, &equations.sums.gradient);
-        let direction = direction_under_contact(&problem, &y, &schur, &mut contacts)?;
+        let found = direction_under_contact(&problem, &y, &schur, &mut contacts);
+        linear.contact_forces += std::mem::take(&mut contacts.time);
+        let direction = found?;
         let size = direction.x[..system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let motion: Vec<f64> = next.x.iter().zip(&direction.x).zip(&planes.x).map(|((x, d), s)| x + d - s).collect();
         let is_pressed = |point: &ContactPoint| {

@@ -14,6 +14,8 @@ pub(super) enum AtRounding {
     Accept,
 }
 
+/// Share of the accuracy below which a correction by a shifted tangent is rounding \[–\].
+const ROUNDED: f64 = 1e-6;
 /// Share of the last estimated correction above which another iteration only stirs rounding \[–\].
 const STALLED: f64 = 0.5;
 
@@ -55,12 +57,18 @@ impl Convergence {
     /// Whether a state that [`Convergence::accepts`] is accurate in its displacements too: the `correction` that it still asks for,
     /// as a share of the largest displacement, is small, or no longer falls. It does not depend on the mesh, which the sum of the
     /// forces of all blocks does. A state without an estimate has to come from an iteration.
-    pub fn is_accurate(&mut self, correction: Option<f64>, iterations: usize) -> bool {
+    ///
+    /// By a tangent that `is_shifted`, corrections d fall slowly, to a sum of d/(1 − q) with the ratio q of the last two: this is what has
+    /// to be small, and such a state is not accepted because iterations end or d hardly falls.
+    pub fn is_accurate(&mut self, correction: Option<f64>, is_shifted: bool, iterations: usize) -> bool {
         let ends = self.is_last(iterations) || self.is_linearised;
         let Some(correction) = correction else { return ends || iterations > 0 };
-        let stalled = correction > STALLED * self.last_correction;
-        self.last_correction = correction;
-        correction <= self.accuracy || stalled || ends
+        let last = std::mem::replace(&mut self.last_correction, correction);
+        if is_shifted {
+            let is_known = last.is_finite() && correction * last <= self.accuracy * (last - correction);
+            return is_known || correction <= ROUNDED * self.accuracy || self.is_linearised;
+        }
+        correction <= self.accuracy || correction > STALLED * last || ends
     }
 }
 
@@ -72,14 +80,21 @@ mod tests {
     fn a_state_is_accurate_where_its_correction_is_small_or_stalls() {
         let settings = NewtonSettings { accuracy: 1e-6, max_iterations: 3, ..NewtonSettings::default() };
         let test = || Convergence::new(&settings, Integrator::Static, AtRounding::IterateOnceMore);
-        assert!(test().is_accurate(Some(1e-6), 0) && !test().is_accurate(Some(2e-6), 2));
-        assert!(!test().is_accurate(None, 0) && test().is_accurate(None, 1) && test().is_accurate(Some(1.0), 3));
+        let exact = |test: &mut Convergence, correction, iterations| test.is_accurate(correction, false, iterations);
+        assert!(exact(&mut test(), Some(1e-6), 0) && !exact(&mut test(), Some(2e-6), 2));
+        assert!(!exact(&mut test(), None, 0) && exact(&mut test(), None, 1) && exact(&mut test(), Some(1.0), 3));
         let mut stalls = test();
-        assert!(
-            !stalls.is_accurate(Some(1e-3), 0)
-                && !stalls.is_accurate(Some(4e-4), 1)
-                && stalls.is_accurate(Some(3e-4), 2)
-        );
+        assert!(!exact(&mut stalls, Some(1e-3), 0) && !exact(&mut stalls, Some(4e-4), 1));
+        assert!(exact(&mut stalls, Some(3e-4), 2));
+        // By a shifted tangent: 1e-7 that falls by a tenth leaves 1e-6 more, by a half 2e-7
+        for (ratio, is_accurate) in [(0.95, false), (0.5, true), (1.0, false), (1.2, false)] {
+            let mut slow = test();
+            assert!(!slow.is_accurate(Some(1e-7 / ratio), true, 1), "nothing is known of the ratio");
+            assert_eq!(slow.is_accurate(Some(1e-7), true, 2), is_accurate, "ratio {ratio}");
+        }
+        assert!(!test().is_accurate(Some(1.0), true, 3) && test().is_accurate(Some(0.0), true, 1));
+        let mut at_rounding = test();
+        assert!(at_rounding.is_accurate(Some(1e-13), true, 1) && at_rounding.is_accurate(Some(1e-13), true, 2));
     }
 
     #[test]

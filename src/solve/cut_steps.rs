@@ -3,6 +3,7 @@
 
 use super::diagnosis::{diagnose, pushes_unheld_body};
 use super::limit_points::jumped;
+use super::step_settings::{MOST_CUTS, StepSettings};
 use super::step_solver::StepSolver;
 use super::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrategy};
 use super::{Failure, Solution, Status, Step, TimeSpan, TurningPoint};
@@ -10,6 +11,8 @@ use crate::system::State;
 
 /// Share of the allowed time error that the next step is expected to make.
 const SAFE: f64 = 0.8;
+/// Rounding of the time that a part of a step is longer than, in units of ε t.
+const RESOLVED: f64 = 16.0;
 
 /// Steps of length (nominal step)/2^cuts, with as many cuts as convergence and time error ask for.
 pub(super) struct CutSteps {
@@ -30,8 +33,18 @@ impl CutSteps {
         Self { span, cuts, done: 0, origin: 0.0, goal: 0.0, excess: 0.0 }
     }
 
+    /// The most cuts of the present nominal step: its parts are no shorter than the rounding of the time allows.
+    fn most_cuts(&self, settings: &StepSettings) -> u32 {
+        let rounding = RESOLVED * f64::EPSILON * self.goal.abs();
+        let resolved = ((self.goal - self.origin) / rounding).log2().max(0.0) as u32;
+        settings.cuts.min(MOST_CUTS).min(resolved)
+    }
+
     /// After a step that did not converge: cuts it, or says why not.
     fn cut(&mut self, steps: &mut StepSolver, state: &State, t: f64, why: Failure) -> StepOutcome {
+        if why.is_of_memory() {
+            return StepOutcome::Failed(Status::stopped(state.t, why, false));
+        }
         let first = self.cuts == 0 && self.done == 0;
         if first
             && steps.settings.diagnosis
@@ -39,7 +52,7 @@ impl CutSteps {
         {
             return StepOutcome::Failed(status);
         }
-        if self.cuts == steps.settings.cuts {
+        if self.cuts >= self.most_cuts(&steps.settings) {
             return StepOutcome::Failed(diagnose(steps, self.span, state, t, why));
         }
         self.cuts += 1;
@@ -64,9 +77,10 @@ impl<'a> StepStrategy<'a> for CutSteps {
             Err(why) => return self.cut(steps, state, t, why),
         };
         self.excess = steps.time_error(integrator, state, &next);
-        if self.excess > 1.0 && self.cuts < steps.settings.cuts {
-            let more = integrator.cuts_for(self.excess / SAFE).ceil().min(64.0) as u32;
-            let more = more.clamp(1, steps.settings.cuts - self.cuts);
+        let most = self.most_cuts(&steps.settings);
+        if self.excess > 1.0 && self.cuts < most {
+            let more = integrator.cuts_for(self.excess / SAFE).ceil().min(f64::from(MOST_CUTS)) as u32;
+            let more = more.clamp(1, most - self.cuts);
             self.cuts += more;
             self.done <<= more;
             return StepOutcome::Repeat;
@@ -95,7 +109,7 @@ impl<'a> StepStrategy<'a> for CutSteps {
         let mut modes = solution.unstable_modes;
         if integrator.is_static() && (modes.is_some_and(|n| n > 0) || solution.iterations == 0 || last) {
             let step = Step { system: steps.system, integrator, past, dt: now.t - past.t };
-            modes = steps.solver.unstable_modes(&step, now).or(modes);
+            modes = steps.solver.unstable_modes(&step, now, modes.is_some_and(|n| n > 0));
         }
         // Grow again after two steps in a row, by as much as the time error allows.
         let mut allowed = integrator.cuts_for(SAFE / self.excess);

@@ -29,7 +29,7 @@ pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t:
     if !steps.settings.diagnosis {
         return Status::stopped(state.t, why, by_force);
     }
-    if span.integrator.is_static() && !matches!(why, Failure::Jammed { .. }) {
+    if span.integrator.is_static() && !matches!(why, Failure::Jammed { .. } | Failure::NotFinite { .. }) {
         let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: t - state.t };
         let motions = free_motions(&mut steps.solver, &step, state, steps.points);
         if !motions.is_empty() {
@@ -45,7 +45,7 @@ pub(super) fn diagnose(steps: &mut StepSolver, span: TimeSpan, state: &State, t:
 
 /// The reason why the path of equilibria cannot be followed from `state`.
 pub(super) fn diagnose_path(steps: &mut StepSolver, span: TimeSpan, state: &State, why: Failure) -> Status {
-    if !steps.settings.diagnosis {
+    if !steps.settings.diagnosis || matches!(why, Failure::NotFinite { .. }) {
         return Status::stopped(state.t, why, true);
     }
     let step = Step { system: steps.system, integrator: span.integrator, past: state, dt: 1.0 };

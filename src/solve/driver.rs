@@ -94,6 +94,7 @@ impl<'a> Driver<'a> {
         if span.integrator.needs_initial_acceleration() {
             match initial_acceleration_by(self.steps.solver.linear.method.clone(), self.steps.system, state) {
                 Ok(a) => state.a = a,
+                Err(why) if why.is_of_memory() => return ControlFlow::Break(Status::stopped(state.t, why, false)),
                 Err(why) => return ControlFlow::Break(Status::StepTooSmall { t: state.t, why, by_force: false }),
             }
         }

@@ -8,7 +8,7 @@ pub struct DriverMemory {
     pub prediction: Prediction,
     /// Cuts of the nominal step at present
     pub cuts: u32,
-    /// ‖diag K‖ of the last tangent \[N/m\]
+    /// ‖diag K‖ of the last tangent \[N/m\], with displacements longer than the body as multiples of it
     pub stiffness: f64,
     pub lagged_factor: LaggedFactorRecord,
     pub totals: Totals,

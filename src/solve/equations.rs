@@ -12,16 +12,18 @@ const JAMMED: f64 = 1e-10;
 const REST: f64 = 1e-8;
 /// Share of the size of the body below which a gap is rounding \[–\].
 const CLOSED: f64 = 1e-12;
+/// Sizes of the body beyond which a displacement is that of a diverging iteration, and no reason for more rounding \[–\].
+const LOST: f64 = 1e5;
 
 /// Sums over the effects, and what is needed to judge them.
 pub struct Equations {
     pub sums: Assembled,
     /// Wall time of all evaluations
     pub assembly_time: Duration,
-    /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces
+    /// ‖diag K‖ of the last tangent \[N/m\], for the rounding of forces: a displacement longer than the body counts as a multiple of it
     pub stiffness: f64,
     /// Length of the body \[m\], for the rounding of forces
-    length: f64,
+    pub(super) length: f64,
     /// Beyond it nothing is assembled
     pub limit: Limit,
     /// \[constraints\] g at the start of the step, where the law of a constraint depends on it
@@ -49,9 +51,10 @@ impl Equations {
         }
     }
 
-    /// Begins a step: takes what the laws of the constraints need of the last state, and drops the room in the tangent that the
-    /// last step asked for.
-    pub(super) fn begin(&mut self, step: &Step) -> Result<(), Failure> {
+    /// Begins the step to `next`: refuses inputs that are no finite numbers, takes what the laws of the constraints need of the last
+    /// state, and drops the room in the tangent that the last step asked for.
+    pub(super) fn begin(&mut self, step: &Step, targets: &[(usize, f64)], next: &State) -> Result<(), Failure> {
+        step.check_inputs(targets, next)?;
         if step.system.constraints.iter().any(|c| c.kind() == ConstraintKind::Linked) {
             self.old = step.system.gaps(step.past).map_err(Failure::Eval)?;
         }
@@ -88,7 +91,7 @@ impl Equations {
         increment: Option<&[f64]>,
     ) -> Result<(), Failure> {
         self.evaluate(step, next, Want::Tangent, increment)?;
-        self.stiffness = self.present_stiffness();
+        self.stiffness = self.present_stiffness(step.system, &next.x);
         Ok(())
     }
 
@@ -102,18 +105,24 @@ impl Equations {
         result.map_err(Failure::Eval)
     }
 
-    /// Error of the state that the sums belong to. Forces below 4ε ‖diag K‖ L are rounding.
+    /// Error of the state that the sums belong to. Forces below 4ε ‖k‖ L, k_i = K_ii max(1, |x_i|/L), are rounding: K u is a sum of terms
+    /// of the size K_ii x_i, also where the body moves as a whole.
     pub(super) fn error(&self, system: &System, state: &State, tolerance: f64) -> ScaledError {
         self.error_at_stiffness(system, state, tolerance, self.stiffness)
     }
 
     /// The same with ‖diag K‖ of the tangent in the sums.
     pub(super) fn error_at_tangent(&self, system: &System, state: &State, tolerance: f64) -> ScaledError {
-        self.error_at_stiffness(system, state, tolerance, self.present_stiffness())
+        self.error_at_stiffness(system, state, tolerance, self.present_stiffness(system, &state.x))
     }
 
-    fn present_stiffness(&self) -> f64 {
-        norm(&self.sums.pattern.diagonal(&self.sums.k))
+    fn present_stiffness(&self, system: &System, x: &[f64]) -> f64 {
+        let mut diagonal = self.sums.pattern.diagonal(&self.sums.k);
+        let moving = |dof: u32| dof < system.dofs.displacements;
+        for (k, &dof) in diagonal.iter_mut().zip(&system.dofs.free).filter(|(_, dof)| moving(**dof)) {
+            *k *= (x[dof as usize].abs() / self.length).clamp(1.0, LOST);
+        }
+        norm(&diagonal)
     }
 
     fn error_at_stiffness(&self, system: &System, state: &State, tolerance: f64, stiffness: f64) -> ScaledError {

@@ -18,6 +18,8 @@ use crate::math::vector::{dot, norm};
 use crate::system::{State, System, Want};
 use nalgebra::{DMatrix, DVector};
 
+/// Time over which loads are differentiated, as a share of the nominal step \[–\].
+const DELTA: f64 = 1e-4;
 /// Iterations that the step length aims at.
 const WANTED: f64 = 4.0;
 /// A step is not longer than this many first ones, unless it is short next to the way behind it.
@@ -88,7 +90,7 @@ impl<'a> PathTracer<'a> {
         dt: f64,
     ) -> Result<Self, Failure> {
         let trail = vec![(0.0, state.clone())];
-        let mut tracer = Self { system, delta: 1e-4 * dt, end, last: Vec::new(), length: 0.0, longest: 0.0, trail };
+        let mut tracer = Self { system, delta: DELTA * dt, end, last: Vec::new(), length: 0.0, longest: 0.0, trail };
         let (response, _) = tracer.linearise(solver, state, &mut state.clone())?;
         tracer.length = dt * tracer.size(&response.rate);
         tracer.longest = LONGEST * tracer.length;
@@ -160,6 +162,19 @@ impl<'a> PathTracer<'a> {
         Some(TurningPoint { t, highest, node: self.system.dofs.free[most] / 3 })
     }
 
+    /// Whether the loads no longer change beyond the last point: those after half of a step of the first length and after a whole one are the same.
+    pub fn is_unloaded(&self, solver: &mut NonlinearSolver) -> bool {
+        let from = &self.trail.last().expect("the start").1;
+        let far = (from.t + self.delta / DELTA).min(self.end);
+        let near = 0.5 * (from.t + far);
+        let mut force = |t: f64| {
+            let evaluated = self.evaluate(solver, from, &mut State { t, ..from.clone() }, Want::Residual);
+            evaluated.is_ok().then(|| (solver.equations.sums.r.clone(), solver.equations.sums.g.clone()))
+        };
+        let (near, far) = (force(near), force(far));
+        near.is_some() && near == far
+    }
+
     /// Newton's method from the last point to `end`.
     fn reach(&self, solver: &mut NonlinearSolver, end: PathStepEnd) -> Result<PathPoint, Failure> {
         let start = &self.trail.last().expect("the start").1;
@@ -211,10 +226,12 @@ impl<'a> PathTracer<'a> {
         next: &mut State,
         want: Want,
     ) -> Result<(), Failure> {
-        for p in &self.system.prescribed {
-            next.x[p.dof as usize] = p.signal.at(next.t);
-        }
-        solver.equations.evaluate(&self.at(past), next, want, None)
+        let targets: Vec<(usize, f64)> =
+            self.system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.t))).collect();
+        let step = self.at(past);
+        step.check_inputs(&targets, next)?;
+        targets.iter().for_each(|&(dof, value)| next.x[dof] = value);
+        solver.equations.evaluate(&step, next, want, None)
     }
 
     /// Solves K du + Σ h dλ = −r, h·du = g and the same for ∂/∂t; the negative eigenvalues of the constrained tangent.
@@ -275,6 +292,9 @@ impl<'a> PathTracer<'a> {
         let rate = moving(&response.rate);
         let tip: Vec<f64> = moving(increment).iter().zip(moving(&response.residual)).map(|(a, b)| a + b).collect();
         let (a, b, c) = (dot(&rate, &rate), dot(&tip, &rate), dot(&tip, &tip) - length * length);
+        if a == 0.0 {
+            return Err(Failure::Unloaded);
+        }
         let first = increment.iter().all(|m| *m == 0.0);
         if first {
             let forward = if self.last.is_empty() { 1.0 } else { dot(&rate, &moving(&self.last)).signum() };

@@ -23,12 +23,25 @@ pub enum Failure {
         node: u32,
         gap: f64,
     },
-    /// Arc length: the loads do not change where the stage starts
+    /// Arc length: the loads do not change at a point of the path
     Unloaded,
+    /// An input at the end of the step is no finite number: a displacement, a load or a constraint
+    NotFinite {
+        input: String,
+    },
     /// The time is over, or the run is to stop
     LimitReached,
     /// Arc length: the end of the stage is not reached in the steps that were allowed
     MaxSteps,
+    /// Derivatives: points land in the step, where their velocities jump
+    Landing,
+}
+
+impl Failure {
+    /// Whether the factor of the tangent is larger than allowed, and no other method is for the scene: smaller steps do not help.
+    pub(super) fn is_of_memory(&self) -> bool {
+        matches!(self, Self::Linear(LinearError::TooLarge { .. }))
+    }
 }
 
 impl fmt::Display for Failure {
@@ -47,7 +60,11 @@ impl fmt::Display for Failure {
             Self::MaxSteps => {
                 write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
             }
-            Self::Unloaded => write!(f, "the loads do not change where the stage starts"),
+            Self::Landing => {
+                write!(f, "points hit their obstacle, and the jump of their velocities has no derivative here")
+            }
+            Self::Unloaded => write!(f, "the loads do not change there, so no path goes on"),
+            Self::NotFinite { input } => write!(f, "{input} is not a finite number"),
         }
     }
 }

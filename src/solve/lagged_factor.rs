@@ -88,7 +88,7 @@ impl LaggedFactor {
         self.record = LaggedFactorRecord { k: k.into(), rates, x: x.to_vec().into(), ..LaggedFactorRecord::default() };
         self.rotations = NodalRotations::default();
         self.count = factor.count;
-        let watches = rates == Rates::default() && factor.counts();
+        let watches = rates == Rates::default() && factor.has_inertia();
         self.soft = if watches { self.softest(factor, system) } else { Vec::new() };
     }
 

@@ -11,15 +11,20 @@ use super::multipliers::Schur;
 use super::newton_settings::NewtonSettings;
 use super::stability::negative_eigenvalues;
 use super::{Failure, Solution, Step};
-use crate::math::linear::{Factor, LinearError, Method};
+use crate::math::linear::{Factor, Method};
 use crate::math::tensor::Vec3;
 use crate::system::{Assembled, ConstraintKind, State, System};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Share of the largest diagonal entry that the shift counts as the stiffness of a direction without any \[–\].
 const SOFTEST: f64 = 1e-9;
-/// Smallest shift, as a share of the diagonal, its growth, and the share beyond which nothing is gained \[–\].
-const SHIFT: (f64, f64, f64) = (1e-3, 10.0, 1e3);
+/// Smallest shift, as a share of the diagonal \[–\].
+const FIRST_SHIFT: f64 = 1e-3;
+/// Growth of the shift from one attempt to the next \[–\].
+const SHIFT_GROWTH: f64 = 10.0;
+/// Share of the diagonal beyond which a shift gains nothing \[–\].
+const LARGEST_SHIFT: f64 = 1e3;
 
 /// Solves the linear systems of a run. Its factor is reused from step to step.
 pub struct LinearSystem {
@@ -30,6 +35,8 @@ pub struct LinearSystem {
     pub points: Vec<Vec3>,
     /// Factorisations of shifted tangents so far
     pub shifted: usize,
+    /// Time of the forces on contact points in corrections
+    pub contact_forces: Duration,
     /// Take tangents as they are, indefinite ones too
     pub(super) keeps_indefinite: bool,
     lagged: LaggedFactor,
@@ -37,12 +44,13 @@ pub struct LinearSystem {
 
 impl LinearSystem {
     pub(super) fn new(method: Method, system: &System) -> Self {
-        let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
+        let factor = Factor::by(method.clone(), system.pattern.clone(), system.definiteness());
         Self {
             method,
             factor,
             points: Vec::new(),
             shifted: 0,
+            contact_forces: Duration::ZERO,
             keeps_indefinite: false,
             lagged: LaggedFactor::default(),
         }
@@ -153,24 +161,27 @@ impl LinearSystem {
                     if shift == 0.0 {
                         solution.unstable_modes = unstable;
                     }
-                    if self.keeps_indefinite || unstable.is_none_or(|n| n == 0) || shift > SHIFT.2 {
+                    if self.keeps_indefinite || unstable.is_none_or(|n| n == 0) || shift > LARGEST_SHIFT {
                         if for_reuse && shift == 0.0 && !self.factor.fell_back() {
                             self.lagged.store(&mut self.factor, system, sums.k.clone(), &next.x, step.rates());
                         }
                         return Ok(schur);
                     }
                 }
-                Err(failure @ Failure::Linear(LinearError::TooLarge { .. })) => return Err(failure),
+                Err(failure) if failure.is_of_memory() => return Err(failure),
                 Err(_) if !sums.remainder.is_empty() => {
                     // Too far from K
                     sums.remainder.entries.clear();
                     continue;
                 }
-                Err(failure) if shift > SHIFT.2 => return Err(failure),
+                Err(failure) if shift > LARGEST_SHIFT => return Err(failure),
                 Err(_) => {}
             }
             // Shift by a growing fraction of the diagonal: a step between Newton's and steepest descent.
-            let larger = if shift == 0.0 { SHIFT.0.max(solution.shift / SHIFT.1) } else { SHIFT.1 * shift };
+            let larger = match shift {
+                0.0 => FIRST_SHIFT.max(solution.shift / SHIFT_GROWTH),
+                _ => SHIFT_GROWTH * shift,
+            };
             for (j, own) in own.iter().enumerate() {
                 let k = sums.pattern.on_diagonal(j);
                 let away = if system.dofs.is_scalar(j) { -larger } else { larger };

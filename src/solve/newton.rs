@@ -32,7 +32,7 @@ impl NonlinearSolver {
         self.has_reused_factor = false;
         let targets = step.targets(next);
         let mut convergence = Convergence::new(&self.settings, step.integrator, AtRounding::IterateOnceMore);
-        self.equations.begin(step)?;
+        self.equations.begin(step, &targets, next)?;
         self.equations.evaluate(step, next, Want::Residual, None)?;
         let mut newton = NewtonIteration::new(self, step);
         loop {
@@ -45,7 +45,7 @@ impl NonlinearSolver {
             newton.solver.report(step, next, iterations, error.above_rounding);
             if convergence.accepts(error, increment.is_none(), iterations) {
                 let correction = newton.correction(next, error);
-                if convergence.is_accurate(correction, iterations) {
+                if convergence.is_accurate(correction, newton.is_shifted, iterations) {
                     newton.solver.equations.advance_history(step, next)?;
                     newton.solver.linear.end_step();
                     return Ok(Solution { correction, ..newton.solution });
@@ -68,6 +68,8 @@ struct NewtonIteration<'a> {
     may_reuse_factor: bool,
     /// Schur complement of the factorisation of this step that the last direction is by, if it is
     schur: Option<Schur>,
+    /// Whether the tangent of that factorisation was shifted towards positive definiteness
+    is_shifted: bool,
     /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
     last_error: f64,
     remainder: RemainderUse,
@@ -110,7 +112,7 @@ impl<'a> NewtonIteration<'a> {
         let may_reuse_factor =
             solver.linear.may_reuse_factor(&solver.settings, step.system, sums) && !step.integrator.is_linearised();
         let (last_error, remainder) = (f64::INFINITY, RemainderUse::new());
-        Self { solver, step, solution, may_reuse_factor, schur: None, last_error, remainder }
+        Self { solver, step, solution, may_reuse_factor, schur: None, is_shifted: false, last_error, remainder }
     }
 
     /// The correction that a state of this error still asks for, by the factor that is available and as a share of the largest displacement;
@@ -175,7 +177,7 @@ impl<'a> NewtonIteration<'a> {
             let tolerance = if error > settings.tolerance { settings.tolerance } else { BELOW * error };
             let found = linear.direction_by_lagged_factor(&problem, tolerance, error, first);
             if let Some(direction) = found {
-                (*has_reused_factor, self.schur) = (true, None);
+                (*has_reused_factor, self.schur, self.is_shifted) = (true, None, false);
                 return Ok(direction);
             }
         }
@@ -192,7 +194,10 @@ impl<'a> NewtonIteration<'a> {
                 if !self.may_reuse_factor {
                     linearise(equations, next)?;
                 }
-                linear.factorise(step, next, equations, self.may_reuse_factor, &mut self.solution)?
+                let shifted = linear.shifted;
+                let schur = linear.factorise(step, next, equations, self.may_reuse_factor, &mut self.solution)?;
+                self.is_shifted = linear.shifted > shifted;
+                schur
             }
         };
         let problem = LinearProblem { step, equations, state: next, increment };

@@ -63,11 +63,11 @@ impl NonlinearSolver {
         Solution { iterations: 0, correction: None, unstable_modes, regularised: false, shift: 0.0, projected }
     }
 
-    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation, or where they are
-    /// not counted.
-    pub(super) fn unstable_modes(&mut self, step: &Step, state: &State) -> Option<usize> {
+    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation. On the iterative path they
+    /// are counted where the state is `suspected` to be unstable, or the last tangent was factorised.
+    pub(super) fn unstable_modes(&mut self, step: &Step, state: &State, suspected: bool) -> Option<usize> {
         let Self { equations, linear, .. } = self;
-        if linear.factor.multigrid().is_some() && !linear.factor.fell_back() {
+        if linear.factor.multigrid().is_some() && !linear.factor.fell_back() && !suspected {
             return None;
         }
         equations.sums.descending = false;

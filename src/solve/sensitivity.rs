@@ -25,6 +25,9 @@ use crate::system::{
     add_history_derivative, add_products, add_residual_derivative, constraint_changes, keep_prescribed,
 };
 
+/// Share of the largest velocity above which a jump of velocities is none of rounding \[–\].
+const VISIBLE: f64 = 1e-9;
+
 /// Derivatives of the state of a run, with a factorisation and sums of its own, in addition to those of the run.
 ///
 /// A parameter by differences has two derivatives, of which the second shows the error of the first; they follow each other in
@@ -46,7 +49,7 @@ pub struct Differentiator<'a> {
 impl<'a> Differentiator<'a> {
     /// From the derivatives of the first state. `method` chooses between direct and iterative linear solvers.
     pub fn new(method: Method, system: &'a System, parameters: Vec<Parameter<'a>>, changes: Vec<State>) -> Self {
-        let factor = Factor::by(method.clone(), system.pattern.clone(), system.scalar_equations() == 0);
+        let factor = Factor::by(method.clone(), system.pattern.clone(), system.definiteness());
         let residuals = vec![vec![0.0; system.dofs.equation.len()]; changes.len()];
         Self { system, parameters, factor, method, sums: system.workspace(), factored: Vec::new(), changes, residuals }
     }
@@ -87,6 +90,9 @@ impl<'a> Differentiator<'a> {
     /// be left out there.
     pub fn step(&mut self, step: &Step, next: &State) -> Result<(), Failure> {
         let (at, lambda) = (step.at(next), &next.lambda);
+        if landed(step, next) {
+            return Err(Failure::Landing);
+        }
         if self.rests(&at, next)? {
             // At rest nothing changes, and the body need not be held by what comes later.
             self.residuals.iter_mut().for_each(|residual| residual.fill(0.0));
@@ -156,6 +162,17 @@ impl<'a> Differentiator<'a> {
         reactions.iter_mut().for_each(|r| keep_prescribed(self.system, r));
         Ok(reactions)
     }
+}
+
+/// Whether the step to `next` began with other velocities than those of the state before it, because points landed.
+fn landed(step: &Step, next: &State) -> bool {
+    if !step.integrator.needs_initial_acceleration() || step.system.with_contact_points().next().is_none() {
+        return false;
+    }
+    let (mut v, mut a) = (next.v.clone(), next.a.clone());
+    step.integrator.kinematics(step.past, step.dt, &next.x, &mut v, &mut a);
+    let jump: Vec<f64> = v.iter().zip(&next.v).map(|(v, of_next)| v - of_next).collect();
+    step.system.largest_displacement(&jump) > VISIBLE * step.system.largest_displacement(&v)
 }
 
 /// The changes of the equations by all parameters, one for each derivative.

@@ -10,6 +10,6 @@ use crate::system::{Assembled, System};
 /// of S. Where the tangent has a skew part they are not meaningful, and 0 is returned. None with the iterative method.
 pub(super) fn negative_eigenvalues(factor: &Factor, system: &System, sums: &Assembled, schur: &Schur) -> Option<usize> {
     let expected = system.scalar_equations() + schur.negative;
-    let pivots = factor.counts().then_some(factor.negative_eigenvalues)?;
+    let pivots = factor.has_inertia().then_some(factor.negative_eigenvalues)?;
     Some(if sums.skew.is_empty() { pivots.saturating_sub(expected) } else { 0 })
 }

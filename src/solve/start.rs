@@ -1,7 +1,7 @@
 //! Consistent initial acceleration.
 
 use super::Failure;
-use crate::math::linear::{Factor, Method};
+use crate::math::linear::{Definiteness, Factor, Method};
 use crate::system::{Assembled, At, Rates, State, System, Want};
 
 /// A derivative ∂a/∂x \[1/s²\] far above ω² of every mode, so that M = (K(ca) − K(0))/ca keeps its digits next to the stiffness.
@@ -42,7 +42,7 @@ impl Start {
         for e in (0..system.dofs.free.len()).filter(|&e| system.dofs.is_scalar(e)) {
             mass[sums.pattern.on_diagonal(e)] = 1.0;
         }
-        let mut factor = Factor::by(method, sums.pattern.clone(), true);
+        let mut factor = Factor::by(method, sums.pattern.clone(), Definiteness::Positive);
         factor.move_to(&state.x);
         factor.factorise(&mass).map_err(Failure::Linear)?;
         Ok(Self { sums, mass, factor })
@@ -61,7 +61,8 @@ impl Start {
     }
 }
 
-/// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state.
+/// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state, dampers that of
+/// its velocities.
 pub(super) fn before<'a>(state: &'a State, a: &'a [f64], rates: Rates) -> At<'a> {
     let State { t, x, v, history, inputs, .. } = state;
     At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates }

@@ -46,6 +46,11 @@ pub enum Status {
         t: f64,
         why: Failure,
     },
+    /// The factor of the tangent is larger than `factor_memory`, and no other method solves for it
+    FactorTooLarge {
+        t: f64,
+        why: Failure,
+    },
     /// No step however small converges
     StepTooSmall {
         t: f64,
@@ -53,7 +58,7 @@ pub enum Status {
         /// Whether a force, pressure or tension that is given changes in the step
         by_force: bool,
     },
-    /// A recorded column or a signal has a value that is no finite number
+    /// A recorded column, a signal, or what is given at the end of a step has a value that is no finite number
     NotFinite {
         t: f64,
         column: String,
@@ -81,6 +86,10 @@ impl Status {
             Failure::Eval(EvalError::Inverted { .. }) => Self::Inverted { t, why },
             Failure::Jammed { .. } => Self::ContactJammed { t, why },
             Failure::Linear(LinearError::Singular) => Self::Singular { t, motions: Vec::new() },
+            Failure::NotFinite { input } => Self::NotFinite { t, column: input },
+            Failure::Linear(
+                LinearError::Indefinite { .. } | LinearError::Slow { .. } | LinearError::TooLarge { .. },
+            ) => Self::FactorTooLarge { t, why },
             _ => Self::StepTooSmall { t, why, by_force },
         }
     }
@@ -95,6 +104,7 @@ impl Status {
             Self::Singular { .. } => "Singular",
             Self::TimeBudget { .. } => "TimeBudget",
             Self::ContactJammed { .. } => "ContactJammed",
+            Self::FactorTooLarge { .. } => "FactorTooLarge",
             Self::StepTooSmall { .. } => "StepTooSmall",
             Self::NotFinite { .. } => "NotFinite",
             Self::Interrupted { .. } => "Interrupted",
@@ -111,6 +121,7 @@ impl Status {
             | Self::Singular { t, .. }
             | Self::TimeBudget { t }
             | Self::ContactJammed { t, .. }
+            | Self::FactorTooLarge { t, .. }
             | Self::StepTooSmall { t, .. }
             | Self::NotFinite { t, .. }
             | Self::Interrupted { t } => Some(*t),
@@ -142,7 +153,9 @@ impl Status {
                     Failure::Linear(_)
                     | Failure::Complementarity
                     | Failure::Unloaded
+                    | Failure::NotFinite { .. }
                     | Failure::LimitReached
+                    | Failure::Landing
                     | Failure::MaxSteps => Culprit::default(),
                 }
             }
@@ -171,7 +184,10 @@ impl Status {
             }
             Self::Singular { motions, .. } => super::free_motions::sentence(motions),
             Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
-            Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded), .. } => why.to_string(),
+            Self::FactorTooLarge { why, .. }
+            | Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded | Failure::Landing), .. } => {
+                why.to_string()
+            }
             Self::StepTooSmall { why, .. } => format!("no step however small converges: {why}"),
             Self::NotFinite { column, .. } => format!("the next value of {column} is not a finite number"),
             Self::Interrupted { .. } => "stopped".into(),
@@ -210,13 +226,7 @@ impl Status {
             Self::StepTooSmall { why: Failure::Complementarity, .. } => {
                 "let the drives of cables begin at zero and change in several steps, release one of several cables, or drive it by tension"
             }
-            Self::StepTooSmall {
-                why:
-                    Failure::Linear(
-                        LinearError::Indefinite { .. } | LinearError::Slow { .. } | LinearError::TooLarge { .. },
-                    ),
-                ..
-            } => "raise numerics.factor_memory if the machine has it, or take a coarser mesh",
+            Self::FactorTooLarge { .. } => "raise numerics.factor_memory if the machine has it, or take a coarser mesh",
             Self::StepTooSmall { why: Failure::Linear(_), .. } => {
                 "bring the stiffnesses of the parts closer to each other, or mesh without slivers"
             }
@@ -224,7 +234,10 @@ impl Status {
                 "raise max_steps, or take a larger dt: it is the length of the first step"
             }
             Self::StepTooSmall { why: Failure::Unloaded, .. } => {
-                "let a signal change over the stage, or leave continuation away"
+                "let the signals of the loads change all over the stage and in one direction, or leave continuation away"
+            }
+            Self::StepTooSmall { why: Failure::Landing, .. } => {
+                "end the data before the impact, or take bdf2 or implicit_euler"
             }
             Self::StepTooSmall { by_force: true, .. } => {
                 "the load may exceed what the body can carry: drive by length, volume or displacement; or the mesh is too \
@@ -234,7 +247,7 @@ impl Status {
                 "the body may buckle or fold under the motion that is given: try numerics.projection = true, a dynamic stage, or \
                  a finer mesh there"
             }
-            Self::NotFinite { .. } => "check the units and exponents of what the column depends on",
+            Self::NotFinite { .. } => "check the units and exponents of what it depends on",
             Self::Interrupted { .. } => "run it again",
         }
     }

@@ -1,7 +1,7 @@
 //! The step to be solved, and the inputs of an evaluation at its end.
 
-use super::Integrator;
-use crate::system::{At, Rates, State, System};
+use super::{Failure, Integrator};
+use crate::system::{At, EnergyRole, Rates, State, System};
 
 /// From `past` over `dt`.
 #[derive(Clone, Copy)]
@@ -33,6 +33,21 @@ impl Step<'_> {
     /// Prescribed dofs with their values at the end of the step.
     pub fn targets(&self, next: &State) -> Vec<(usize, f64)> {
         self.system.prescribed.iter().map(|p| (p.dof as usize, p.signal.at(next.clock()))).collect()
+    }
+
+    /// Refuses a step whose prescribed dofs, loads or constraints are given no finite number at its end.
+    pub(super) fn check_inputs(&self, targets: &[(usize, f64)], next: &State) -> Result<(), Failure> {
+        let (system, now) = (self.system, next.clock());
+        let given = |role| matches!(role, EnergyRole::Load | EnergyRole::Follower);
+        let motion = targets.iter().find(|(_, value)| !value.is_finite());
+        let motion = motion.map(|(dof, _)| format!("the displacement of node {}", dof / 3));
+        let load = || system.effects.iter().find(|e| given(e.role()) && !e.intensity(now).is_finite());
+        let constraint = || system.constraints.iter().find(|c| !c.target(now).is_finite());
+        let faulty = motion.or_else(|| load().map(|e| e.name().into()));
+        match faulty.or_else(|| constraint().map(|c| c.name().into())) {
+            Some(input) => Err(Failure::NotFinite { input }),
+            None => Ok(()),
+        }
     }
 
     /// \[3 × nodes\] the prescribed motion that is left from `state`; none if there is none.

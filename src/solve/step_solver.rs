@@ -1,6 +1,8 @@
 //! Solves single steps: initial values, fallbacks, time error.
 
+use super::contact_check;
 use super::prediction::Prediction;
+use super::start::Start;
 use super::step_settings::StepSettings;
 use super::{Failure, Integrator, NonlinearSolver, Solution, Step};
 use crate::math::tensor::Vec3;
@@ -14,11 +16,13 @@ pub struct StepSolver<'a> {
     /// \[nodes\] X, to name rigid motions by; or empty
     pub points: &'a [Vec3],
     pub(super) prediction: Prediction,
+    /// M with its factor, once a point has landed. It depends on nothing but the system
+    pub(super) mass: Option<Start>,
 }
 
 impl<'a> StepSolver<'a> {
     pub(super) fn new(system: &'a System, solver: NonlinearSolver, settings: StepSettings) -> Self {
-        Self { system, solver, settings, points: &[], prediction: Prediction::default() }
+        Self { system, solver, settings, points: &[], prediction: Prediction::default(), mass: None }
     }
 
     /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,
@@ -30,6 +34,8 @@ impl<'a> StepSolver<'a> {
         t: f64,
     ) -> Result<(State, Solution), Failure> {
         let dt = t - state.t;
+        let landed = self.landed(integrator, state, t)?;
+        let state = landed.as_ref().unwrap_or(state);
         let mut next = State { t, ..state.clone() };
         // The linearised step is linearised at the last state: K(xₙ).
         let extrapolate = self.settings.extrapolate && !integrator.is_linearised();
@@ -43,23 +49,29 @@ impl<'a> StepSolver<'a> {
             );
         let step = Step { system: self.system, integrator, past: state, dt };
         let guess = next.clone();
-        let mut result = self.solver.solve(&step, &mut next);
+        if !integrator.is_linearised() {
+            contact_check::check_prescribed_points(&step, &guess)?;
+        }
+        let mut result = self.attempt(&step, &mut next, NonlinearSolver::solve);
+        if result.as_ref().is_err_and(Failure::is_of_memory) {
+            return Err(result.expect_err("it has failed"));
+        }
         if result.is_err() && self.solver.has_reused_factor {
             next = guess.clone();
-            result = self.solver.solve_afresh(&step, &mut next);
+            result = self.attempt(&step, &mut next, NonlinearSolver::solve_afresh);
         }
         if result.is_err() && extrapolated {
             next = State { t, ..state.clone() };
-            result = self.solver.solve_afresh(&step, &mut next);
+            result = self.attempt(&step, &mut next, NonlinearSolver::solve_afresh);
         }
         if result.is_err() && integrator.is_static() && self.is_unstable(&step) {
             next = guess;
-            result = self.solver.solve_indefinite(&step, &mut next);
+            result = self.attempt(&step, &mut next, NonlinearSolver::solve_indefinite);
         }
         if result.is_err() && self.solver.settings.projection && !integrator.is_linearised() {
             next = State { t, ..state.clone() };
             self.solver.equations.sums.projected = true;
-            result = self.solver.solve(&step, &mut next);
+            result = self.attempt(&step, &mut next, NonlinearSolver::solve);
             self.solver.equations.sums.projected = false;
         }
         let solution = result?;
@@ -67,9 +79,23 @@ impl<'a> StepSolver<'a> {
         Ok((next, solution))
     }
 
+    /// One solve of a step, whose solution must satisfy what contact asks of it; a linearised step is not solved for equilibrium.
+    fn attempt(
+        &mut self,
+        step: &Step,
+        next: &mut State,
+        solve: impl Fn(&mut NonlinearSolver, &Step, &mut State) -> Result<Solution, Failure>,
+    ) -> Result<Solution, Failure> {
+        let solution = solve(&mut self.solver, step, next)?;
+        if !step.integrator.is_linearised() {
+            contact_check::check_solution(&mut self.solver, step, next)?;
+        }
+        Ok(solution)
+    }
+
     /// Whether the state that a step starts from is an unstable equilibrium.
     fn is_unstable(&mut self, step: &Step) -> bool {
-        self.solver.unstable_modes(step, step.past).is_some_and(|modes| modes > 0)
+        self.solver.unstable_modes(step, step.past, false).is_some_and(|modes| modes > 0)
     }
 
     /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for.

@@ -2,6 +2,10 @@
 
 use super::Integrator;
 
+/// Share of the nominal step up to which what is left at the end belongs to the last step \[–\]. More than the rounding of
+/// (end − start)/dt where the steps are [resolved](TimeSpan::is_resolved).
+const REMAINDER: f64 = 1e-3;
+
 /// A stretch of time with one integrator and one nominal step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeSpan {
@@ -13,13 +17,51 @@ pub struct TimeSpan {
 }
 
 impl TimeSpan {
-    /// Number of nominal steps.
+    /// Number of nominal steps. The last one is shorter where the stretch is no multiple of it, or longer by less than its thousandth.
     pub fn steps(&self) -> usize {
-        ((self.end - self.start) / self.dt - 1e-9).ceil().max(1.0) as usize
+        ((self.end - self.start) / self.dt - REMAINDER).ceil().max(1.0) as usize
+    }
+
+    /// Whether the rounding of the time at the end is less than a thousandth of the nominal step, so that every step has its length.
+    pub fn is_resolved(&self) -> bool {
+        f64::EPSILON * self.end.abs() <= REMAINDER * self.dt
     }
 
     /// Point `k` of the time grid, the start being point 0.
     pub fn point(&self, k: usize) -> f64 {
         if k == self.steps() { self.end } else { self.start + k as f64 * self.dt }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Wherever a stage starts, a multiple of dt has so many steps of dt, and what is left is a step of its own or part of the last one. Of
+    /// the lengths the rounding of the times, ε t, may be missing at both ends.
+    #[test]
+    fn late_stages_have_the_steps_of_early_ones() {
+        for start in [0.0, 300.0, 3600.0, 86400.0] {
+            for dt in [1e-5, 1e-4, 1e-3 / 3.0, 2e-3, 0.1, 0.333_333_333_33] {
+                for n in [1, 2, 3, 300, 3000] {
+                    for (left, more, last) in
+                        [(0.0, 0, 1.0), (1e-7, 0, 1.0), (5e-4, 0, 1.0), (2e-3, 1, 2e-3), (0.5, 1, 0.5)]
+                    {
+                        let end = start + (f64::from(n) + left) * dt;
+                        let span = TimeSpan { integrator: Integrator::Bdf2, start, end, dt };
+                        let (steps, rounding) = (n as usize + more, 2.0 * f64::EPSILON * end / dt);
+                        let lengths: Vec<f64> = (0..steps).map(|k| (span.point(k + 1) - span.point(k)) / dt).collect();
+                        let place = format!("{n} + {left} steps of {dt} s from {start} s");
+                        assert!(span.is_resolved() && span.steps() == steps, "{place}: {}", span.steps());
+                        assert_eq!(span.point(steps), end);
+                        let (at_end, others) = lengths.split_last().expect("a step");
+                        assert!(others.iter().all(|length| (length - 1.0).abs() <= rounding), "{place}: {others:?}");
+                        assert!((at_end - last).abs() <= 1e-3 + rounding, "{place}: the last one is {at_end}");
+                    }
+                }
+            }
+        }
+        let swallowed = TimeSpan { integrator: Integrator::Bdf2, start: 86400.0, end: 86400.0 + 1e-6, dt: 1e-9 };
+        assert!(!swallowed.is_resolved());
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::study::curve::{CHANGE, peak_words};
 use crate::study::store::record::{CaseRecord, NOT_RUN, Quantity, StoredCase, StudyRecord};
+use crate::wording::{NAMED, few};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;
@@ -129,35 +130,18 @@ pub fn warnings_of_steps(stored: &[StoredCase], steps_vary: bool) -> Vec<String>
     out
 }
 
-/// Cases that a sentence names; of more it gives the number.
-const NAMED: usize = 3;
-
 /// A warning for each case without a usable result; one for all cases that were not run, where they are many.
 pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
     let (not_run, failed): (Vec<_>, Vec<_>) = incomplete.iter().partition(|(_, what)| what == NOT_RUN);
     let each = |(id, what): &(String, String)| format!("Case {id}: {what}.");
     let mut out: Vec<String> = failed.into_iter().map(each).collect();
     if not_run.len() > NAMED {
-        out.push(format!(
-            "{} cases have no result yet: {}.",
-            not_run.len(),
-            few(not_run.into_iter().map(|(id, _)| id))
-        ));
+        let ids: Vec<&String> = not_run.into_iter().map(|(id, _)| id).collect();
+        out.push(format!("{} cases have no result yet: {}.", ids.len(), few(&ids)));
     } else {
         out.extend(not_run.into_iter().map(each));
     }
     out
-}
-
-/// The first cases by their names, and the number of the others.
-pub fn few<'a>(cases: impl ExactSizeIterator<Item = &'a String>) -> String {
-    let others = cases.len().saturating_sub(NAMED);
-    let mut words: Vec<String> = cases.take(NAMED).cloned().collect();
-    let last = if others > 0 { Some(format!("{others} more")) } else { words.pop() };
-    match (words.is_empty(), last) {
-        (false, Some(last)) => format!("{} and {last}", words.join(", ")),
-        (_, last) => last.unwrap_or_default(),
-    }
 }
 
 /// Adds the notes of the cases, each once.
@@ -193,14 +177,5 @@ mod tests {
         );
         cases.push(case("d", NOT_RUN));
         assert_eq!(warnings(&cases), ["Case f: Singular.", "4 cases have no result yet: a, b, c and 1 more."]);
-    }
-
-    #[test]
-    fn few_cases_are_named() {
-        let named = |n: usize| {
-            let cases: Vec<String> = ["a", "b", "c", "d", "e"][..n].iter().map(ToString::to_string).collect();
-            few(cases.iter())
-        };
-        assert_eq!([0, 1, 2, 3, 5].map(named), ["", "a", "a and b", "a, b and c", "a, b, c and 2 more"]);
     }
 }

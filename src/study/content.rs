@@ -6,6 +6,7 @@ use crate::report::table::Table;
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
 use crate::study::extension::Extension;
+use crate::study::outcome::CaseOutcome;
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -38,8 +39,8 @@ pub struct Content {
     pub extension: Option<Extension>,
     /// Why the study has no result although its cases have theirs
     pub without_result: Option<String>,
-    /// Case id → `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
-    pub outcomes: BTreeMap<String, &'static str>,
+    /// Case id → outcome, where cases are judged one by one
+    pub outcomes: BTreeMap<String, CaseOutcome>,
 }
 
 impl Content {

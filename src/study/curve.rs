@@ -160,7 +160,7 @@ pub fn extreme_word<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantit
     }
 }
 
-/// Does not start at zero.
-pub fn starts_elsewhere(c: &Curve) -> bool {
+/// Whether a curve does not start at zero.
+fn starts_elsewhere(c: &Curve) -> bool {
     c.f[0].abs() > 1e-3 * c.peak().abs()
 }

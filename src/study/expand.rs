@@ -1,6 +1,7 @@
 //! A study file expanded into cases.
 
 use crate::math::units::{self, Dimension};
+use crate::report::names::title;
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::storage;
 use crate::study::case::{After, Case};
@@ -214,7 +215,7 @@ impl Study {
             quantities,
             labels: expansion.variants.iter().filter_map(named).collect(),
             groups: expansion.variants.iter().filter_map(|v| Some((v.name.clone(), v.group.clone()?))).collect(),
-            members: expansion.families.iter().flat_map(|f| f.labels.clone()).collect(),
+            members: member_labels(&expansion.families),
             variants: known,
             families,
             details: expansion.details,
@@ -372,7 +373,7 @@ impl CaseList<'_> {
     }
 }
 
-/// CaseList of `[use]`, one per variant and member.
+/// Cases of `[use]`, one per variant and member.
 fn uses(
     file: &Path,
     usage: &UseSpec,
@@ -411,5 +412,42 @@ fn uses(
     match cases.is_empty() {
         true => Err(content("it has no member".into(), "add [use.members] with one mesh at least, two for its share")),
         false => Ok(cases),
+    }
+}
+
+/// Labels of members: those that are given, and the plain names of members that are named like a law which they do not set.
+fn member_labels(families: &[FamilySpec]) -> BTreeMap<String, String> {
+    fn sets(value: &toml::Value, name: &str) -> bool {
+        match value {
+            toml::Value::String(text) => text == name,
+            toml::Value::Table(table) => table.values().any(|v| sets(v, name)),
+            _ => false,
+        }
+    }
+    let members = families.iter().flat_map(|f| f.members.iter().chain(f.own.values().flatten()));
+    let misleading = members.filter(|(name, member)| !sets(member, name)).filter_map(|(name, _)| {
+        let plain = name.replace('_', " ");
+        (title(name) != plain).then(|| (name.clone(), plain))
+    });
+    misleading.chain(families.iter().flat_map(|f| f.labels.clone())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_member_has_the_title_of_a_law_only_if_it_sets_that_law() {
+        let family: FamilySpec = toml::from_str(
+            r#"
+name = "members"
+role = "members"
+members = { linear = { "mesh.element" = "tet4" }, gent = { "laws.rubber.law" = "gent" }, yeoh = {}, fine = {} }
+labels = { yeoh = "three terms" }
+"#,
+        )
+        .expect("a family");
+        let expected = [("linear", "linear"), ("yeoh", "three terms")].map(|(a, b)| (a.to_string(), b.to_string()));
+        assert_eq!(member_labels(&[family]), BTreeMap::from(expected));
     }
 }

@@ -8,7 +8,7 @@
 //! | Cases are computed | [`run`] |
 //! | Results are kept, verified and moved | [`store`] |
 //! | Cases packed for a scheduler, and the files that it takes | [`engine`] |
-//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`] |
+//! | Analysis, verdict, tables and figures | the kind of the study in [`kinds`], on [`estimate`], [`outcome`] |
 //! | The page and `summary.json` | [`report`], [`page`], [`summary`] |
 //! | The motion in three dimensions | [`view`] |
 //! | Published with its inputs, and run again | [`bundle`] |
@@ -36,6 +36,7 @@ pub mod kind;
 pub mod kinds;
 pub mod listing;
 pub mod locking;
+pub mod outcome;
 pub mod overlay;
 pub mod page;
 pub mod paper;

@@ -2,7 +2,7 @@
 
 use crate::report::figure::Figure;
 use crate::report::names::title;
-use crate::report::page::{document, drawing, escape, list};
+use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
 use crate::report::viewer::pack::Packed;
 use crate::study::content::Content;
@@ -19,9 +19,9 @@ pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: &[Pac
     let mut h = String::with_capacity(1 << 20);
     let class = if content.supported { "verdict" } else { "verdict refused" };
     h += &format!("<h1>{}</h1>\n<p class=\"lead\">{}</p>\n", escape(&s.study), escape(&s.question));
-    h += &format!("<p class=\"{class}\">{}</p>\n", escape(&content.verdict));
+    h += &format!("<p class=\"{class}\">{}</p>\n", prose(&content.verdict));
     if let Some(alarm) = locking::sentence(&store.cases) {
-        h += &format!("<p class=\"verdict refused\">{}</p>\n", escape(&alarm));
+        h += &format!("<p class=\"verdict refused\">{}</p>\n", prose(&alarm));
     }
     h += &facts(&content.facts);
     if !shown.is_empty() {

@@ -6,17 +6,17 @@ use crate::report::export::Pictures;
 use crate::report::figure::Figure;
 use crate::report::paper::Parts;
 use crate::report::{ReportError, files, viewer};
-use crate::study::analysis::few;
 use crate::study::content::Content;
 use crate::study::kinds::KINDS;
 use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
 use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
-use crate::study::store::{builds, results};
+use crate::study::store::{builds, energy, results};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
+use crate::wording::few;
 use std::path::Path;
 
 /// Writes the report of the study in `dir`, next to its cases.
@@ -39,6 +39,9 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
+    let grown = results.cases.iter().map(|c| &c.record);
+    let grown = grown.filter_map(|record| Some((record.id.as_str(), record.solver.energy_from_nothing.as_ref()?)));
+    content.warnings.extend(energy::warning(grown));
     content.warnings.extend(results.damaged.iter().cloned().chain(underived));
     content.warnings.extend(outdated(&results.outdated));
     content.figures.extend(in_study::figures(&results));
@@ -73,7 +76,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
 
 /// A warning where stored results are of other inputs than the study has now.
 fn outdated(cases: &[String]) -> Option<String> {
-    let few = few(cases.iter());
+    let few = few(cases);
     let words = match cases.len() {
         0 => return None,
         1 => format!("The stored result of case {few} is of other inputs than the study has now, and does not count"),

@@ -79,7 +79,11 @@ pub fn check_roles(kind: &str, families: &[FamilySpec], known: &[Role]) -> Resul
 /// The unit of a quantity is that at the end of the name of its column, in any spelling: fact and remedy where it is another one. A name without one
 /// says nothing.
 pub fn check_unit(q: &Quantity) -> Result<(), (String, String)> {
-    let spelled = |unit| if unit == "m3" { "m³" } else { unit };
+    let spelled = |unit| match unit {
+        "m2" => "m²",
+        "m3" => "m³",
+        unit => unit,
+    };
     let own = spelled(unit_of_column(&q.name));
     let unit = spelled(&q.unit);
     if own == "1" || unit == own || units::in_unit(&format!("1 {unit}"), own).is_ok_and(|one| (one - 1.0).abs() < 1e-12)

@@ -3,7 +3,8 @@
 use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::extension::Extension;
-use crate::study::store::record::{LockingRecord, MeshRecord, ProbeRecord, StoredCase};
+use crate::study::outcome::CaseOutcome;
+use crate::study::store::record::{CaseRecord, LockingRecord, MeshRecord, ProbeRecord, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::store::solver::SolverRecord;
 use schemars::JsonSchema;
@@ -74,7 +75,8 @@ pub struct CaseSummary {
     pub status: String,
     /// `pass`, `stopped`, `inaccurate` or `fail`, where cases are judged one by one
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub outcome: Option<&'static str>,
+    #[schemars(with = "Option<String>")]
+    pub outcome: Option<CaseOutcome>,
     /// Work of the solver
     pub solver: SolverRecord,
     /// Wall time of the solution \[s\]
@@ -103,7 +105,7 @@ pub struct CaseSummary {
 }
 
 impl CaseSummary {
-    fn new(c: &StoredCase, outcome: Option<&'static str>, judged: BTreeMap<String, f64>) -> Self {
+    fn new(c: &StoredCase, outcome: Option<CaseOutcome>, judged: BTreeMap<String, f64>) -> Self {
         let r = c.record.clone();
         Self {
             id: r.id,
@@ -132,9 +134,16 @@ impl CaseSummary {
 }
 
 impl Summary {
-    /// Case id → outcome, where cases are judged one by one.
-    pub fn outcomes(&self) -> BTreeMap<&str, &'static str> {
-        self.cases.iter().filter_map(|c| Some((c.id.as_str(), c.outcome?))).collect()
+    /// The cases of a run that failed. Where the study judges its cases one by one, a status other than `Converged` may be the right end of
+    /// a case.
+    pub fn failed<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
+        let judged = self.cases.iter().filter_map(|c| Some((c.id.as_str(), c.outcome?)));
+        let outcomes: BTreeMap<&str, CaseOutcome> = judged.collect();
+        let has_failed = |r: &&CaseRecord| match outcomes.get(r.id.as_str()) {
+            Some(outcome) => *outcome == CaseOutcome::Fail,
+            None => !r.converged(),
+        };
+        records.iter().filter(has_failed).collect()
     }
 }
 

@@ -54,4 +54,10 @@ pub trait ContactPoints {
     fn points(&self, x_old: [&[f64]; 2], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>>;
     /// Changes x so that the contact forces of these points are these \[N\]. Forces that have a potential follow from x.
     fn set_forces(&self, _x: &mut [f64], _forces: &[f64], _caches: &mut Caches) {}
+    /// A node and its distance \[m\] at x where the straight motion from displacement `old` to x takes a point through its obstacle.
+    fn passed(&self, x_old: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)>;
+    /// The points of a unilateral contact that are deeper inside than `depth` \[m\] at displacement x.
+    fn inside(&self, _x: &[f64], _depth: f64) -> Vec<ContactPoint<'_>> {
+        Vec::new()
+    }
 }

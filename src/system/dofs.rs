@@ -103,7 +103,8 @@ impl Dofs {
     }
 }
 
-/// The same order of vertices, those from `first` on being means. The last vertices of an order couple with each other anyway.
+/// An order of vertices with the means before the last nodes, those from `first` on being means. The last vertices of an order
+/// couple with each other anyway.
 fn means_before_the_last_nodes(order: Vec<u32>, first: u32) -> Vec<u32> {
     let nodes = order.iter().enumerate().rev().filter(|(_, v)| **v < first);
     let start = nodes.take(LAST).last().map_or(0, |(place, _)| place);

@@ -69,7 +69,7 @@ pub struct Capabilities<'a> {
     pub active: Option<&'a dyn ActiveBlocks>,
     /// Blocks that exist at one state only, in addition to those of the effect
     pub transient: Option<&'a dyn TransientCoupling>,
-    /// MotionLimit of the motion within one iteration or step
+    /// Limit of the motion within one iteration or step
     pub step_limit: Option<&'a dyn StepLimit>,
     /// Nodes that move together as a body that turns
     pub turning: Option<&'a dyn TurningBody>,
@@ -190,7 +190,7 @@ pub trait TransientBlocks {
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError>;
 }
 
-/// MotionLimit of the motion within which an effect remains defined.
+/// Limit of the motion within which an effect remains defined.
 pub trait StepLimit {
     /// The largest admissible share of the motion dx from x; None if all of it is admissible.
     fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<MotionLimit>;

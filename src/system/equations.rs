@@ -6,6 +6,7 @@ use super::{
     Assembled, At, Blocks, Caches, Constraint, ConstraintKind, ContactPoint, ContactPoints, Cost, Dofs, Effect,
     EnergyRole, EvalError, Means, MotionLimit, Prescribed, State, Strain, Ties,
 };
+use crate::math::linear::Definiteness;
 use crate::math::low_rank::Pattern;
 use crate::math::signal::Clock;
 use std::ops::Range;
@@ -65,7 +66,7 @@ impl System {
         Self::tied(nodes, hosts, effects, constraints, prescribed, Ties::default())
     }
 
-    /// The same with nodes that follow others; none of these is prescribed, and no effect that selects its blocks acts on them.
+    /// Like [`Self::with_scalars`], with nodes that follow others; none of these is prescribed, and no effect that selects its blocks acts on them.
     pub fn tied(
         nodes: usize,
         hosts: &[u32],
@@ -112,7 +113,7 @@ impl System {
     }
 
     /// Range of the variables of effect `e` in the history of the state.
-    pub(super) fn history_of(&self, e: usize) -> Range<usize> {
+    pub fn history_of(&self, e: usize) -> Range<usize> {
         self.histories[e].clone()
     }
 
@@ -191,11 +192,12 @@ impl System {
 
     /// Whether there are contact points with friction whose forces can be prescribed.
     pub fn has_frictional_points(&self) -> bool {
-        self.with_contact_points().any(ContactPoints::has_friction)
+        self.with_contact_points().any(|(_, points)| points.has_friction())
     }
 
-    fn with_contact_points(&self) -> impl Iterator<Item = &dyn ContactPoints> {
-        self.effects.iter().filter_map(|e| e.capabilities().contact_points)
+    /// The effects that have contact points, with their names.
+    pub fn with_contact_points(&self) -> impl Iterator<Item = (&str, &dyn ContactPoints)> {
+        self.effects.iter().filter_map(|e| Some((e.name(), e.capabilities().contact_points?)))
     }
 
     /// The points of each effect that has contact points: [`ContactPoints::points`].
@@ -206,12 +208,12 @@ impl System {
         margin: f64,
         caches: &mut Caches,
     ) -> Vec<Vec<ContactPoint<'_>>> {
-        self.with_contact_points().map(|effect| effect.points(x_old, dt, margin, caches)).collect()
+        self.with_contact_points().map(|(_, effect)| effect.points(x_old, dt, margin, caches)).collect()
     }
 
     /// Prescribes the forces N \[N\] of the points of each effect that has some.
     pub fn set_contact_forces<'f>(&self, x: &mut [f64], forces: impl Iterator<Item = &'f [f64]>, caches: &mut Caches) {
-        self.with_contact_points().zip(forces).for_each(|(effect, forces)| effect.set_forces(x, forces, caches));
+        self.with_contact_points().zip(forces).for_each(|((_, effect), forces)| effect.set_forces(x, forces, caches));
     }
 
     /// The largest displacement of a free dof in x \[m\].
@@ -283,5 +285,10 @@ impl System {
     /// Number of equations of the second field, which is the number of negative pivots at a stable equilibrium.
     pub fn scalar_equations(&self) -> usize {
         (0..self.dofs.free.len()).filter(|&e| self.dofs.is_scalar(e)).count()
+    }
+
+    /// The tangent that is expected of a stable equilibrium.
+    pub fn definiteness(&self) -> Definiteness {
+        if self.scalar_equations() == 0 { Definiteness::Positive } else { Definiteness::Saddle }
     }
 }

@@ -66,7 +66,7 @@ impl Rates {
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,
-    /// Length of the step \[s\], infinite in statics: rates vanish
+    /// Length of the step \[s\]: infinite in statics, where rates vanish, and 0 at the start of a stage
     pub dt: f64,
     pub x: &'a [f64],
     pub v: &'a [f64],
@@ -80,6 +80,16 @@ pub struct At<'a> {
 }
 
 impl<'a> At<'a> {
+    /// Whether time only orders the loads, and nothing has a rate.
+    pub fn is_static(&self) -> bool {
+        self.dt.is_infinite()
+    }
+
+    /// Whether no time has passed since the last state: `x` is `old`, and the rates are those of v.
+    pub fn is_start(&self) -> bool {
+        self.dt == 0.0
+    }
+
     /// The time, for signals.
     pub fn clock(&self) -> Clock<'a> {
         Clock { t: self.t, inputs: self.inputs }

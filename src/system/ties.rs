@@ -47,7 +47,7 @@ impl Ties {
         }
     }
 
-    /// The same effect on the nodes that are followed.
+    /// An effect on the nodes that are followed.
     pub fn effect(&self, effect: Box<dyn Effect>) -> Box<dyn Effect> {
         match self.changed(effect.blocks(), effect.capabilities().means) {
             Some(part) => Box::new(TiedEffect { inner: effect, part }),
@@ -55,7 +55,7 @@ impl Ties {
         }
     }
 
-    /// The same constraint on the nodes that are followed.
+    /// A constraint on the nodes that are followed.
     pub fn constraint(&self, constraint: Box<dyn Constraint>) -> Box<dyn Constraint> {
         match self.changed(constraint.blocks(), constraint.means()) {
             Some(part) => Box::new(TiedConstraint { inner: constraint, part }),

@@ -110,7 +110,9 @@ fn requests_that_cannot_be_met_are_refused() {
     };
     assert!(ask(&|_| {}).contains("several modes (uniaxial, planar); pass --mode"));
     assert!(ask(&|o| o.modes = vec![Mode::Equibiaxial]).contains("no equibiaxial data; present: uniaxial, planar"));
-    assert!(ask(&|o| o.law = "neo_hokean".into()).contains("did you mean \"neo_hookean\"?"));
+    assert!(ask(&|o| o.law = "neo_hokean".into()).contains("did you mean `neo_hookean`? (known: "));
+    let far = ask(&|o| o.law = "xyz".into());
+    assert!(far.contains("law \"xyz\" cannot be fitted; known: "), "{far}");
     let half = Some(Partner::Nu(0.5));
     assert!(ask(&|o| (o.modes, o.partner) = (vec![Mode::Uniaxial], half)).contains("below 0.5"));
     let narrow = Some(StretchRange { from: 1.5, to: 1.6 });

@@ -3,6 +3,7 @@
 
 use crate::common;
 use crate::common::example_table;
+use crate::common::studies::run_study;
 use durometer::calibrate::inverse::{
     Bounds, Calibration, End, Failure, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel, Settings,
     Unknown, calibrate,
@@ -15,10 +16,8 @@ use durometer::scene::{ParameterKey, Progress, Scene};
 use durometer::solve::Status;
 use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::runner::{self, Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
 use toml::{Table, Value};
 
 /// A bar between bonded ends; `to` and `steps` of the pull.
@@ -602,15 +601,6 @@ fn intervals_hold_the_truth_in_95_of_100_of_many_draws() {
     }
 }
 
-struct Quiet;
-
-impl Watch for Quiet {
-    fn meshing(&self, _: &str, _: &str) {}
-    fn started(&self, _: &str) {}
-    fn progress(&self, _: &str, _: Progress) {}
-    fn finished(&self, _: &CaseRecord, _: bool) {}
-}
-
 /// The committed study on its coarse meshes: mu = 100 kPa was pulled with 75 mm between the grips. The rows leave ±0.12 %, and half as
 /// many steps change the interpolation by less: within 0.5 % where the distance is known, in the interval where it is not, and the
 /// gauge length tens of percent off. The law file is a law.
@@ -620,19 +610,8 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
     let changes = [("stage.0.dt".to_string(), Value::from("0.1 s"))];
     let study = Study::read(&file, &changes).unwrap_or_else(|e| panic!("{e}"));
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let stop = AtomicBool::new(false);
     for only in ["mesh-pull-coarse", "grips"] {
-        let options = Options {
-            jobs: 2,
-            redo: false,
-            accept_build: false,
-            only: Some(only.into()),
-            vtu: false,
-            isolation: Isolation::Threads,
-            memory: None,
-            stop: &stop,
-        };
-        let records = runner::run(&study, folder.path(), &options, &Quiet).unwrap_or_else(|e| panic!("{e}"));
+        let records = run_study(&study, folder.path(), Some(only));
         assert!(records.iter().all(CaseRecord::converged), "{only}");
     }
     let summary = report::write(folder.path()).unwrap_or_else(|e| panic!("{e}"));
@@ -652,18 +631,7 @@ fn a_dumbbell_gives_its_stiffness_and_the_gauge_length_does_not() {
 /// The ends of the band where the law is used, against runs of that scene at the constants of the nuisance cases: δ of 3.5 % in μ moves
 /// the angle by about that much, so what is not linear is of the order of its square, 0.1 % of the angle; the rows add 0.12 % in μ.
 fn band(study: &Study, folder: &Path, summary: &report::Summary) {
-    let stop = AtomicBool::new(false);
-    let options = Options {
-        jobs: 2,
-        redo: false,
-        accept_build: false,
-        only: Some("coarse".into()),
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
-    runner::run(study, folder, &options, &Quiet).unwrap_or_else(|e| panic!("{e}"));
+    run_study(study, folder, Some("coarse"));
     let summary_of_use = report::write(folder).unwrap_or_else(|e| panic!("{e}"));
     let band = &summary_of_use.analysis["use"][0];
     let last = |v: &serde_json::Value| v.as_array().and_then(|a| a.last()?.as_f64()).expect("numbers");

@@ -179,5 +179,5 @@ fn what_cannot_be_an_unknown_is_refused() {
     assert!(message.contains("it moves cable_shortening_m, over which the curve is compared"), "{message}");
     let own = model(&truth, &["mesh.grid.divisions.0"], &none, "cable_tension_N").expect("a number");
     let message = search(own, recorded(&truth, "cable_tension_N")).expect_err("refused");
-    assert!(message.contains("this must be usize"), "{message}");
+    assert!(message.contains("this must be a whole number"), "{message}");
 }

@@ -6,7 +6,7 @@ use crate::common::Random;
 use durometer::scene::{Body, Scene, read_scene};
 use durometer::study::expand::Study;
 use durometer::study::report::{self, Summary};
-use durometer::study::run::runner::{self, Isolation, Options, RunError, Watch};
+use durometer::study::run::runner::{self, Options, RunError, Watch};
 use durometer::study::store::record::{CaseRecord, NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -63,10 +63,6 @@ y = { column = "F", unit = "N", is = "xmax_reaction_z_N" }
 
 const CALIBRATION: &str = "[calibration]\nunknown = [\"laws.rubber.mu\"]\nweighting = \"absolute\"\n";
 
-#[derive(Default)]
-struct Silent;
-impl Watch for Silent {}
-
 /// Displacement and force of the bar of 150 kPa on a mesh that is finer than those of the studies, along an axis.
 fn truth(axis: &str) -> Vec<(f64, f64)> {
     static BOTH: OnceLock<[Vec<(f64, f64)>; 2]> = OnceLock::new();
@@ -104,21 +100,12 @@ fn folder(keys: &str) -> tempfile::TempDir {
 }
 
 fn run(folder: &Path) -> Result<Vec<CaseRecord>, RunError> {
-    run_watched(folder, &AtomicBool::new(false), &Silent)
+    run_watched(folder, &AtomicBool::new(false), &())
 }
 
 fn run_watched(folder: &Path, stop: &AtomicBool, watch: &impl Watch) -> Result<Vec<CaseRecord>, RunError> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
-    let options = Options {
-        jobs: 2,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop,
-    };
+    let options = Options { jobs: 2, ..Options::new(stop) };
     runner::run(&study, &folder.join("out"), &options, watch)
 }
 

@@ -208,9 +208,11 @@ fn intervals_cover_the_truth() {
 #[test]
 #[ignore = "a minute; its numbers are in docs/verification.md"]
 fn coverage_of_2000_draws() {
-    for rho in [0.0, 0.8] {
-        println!("correlation {rho}: {:.3?}", covered(2000, rho));
-    }
+    let (plain, correlated) = (covered(2000, 0.0), covered(2000, 0.8));
+    println!("independent {plain:.3?}, correlated {correlated:.3?}");
+    // Three standard deviations of the count are 1.5 %
+    assert!(plain.iter().all(|c| (c - 0.95).abs() <= 0.015), "{plain:?}");
+    assert!(correlated.iter().all(|c| *c >= 0.90), "{correlated:?}");
 }
 
 /// Specimens whose moduli and times scatter by these parts around the truth, with errors of 200 Pa.
@@ -293,6 +295,22 @@ fn files_of_specimens_are_read_together() {
         let message = fit_relaxation(&request(vec![more])).expect_err(says).to_string();
         assert!(message.contains(says), "gave: {message}\nnot: {says}");
     };
+    let named = table("named", "time [s];sigma (kPa)", rows(1.0));
+    let by_name = |name: &str| RelaxationRequest {
+        ramp: Some(0.0),
+        terms: TermChoice::Number(2),
+        columns: [(Role::Stress, name.to_string())].into_iter().collect(),
+        ..RelaxationRequest::new(&named, TestKind::Relaxation)
+    };
+    assert_recovered(&fit_relaxation(&by_name("sigma")).expect("a fit"), 1.0, 1e-5);
+    let unnamed = RelaxationRequest { columns: [].into_iter().collect(), ..by_name("") };
+    for (request, says) in [
+        (by_name("force"), "there is no column \"force\", which --column stress names"),
+        (unnamed, "for example --column stress=NAME"),
+    ] {
+        let message = fit_relaxation(&request).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    }
     refused(one.clone(), "would count as two specimens");
     refused(force, "specimens of one test have one unit");
 }

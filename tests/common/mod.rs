@@ -11,6 +11,7 @@ pub mod made;
 pub mod mapped;
 pub mod sensitivities;
 pub mod stores;
+pub mod studies;
 pub mod synthetic;
 pub mod tables;
 pub mod tools;

@@ -44,6 +44,7 @@ fn mesh_of(m: &Member) -> MeshRecord {
         cells: m.cells,
         nodes: m.cells / 4,
         edge_m: None,
+        extents_m: None,
         wall_cells: None,
         wall_m: None,
         h_m: size(m.cells),
@@ -116,6 +117,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             assembly_s: 0.25 * wall,
             factorisation_s: 0.58 * wall,
             solve_s: 0.12 * wall,
+            contact_forces_s: 0.0,
             output_s: 0.02 * wall,
             build_s: 0.0,
         },
@@ -133,6 +135,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         contacts: Vec::new(),
         notes: vec![],
         cable_events: vec![],
+        cut_regions: vec![],
         no_limit: None,
         provenance: Provenance {
             scene: "[body]\nmesh = \"block\"\n[[cable]]\nguide_radius = \"4 mm\"\n".into(),

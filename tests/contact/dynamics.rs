@@ -5,6 +5,7 @@ use crate::setup::{CUBE, RESPONSES};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
+use durometer::scene::Run;
 use durometer::solve::Status;
 
 /// Reference 16. A cube of 10 mm on a slope of tan φ = ½, as gravity that is inclined: with μ = 0.3 it slides with
@@ -122,6 +123,125 @@ tolerance = 1e-10
             force.iter().any(|f| *f < 0.0) && momenta.last().is_some_and(|p| *p < 0.5 * momenta[0]),
             "it never hit"
         );
+    }
+}
+
+/// Rules that remember an acceleration, which an impact must not get into.
+const WITH_MEMORY: [&str; 2] =
+    [r#"{ kind = "generalised_alpha", rho = 0.8 }"#, r#"{ kind = "newmark", beta = 0.25, gamma = 0.5 }"#];
+
+/// Elastic and kinetic energy, with what was dissipated and without the work.
+fn energies(run: &Run) -> Vec<f64> {
+    let [elastic, kinetic, dissipated, work] =
+        ["elastic_J", "kinetic_J", "dissipated_J", "work_J"].map(|name| column(run, name));
+    (0..work.len()).map(|k| elastic[k] + kinetic[k] + dissipated[k] - work[k]).collect()
+}
+
+/// A bar of 100 mm without lateral contraction hits a floor with 0.1 m/s at 10 ms: by the theory of waves it is pressed on it with A v √(E ρ) for
+/// 2 L √(ρ/E) = 6.3 ms, and has no more energy than before.
+#[test]
+fn a_bar_hits_a_floor_as_its_waves_say() {
+    let (area, speed, stiffness, density) = (1e-4, 0.1, 1e6_f64, 1e3);
+    let plateau = area * speed * (stiffness * density).sqrt();
+    for integrator in WITH_MEMORY {
+        for (response, dt) in [("multiplier", 0.05), ("multiplier", 0.025), ("barrier", 0.05), ("penalty", 0.05)] {
+            let text = format!(
+                r#"
+[mesh]
+body = "bar"
+[laws.rubber]
+law = "neo_hookean"
+E = "1 MPa"
+nu = 0
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "inertia"
+region = "body"
+density = "1000 kg/m^3"
+mass = "lumped"
+[start]
+kind = "moving"
+velocity = ["0 m/s", "0 m/s", "-0.1 m/s"]
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = 0
+[[stage]]
+integrator = {integrator}
+duration = "15 ms"
+dt = "{dt} ms"
+[[probe]]
+kind = "energy"
+[numerics]
+max_iterations = 200
+"#
+            );
+            let run = run(&scene(block(1, 1, 40, 0.01, 0.01, 0.1, Order::Linear), &text));
+            assert_eq!(run.status, Status::Converged, "{integrator} {response} {dt}");
+            let (t, force, energy) = (column(&run, "t_s"), column(&run, "floor_force_z_N"), energies(&run));
+            let pressed: Vec<f64> =
+                t.iter().zip(&force).filter(|(t, _)| (0.0115..0.0145).contains(*t)).map(|(_, f)| *f).collect();
+            let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;
+            let most = energy.iter().fold(0.0, |m: f64, e| m.max(*e)) / energy[0];
+            println!("{integrator} {response} {dt} ms: {} of the force, {most} of the energy", mean / plateau);
+            assert!((mean / plateau - 1.0).abs() < 0.02, "{integrator} {response} {dt} ms: {mean} N for {plateau} N");
+            assert!(most < 1.0 + 1e-3, "{integrator} {response} {dt} ms: energy times {most}");
+        }
+    }
+}
+
+/// A rigid ball falls on a floor from several heights: it does not rebound higher than it fell from, has no energy from nothing, and comes to rest
+/// with its weight on the floor.
+#[test]
+fn a_ball_that_falls_comes_to_rest() {
+    for response in RESPONSES {
+        for height in [10.0, 12.7, 15.4] {
+            let text = format!(
+                r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "ball"
+shape = {{ kind = "sphere", center = ["100 mm", "0 mm", "{} mm"], radius = "10 mm" }}
+density = "1000 kg/m^3"
+gravity = {{ direction = [0, 0, -1], acceleration = "9.81 m/s^2" }}
+[[contact]]
+name = "floor"
+region = "ball"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = 0.3
+[[stage]]
+integrator = {}
+duration = "0.3 s"
+dt = "1 ms"
+[[probe]]
+kind = "energy"
+[numerics]
+max_iterations = 200
+"#,
+                10.0 + height,
+                WITH_MEMORY[0]
+            );
+            let run = run(&scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text));
+            assert_eq!(run.status, Status::Converged, "{response} {height}");
+            let (z, force, energy) = (column(&run, "ball_z_m"), column(&run, "floor_force_z_N"), energies(&run));
+            let weight = 9.81 * 1e3 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6;
+            let hit = force.iter().position(|f| *f > 0.0).expect("it falls on the floor");
+            let rebound = z[hit..].iter().fold(0.0, |m: f64, z| m.max(z - 0.01)) / (1e-3 * height);
+            let created = energy.iter().fold(0.0, |m: f64, e| m.max(e - energy[0])) / (weight * 1e-3 * height);
+            let late = &force[200..];
+            let pressed = late.iter().sum::<f64>() / late.len() as f64 / weight;
+            println!("{response} {height} mm: rebound {rebound}, energy {created}, rests with {pressed} of its weight");
+            assert!(rebound < 0.1 && created < 1e-2, "{response} {height} mm: rebound {rebound}, energy {created}");
+            assert!((pressed - 1.0).abs() < 0.05, "{response} {height} mm: {pressed} of its weight");
+        }
     }
 }
 

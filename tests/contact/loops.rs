@@ -52,6 +52,7 @@ region = "body"
             );
             let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
             assert_eq!(run.status, Status::Converged, "μ = {mu}");
+            assert!(run.contact_forces > std::time::Duration::ZERO, "the time of the sweeps is not counted");
             (column(&run, "body_x_m"), last(&run, "slope_force_z_N"))
         };
         let weight = 1e-6 * 1000.0 * g * phi.cos();

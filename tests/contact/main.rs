@@ -13,5 +13,6 @@ mod motion;
 mod rigid;
 mod rolling;
 mod setup;
+mod start;
 mod statics;
 mod surface;

@@ -118,7 +118,7 @@ dt = "5 ms"
     assert!((floor / (brick + block) - 1.0).abs() < 1e-5, "{floor} and {}", brick + block);
 }
 
-/// A rigid sphere and a rigid cube are themselves points of a contact: they come to rest on a floor with their weight.
+/// A rigid sphere, a rigid cube and a rigid cylinder on its end are themselves points of a contact: they come to rest on a floor with their weight.
 #[test]
 fn rigid_bodies_rest_on_a_floor() {
     for (shape, weight) in [
@@ -127,6 +127,10 @@ fn rigid_bodies_rest_on_a_floor() {
             4.0 / 3.0 * std::f64::consts::PI * 125e-9,
         ),
         (r#"{ kind = "box", min = ["0 mm", "0 mm", "0.1 mm"], max = ["10 mm", "10 mm", "10.1 mm"] }"#, 1e-6),
+        (
+            r#"{ kind = "cylinder", from = ["0 mm", "0 mm", "0.1 mm"], to = ["0 mm", "0 mm", "12.1 mm"], radius = "5 mm" }"#,
+            std::f64::consts::PI * 25e-6 * 12e-3,
+        ),
     ] {
         let text = format!(
             r#"{CUBE}

@@ -273,9 +273,10 @@ fn states(integrator: Integrator, system: &System, first: bool, random: &mut Ran
 fn with_at<T>(integrator: Integrator, past: &State, x: &[f64], use_it: impl FnOnce(&At) -> T) -> T {
     let (mut v, mut a) = (vec![0.0; x.len()], vec![0.0; x.len()]);
     integrator.kinematics(past, DT, x, &mut v, &mut a);
+    let dt = if integrator.is_static() { f64::INFINITY } else { DT };
     use_it(&At {
         t: TIME,
-        dt: DT,
+        dt,
         x,
         v: &v,
         a: &a,

@@ -21,3 +21,4 @@ mod rigid_insert;
 mod rotation;
 mod several_bodies;
 mod springs;
+mod start_of_motion;

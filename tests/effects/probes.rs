@@ -50,6 +50,39 @@ fn bending_angles_count_turns() {
     }
 }
 
+/// An angle is continuous over any number of rotations: an event at 200° is not ruled out, and happens at the first row beyond.
+#[test]
+fn an_event_beyond_half_a_turn_happens() {
+    let event = "[[event]]\nwhen = { kind = \"above\", column = \"bending_angle_deg\", value = \"200 deg\" }\nthen = [{ kind = \"stop\" }]\n";
+    let scene = turning(&(bending("axis = [0, 0, 1]") + "\n" + event));
+    assert!(scene.notes.iter().all(|note| !note.contains("cannot happen")), "{:?}", scene.notes);
+    let run = scene.run();
+    assert_eq!(run.events.len(), 1);
+    assert!((run.events[0].t_s - 0.25).abs() < 1e-12, "225° after five steps: {}", run.events[0].t_s);
+}
+
+/// The threshold of a moment carries a moment, the one of a curvature an inverse length; other units and plain numbers are refused.
+#[test]
+fn thresholds_on_moments_and_curvatures_carry_their_units() {
+    let probes = format!("[[probe]]\nkind = \"moment\"\nregion = \"xmin\"\n{SPINE}");
+    let scene = |column: &str, value: &str| {
+        beam(&format!(
+            "{probes}[[event]]\nwhen = {{ kind = \"above\", column = \"{column}\", value = \"{value}\" }}\nthen = [{{ kind = \"stop\" }}]\n"
+        ))
+    };
+    let (moment, curvature) = ("xmin_moment_z_Nm", "spine_1_curvature_per_m");
+    for (column, value) in [(moment, "5 mN m"), (moment, "0.002 N m"), (curvature, "20 1/m"), (curvature, "0.02 1/mm")]
+    {
+        if let Err(why) = scene(column, value) {
+            panic!("{column} above {value}: {why}");
+        }
+    }
+    for (column, value) in [(moment, "0.005"), (moment, "5 mN"), (curvature, "20"), (curvature, "20 mm")] {
+        let said = scene(column, value).err().map(|why| why.to_string()).unwrap_or_default();
+        assert!(said.contains(&format!("the column is {column}")), "{column} above {value}: {said}");
+    }
+}
+
 /// Position, quaternion and rotation vector of a face and of the whole body follow the rotation throughout; relative to its other end a rigid body
 /// rests. The quaternion is the one of the angle, with its sign.
 #[test]

@@ -339,7 +339,10 @@ fn bodies_come_from_files_of_their_own() {
 fn mistakes_name_the_part() {
     for (upper, says) in [
         ("file = \"boxes-5.1.vtk\"\nunit = \"in\"", "the parts \"lower\" and \"upper\" both fill ("),
-        ("file = \"boxes.mhs\"\nunit = \"mm\"", "mesh.part upper: there is no file boxes.mhs; did you mean boxes.msh?"),
+        (
+            "file = \"boxes.mhs\"\nunit = \"mm\"",
+            "mesh.part upper: there is no file boxes.mhs; did you mean `boxes.msh`?",
+        ),
         ("file = \"boxes.msh\"", "mesh.part upper: the file has no unit of length"),
         (
             "grid = { kind = \"box\", size = [\"1 mm\", \"1 mm\", \"1 mm\"], divisions = [1, 1, 1] }\nunit = \"mm\"",

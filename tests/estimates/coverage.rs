@@ -1,5 +1,6 @@
 //! Coverage studies: what is counted, and a small part of the shipped study.
 
+use crate::common::studies::run_study;
 use durometer::scene::ExtremeKind;
 use durometer::study::expand::Study;
 use durometer::study::kind::Extent;
@@ -8,12 +9,10 @@ use durometer::study::kinds::coverage::mark::{Estimator, Standing};
 use durometer::study::kinds::coverage::record::{CoverageRecord, JudgedFamily, ProblemRecord};
 use durometer::study::kinds::coverage::share::Share;
 use durometer::study::run::one_run::{OneRunError, OneRunRecord};
-use durometer::study::run::runner::{self, Isolation, Options, Watch};
 use durometer::study::store::record::*;
 use durometer::study::store::results;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 const TRUTH: f64 = 2.0;
 
@@ -196,10 +195,6 @@ fn what_cannot_be_judged_is_refused() {
     assert!(idle.contains("truth tet10") && idle.contains("no effect"), "{idle}");
 }
 
-struct Silent;
-
-impl Watch for Silent {}
-
 /// The quick problems of the shipped study in one material: no bar from one run is missed, and every case has an estimate.
 #[test]
 fn a_part_of_the_shipped_study() {
@@ -207,18 +202,7 @@ fn a_part_of_the_shipped_study() {
     let mut study = Study::read_extent(&file, &[], Extent::Quick).unwrap_or_else(|e| panic!("{e}"));
     study.cases.retain(|c| c.variant == "nu0.45");
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let stop = AtomicBool::new(false);
-    let options = Options {
-        jobs: 2,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
-    runner::run(&study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
+    run_study(&study, folder.path(), None);
     let store = results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"));
     let coverage: CoverageRecord = serde_json::from_value(store.study.details.clone()).expect("problems");
     let a = analyse(&store.study, &coverage, &store.cases);

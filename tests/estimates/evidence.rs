@@ -1,15 +1,9 @@
 //! Evidence in addition to the families of meshes: estimates from single runs, and constants that are known within intervals, from a study that is run.
 
-use durometer::study::expand::Study;
+use crate::common::studies::run_folder;
 use durometer::study::kinds::convergence::analysis::analyse;
-use durometer::study::run::runner::{Isolation, Options, Watch, run};
 use durometer::study::store::record::{CaseRecord, StoredCase};
 use durometer::study::store::results::{Results, read};
-use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
-struct Silent;
-impl Watch for Silent {}
 
 /// A block that is pulled, with a law whose file knows μ within 10 %.
 const SCENE: &str = r#"
@@ -71,20 +65,8 @@ fn results(study: &str) -> (tempfile::TempDir, Results) {
     for (name, text) in [("scene.toml", SCENE), ("law.toml", LAW), ("study.toml", study)] {
         std::fs::write(folder.path().join(name), text).expect("writable");
     }
-    let study = Study::read(&folder.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
-    let (stop, out) = (AtomicBool::new(false), folder.path().join("results"));
-    let options = Options {
-        jobs: 1,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
-    run(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
-    let results = read(Path::new(&out)).unwrap_or_else(|e| panic!("{e}"));
+    run_folder(folder.path());
+    let results = read(&folder.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
     (folder, results)
 }
 

@@ -8,5 +8,7 @@ mod coverage;
 mod coverage_of_estimates;
 mod error_estimate;
 mod evidence;
+mod meshes_of_a_family;
+mod one_run_limits;
 mod refine;
 mod thin_wall;

@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use crate::common::scene;
+use crate::common::studies::run_folder;
 use durometer::mesh::embed::ball_weights;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, read};
@@ -10,15 +11,12 @@ use durometer::report::export::{Pictures, png};
 use durometer::scene::control::process::Process;
 use durometer::scene::{Checkpoint, CheckpointError, RunOptions, Scene};
 use durometer::solve::Status;
-use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::runner::{Isolation, Options, Watch, run};
 use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;
 use std::fmt::Write;
 use std::path::Path;
 use std::process::{Command, Output};
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 const SCENE: &str = r#"
@@ -68,32 +66,12 @@ a = { "mesh.grid.divisions" = [4, 1, 1] }
 b = { "mesh.grid.divisions" = [8, 2, 2] }
 "#;
 
-struct Silent;
-
-impl Watch for Silent {}
-
 /// A folder with a scene and a study of it.
 fn folder(scene: &str, study: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
     std::fs::write(folder.path().join("scene.toml"), scene).expect("writable");
     std::fs::write(folder.path().join("study.toml"), study).expect("writable");
     folder
-}
-
-fn run_all(folder: &Path) -> Vec<CaseRecord> {
-    let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
-    let stop = AtomicBool::new(false);
-    let options = Options {
-        jobs: 1,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
-    run(&study, &folder.join("results"), &options, &Silent).unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn durometer(folder: &Path, arguments: &[&str]) -> Output {
@@ -247,7 +225,7 @@ fn no_number_that_is_not_finite_is_stored() {
     let cable = "[[constraint]]\nkind = \"cable\"\npull_point = [\"1e200 mm\", \"10 mm\", \"10 mm\"]\n\
                  guides = [[\"50 mm\", \"10 mm\", \"10 mm\"]]\nguide_radius = \"4 mm\"\ndrive = { kind = \"tension\", signal = \"1 N\" }\n";
     let keep = folder(&format!("{SCENE}{cable}"), STUDY);
-    let records = run_all(keep.path());
+    let records = run_folder(keep.path());
     assert!(!records.is_empty());
     for record in &records {
         assert_eq!(record.status, "NotFinite", "{:?}", record.status_detail);
@@ -278,7 +256,7 @@ fn names_are_text() {
     for label in labels {
         let study = STUDY.replace("label = \"force\"", &format!("label = \"{label}\""));
         let keep = folder(&scene, &study.replace("\"F\"", &format!("\"{label}\"")));
-        assert!(run_all(keep.path()).iter().all(CaseRecord::converged));
+        assert!(run_folder(keep.path()).iter().all(CaseRecord::converged));
         let said = report::write(&keep.path().join("results")).unwrap_or_else(|e| panic!("{label}: {e}"));
         assert!(!said.warnings.join("\n").contains("without a figure"), "{label}: {:?}", said.warnings);
         let page = std::fs::read_to_string(keep.path().join("results/index.html")).expect("written");
@@ -293,7 +271,7 @@ fn figures_of_slender_bodies_fit_on_a_page() {
     let rod = rod.replace("xmin", "zmin").replace("xmax", "zmax").replace("components = \"x\"", "components = \"z\"");
     let study = STUDY.replace("xmax_reaction_x_N", "zmax_reaction_z_N");
     let keep = folder(&rod, &study.replace("[4, 1, 1]", "[1, 1, 8]").replace("[8, 2, 2]", "[1, 1, 16]"));
-    assert!(run_all(keep.path()).iter().all(CaseRecord::converged));
+    assert!(run_folder(keep.path()).iter().all(CaseRecord::converged));
     let results = keep.path().join("results");
     let said = report::write(&results).unwrap_or_else(|e| panic!("{e}"));
     assert!(!said.warnings.join("\n").contains("without a figure"), "{:?}", said.warnings);
@@ -310,7 +288,7 @@ fn figures_of_slender_bodies_fit_on_a_page() {
 #[test]
 fn damaged_results_do_not_block_a_study() {
     let keep = folder(SCENE, STUDY);
-    run_all(keep.path());
+    run_folder(keep.path());
     let results = keep.path().join("results");
     let cases = results.join("cases");
     let surface = |points: &str| {
@@ -338,7 +316,7 @@ fn damaged_results_do_not_block_a_study() {
     for name in ["sizes-pull-a.csv", "sizes-pull-b.skin.json.gz", "sizes-pull-a.json"] {
         std::fs::write(cases.join(name), "").expect("writable");
     }
-    assert!(run_all(keep.path()).iter().all(CaseRecord::converged));
+    assert!(run_folder(keep.path()).iter().all(CaseRecord::converged));
     let said = report::write(&results).unwrap_or_else(|e| panic!("{e}"));
     assert!(!said.warnings.join("\n").contains("damaged"), "{:?}", said.warnings);
 }

@@ -65,7 +65,10 @@ fn physical_groups_become_regions() {
         assert!(mesh.regions["middle"].facets.iter().all(|f| !boundary.contains(f)));
         assert_eq!(boundary.len() + mesh.regions["middle"].facets.len(), mesh.facet_count());
         let error = mesh.region("rot").expect_err("not there").to_string();
-        assert_eq!(error, "the mesh has no region rot; did you mean root?");
+        assert_eq!(
+            error,
+            "the mesh has no region rot; did you mean `root`? (known: body, left part, middle, root, surface_6, tip)"
+        );
     }
 }
 

@@ -176,7 +176,8 @@ fn a_foam_without_its_ratio_is_refused() {
     std::fs::write(&path, bare).expect("written");
     let bare = FitRequest { data: path, ..measured.clone() };
     refused(&bare, "needs Poisson's ratio: a column of lateral strain next to the strain, or --nu");
-    refused(&bare, "no line names columns of lateral");
+    refused(&bare, "no line names a column of lateral strain");
+    refused(&bare, "Name it by --lateral-column");
     let mut kappa = measured.clone();
     kappa.options.partner = Some(Partner::Kappa(1e6));
     refused(&kappa, "--kappa does not give it");

@@ -173,7 +173,7 @@ fn laws_that_a_program_lacks_and_broken_texts_are_refused() {
 }
 
 /// `*VISCOELASTIC` becomes a series in the order of times, and instantaneous constants those of the long term; what the effect does not have is refused, and
-/// so is what would change the stiffness without a word.
+/// so is what would change the stiffness without a word. Other keywords that change the response are named.
 #[test]
 fn relaxation_of_a_material_is_read_or_refused() {
     let text = |moduli: &str, series: &str| {
@@ -210,6 +210,10 @@ fn relaxation_of_a_material_is_read_or_refused() {
         let message = read(&text(moduli, series)).expect_err(fact).to_string();
         assert!(message.contains(fact), "\"{fact}\" not in \"{message}\"");
     }
+    let softens = text("", "*TRS\n20, 10, 50\n*Mullins Effect\n1.5, 2, 0.1\n") + "*PLASTIC\n1, 0\n";
+    let (softens, expected) = (read(&softens).expect("the law"), ["*MULLINS EFFECT", "*TRS"]);
+    assert_eq!((&softens.energy, &softens.passed_over[..]), (&alone.energy, &expected[..]));
+    assert!(alone.passed_over.is_empty());
     let foam = read("*HYPERFOAM\n1, 2, 0.1\n*VISCOELASTIC, TIME=PRONY\n0.3, 0, 1\n").expect_err("a foam").to_string();
     assert!(foam.contains("the effect viscoelastic has no foams"), "{foam}");
 }

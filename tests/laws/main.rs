@@ -9,4 +9,5 @@ mod keywords;
 mod mullins;
 mod own_law;
 mod parameters;
+mod stress_fields;
 mod viscoelastic;

@@ -285,14 +285,33 @@ fn request(name: &str, rows: &[[f64; 2]]) -> FitRequest {
 fn cyclic_data_give_the_constants_back() {
     let rows = cyclic_table(&[1.3, 1.6, 1.6, 1.9], 0.0, 1);
     let (law, soft) = fit_softening(&request("exact", &rows)).expect("a fit");
+    let yeoh = example("yeoh");
     for (found, truth) in [(soft.r, SOFT.r), (soft.m, SOFT.m), (soft.beta, SOFT.beta)] {
         assert!((found.value / truth - 1.0).abs() < 1e-5, "{soft}");
     }
-    let truth = example("yeoh").values();
+    let truth = yeoh.values();
     for (p, truth) in law.parameters.iter().zip(&truth[1..]) {
         assert!((p.value / truth - 1.0).abs() < 1e-6, "{law}");
     }
     assert!(soft.is_determined() && !soft.one_peak);
+    // Each line of the figure ends at the peak of its cycle, and follows the truth between the data points
+    let [down, up] = &soft.summary.curves.sets[..] else { panic!("unloading and first loading") };
+    let ends: Vec<f64> = down.lines.iter().map(|line| line[line.len() - 1][0]).collect();
+    assert!(
+        ends.len() == 3 && ends.iter().zip([1.3, 1.6, 1.9]).all(|(end, peak)| (end - peak).abs() < 1e-12),
+        "{ends:?}"
+    );
+    assert_eq!(down.measured.len(), soft.rows);
+    let part = yeoh.split().expect("a split").0;
+    let energy = |l: f64| part.eval(&isochoric(l), Want::Residual).expect("regular");
+    for (line, peak) in down.lines.iter().zip([1.3, 1.6, 1.9]).chain([(&up.lines[0], 0.0)]) {
+        for [l, stress] in line {
+            let w = energy(*l);
+            let eta = if peak > 0.0 { SOFT.at(w.psi, energy(peak).psi).eta } else { 1.0 };
+            let truth = eta * (w.p[(0, 0)] - l.powf(-1.5) * w.p[(1, 1)]);
+            assert!((stress - truth).abs() < 1e-4 * up.measured[up.measured.len() - 1][1], "{l}: {stress}, {truth}");
+        }
+    }
     // One amplitude: m + β W_m alone
     let (_, one) = fit_softening(&request("one", &cyclic_table(&[1.7, 1.7], 0.0, 1))).expect("a fit");
     let expected = SOFT.m + SOFT.beta * one.largest_energy;

@@ -3,9 +3,9 @@
 use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
 use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
-use durometer::material::isochoric::{self, Along, Parametric, Partials, Strain};
+use durometer::material::isochoric::{Parametric, Partials, Strain};
 use durometer::material::principal::{invariants, of_invariants, tau};
-use durometer::material::split::{Part, Split, required};
+use durometer::material::split::{Isochoric, Part, Split, required};
 use durometer::material::volumetric::CHOICES;
 use durometer::material::{
     Chosen, FitForm, FitTerms, LawEntry, LawError, LawInfo, LawProperty, LawSpecError, Parameter, Response, ShapedTerm,
@@ -66,7 +66,7 @@ const FIT: FitForm = FitForm {
     }),
 };
 
-impl Part for Demiray {
+impl Isochoric for Demiray {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, _: &Chosen) -> Result<Self, LawSpecError> {
@@ -79,14 +79,6 @@ impl Part for Demiray {
 
     fn shear(&self) -> f64 {
         self.mu
-    }
-
-    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        isochoric::response(self, u, f, want)
-    }
-
-    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
-        isochoric::response(&Along { part: self, rates }, u, f, want)
     }
 }
 
@@ -119,7 +111,7 @@ impl Parametric for Demiray {
 
 const ENTRY: LawEntry = Split::<Demiray>::entry(KEYS, &[200e3, 30e3, 0.8]).with_fit(FIT);
 
-/// The same law with a stress that is 0.01 % off.
+/// Demiray's law with a stress that is 0.01 % off.
 #[derive(Clone, Copy, Debug)]
 struct Flawed(Demiray);
 
@@ -127,11 +119,11 @@ impl Part for Flawed {
     const INFO: &'static LawInfo = &INFO;
 
     fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
-        Demiray::read(values, chosen).map(|d| Self(Demiray { flaw: 1.0 + 1e-4, ..d }))
+        <Demiray as Isochoric>::read(values, chosen).map(|d| Self(Demiray { flaw: 1.0 + 1e-4, ..d }))
     }
 
     fn values(&self) -> Vec<f64> {
-        self.0.values()
+        Isochoric::values(&self.0)
     }
 
     fn shear(&self) -> f64 {

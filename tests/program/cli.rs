@@ -61,7 +61,6 @@ fn table(path: &Path) -> BTreeMap<String, Vec<f64>> {
     columns
 }
 
-/// A case whose right end is a stated reason is done, not incomplete; a map counts an inaccurate answer as what it looks for.
 /// Two scenes of one study, each with the file `m.msh` of its own folder; the second one holds quadratic cells.
 #[test]
 fn check_reads_the_mesh_of_each_scene() {
@@ -125,11 +124,63 @@ nowhere = { "probe.0.tip" = "nowhere" }
     assert!(out.contains("dt-length-fine"), "{out}");
 }
 
+/// A beam above a table, with a region that nothing uses and one that another region is made of.
+const TABLE: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["20 mm", "10 mm", "10 mm"], divisions = [4, 2, 2] }
+[mesh.regions]
+end = { kind = "box", min = ["19 mm", "-1 mm", "-1 mm"], max = ["21 mm", "11 mm", "11 mm"] }
+most = { kind = "complement", of = ["end"] }
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[contact]]
+name = "table"
+region = "zmin"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-5 mm"], normal = [0, 0, 1] }
+response = "penalty"
+friction = 0.5
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+"#;
+
+/// Contacts are listed as such, with their friction; what the scene does not have is named, and so are regions that nothing uses.
+#[test]
+fn check_lists_contacts_and_unused_regions() {
+    let (keep, _) = folder();
+    let file = keep.path().join("scene.toml");
+    std::fs::write(&file, TABLE).expect("room");
+    let check = || call(&["check", file.to_str().expect("UTF-8")], 0);
+    let said = check();
+    let contacts: Vec<&str> = said.lines().filter(|line| line.starts_with("contact ")).collect();
+    assert_eq!(contacts.len(), 2, "{said}");
+    assert!(contacts.iter().all(|line| line.contains(": floor, region zmin, penalty, friction 0.5")), "{said}");
+    assert!(contacts[0].contains(", distance ") && contacts[0].contains(" mm, modulus 100000 Pa, "), "{said}");
+    assert!(!said.contains("load of a constraint"), "{said}");
+    let absent = said.split("not there").nth(1).expect("a list");
+    assert!(absent.contains("\n             rigid bodies\n") && !absent.contains("\n             contact\n"), "{said}");
+    assert!(said.contains("nothing uses the region most\n") && !said.contains("the region end\n"), "{said}");
+    let probe = TABLE.to_string() + "[[probe]]\nkind = \"position\"\nregion = \"most\"\n";
+    std::fs::write(&file, probe).expect("room");
+    assert!(!check().contains("nothing uses"), "{}", check());
+}
+
+/// A case whose right end is a stated reason is done, not incomplete; a map counts an inaccurate answer as what it looks for.
 #[test]
 fn an_expected_end_is_complete() {
     let (_keep, out) = folder();
     let said = call(&["robustness", "--quick", "--only", "crumpled-refused", "--out", &out], 0);
-    assert!(said.contains("2 stop with a stated reason, which is accepted there, 0 fail"), "{said}");
+    assert!(said.contains("2 have no answer and stop with the stated reason, 0 fail"), "{said}");
 }
 
 #[test]
@@ -290,7 +341,6 @@ fn a_law_that_loses_stability_is_noted() {
     assert!(!call(&["check", SCENE], 0).contains("is not stable"));
 }
 
-/// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
 /// A material of Abaqus that relaxes becomes a law of the long term and a series; without a file for the series nothing is written.
 #[test]
 fn an_imported_law_keeps_its_relaxation() {
@@ -317,6 +367,20 @@ fn an_imported_law_keeps_its_relaxation() {
     assert!(message.contains("does not relax; leave out --prony"), "{message}");
 }
 
+#[test]
+fn an_export_names_the_flags_of_what_the_law_file_lacks() {
+    let (_folder, out) = folder();
+    std::fs::create_dir_all(&out).expect("writable");
+    let law = format!("{out}/law.toml");
+    std::fs::write(&law, "law = \"mooney_rivlin\"\nC10 = \"75 kPa\"\nC01 = \"5 kPa\"\n").expect("writable");
+    let export = ["laws", "export", &law, "--to", "calculix", "--unit", "MPa"];
+    let refused = durometer(&export);
+    let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(2) && message.contains("--volumetric quadratic --nu 0.49"), "{message}");
+    call(&[&export[..], &["--volumetric", "quadratic", "--nu", "0.49"]].concat(), 0);
+}
+
+/// Two rows and six constants: a law is written, with the warning, and the exit code says that it is not determined.
 #[test]
 fn an_undetermined_fit_ends_with_code_3() {
     let (_keep, out) = folder();

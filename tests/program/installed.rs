@@ -156,6 +156,53 @@ fn every_study_is_there_with_its_meshes() {
     assert!(errors.contains("set DUROMETER_HOME to the folder of a project"), "{errors}");
 }
 
+/// The pages name files of the program by their paths in a project.
+#[test]
+fn files_of_the_program_are_found_by_their_paths_in_a_project() {
+    let machine = Machine::new();
+    for path in ["studies/finger-control/scene.toml", "studies/finger-control"] {
+        let (out, _) = machine.call(&["check", path], 0);
+        assert!(out.contains("The finger held at a bending angle"), "{out}");
+    }
+    let table = "data/treloar-1944/treloar-1944.csv";
+    machine.call(&["fit", table, "--law", "neo_hookean", "--mode", "uniaxial", "--range", "1..1.6"], 0);
+    assert!(machine.work().join("reports/fit-treloar-1944-neo_hookean/law.toml").is_file());
+    let (out, _) = machine.call(&["laws", "list", "data"], 0);
+    assert!(out.contains("ecoflex-00-30"), "{out}");
+    // A mistake is answered with what is there
+    for (arguments, near) in [
+        (&["check", "studies/finger-contrl/scene.toml"][..], "studies/finger-control"),
+        (&["check", "studies/finger-control/scen.toml"], "studies/finger-control/scene.toml"),
+        (&["laws", "list", "data/silicone"], "data/silicones"),
+    ] {
+        let (_, errors) = machine.call(arguments, 2);
+        assert!(errors.contains("among the files of the program"), "{errors}");
+        assert!(errors.contains(&format!("did you mean `{near}`?")), "{errors}");
+    }
+    // What exists in the current folder is taken, and no path leads out of the catalogue
+    let own = machine.work().join("studies/finger-control");
+    std::fs::create_dir_all(&own).expect("room");
+    std::fs::write(own.join("scene.toml"), GRID).expect("room");
+    let (out, _) = machine.call(&["check", "studies/finger-control/scene.toml"], 0);
+    assert!(out.contains("mesh         grid (96 cells"), "{out}");
+    machine.call(&["check", "studies/../studies/finger-cube/scene.toml"], 2);
+    assert_eq!(names(&machine.work()), ["reports", "studies"]);
+}
+
+/// Also in the command of a controller.
+#[test]
+fn a_controller_of_the_program_is_found() {
+    let python = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
+    if tools::is_missing(python, "python3") {
+        return;
+    }
+    let machine = Machine::new();
+    let controller = "python3 studies/finger-control/pi.py 20";
+    let short = ["--set", "stage.0.duration=\"0.1 s\"", "--no-view", "--controller", controller];
+    machine.call(&[&["simulate", "studies/finger-control/scene.toml"], &short[..]].concat(), 0);
+    assert!(machine.work().join("reports/simulate/scene.csv").is_file());
+}
+
 /// `run` starts the program again for every case.
 #[test]
 fn a_shipped_study_runs() {
@@ -214,7 +261,9 @@ fn the_study_of_a_starter_ends_with_a_report() {
     let output = machine.command(&["run", "study.toml"]).current_dir(&at).output().expect("it starts");
     let (out, _) = said(&output, 0);
     assert!(out.contains("can be trusted within 5 %"), "{out}");
-    assert!(at.join("reports/my finger/index.html").is_file());
+    let page = std::fs::read_to_string(at.join("README.md")).expect("a page");
+    let report = "reports/my finger/index.html";
+    assert!(page.contains(report) && at.join(report).is_file(), "{page}");
 }
 
 /// A mesh of the user needs no mesher; the bodies are those of the hard cases.

@@ -226,11 +226,6 @@ coarse = {}
 fine = { "mesh.grid.divisions" = [4, 2, 2] }
 "#;
 
-/// Follows nothing.
-struct Silent;
-
-impl Watch for Silent {}
-
 /// A type that implements `StudyKind` reads its keys, analyses stored cases and reports them; `KINDS` has one line for it.
 #[test]
 fn a_kind_of_study_is_a_type() {
@@ -249,18 +244,9 @@ fn a_kind_of_study_is_a_type() {
     std::fs::write(&file, format!("kind = \"cost\"\n{COUNT_STUDY}")).expect("writable");
     let study = Study::read(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
-    let options = StudyOptions {
-        jobs: 1,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
+    let options = StudyOptions { jobs: 1, ..StudyOptions::new(&stop) };
     let out = folder.path().join("results");
-    run_study(&study, &out, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
+    run_study(&study, &out, &options, &()).unwrap_or_else(|e| panic!("{e}"));
     let stored = results::read(&out).unwrap_or_else(|e| panic!("{e}"));
     let content = (kind.report)(&stored).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(content.verdict, "2 cases.");

@@ -104,6 +104,8 @@ fn is_like(shown: &str, printed: &str) -> bool {
         b.truncate(a.len());
     }
     let close = |(a, b): (&String, &String)| match (a.parse::<f64>(), b.parse::<f64>()) {
+        // A zero is shown as one
+        (Ok(0.0), Ok(b)) => b == 0.0,
         (Ok(a), Ok(b)) => (a - b).abs() <= 2e-3 * a.abs() + 1e-6,
         _ => a == b,
     };
@@ -147,6 +149,7 @@ fn a_line_is_compared_by_its_numbers() {
     assert!(is_like("a  1.000 at 2.0 s", "a 1.001 at 2.0 s"));
     assert!(!is_like("a  1.000 at 2.0 s", "a 1.010 at 2.0 s"));
     assert!(!is_like("a  1.000", "b 1.000"));
+    assert!(is_like("final 0.00000", "final 0.00000") && !is_like("final 0.00000", "final 1.4787e-13"));
     assert!(is_like("error bar 3.28 %, …", "error bar 3.28 %, 2.5 s per case."));
     assert!(!is_like("error bar 3.28 %, …", "error bar 4.28 %, 2.5 s per case."));
 }

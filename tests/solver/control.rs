@@ -422,7 +422,7 @@ fn an_event_stops_the_run_as_planned() {
     assert!(result.rows.len() < 11 && result.events[0].did == ["stop"]);
 }
 
-/// A constant threshold cannot be crossed, nor can 200° be: that is said before the run.
+/// A constant tension crosses no threshold, and the time ends with the last stage: that is said before the run.
 #[test]
 fn an_event_that_cannot_happen_is_noted() {
     for (when, says) in [

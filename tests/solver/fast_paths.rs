@@ -80,8 +80,10 @@ fn masses_and_dampers_side_by_side() {
             ("uniform", Box::new(mass(Lumping::Uniform))),
             ("viscous", Box::new(ViscousDamping::new(&mesh, &cells, 300.0))),
         ];
+        let start = At { dt: 0.0, old: &x, rates: Rates { cv: 0.0, ca: 4e4 }, ..at };
         for (name, effect) in &effects {
             assert_lanes_are_blocks(name, effect.as_ref(), &at);
+            assert_lanes_are_blocks(name, effect.as_ref(), &start);
         }
     }
 }

@@ -1,33 +1,23 @@
 //! The study of hard cases: its quick half is right, its switches are needed, and statics does not depend on what it must not.
 
+use crate::common::studies::run_study;
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
 use durometer::mesh::TetMesh;
-use durometer::scene::{Body, Progress, Run, Scene, SceneSpec};
+use durometer::scene::{Body, Run, Scene, SceneSpec};
 use durometer::solve::Status;
 use durometer::study::analysis::Analysis;
 use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use durometer::study::kind::Extent;
 use durometer::study::kinds::robustness::analysis::{RobustnessFindings, analyse};
-use durometer::study::kinds::robustness::outcome::CaseOutcome;
 use durometer::study::kinds::robustness::record::RobustnessRecord;
-use durometer::study::run::runner::{self, Isolation, Options, Watch};
-use durometer::study::store::record::{CaseRecord, StudyRecord};
+use durometer::study::outcome::CaseOutcome;
+use durometer::study::store::record::StudyRecord;
 use durometer::study::store::results::{self, Results};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use toml::Value;
-
-struct Silent;
-
-impl Watch for Silent {
-    fn meshing(&self, _: &str, _: &str) {}
-    fn started(&self, _: &str) {}
-    fn progress(&self, _: &str, _: Progress) {}
-    fn finished(&self, _: &CaseRecord, _: bool) {}
-}
 
 fn file() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/study.toml")
@@ -50,18 +40,7 @@ fn judged(study: &Study, only: Option<&str>) -> Analysis<RobustnessFindings> {
 
 fn stored(study: &Study, only: Option<&str>) -> Results {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let stop = AtomicBool::new(false);
-    let options = Options {
-        jobs: 2,
-        redo: false,
-        accept_build: false,
-        only: only.map(Into::into),
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
-    runner::run(study, folder.path(), &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
+    run_study(study, folder.path(), only);
     results::read(folder.path()).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -80,12 +59,17 @@ fn the_quick_half_is_right() {
 }
 
 /// A factor that is kept, and one made afresh in every iteration: the same ends, and the same last rows. Forces are solved to 1e-8 of the
-/// largest, which in slender bodies are 10³ times the load: 1e-5 of the largest value of the same unit. 30 s.
+/// largest, which in slender bodies are 10³ times the load: 1e-5 of the largest value of the same unit. Every second case.
 #[test]
 fn the_fast_path_gives_what_the_slow_one_does() {
-    let fast = stored(&quick(&[("numerics.reuse_threshold", Value::Integer(0))]), None);
-    let slow = stored(&quick(&[("numerics.reuse_factor", Value::Boolean(false))]), None);
-    assert!(fast.cases.len() == slow.cases.len() && fast.cases.len() >= 150, "{} cases", fast.cases.len());
+    let half = |change: (&str, Value)| {
+        let mut study = quick(&[change]);
+        study.cases = study.cases.into_iter().step_by(2).collect();
+        stored(&study, None)
+    };
+    let fast = half(("numerics.reuse_threshold", Value::Integer(0)));
+    let slow = half(("numerics.reuse_factor", Value::Boolean(false)));
+    assert!(fast.cases.len() == slow.cases.len() && fast.cases.len() >= 75, "{} cases", fast.cases.len());
     let mut kept = 0;
     for (a, b) in fast.cases.iter().zip(&slow.cases) {
         let (a, b) = (&a.record, &b.record);
@@ -102,7 +86,7 @@ fn the_fast_path_gives_what_the_slow_one_does() {
             assert!((p.last - q).abs() <= 1e-5 * size, "{}: {name} = {:e} and {q:e}", a.id, p.last);
         }
     }
-    assert!(kept > 100, "{kept} cases saved factorisations");
+    assert!(kept > 50, "{kept} cases saved factorisations");
 }
 
 /// A suite says which tables it has; one that is not understood is refused with its place.

@@ -9,7 +9,7 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
 use durometer::solve::{
-    AcceptedStep, Driver, Integrator, NewtonSettings, NonlinearSolver, Status, Step, StepSettings, TimeSpan,
+    AcceptedStep, Driver, Failure, Integrator, NewtonSettings, NonlinearSolver, Status, Step, StepSettings, TimeSpan,
     free_motions,
 };
 use durometer::system::{Effect, Prescribed, System};
@@ -119,6 +119,22 @@ fn loaded_truss(load: f64) -> System {
     let mut held = hold(&[0, 1], &[0, 1, 2]);
     held.extend(hold(&[2], &[1]));
     System::new(3, vec![springs, Box::new(force)], vec![], held).expect("a system")
+}
+
+/// Loads that grow until t = 1 and then stay: the path ends there, and the reason is theirs, not that of the bars.
+#[test]
+fn arc_length_says_where_the_loads_no_longer_change() {
+    let mut system = loaded_truss(0.0);
+    let force = Vec3::new(0.0, 0.0, -0.5 * largest_load());
+    system.effects[1] = Box::new(DeadLoad::new(&[Vec3::zeros(), Vec3::zeros(), force], ramp(1.0)));
+    let mut driver = Driver::new(&system, newton(&system, 1e-10, truss().diagonal()), StepSettings::default());
+    let mut state = system.rest();
+    let span = TimeSpan { integrator: Integrator::ArcLength { max_steps: 200 }, start: 0.0, end: 2.0, dt: 0.05 };
+    let status = driver.run(span, &mut state, &mut ());
+    let Status::StepTooSmall { t, why: Failure::Unloaded, .. } = &status else { panic!("{status:?}") };
+    // By less than a step the last one may go beyond.
+    assert!((t - 1.0).abs() <= span.dt, "{status}");
+    assert!(status.to_string().contains("the loads do not change there"), "{status}");
 }
 
 /// Reference 8 by arc length: up to the limit point, down through zero to the other one, and up to the whole load, all on

@@ -1,7 +1,7 @@
 //! Threads within a case: runs on several of them have the bits of a run on one.
 
 use crate::common::run_with_states;
-use durometer::math::threads::use_threads;
+use durometer::math::threads::{locked, use_threads};
 use durometer::scene::{Body, Scene, overrides, read_scene};
 use durometer::solve::Status;
 use std::path::Path;
@@ -25,7 +25,7 @@ fn states(scene: &str, changes: &[&str]) -> Vec<f64> {
 fn have_the_same_bits(scene: &str, changes: &[&str]) {
     // The number of threads is that of the process.
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
-    let _one = ONE_AT_A_TIME.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _one = locked(&ONE_AT_A_TIME);
     use_threads(1);
     let of_one = states(scene, changes);
     assert!(of_one.len() > 1000);

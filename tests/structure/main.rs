@@ -86,6 +86,15 @@ fn every_module_has_its_place_in_the_order() {
         let known = ORDER.contains(&module) || FACADE.contains(&module);
         assert!(known, "module {module} is not in the order of tests/structure/main.rs");
     }
+    let printed = lib.lines().find(|l| l.contains(" → ")).expect("the order in the text of the library");
+    let expected = [&ORDER[..], &["prelude"]].concat().join(" → ");
+    assert_eq!(printed.trim_start_matches("//! "), expected, "the order in src/lib.rs");
+    let contributing = std::fs::read_to_string(root().join("CONTRIBUTING.md")).expect("the rules for contributors");
+    let drawn = contributing.split("```text").nth(1).and_then(|t| t.split("```").next()).expect("the drawing");
+    let words: Vec<&str> = drawn.split(|c: char| !c.is_ascii_lowercase()).collect();
+    for module in ORDER {
+        assert!(words.contains(&module), "module {module} is not in the drawing of CONTRIBUTING.md");
+    }
 }
 
 /// Two files that use each other are one subject in two files, or share a third one. A parent may use its children;

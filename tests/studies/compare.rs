@@ -224,11 +224,21 @@ fn the_command_has_the_usual_exit_codes() {
     let refused = result(|s| s["supported"] = json!(false));
     let (code, said, _) = run(a.path(), refused.path(), &[]);
     assert!(code == Some(3) && said.contains("0 beyond; the VERDICT CHANGED"), "{said}");
+    let cost =
+        |seconds: &str| result(|s| s["verdict"] = json!(format!("The finest mesh, for {seconds} s of CPU time.")));
+    let (code, said, _) = run(cost("5.3").path(), cost("12").path(), &[]);
+    assert!(code == Some(0) && !said.contains("verdict"), "{said}");
+    let (_, said, _) = run(a.path(), cost("12").path(), &[]);
+    assert!(said.contains("verdict: "), "{said}");
     let other = result(|s| s["kind"] = json!("cost"));
     let elsewhere = tempfile::tempdir().expect("a temporary folder");
     for (new, more, fact) in [
         (other.path(), &[][..], "kind \"cost\""),
-        (elsewhere.path(), &[][..], "summary.json does not exist"),
+        (
+            elsewhere.path(),
+            &[][..],
+            "summary.json does not exist; give the folder that `durometer run STUDY` has written",
+        ),
         (same.path(), &["--tolerance", "1 N"][..], "--tolerance"),
         (same.path(), &["--tolerance=-1 %"][..], "--tolerance"),
     ] {

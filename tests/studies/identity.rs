@@ -3,7 +3,7 @@
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::run::only::Only;
-use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::run::runner::{Options, Watch, run};
 use durometer::study::store::record::CaseRecord;
 use durometer::study::store::seal::sealed;
 use std::path::Path;
@@ -114,16 +114,7 @@ fn computed_with(folder: &Path, accept_build: bool) -> Vec<String> {
 fn computed_of(folder: &Path, accept_build: bool, only: Option<&str>) -> Vec<String> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, watch) = (AtomicBool::new(false), Computed::default());
-    let options = Options {
-        jobs: 1,
-        redo: false,
-        accept_build,
-        only: only.map(Only::from),
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
+    let options = Options { jobs: 1, accept_build, only: only.map(Only::from), ..Options::new(&stop) };
     let records = run(&study, &folder.join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
     assert!(records.iter().all(CaseRecord::converged), "{records:?}");
     let mut cases = watch.0.into_inner().expect("no panic");
@@ -215,16 +206,7 @@ fn a_stopped_run_leaves_no_mixture() {
     std::fs::write(at.join("law.toml"), LAW.replace("100", "110")).expect("writable");
     let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
-    let options = Options {
-        jobs: 1,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
+    let options = Options { jobs: 1, ..Options::new(&stop) };
     let records = run(&study, &at.join("results"), &options, &Stops(&stop)).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(records.len(), 1);
     let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
@@ -258,16 +240,7 @@ fn a_file_that_changes_during_a_run_is_noted() {
     let keep = folder();
     let study = Study::read(&keep.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let (stop, watch) = (AtomicBool::new(false), Meddles { folder: keep.path(), notes: Mutex::default() });
-    let options = Options {
-        jobs: 1,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation: Isolation::Threads,
-        memory: None,
-        stop: &stop,
-    };
+    let options = Options { jobs: 1, ..Options::new(&stop) };
     run(&study, &keep.path().join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
     let notes = watch.notes.into_inner().expect("no panic");
     assert!(notes.iter().any(|note| note.contains("a file that it reads has changed")), "{notes:?}");

@@ -75,10 +75,6 @@ fn study(meshes: &[[usize; 3]]) -> tempfile::TempDir {
     folder
 }
 
-#[derive(Default)]
-struct Silent;
-impl Watch for Silent {}
-
 /// Panics in the second step of one case.
 struct Bug;
 impl Watch for Bug {
@@ -90,16 +86,7 @@ impl Watch for Bug {
 fn in_library(folder: &Path, out: &str, isolation: Isolation, watch: &dyn Watch) -> Vec<CaseRecord> {
     let study = Study::read(&folder.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
     let stop = AtomicBool::new(false);
-    let options = Options {
-        jobs: 2,
-        redo: false,
-        accept_build: false,
-        only: None,
-        vtu: false,
-        isolation,
-        memory: None,
-        stop: &stop,
-    };
+    let options = Options { jobs: 2, isolation, ..Options::new(&stop) };
     run(&study, &folder.join(out), &options, watch).unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -156,8 +143,8 @@ fn wait_for<T>(mut look: impl FnMut() -> Option<T>) -> T {
 fn processes_give_the_results_of_threads() {
     let folder = study(&[[4, 2, 2], [6, 3, 3], [5, 2, 2]]);
     let at = folder.path();
-    let threads = in_library(at, "threads", Isolation::Threads, &Silent);
-    let apart = in_library(at, "apart", Isolation::Processes(PROGRAM.into()), &Silent);
+    let threads = in_library(at, "threads", Isolation::Threads, &());
+    let apart = in_library(at, "apart", Isolation::Processes(PROGRAM.into()), &());
     assert!(threads.iter().all(CaseRecord::converged) && apart.len() == 3);
     assert_eq!(contents(&at.join("threads")), contents(&at.join("apart")));
     // In one process the memory of a case that ran next to others is not known
@@ -169,12 +156,12 @@ fn processes_give_the_results_of_threads() {
 fn a_panic_ends_its_case_only() {
     let folder = study(&[[4, 2, 2], [6, 3, 3], [5, 2, 2]]);
     let at = folder.path();
-    in_library(at, "whole", Isolation::Threads, &Silent);
+    in_library(at, "whole", Isolation::Threads, &());
     let records = in_library(at, "results", Isolation::Threads, &Bug);
     let status: Vec<&str> = records.iter().map(|r| r.status.as_str()).collect();
     assert_eq!(status, ["Converged", "Panicked", "Converged"]);
     assert!(records[1].status_detail.as_ref().is_some_and(|d| d.contains("a bug in the middle of c1")), "{records:?}");
-    in_library(at, "results", Isolation::Threads, &Silent);
+    in_library(at, "results", Isolation::Threads, &());
     assert_eq!(contents(&at.join("whole")), contents(&at.join("results")));
 }
 
@@ -415,7 +402,7 @@ fn a_time_budget_ends_a_step() {
     let at = folder.path();
     let scene = SCENE.replace("dt = \"0.05 s\"", "dt = \"1 s\"") + "[numerics]\ntime_budget = \"50 ms\"\n";
     std::fs::write(at.join("scene.toml"), scene).expect("writable");
-    let records = in_library(at, "results", Isolation::Threads, &Silent);
+    let records = in_library(at, "results", Isolation::Threads, &());
     assert_eq!((records[0].status.as_str(), records[0].steps), ("TimeBudget", 0), "{:?}", records[0].status_detail);
 }
 

@@ -53,6 +53,17 @@ fn damage_is_named() {
     }
 }
 
+/// A quantity that no stored result has is refused as one that no scene records, and the results stay.
+#[test]
+fn a_misspelt_quantity_is_refused_with_kept_results() {
+    let (_keep, at) = results();
+    let study = std::fs::read_to_string(at.join("study.toml")).expect("the study");
+    write(at.join("study.toml"), study.replace("zmax_reaction_z_N", "zmax_reaction_N"));
+    let (_, errors) = call(&at, &["run", "study.toml", "--out", "r"], 2);
+    assert!(errors.contains("no \"zmax_reaction_N\"; did you mean `zmax_reaction_"), "{errors}");
+    call(&at, &["store", "verify", "r"], 0);
+}
+
 /// A report names damage on its standard error, and a case whose numbers are not those that were stored does not count.
 #[test]
 fn a_report_counts_no_damaged_result() {
@@ -78,6 +89,8 @@ fn a_report_counts_no_damaged_result() {
     // So does a run of other cases; one of this case mends it
     let (_, errors) = call(&at, &["run", "study.toml", "--out", "r", "--only", "E102kPa"], 3);
     assert!(errors.contains("damaged: "), "{errors}");
+    let warned = |line: &str| line.starts_with("warning: ") && line.contains("The case does not count");
+    assert!(errors.lines().any(warned), "{errors}");
     call(&at, &["run", "study.toml", "--out", "r", "--only", "E101kPa"], 0);
     call(&at, &["report", "r"], 0);
     (0..4).for_each(change);

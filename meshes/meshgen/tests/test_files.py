@@ -40,6 +40,7 @@ class Files(Case):
             self.assertAlmostEqual(manifest["volume_m3"] / volume, 1, delta=1e-3)
         self.assertAlmostEqual(self.take("part.brep", unit=1.0, size={"length": 3})["volume_cad_m3"] / volume, 1e9, delta=1e3)
         self.reject("states its own unit", "part.step", unit=1.0, size={"length": 3})
+        self.reject("--unit mm", "part.step", unit=1.0, size={"length": 3})
         self.reject("no size", "part.step")
         Path(self.path("cut.step")).write_text(Path(self.path("part.step")).read_text()[:2000])
         self.reject("cut.step", "cut.step", size={"length": 0.003})

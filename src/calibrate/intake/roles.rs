@@ -107,8 +107,10 @@ pub enum ColumnError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("{file}: {what}; save it as text (CSV)")]
     NotText { file: String, what: String },
-    #[error("{file}: no line names columns of {}; the nearest one has {}. Name a column by --column, for example --column time=t", missing.join(", "), found.join(", "))]
+    #[error("{file}: no line names columns of {}; the nearest one has {}. Name a column by --column, for example --column {}=NAME", missing.join(", "), found.join(", "), missing.first().and_then(|m| m.split(' ').next()).unwrap_or("time"))]
     Columns { file: String, missing: Vec<&'static str>, found: Vec<String> },
+    #[error("{file}: there is no column \"{name}\", which --column {role} names; the nearest line of names has {}", found.join(", "))]
+    NoColumn { file: String, role: &'static str, name: String, found: Vec<String> },
     #[error("{file}: {} could be the column of {role}; choose one with --column {role}=NAME", candidates.join(" and "))]
     Ambiguous { file: String, role: &'static str, candidates: Vec<String> },
     #[error("{file}: column \"{column}\" has no unit; pass --unit {role}=… such as --unit {role}={example}")]
@@ -213,7 +215,15 @@ impl Reader<'_> {
         if nearest.1.is_empty() {
             nearest = (self.wanted.all.iter().map(|r| r.name()).collect(), vec!["no line of names".into()]);
         }
-        Err(ColumnError::Columns { file: self.file(), missing: nearest.0, found: nearest.1 })
+        let stated = |missing: &&'static str| {
+            let role = missing.parse::<Role>().ok()?;
+            Some((role.name(), self.wanted.columns.get(&role)?.clone()))
+        };
+        let (file, (missing, found)) = (self.file(), nearest);
+        Err(match missing.iter().find_map(stated) {
+            Some((role, name)) => ColumnError::NoColumn { file, role, name, found },
+            None => ColumnError::Columns { file, missing, found },
+        })
     }
 
     /// The columns of a line of names, and the contents that it lacks.
@@ -221,7 +231,13 @@ impl Reader<'_> {
         let (all, one) = (self.wanted.all, self.wanted.one);
         let mut columns = Columns::new();
         let stated = |name: &String| {
-            let by_name = cells.iter().position(|c| c.eq_ignore_ascii_case(name.trim()));
+            let same = |cell: &str| cell.eq_ignore_ascii_case(name.trim());
+            let alone = |cell: &&String| same(without_unit(cell));
+            let by_unit = || {
+                let found = cells.iter().position(|c| same(without_unit(c)));
+                found.filter(|_| cells.iter().filter(alone).count() == 1)
+            };
+            let by_name = cells.iter().position(|c| same(c)).or_else(by_unit);
             let number =
                 || name.trim().strip_prefix('#')?.parse::<usize>().ok()?.checked_sub(1).filter(|k| *k < cells.len());
             by_name.or_else(number)
@@ -317,6 +333,11 @@ impl Reader<'_> {
         }
         if wrong.is_empty() { Ok(read) } else { Err(ColumnError::Cells { file: self.file(), cells: wrong }) }
     }
+}
+
+/// `sigma` of `sigma (kPa)` or `sigma [kPa]`.
+fn without_unit(cell: &str) -> &str {
+    cell.split(['(', '[']).next().unwrap_or_default().trim()
 }
 
 /// Factor to SI and dimension of a unit for a content.

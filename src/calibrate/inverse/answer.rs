@@ -84,7 +84,7 @@ pub struct Found {
     pub left: bool,
 }
 
-/// The same law fitted as if the travel stretched a gauge length alone, incompressible and homogeneous.
+/// The law of an inverse fit, fitted as if the travel stretched a gauge length alone, incompressible and homogeneous.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gauge {
     pub length_m: f64,

@@ -11,7 +11,7 @@ use super::model::Failure;
 use super::objective::{Objective, Point};
 use super::search::search;
 use crate::calibrate::judgement::errors::Errors;
-use crate::calibrate::judgement::statistics;
+use crate::math::statistics;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
@@ -20,7 +20,7 @@ const CLOSE: f64 = 0.02;
 const POINTS: usize = 5;
 
 /// Lower and upper end \[SI\]; `None` where a forward solve fails or none is found.
-pub type Ends = [Option<f64>; 2];
+pub(super) type Ends = [Option<f64>; 2];
 
 /// Both ends of each constant for which `wanted` holds.
 pub fn ends(

@@ -5,7 +5,8 @@
 //! falls along a direction by more than the scatter where |u_kᵀr| > t s_k, with the 95 % quantile t of Student's t. Far from an
 //! answer r⊥ is mostly curvature, which looks like correlated errors: a direction along which more than half of r lies counts by independent errors.
 
-use crate::calibrate::judgement::{errors, statistics};
+use crate::calibrate::judgement::errors;
+use crate::math::statistics;
 use nalgebra::{DMatrix, DVector};
 
 /// Change of a curve that is rounding of the forward solves \[–\]

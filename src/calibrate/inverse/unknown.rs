@@ -3,11 +3,12 @@
 use super::InverseError;
 use crate::material::Parameter;
 use crate::material::registry::{given, quantity};
+use crate::math::threads::locked;
 use crate::math::units::{self, Dimension};
 use crate::scene::{KeyValue, ParameterKey, SceneError, SceneSpec};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, OnceLock};
 use toml::{Table, Value};
 
 /// A number of the scene that is to be found.
@@ -125,7 +126,7 @@ fn domain(key: &ParameterKey, dimension: Dimension, start: f64) -> (f64, f64) {
 /// A name that lives as long as the program; each is kept once.
 fn interned(name: &str) -> &'static str {
     static NAMES: OnceLock<Mutex<BTreeSet<&'static str>>> = OnceLock::new();
-    let mut names = NAMES.get_or_init(Mutex::default).lock().unwrap_or_else(PoisonError::into_inner);
+    let mut names = locked(NAMES.get_or_init(Mutex::default));
     if let Some(known) = names.get(name) {
         return known;
     }

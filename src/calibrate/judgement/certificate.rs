@@ -17,7 +17,7 @@ pub struct StableRange {
     pub looked: [f64; 2],
     /// First amount below rest at which stability is lost; `None`: none in the range
     pub below: Option<f64>,
-    /// The same above rest
+    /// First amount above rest at which stability is lost; `None`: none in the range
     pub above: Option<f64>,
 }
 
@@ -45,7 +45,7 @@ pub fn range(case: LoadCase, l: f64) -> [f64; 2] {
     }
 }
 
-/// `modulus`: the Neo-Hookean modulus of the data \[Pa\]. Empty where the constants make no law (a shear modulus that is not positive).
+/// The stable ranges of all load cases. `modulus`: the Neo-Hookean modulus of the data \[Pa\]. Empty where the constants make no law (a shear modulus that is not positive).
 pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
     let Ok(law) = model.law(values, 1e5 * modulus) else { return vec![] };
     let top = (1.5 * largest).max(3.0);
@@ -56,4 +56,16 @@ pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> 
         Some(StableRange { mode, looked, below: amount(found.below), above: amount(found.above) })
     };
     CASES.into_iter().filter_map(one).collect()
+}
+
+/// Modes in which material stability ends within the principal stretches that the fitted data points reach, and where.
+pub fn lost(stability: &[StableRange], stretch: [f64; 2]) -> Vec<(&'static str, f64)> {
+    let reach = stretch[1].max(1.0 / stretch[0]);
+    let of = |r: &StableRange| {
+        let (case, _) = CASES.into_iter().find(|(_, name)| *name == r.mode)?;
+        let [low, high] = range(case, reach);
+        let above = r.above.filter(|a| *a <= high);
+        above.or(r.below.filter(|b| *b >= low)).map(|at| (r.mode, at))
+    };
+    stability.iter().filter_map(of).collect()
 }

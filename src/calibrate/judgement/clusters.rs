@@ -10,7 +10,7 @@
 //! s²/k of the mean. Standard errors are stated for k − 1 degrees: they are wider by t(ν)/t(k − 1).
 
 use super::directions::Directions;
-use super::statistics::real_quantile;
+use crate::math::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// 1 − g of a direction that one specimen alone decides, of whose scatter nothing is known \[–\]

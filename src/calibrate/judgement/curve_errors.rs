@@ -22,7 +22,7 @@ pub fn of_curves(jacobian: &DMatrix<f64>, residual: &DVector<f64>, curves: &[Vec
     of_curves_along(&directions(jacobian), residual, curves, rounding)
 }
 
-/// The same along directions that are known.
+/// The errors by curves that are lists of rows, along directions that are known.
 pub fn of_curves_along(
     directions: &Directions,
     residual: &DVector<f64>,

@@ -52,7 +52,7 @@ pub fn of(
     between(&directions, (residual, rounding), Some(fitted), &specimens, &curves(samples))
 }
 
-/// The same with the specimen of each row, in one mode; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
+/// Errors where the specimen of each row is given, in one mode; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
 /// its own, count as constants of all.
 pub fn of_specimens(
     jacobian: &DMatrix<f64>,

@@ -8,13 +8,11 @@
 //! Limits: the interval is that of the law linearised at the answer, and does not know of constraints that hold the answer back.
 
 use super::errors::Errors;
-use super::{
-    estimate::{Direction, Estimate},
-    statistics,
-};
+use super::estimate::{Direction, Estimate};
 use crate::calibrate::model::unit;
 use crate::calibrate::solve::rows::padded;
 use crate::material::Parameter;
+use crate::math::statistics;
 use crate::math::svd::svd;
 use crate::math::units::Dimension;
 use nalgebra::{DMatrix, DVector};

@@ -12,8 +12,8 @@ use super::curve_errors::{curves, of_curves_along};
 use super::directions::Directions;
 use super::error_model::{ErrorModel, Errors};
 use super::repeats::Repeats;
-use super::statistics::real_quantile;
 use crate::calibrate::{Mode, Sample};
+use crate::math::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -76,6 +76,12 @@ impl Misfit {
     }
 }
 
+/// S = Σ wᵢ²rᵢ² of a law \[weighted Pa²\].
+pub fn sum_of_squares(samples: &[Sample], weight: &[f64], law: impl Fn(&Sample) -> f64) -> f64 {
+    let square = |(s, w): (&Sample, &f64)| (w * (s.stress - law(s))).powi(2);
+    samples.iter().zip(weight).map(square).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -14,11 +14,12 @@
 //!
 //! Terms whose factor vanished stay away, and both of their constants are open. Limits: minima that the search did not find are not looked for.
 
-use super::statistics;
+use super::misfit::sum_of_squares;
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING};
 use crate::calibrate::{Model, Sample};
 use crate::material::FitTerms;
+use crate::math::statistics;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -106,10 +107,9 @@ impl Profile<'_> {
         self.model.sensitivities(own, &s).into_iter().chain(offsets).collect()
     }
 
-    /// `None` where the law is not defined or a factor is negative.
+    /// S; `None` where the law is not defined or a factor is negative.
     fn square(&self, values: &[f64]) -> Option<f64> {
-        let of = |(s, w): (&Sample, &f64)| (w * (s.stress - self.law(values, s))).powi(2);
-        let sum: f64 = self.samples.iter().zip(self.weight).map(of).sum();
+        let sum = sum_of_squares(self.samples, self.weight, |s| self.law(values, s));
         let admitted = match &self.model.form.terms {
             FitTerms::Linear(_) => true,
             FitTerms::Separable(f) => self.constants(values).chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),

@@ -12,10 +12,11 @@
 //! Limits: not of biaxial tests; the gauge length is not corrected by the slack.
 
 use super::errors;
-use super::{estimate::Estimate, statistics};
+use super::estimate::Estimate;
 use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
 use crate::calibrate::solve::{LawFit, LawSetting, constants, fitted, jacobian, residual, solve};
 use crate::calibrate::{FitError, Mode, Sample};
+use crate::math::statistics;
 use crate::math::svd::svd;
 use serde::Serialize;
 

@@ -9,10 +9,10 @@
 //! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most, of specimens in the same modes; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
-use super::statistics::{deviation, extent};
-use super::{estimate::Estimate, statistics};
+use super::estimate::Estimate;
 use crate::calibrate::solve::{LawFit, LawSetting, Pattern, solve};
 use crate::calibrate::{FitError, Mode, Sample};
+use crate::math::statistics::{self, deviation, extent};
 use serde::{Deserialize, Serialize};
 
 /// One specimen fitted alone.

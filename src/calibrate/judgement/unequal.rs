@@ -11,7 +11,7 @@
 
 use super::directions::Directions;
 use super::error_model::{ErrorModel, Errors};
-use super::statistics::real_quantile;
+use crate::math::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// 95 % of χ² of one degree of freedom

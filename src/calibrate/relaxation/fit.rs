@@ -8,8 +8,8 @@ use super::retardation::moduli;
 use super::search::{self, Series, Weighted};
 use super::table::{self, RelaxationRequest, TermChoice};
 use crate::calibrate::judgement::errors;
-use crate::calibrate::judgement::statistics::t_quantile;
 use crate::calibrate::{Bounded, CurveSet, FitSummary, MeasuredCurves};
+use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// Part of the response below which the residual is rounding \[–\]
@@ -348,6 +348,7 @@ fn curves(record: &Record, series: &Series, weight: &DVector<f64>) -> MeasuredCu
                     .map(|i| (i, from + k * n + i))
                     .map(|(i, at)| [x_of(r.x[i]), series.residual[at] / weight[at]])
                     .collect(),
+                lines: vec![],
             }
         }));
         from += r.y.len();

@@ -12,7 +12,7 @@ use super::result::{RelaxationFit, RelaxationWarning};
 use super::search::{self, Series, Weighted};
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// Last part of the data in which the modulus is looked at, a factor of time

@@ -91,7 +91,7 @@ pub struct Record {
     pub stress: Option<f64>,
     /// Entries on reading and on changes
     pub notes: Vec<String>,
-    /// The same test of further specimens, which have none themselves
+    /// This test of further specimens, which have none themselves
     pub more: Vec<Record>,
 }
 
@@ -179,7 +179,7 @@ impl Record {
         }
     }
 
-    /// The same record with some of its data points, by indices into `x` that `rows` gives of each specimen.
+    /// This record with some of its data points, by indices into `x` that `rows` gives of each specimen.
     pub fn thinned(&self, rows: &dyn Fn(&Self) -> Vec<usize>) -> Self {
         let more = self.more.iter().map(|r| r.thinned(rows)).collect();
         let (n, rows) = (self.x.len(), rows(self));

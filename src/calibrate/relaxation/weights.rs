@@ -71,7 +71,7 @@ fn least_squares(a: &DMatrix<f64>, y: &DVector<f64>, picked: &[usize]) -> Option
     all.iter().all(|c| c.is_finite()).then_some(all)
 }
 
-/// The same by clarabel, in columns of length 1.
+/// The weights by clarabel, in columns of length 1.
 fn convex(a: &DMatrix<f64>, y: &DVector<f64>, size: f64) -> Result<DVector<f64>, RelaxationError> {
     let n = a.ncols();
     let (h, f) = (a.tr_mul(a), a.tr_mul(y) / size.max(f64::MIN_POSITIVE));

@@ -1,13 +1,14 @@
 //! Constants of softening by least squares: P = η(W(λ), W_m) P_law(λ), with the law of the first loading, and a permanent set where the data show one.
 
+use super::curves::sets;
 use super::error::SofteningFitError;
-use super::path::divide;
+use super::path::{CyclicPath, divide};
 use super::result::{SofteningFit, summary};
-use super::rows::{FirstLoading, Row};
+use super::rows::FirstLoading;
 use super::search::{Answer, Search};
 use crate::calibrate::judgement::errors::{self, Errors, directions};
-use crate::calibrate::judgement::statistics::t_quantile;
 use crate::calibrate::{Bounded, Experiment, FitOptions, FitRequest, FitResult, Sample, SlackChoice, fit_experiment};
+use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows below the largest stretch that a fit needs
@@ -44,7 +45,7 @@ pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), 
     fit_softening_experiment(&experiment, &request.options)
 }
 
-/// The same of a table that was read already.
+/// Like [`fit_softening`], of a table that was read already.
 pub fn fit_softening_experiment(
     experiment: &Experiment,
     options: &FitOptions,
@@ -54,10 +55,10 @@ pub fn fit_softening_experiment(
     if rows < ROWS {
         return Err(SofteningFitError::NoUnloading { file: experiment.file.clone(), rows, needed: ROWS });
     }
-    let first = Experiment { samples: path.virgin, alternatives: vec![], ..experiment.clone() };
+    let first = Experiment { samples: path.virgin.clone(), alternatives: vec![], ..experiment.clone() };
     let law = fit_experiment(&first, &FitOptions { slack: SlackChoice::No, ..options.clone() })?;
     let first = FirstLoading::of(&law)?;
-    let softening = judged(&law, &first, &path.softened)?;
+    let softening = judged(&law, &first, &path)?;
     Ok((law, softening))
 }
 
@@ -81,7 +82,8 @@ struct Judged {
 }
 
 /// The answer with a permanent set where its interval leaves out zero, else without.
-fn judged(law: &FitResult, first: &FirstLoading, rows: &[Row]) -> Result<SofteningFit, SofteningFitError> {
+fn judged(law: &FitResult, first: &FirstLoading, path: &CyclicPath) -> Result<SofteningFit, SofteningFitError> {
+    let rows = &path.softened;
     let samples: Vec<Sample> = rows.iter().map(|r| r.sample).collect();
     let points = first.points(rows, 0.0)?;
     let [low, high] = points.iter().fold([f64::INFINITY, 0.0_f64], |[a, b], p| [a.min(p.peak), b.max(p.peak)]);
@@ -128,8 +130,8 @@ fn judged(law: &FitResult, first: &FirstLoading, rows: &[Row]) -> Result<Softeni
         lost: soft.lost(high) / high,
         summary: summary(),
     };
-    let fitted = samples.iter().zip(residual.iter()).map(|(s, r)| (s.stretch, s.stress, s.stress - r));
-    Ok(result.with_words(law, &fitted.collect::<Vec<_>>()))
+    let fitted: Vec<f64> = samples.iter().zip(residual.iter()).map(|(s, r)| s.stress - r).collect();
+    Ok(result.with_words(law, sets(path, first, &soft, answer.u[3], &fitted)))
 }
 
 /// Intervals of an answer. With B = (JᵀJ)⁻¹Jᵀ of its unknowns and K = ∂(ηP_law)/∂θ by the constants θ of the law, an error δθ of the law moves the unknowns by

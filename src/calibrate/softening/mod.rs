@@ -1,8 +1,10 @@
 //! Softening: from cyclic data to the constants of the effect `mullins`, next to a law of the first loading.
 //!
 //! [`fit_softening`] is the entry point. The files: `path` (rows of the first loading, and what each other row has seen), `rows` (what the law says about
-//! them), `search` (the constants), `fit` (intervals, and whether a set is shown), `result`.
+//! them), `search` (the constants), `fit` (intervals, and whether a set is shown), `curves` (lines of the
+//! figure), `result`.
 
+mod curves;
 mod error;
 mod fit;
 mod path;

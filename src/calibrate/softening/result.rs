@@ -67,8 +67,8 @@ impl SofteningFit {
         !(self.at_bound || wide(&self.r) || wide(&self.m) && wide(&self.beta))
     }
 
-    /// `fitted`: stretch, stress and fitted stress of each row.
-    pub(super) fn with_words(mut self, law: &FitResult, fitted: &[(f64, f64, f64)]) -> Self {
+    /// Words, next to the data and lines of a figure.
+    pub(super) fn with_words(mut self, law: &FitResult, sets: Vec<CurveSet>) -> Self {
         let determined = self.is_determined();
         let s = &mut self.summary;
         s.title = format!("Softening from {}", self.data);
@@ -123,12 +123,7 @@ impl SofteningFit {
                 100.0 * self.misfit
             ));
         }
-        s.curves.sets = vec![CurveSet {
-            label: "unloading and reloading".into(),
-            measured: fitted.iter().map(|f| [f.0, f.1]).collect(),
-            fitted: fitted.iter().map(|f| [f.0, f.2]).collect(),
-            residuals: fitted.iter().map(|f| [f.0, f.1 - f.2]).collect(),
-        }];
+        s.curves.sets = sets;
         self
     }
 

@@ -46,7 +46,7 @@ impl FirstLoading {
         Ok(Self { model, values, part })
     }
 
-    /// The same with each constant smaller and larger by a step, with the step; constants that cannot be moved have none.
+    /// This law with each constant smaller and larger by a step, with the step; constants that cannot be moved have none.
     pub fn moved(&self) -> Vec<Option<([Self; 2], f64)>> {
         const H: f64 = 1e-5;
         let one = |k: usize| {
@@ -67,13 +67,18 @@ impl FirstLoading {
         let one = |Row { sample, peak }: &Row| {
             let stretch = elastic_stretch(sample.stretch, *peak, set);
             let undefined = SofteningFitError::Undefined { stretch: *peak, line: sample.line };
-            let stress = self.model.at(&self.values, &Sample { stretch, ..*sample });
+            let stress = self.stress(&Sample { stretch, ..*sample });
             match (self.energy(sample, stretch), self.energy(sample, *peak)) {
                 (Some(energy), Some(peak)) if stress.is_finite() => Ok(Point { stress, energy, peak }),
                 _ => Err(undefined),
             }
         };
         rows.iter().map(one).collect()
+    }
+
+    /// Stress of the first loading at a sample \[Pa\].
+    pub fn stress(&self, sample: &Sample) -> f64 {
+        self.model.at(&self.values, sample)
     }
 
     fn energy(&self, s: &Sample, stretch: f64) -> Option<f64> {

@@ -7,7 +7,7 @@
 //! Limits: noise decreases with √m, and so does the rms misfit that is reported; what varies slower than a group is unchanged.
 
 use crate::calibrate::Sample;
-use crate::calibrate::judgement::statistics::median;
+use crate::math::statistics::median;
 
 /// Data points that are taken as they are
 pub const MOST: usize = 2_000;

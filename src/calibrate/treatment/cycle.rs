@@ -11,8 +11,8 @@
 //! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it; a loop of the size of the
 //! scatter is not found.
 
-use crate::calibrate::judgement::statistics::median;
 use crate::calibrate::{FitError, Sample};
+use crate::math::statistics::median;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::Range;

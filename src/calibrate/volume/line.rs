@@ -2,7 +2,7 @@
 
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 

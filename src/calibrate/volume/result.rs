@@ -91,6 +91,7 @@ fn curves(lateral: bool, data: &Data, Points { x, y, specimen }: &Points, line: 
             measured: own.iter().map(|k| [x[*k], y[*k]]).collect(),
             fitted: order.iter().map(|k| [x[*k], fitted(*k)]).collect(),
             residuals: own.iter().map(|k| [x[*k], line.residual[*k]]).collect(),
+            lines: vec![],
         }
     };
     let sets = data.files.iter().enumerate().map(set).collect();

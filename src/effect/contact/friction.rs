@@ -38,7 +38,7 @@ impl Coulomb {
     }
 
     /// Adds ∂F_t/∂N ∂N/∂x of a point that is pressed, which is not symmetric, to a block of `n` unknowns that begins with `nodes`.
-    pub fn add_unsymmetric(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, out: &mut BlockValues) {
+    fn add_unsymmetric(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, out: &mut BlockValues) {
         let epsilon = self.threshold(at.dt);
         if epsilon == 0.0 {
             return;

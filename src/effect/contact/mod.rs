@@ -35,6 +35,10 @@ use std::time::{Duration, Instant};
 const LEFT: f64 = 0.1;
 /// Advances of one point over one step.
 const ADVANCES: usize = 200;
+/// Cosine of the angle between the normals of a point before and after a step below which it may have passed the obstacle \[–\].
+const OPPOSITE: f64 = -0.1;
+/// Share of its motion by which a point that passes the obstacle is deeper inside than at the start and at the end \[–\].
+const DEEPER: f64 = 1e-6;
 
 /// Counts and times of the search for contact over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -234,7 +238,9 @@ impl Contact {
                 continue;
             }
             let end = limit.map_or(1.0, |l| l.share);
-            let share = self.advance((x, dx), b, gap, speed, end, &mut tested);
+            let left = LEFT * gap * placed.shrink();
+            // The bound is closed in on by a geometric sequence, whose rest does not matter.
+            let share = self.advance((x, dx), b, [left, 1e-3 * left], speed, end, &mut tested);
             if share < end {
                 limit = Some(MotionLimit { share, node: self.points[b].nodes[0], gap });
             }
@@ -244,20 +250,58 @@ impl Contact {
         limit
     }
 
-    /// The admissible share of the motion of point `b`, at most `end`.
-    fn advance(&self, (x, dx): (&[f64], &[f64]), b: usize, gap: f64, speed: f64, end: f64, tested: &mut usize) -> f64 {
+    /// A node and the distance at the end \[m\] of a point that a motion from `old` straight to `x` takes through the obstacle: at the end its
+    /// normal looks to another side, and in between the point is deeper inside than at the start and at the end.
+    pub fn passed(&self, [old, x]: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)> {
+        let start = Instant::now();
+        let dx: Vec<f64> = x.iter().zip(old).map(|(x, old)| x - old).collect();
+        let (before, after) = (self.obstacle.at(old), self.obstacle.at(x));
+        let carried = self.obstacle.speed(&dx);
+        let search = self.search(caches);
+        let mut tested = 0;
+        let passes = |(b, last): (usize, &mut (Vec3, f64))| {
+            let (point, speed) = (&self.points[b], self.motion(&dx, b).norm() + carried);
+            let reach = speed / before.shrink() + point.radius;
+            let local = before.local(&self.position(old, b));
+            if speed == 0.0 || self.bound(last, &local, reach, &mut tested) >= reach {
+                return None;
+            }
+            let local = [local, after.local(&self.position(x, b))];
+            let [from, to] = local.map(|y| self.obstacle.shape.nearest(&y));
+            if from.normal.dot(&to.normal) > OPPOSITE {
+                return None;
+            }
+            let margin = DEEPER * speed;
+            let least = (from.gap.min(to.gap) - point.radius).min(0.0) - margin;
+            let share = self.advance((old, &dx), b, [least, 1e-3 * margin], speed, 1.0, &mut tested);
+            (share < 1.0).then_some((point.nodes[0], to.gap - point.radius))
+        };
+        let passed = search.last.iter_mut().enumerate().find_map(passes);
+        search.count([0, tested, 0]);
+        search.counts.detection += start.elapsed();
+        passed
+    }
+
+    /// The share of the motion of point `b`, at most `end`, on which its distance is more than `least`, up to `close` \[m\].
+    fn advance(
+        &self,
+        (x, dx): (&[f64], &[f64]),
+        b: usize,
+        [least, close]: [f64; 2],
+        speed: f64,
+        end: f64,
+        tested: &mut usize,
+    ) -> f64 {
         let distance = |share: f64| {
             let placed = self.obstacle.along(x, dx, share);
             let at = self.position(x, b) + self.motion(dx, b) * share;
             (self.obstacle.shape.gap(&placed.local(&at)) - self.points[b].radius) * placed.shrink()
         };
-        let left = LEFT * gap * self.obstacle.at(x).shrink();
         let mut share = 0.0;
         for _ in 0..ADVANCES {
             *tested += 1;
-            let free = distance(share) - left;
-            // The bound is closed in on by a geometric sequence, whose rest does not matter.
-            if free <= 1e-3 * left {
+            let free = distance(share) - least;
+            if free <= close {
                 break;
             }
             share += free / speed;

@@ -39,6 +39,21 @@ impl Multiplier {
         let witness = self.contact.obstacle.shape.nearest(&placed.local(&at));
         placed.pair(&at, &witness, self.contact.points[b].radius)
     }
+
+    fn point(&self, [x, old]: [&[f64]; 2], dt: f64, b: usize) -> ContactPoint<'_> {
+        let pair = self.pair(x, b);
+        let shares = pair.shares(&self.contact.points[b].weights);
+        ContactPoint {
+            nodes: self.contact.blocks().nodes(b).to_vec(),
+            sliding: self.contact.contact_shares([x, old], b, &pair.normal, &shares),
+            shares,
+            gap: pair.gap,
+            normal: pair.normal,
+            force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
+            friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
+            potential: None,
+        }
+    }
 }
 
 impl Effect for Multiplier {
@@ -90,21 +105,7 @@ impl ContactPoints for Multiplier {
 
     fn points(&self, [x, old]: [&[f64]; 2], dt: f64, _: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let start = Instant::now();
-        let point = |b: usize| {
-            let pair = self.pair(x, b);
-            let shares = pair.shares(&self.contact.points[b].weights);
-            ContactPoint {
-                nodes: self.contact.blocks().nodes(b).to_vec(),
-                sliding: self.contact.contact_shares([x, old], b, &pair.normal, &shares),
-                shares,
-                gap: pair.gap,
-                normal: pair.normal,
-                force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
-                friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
-                potential: None,
-            }
-        };
-        let points: Vec<ContactPoint> = (0..self.contact.points.len()).map(point).collect();
+        let points: Vec<ContactPoint> = (0..self.contact.points.len()).map(|b| self.point([x, old], dt, b)).collect();
         let search = self.contact.search(caches);
         search.count([points.len(), points.len(), 0]);
         search.counts.search += start.elapsed();
@@ -119,6 +120,15 @@ impl ContactPoints for Multiplier {
                 if *force > 0.0 { gap + force / self.stiffness } else { gap.min(0.0) };
         }
         self.contact.search(caches).count([0, 0, forces.iter().filter(|f| **f > 0.0).count()]);
+    }
+
+    fn passed(&self, [x, old]: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)> {
+        self.contact.passed([old, x], caches)
+    }
+
+    fn inside(&self, x: &[f64], depth: f64) -> Vec<ContactPoint<'_>> {
+        let inside = (0..self.contact.points.len()).filter(|&b| self.contact.gap(x, b) < -depth);
+        inside.map(|b| self.point([x, x], f64::INFINITY, b)).collect()
     }
 }
 

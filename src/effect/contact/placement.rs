@@ -39,6 +39,12 @@ impl AffineFrame {
         Mat3::from_columns(&[1, 2, 3].map(|i| (p[i] - p[0]) / self.length))
     }
 
+    /// A at displacement x: from displacements alone, so that a place far from the origin adds no rounding.
+    pub fn gradient_of(&self, x: &[f64]) -> Mat3 {
+        let u = self.nodes.map(|node| displacement(x, node));
+        Mat3::identity() + Mat3::from_columns(&[1, 2, 3].map(|i| (u[i] - u[0]) / self.length))
+    }
+
     /// w_a(X)
     pub fn weights(&self, place: &Vec3) -> [f64; 4] {
         let w = (place - self.center) / self.length;

@@ -125,6 +125,10 @@ impl<R: Response> ContactPoints for Pressed<R> {
         }
         found
     }
+
+    fn passed(&self, [x, old]: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)> {
+        if self.response.limits_motion() { None } else { self.contact.passed([old, x], caches) }
+    }
 }
 
 impl<R: Response> NormalForces for Pressed<R> {

@@ -2,10 +2,11 @@
 //!
 //! U = (J − 1)²/D₁, further terms (J − 1)²ᵏ/D_k without effect; of `ARRUDA-BOYCE` (½(J² − 1) − ln J)/D. Ogden's energy is Σ (2μ_n/α_n²)(Σλ̄^α_n − 3).
 
-use super::cards::{Card, LINE};
-use super::energy::{
-    COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, kappa_of, number, options, volumetric_constants,
-};
+use super::cards::{Card, LINE, options};
+use super::energy::{COUPLED, Energy, OGDEN, SPLIT};
+use super::error::KeywordError;
+use super::numbers::{kappa_of, number, volumetric_constants};
+use super::program::Program;
 use crate::material::VolumetricKind;
 
 /// The keyword with its numbers, and the volumetric part that it has.

@@ -2,7 +2,10 @@
 //!
 //! U = (J − 1)²/d; of `GENT` and `BOYCE` (½(J² − 1) − ln J)/d. Ogden's energy is Σ (μ_n/α_n)(Σλ̄^α_n − 3).
 
-use super::energy::{COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, kappa_of, number, numbers};
+use super::energy::{COUPLED, Energy, OGDEN, SPLIT};
+use super::error::KeywordError;
+use super::numbers::{kappa_of, number, numbers};
+use super::program::Program;
 use crate::material::VolumetricKind;
 
 /// Numbers in a line

@@ -1,11 +1,26 @@
 //! Keywords of Abaqus and CalculiX with their lines of numbers.
 
-use super::energy::{KeywordError, Program, numbers, options};
+use super::error::KeywordError;
+use super::numbers::numbers;
+use super::program::Program;
+use std::collections::BTreeMap;
 
 /// Numbers in a line
 pub const LINE: usize = 8;
 /// Keywords that give a law
 const LAWS: [&str; 2] = ["*HYPERELASTIC", "*HYPERFOAM"];
+/// Keywords of a material that change its response and are not read
+const PASSED_OVER: [&str; 9] = [
+    "*MULLINS EFFECT",
+    "*HYSTERESIS",
+    "*PLASTIC",
+    "*CREEP",
+    "*VISCOUS",
+    "*TRS",
+    "*EXPANSION",
+    "*DAMPING",
+    "*DAMAGE INITIATION",
+];
 
 /// A keyword with the lines below it.
 pub struct Card<'a> {
@@ -64,4 +79,18 @@ pub fn of_first_law(text: &str) -> Option<(Vec<Card<'_>>, usize)> {
     let from = cards[..at].iter().rposition(begins).unwrap_or(0);
     let to = cards[at..].iter().position(begins).map_or(cards.len(), |k| at + k);
     Some((cards.drain(from..to).collect(), at - from))
+}
+
+/// Those of the keywords that change the response of the material and are not read.
+pub fn passed_over(material: &[Card]) -> Vec<&'static str> {
+    PASSED_OVER.into_iter().filter(|k| material.iter().any(|c| c.is(k))).collect()
+}
+
+/// Options of a keyword by name, in upper case.
+pub fn options(line: &str) -> BTreeMap<String, String> {
+    let pair = |o: &str| {
+        let (key, value) = o.split_once('=').unwrap_or((o, ""));
+        (key.trim().to_uppercase(), value.trim().to_string())
+    };
+    line.split(',').map(pair).collect()
 }

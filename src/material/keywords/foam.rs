@@ -6,8 +6,11 @@
 //! To CalculiX a single term is written as two halves, since version 2.20 ends with a singular matrix at `N=1`.
 
 use super::ansys::data;
-use super::cards::{self, Card};
-use super::energy::{Energy, FOAM, KeywordError, Program, number, numbers, options};
+use super::cards::{self, Card, options};
+use super::energy::{Energy, FOAM};
+use super::error::KeywordError;
+use super::numbers::{number, numbers};
+use super::program::Program;
 use roxmltree::Node;
 
 /// Numbers in a line of Abaqus and of Ansys

@@ -6,8 +6,11 @@
 //!
 //! SOFA: `NeoHookean` with μ and λ is the coupled law; `MooneyRivlin` C10, C01, κ and `Ogden` μ, α, κ of (μ/α²)(Σλ̄^α − 3) have ½κ(ln J)².
 
-use super::energy::{COUPLED, Energy, KeywordError, OGDEN, Program, SPLIT, number, numbers};
+use super::energy::{COUPLED, Energy, OGDEN, SPLIT};
+use super::error::KeywordError;
 use super::foam;
+use super::numbers::{number, numbers};
+use super::program::Program;
 use crate::material::{LawSpecError, Moduli, Values, VolumetricKind};
 use roxmltree::{Document, Node};
 

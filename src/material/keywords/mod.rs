@@ -11,11 +11,16 @@ mod abaqus;
 mod ansys;
 mod cards;
 mod energy;
+mod error;
 mod foam;
 mod markup;
+mod numbers;
+mod program;
 mod series;
 
-pub use energy::{Energy, KeywordError, Program};
+pub use energy::Energy;
+pub use error::KeywordError;
+pub use program::Program;
 pub use series::Imported;
 
 use super::volumetric::VolumetricKind;
@@ -59,7 +64,7 @@ pub fn read(text: &str, program: Program, unit: &str) -> Result<Imported, Keywor
     Ok(found)
 }
 
-/// The same of Abaqus and CalculiX.
+/// The first law in the input of Abaqus or CalculiX, with stresses times `scale`, and the Prony series of its material.
 fn of_cards(text: &str, program: Program, scale: f64) -> Result<Imported, KeywordError> {
     let absent = || KeywordError::Unreadable { program, what: "no *HYPERELASTIC or *HYPERFOAM".into() };
     let (material, law) = cards::of_first_law(text).ok_or_else(absent)?;
@@ -68,7 +73,8 @@ fn of_cards(text: &str, program: Program, scale: f64) -> Result<Imported, Keywor
         true => foam::read_abaqus(card, program, scale)?,
         false => abaqus::read(card, program, scale)?,
     };
-    series::with_relaxation(energy, &material, law, program)
+    let found = series::with_relaxation(energy, &material, law, program)?;
+    Ok(Imported { passed_over: cards::passed_over(&material), ..found })
 }
 
 /// Words on the volumetric part, the one of the program and the one of the law.

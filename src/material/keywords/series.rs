@@ -4,8 +4,10 @@
 //! the long-term ones where it is absent (*Abaqus Keywords Reference Guide*, `*VISCOELASTIC` and `*HYPERELASTIC`). The shares are those of the effect `viscoelastic`,
 //! which relaxes no bulk modulus: k_i has to be zero. Constants that are instantaneous become long-term ones, times 1 − Σ g_i.
 
-use super::cards::Card;
-use super::energy::{Energy, FOAM, KeywordError, Program, options};
+use super::cards::{Card, options};
+use super::energy::{Energy, FOAM};
+use super::error::KeywordError;
+use super::program::Program;
 
 /// The content of an input file.
 #[derive(Clone, PartialEq, Debug)]
@@ -14,11 +16,13 @@ pub struct Imported {
     pub energy: Energy,
     /// Share g \[–\] of the instantaneous shear modulus and relaxation time τ \[s\] of each term
     pub series: Vec<(f64, f64)>,
+    /// Keywords of the material that change its response and were not read
+    pub passed_over: Vec<&'static str>,
 }
 
 impl From<Energy> for Imported {
     fn from(energy: Energy) -> Self {
-        Self { energy, series: vec![] }
+        Self { energy, series: vec![], passed_over: vec![] }
     }
 }
 
@@ -61,7 +65,7 @@ pub fn with_relaxation(
         ));
     }
     let energy = if instantaneous { energy.scaled(long)? } else { energy };
-    Ok(Imported { energy, series })
+    Ok(Imported { series, ..energy.into() })
 }
 
 /// Shares and times of `*VISCOELASTIC`.

@@ -17,8 +17,10 @@ use faer::sparse::linalg::cholesky::{
 };
 use std::ops::Range;
 
-/// Share of all operations that is worth a task of its own, and the least number of operations.
-const TASK: (f64, f64) = (0.01, 1e6);
+/// Share of all operations that is worth a task of its own.
+const TASK_SHARE: f64 = 0.01;
+/// Least number of operations that is worth a task of its own.
+const TASK_LEAST: f64 = 1e6;
 
 /// Columns of L that share their rows.
 #[derive(Clone, Debug)]
@@ -115,7 +117,7 @@ impl EliminationTree {
         self.waiting_in(&self.all).0
     }
 
-    /// The same in a task, and the messages that it leaves.
+    /// The largest such sum in a task, and the messages that it leaves.
     fn waiting_in(&self, task: &Task) -> (usize, usize) {
         let of_parts: Vec<(usize, usize)> = task.parts.iter().map(|part| self.waiting_in(part)).collect();
         let left = of_parts.iter().map(|part| part.1).sum::<usize>();
@@ -168,7 +170,7 @@ impl EliminationTree {
     }
 
     fn divide(&mut self) {
-        let worth = (TASK.0 * self.operations()).max(TASK.1);
+        let worth = (TASK_SHARE * self.operations()).max(TASK_LEAST);
         let parts = self.parts(&self.roots, worth);
         self.all = Task { supernodes: 0..self.supernodes.len(), parts };
     }

@@ -1,46 +1,39 @@
 //! Why a linear system was not solved.
 
 use super::method::MOST_ITERATIONS;
-use std::fmt;
 
 /// A matrix without a usable factorisation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LinearError {
     /// Zero or non-finite pivot: the matrix is singular to working precision.
+    #[error("the tangent matrix is singular to working precision")]
     Singular,
     /// ‖Ax − b‖/‖b‖ stayed above the bound, and above rounding, after refinement.
+    #[error("the linear solve is inaccurate (relative residual {residual:e})")]
     Inaccurate { residual: f64 },
     /// The matrix has negative curvature, and its factor would take `gigabytes`, more than is allowed
+    #[error(
+        "the tangent has negative curvature, which the iterative path cannot solve for, and its factor of {} is larger than \
+         factor_memory",
+        memory(*gigabytes)
+    )]
     Indefinite { gigabytes: f64 },
     /// The Krylov method does not come to the accuracy of a solve, and the factor would take `gigabytes`, more than is allowed
+    #[error(
+        "the iterative method does not solve for the tangent in {} iterations, and its factor of {} is larger than \
+         factor_memory",
+        MOST_ITERATIONS, memory(*gigabytes)
+    )]
     Slow { gigabytes: f64 },
     /// The factor would take `gigabytes`, more than is allowed, and the matrix is not one for the iterative path
+    #[error(
+        "the factor of the tangent takes {}, more than factor_memory, and the iterative path is not for this scene",
+        memory(*gigabytes)
+    )]
     TooLarge { gigabytes: f64 },
 }
 
-impl fmt::Display for LinearError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Singular => write!(f, "the tangent matrix is singular to working precision"),
-            Self::Inaccurate { residual } => {
-                write!(f, "the linear solve is inaccurate (relative residual {residual:e})")
-            }
-            Self::Indefinite { gigabytes } => write!(
-                f,
-                "the tangent has negative curvature, which the iterative path cannot solve for, and its factor of {gigabytes:.1} GB is \
-                 larger than factor_memory"
-            ),
-            Self::Slow { gigabytes } => write!(
-                f,
-                "the iterative method does not solve for the tangent in {MOST_ITERATIONS} iterations, and its factor of {gigabytes:.1} GB is larger than \
-                 factor_memory"
-            ),
-            Self::TooLarge { gigabytes } => write!(
-                f,
-                "the factor of the tangent takes {gigabytes:.1} GB, more than factor_memory, and the iterative path is not for this scene"
-            ),
-        }
-    }
+/// A size of memory in GB, or in MB below a tenth of one.
+fn memory(gigabytes: f64) -> String {
+    if gigabytes < 0.1 { format!("{:.2} MB", 1e3 * gigabytes) } else { format!("{gigabytes:.1} GB") }
 }
-
-impl std::error::Error for LinearError {}

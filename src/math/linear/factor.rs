@@ -4,7 +4,7 @@ use super::bordered::Bordered;
 use super::error::LinearError;
 use super::method::{Cost, Method, gigabytes};
 use crate::math::low_rank::Pattern;
-use crate::math::multigrid::Multigrid;
+use crate::math::multigrid::{BottomFactor, Multigrid};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,6 +16,33 @@ pub(super) enum Ready {
     Iterative,
 }
 
+/// Why a right side was not solved for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum GaveUp {
+    /// The Krylov method met negative curvature
+    Indefinite,
+    /// The Krylov method took too many iterations
+    Slow,
+    /// ‖Ax − b‖/‖b‖ stayed above the bound, and above rounding, after refinement
+    Inaccurate { residual: f64 },
+}
+
+/// The matrices that are expected.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Definiteness {
+    /// Positive definite: LLᵀ is tried first
+    Positive,
+    /// Of saddle points, with negative eigenvalues: LDLᵀ at once
+    Saddle,
+}
+
+/// Right sides solved for by the Krylov method to the full accuracy, and the iterations for them.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Debug)]
+pub struct GradientCounts {
+    pub solves: usize,
+    pub iterations: usize,
+}
+
 /// Factorisation of matrices of one pattern, or what takes its place. Symbolic work is done once; buffers are reused.
 pub struct Factor {
     pub(super) pattern: Arc<Pattern>,
@@ -25,10 +52,11 @@ pub struct Factor {
     /// On the iterative path
     pub(super) multigrid: Option<Multigrid>,
     pub(super) ready: Ready,
+    /// Memory of a factor of this pattern that was larger than allowed \[GB\]
+    too_large: Option<f64>,
     /// The unknowns are numbered in elimination order
     in_order: bool,
-    /// Try LLᵀ first; off where negative eigenvalues are in the nature of the matrix
-    try_llt: bool,
+    definiteness: Definiteness,
     /// \[unknowns\] u at the next factorisation \[m\]; empty at rest
     displacement: Vec<f64>,
     /// Negative eigenvalues of the matrix factorised last, by its negative pivots (Sylvester's law of inertia). None are counted on the
@@ -42,8 +70,7 @@ pub struct Factor {
     pub fallbacks: usize,
     /// Right sides solved for so far; on the iterative path hierarchies applied, one an iteration of the Krylov method
     pub solves: usize,
-    /// Right sides solved for by the Krylov method to the full accuracy, and their iterations
-    pub gradients: [usize; 2],
+    pub gradients: GradientCounts,
     pub factor_time: Duration,
     pub solve_time: Duration,
 }
@@ -62,17 +89,17 @@ const PATIENCE: usize = 150;
 impl Factor {
     /// For matrices that are expected to be positive definite.
     pub fn new(pattern: impl Into<Arc<Pattern>>) -> Self {
-        Self::with(pattern.into(), Method::default(), true, true)
+        Self::by(Method::default(), pattern.into(), Definiteness::Positive)
     }
 
     /// For matrices of saddle points: LDLᵀ at once.
     pub fn indefinite(pattern: impl Into<Arc<Pattern>>) -> Self {
-        Self::with(pattern.into(), Method::default(), false, true)
+        Self::by(Method::default(), pattern.into(), Definiteness::Saddle)
     }
 
-    /// For matrices that are expected to be positive definite, or are of saddle points, directly or iteratively.
-    pub fn by(method: Method, pattern: Arc<Pattern>, definite: bool) -> Self {
-        Self::with(pattern, method, definite, true)
+    /// Directly or iteratively, by a method.
+    pub fn by(method: Method, pattern: Arc<Pattern>, definiteness: Definiteness) -> Self {
+        Self::with(pattern, method, definiteness, true)
     }
 
     /// For another pattern of the same size, with an elimination order of its own; counts and times go on.
@@ -86,12 +113,12 @@ impl Factor {
         }
         let start = Instant::now();
         let Self { count, fallbacks, solves, gradients, factor_time, solve_time, .. } = *self;
-        let other = Self::with(pattern.clone(), self.method.clone(), self.try_llt, in_order);
+        let other = Self::with(pattern.clone(), self.method.clone(), self.definiteness, in_order);
         let factor_time = factor_time + start.elapsed();
         *self = Self { count, fallbacks, solves, gradients, solve_time, factor_time, ..other };
     }
 
-    fn with(pattern: Arc<Pattern>, method: Method, try_llt: bool, in_order: bool) -> Self {
+    fn with(pattern: Arc<Pattern>, method: Method, definiteness: Definiteness, in_order: bool) -> Self {
         let mut direct = (!method.is_asked_for()).then(|| Bordered::new(&pattern, in_order)).flatten();
         let cost = direct.as_ref().map(|d| Cost { nnz: d.nnz(), flops: d.flops(), matrix: pattern.nnz() });
         let (places, why) = method.choose(cost);
@@ -105,15 +132,16 @@ impl Factor {
             direct,
             multigrid,
             ready: Ready::None,
+            too_large: None,
             in_order,
-            try_llt,
+            definiteness,
             displacement: Vec::new(),
             negative_eigenvalues: 0,
             why,
             count: 0,
             fallbacks: 0,
             solves: 0,
-            gradients: [0; 2],
+            gradients: GradientCounts::default(),
             factor_time: Duration::ZERO,
             solve_time: Duration::ZERO,
         }
@@ -128,8 +156,8 @@ impl Factor {
         self.multigrid.as_ref()
     }
 
-    /// Whether the last factorisation counted negative eigenvalues.
-    pub fn counts(&self) -> bool {
+    /// Whether the last factorisation gave the inertia of the matrix: its negative eigenvalues are counted.
+    pub fn has_inertia(&self) -> bool {
         self.ready == Ready::Direct
     }
 
@@ -201,39 +229,66 @@ impl Factor {
         if values.iter().any(|v| !v.is_finite()) {
             return Err(LinearError::Singular);
         }
-        let Some(multigrid) = &mut self.multigrid else { return self.factorise_directly(values) };
+        if self.multigrid.is_none() {
+            return self.factorise_directly(values);
+        }
         // Memory of an earlier factorisation, which a new one needs.
         self.direct = None;
-        if multigrid.set_up(&values[..self.pattern.sparse.nnz()], &self.displacement).is_ok() {
-            self.ready = Ready::Iterative;
+        if self.set_up_hierarchy(values, BottomFactor::Definite) {
             return Ok(());
         }
-        self.fall_back(values, true)
+        match self.fall_back(values, GaveUp::Indefinite) {
+            // The displacements of a mixed formulation alone may be indefinite where the whole tangent is stable
+            Err(LinearError::Indefinite { .. }) if self.set_up_hierarchy(values, BottomFactor::Indefinite) => Ok(()),
+            other => other,
+        }
     }
 
-    /// The same, on the iterative path too where the memory allows it: negative eigenvalues are counted.
+    /// Whether there is a hierarchy of A, with this factor at its bottom.
+    fn set_up_hierarchy(&mut self, values: &[f64], bottom: BottomFactor) -> bool {
+        let Some(multigrid) = &mut self.multigrid else { return false };
+        if bottom == BottomFactor::Indefinite && multigrid.is_symmetric() {
+            return false;
+        }
+        let sparse = &values[..self.pattern.sparse.nnz()];
+        let is_set_up = multigrid.set_up(sparse, &self.displacement, bottom).is_ok();
+        if is_set_up {
+            self.ready = Ready::Iterative;
+        }
+        is_set_up
+    }
+
+    /// Factorises A and counts its negative eigenvalues, on the iterative path too where the memory allows it.
     pub fn factorise_counting(&mut self, values: &[f64]) -> Result<(), LinearError> {
         if self.multigrid.is_none() {
             return self.factorise(values);
         }
         let start = Instant::now();
         self.count += 1;
-        let result = self.fall_back(values, true);
+        let result = self.fall_back(values, GaveUp::Indefinite);
         self.factor_time += start.elapsed();
         result
     }
 
     /// The matrix is not one for the Krylov method, or this is slow: it is factorised where that is allowed.
-    pub(super) fn fall_back(&mut self, values: &[f64], indefinite: bool) -> Result<(), LinearError> {
+    pub(super) fn fall_back(&mut self, values: &[f64], gave_up: GaveUp) -> Result<(), LinearError> {
         self.ready = Ready::None;
-        self.fallbacks += 1;
         self.multigrid.iter_mut().for_each(Multigrid::clear);
-        self.direct = Bordered::new(&self.pattern, self.in_order);
-        self.factorise_directly(values).map_err(|why| match why {
-            LinearError::TooLarge { gigabytes } if indefinite => LinearError::Indefinite { gigabytes },
-            LinearError::TooLarge { gigabytes } => LinearError::Slow { gigabytes },
-            other => other,
-        })
+        if self.too_large.is_none() {
+            self.direct = Bordered::new(&self.pattern, self.in_order);
+            match self.factorise_directly(values) {
+                Err(LinearError::TooLarge { gigabytes }) => (self.direct, self.too_large) = (None, Some(gigabytes)),
+                other => {
+                    self.fallbacks += usize::from(other.is_ok());
+                    return other;
+                }
+            }
+        }
+        let gigabytes = self.too_large.expect("it was found to be too large");
+        match gave_up {
+            GaveUp::Indefinite => Err(LinearError::Indefinite { gigabytes }),
+            _ => Err(LinearError::Slow { gigabytes }),
+        }
     }
 
     fn factorise_directly(&mut self, values: &[f64]) -> Result<(), LinearError> {
@@ -244,7 +299,7 @@ impl Factor {
         if gigabytes > self.method.factor_memory {
             return Err(LinearError::TooLarge { gigabytes });
         }
-        if !(self.try_llt && direct.definite(values)) {
+        if self.definiteness == Definiteness::Saddle || !direct.definite(values) {
             self.negative_eigenvalues = direct.indefinite(&self.pattern, values).map_err(|_| LinearError::Singular)?;
         }
         self.ready = Ready::Direct;

@@ -19,5 +19,5 @@ mod substitution;
 
 pub use direct::Direct;
 pub use error::LinearError;
-pub use factor::Factor;
+pub use factor::{Definiteness, Factor, GradientCounts};
 pub use method::{Linear, Method};

@@ -3,7 +3,7 @@
 //! A column that the Krylov method does not solve is solved by a factorisation of its own, where the memory allows one.
 
 use super::error::LinearError;
-use super::factor::{Factor, Ready};
+use super::factor::{Factor, GaveUp, Ready};
 use super::method::MOST_ITERATIONS;
 use crate::math::gmres::gmres;
 use crate::math::pcg::{Outcome, pcg};
@@ -23,27 +23,29 @@ impl Factor {
     pub fn solve(&mut self, values: &[f64], columns: &mut [f64]) -> Result<(), LinearError> {
         let start = Instant::now();
         let rhs = columns.to_vec();
-        let mut result = self.solve_checked(values, &rhs, columns);
+        let result = self.solve_checked(values, &rhs, columns);
         self.solve_time += start.elapsed();
-        if let (Err(why), Ready::Iterative) = (&result, self.ready) {
-            let start = Instant::now();
-            result = self.fall_back(values, matches!(why, LinearError::Indefinite { .. }));
-            self.count += 1;
-            self.factor_time += start.elapsed();
-            let start = Instant::now();
-            if result.is_ok() {
-                columns.copy_from_slice(&rhs);
-                result = self.solve_checked(values, &rhs, columns);
-            }
-            self.solve_time += start.elapsed();
-        }
         if self.ready == Ready::Direct {
             self.solves += columns.len() / self.pattern.n;
         }
-        result
+        match result {
+            Ok(()) => Ok(()),
+            Err(GaveUp::Inaccurate { residual }) if self.ready == Ready::Direct => {
+                Err(LinearError::Inaccurate { residual })
+            }
+            Err(why) => {
+                let start = Instant::now();
+                let factorised = self.fall_back(values, why);
+                self.count += 1;
+                self.factor_time += start.elapsed();
+                factorised?;
+                columns.copy_from_slice(&rhs);
+                self.solve(values, columns)
+            }
+        }
     }
 
-    fn solve_checked(&mut self, values: &[f64], rhs: &[f64], columns: &mut [f64]) -> Result<(), LinearError> {
+    fn solve_checked(&mut self, values: &[f64], rhs: &[f64], columns: &mut [f64]) -> Result<(), GaveUp> {
         let n = self.pattern.n;
         let bounds: Vec<f64> = rhs.chunks_exact(n).map(|b| SOLVE_TOLERANCE * norm(b)).collect();
         self.solve_once(values, columns, &bounds)?;
@@ -57,7 +59,7 @@ impl Factor {
                     break;
                 }
                 if !size.is_finite() || refinement == 2 {
-                    return Err(LinearError::Inaccurate { residual: size / norm(b) });
+                    return Err(GaveUp::Inaccurate { residual: size / norm(b) });
                 }
                 self.solve_once(values, &mut residual, &[*bound])?;
                 x.iter_mut().zip(&residual).for_each(|(x, d)| *x += d);
@@ -67,7 +69,7 @@ impl Factor {
     }
 
     /// Without a check; the Krylov method goes to half of the bounds \[columns\], so that its rounding has room.
-    fn solve_once(&mut self, values: &[f64], columns: &mut [f64], bounds: &[f64]) -> Result<(), LinearError> {
+    fn solve_once(&mut self, values: &[f64], columns: &mut [f64], bounds: &[f64]) -> Result<(), GaveUp> {
         if self.ready == Ready::Direct {
             self.direct.as_ref().expect("it was factorised").solve(columns);
             return Ok(());
@@ -89,13 +91,13 @@ impl Factor {
             } else {
                 restarted(multiply, precondition, b, 0.5 * bound)
             };
-            self.gradients[0] += 1;
-            self.gradients[1] += iterations;
+            self.gradients.solves += 1;
+            self.gradients.iterations += iterations;
             self.solves += iterations;
             match outcome {
                 Outcome::Solved(x) => b.copy_from_slice(&x),
-                Outcome::Indefinite => return Err(LinearError::Indefinite { gigabytes: f64::NAN }),
-                Outcome::Slow => return Err(LinearError::Inaccurate { residual: f64::NAN }),
+                Outcome::Indefinite => return Err(GaveUp::Indefinite),
+                Outcome::Slow => return Err(GaveUp::Slow),
             }
         }
         Ok(())

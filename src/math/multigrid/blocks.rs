@@ -141,7 +141,7 @@ impl<const R: usize, const C: usize> BlockMatrix<R, C> {
         self.galerkin_in_parts(b, LEAST / FINER)
     }
 
-    /// The same by parts with at least so many blocks of Aᵀ.
+    /// Like [`Self::galerkin`], by parts with at least so many blocks of Aᵀ.
     fn galerkin_in_parts(&self, b: &BlockMatrix<R, R>, least: usize) -> (BlockMatrix<C, C>, usize) {
         let transposition = self.transposition();
         let of_part = |part: Range<usize>| {

@@ -39,6 +39,15 @@ const BOTTOM: usize = 300;
 /// Nodes of a level per node of the next, at least: what is coupled less is factorised.
 const COARSENING: f64 = 1.5;
 
+/// Acceptance of a matrix that is not positive definite at the bottom of the hierarchy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BottomFactor {
+    /// Refused
+    Definite,
+    /// LDLᵀ. The preconditioner is indefinite then, which minimal residuals allow and conjugate gradients do not
+    Indefinite,
+}
+
 /// The hierarchy of the last matrix, and the structure that matrices of one pattern share.
 pub struct Multigrid {
     /// Of the whole matrix
@@ -81,7 +90,16 @@ impl Multigrid {
     }
 
     /// The hierarchy of A, the nodes being displaced by u \[3 × nodes\] or at rest.
-    pub fn set_up(&mut self, values: &[f64], displacement: &[f64]) -> Result<(), NotDefinite> {
+    pub fn set_up(&mut self, values: &[f64], displacement: &[f64], bottom: BottomFactor) -> Result<(), NotDefinite> {
+        let last = self.size;
+        let result = self.set_up_levels(values, displacement, bottom);
+        if result.is_err() {
+            self.size = last;
+        }
+        result
+    }
+
+    fn set_up_levels(&mut self, values: &[f64], displacement: &[f64], bottom: BottomFactor) -> Result<(), NotDefinite> {
         self.levels = None;
         self.size = Size { levels: 2, ..Size::default() };
         let a = match &mut self.pressures {
@@ -103,7 +121,7 @@ impl Multigrid {
                 break;
             }
         }
-        let bottom = Bottom::new(&a)?;
+        let bottom = Bottom::new(&a, bottom)?;
         let of_levels: usize = coarse.iter().map(Level::matrix_entries).sum();
         let size = &mut self.size;
         size.set_up += bottom.factor.flops();
@@ -175,7 +193,7 @@ fn descend(levels: &[Level<6>], bottom: &Bottom, r: &[[f64; 6]]) -> Vec<[f64; 6]
 }
 
 impl Bottom {
-    fn new(a: &BlockMatrix<6, 6>) -> Result<Self, NotDefinite> {
+    fn new(a: &BlockMatrix<6, 6>, accepted: BottomFactor) -> Result<Self, NotDefinite> {
         let entries = |i: usize| {
             let lower = a.row(i).filter(move |(j, _)| *j >= i);
             lower.flat_map(move |(j, block)| {
@@ -189,7 +207,10 @@ impl Bottom {
             values[pattern.slot(r as u32, c as u32).expect("made of these pairs") as usize] = value;
         }
         let mut factor = Direct::new(&pattern, false).ok_or(NotDefinite)?;
-        factor.definite(&values).then_some(()).ok_or(NotDefinite)?;
+        if !factor.definite(&values) {
+            let indefinite = accepted == BottomFactor::Indefinite && factor.indefinite(&values).is_ok();
+            indefinite.then_some(()).ok_or(NotDefinite)?;
+        }
         Ok(Self { pattern, factor })
     }
 

@@ -1,7 +1,7 @@
 //! Blocks of linear tetrahedra, linear elasticity, E = 1: node positions off the grid by up to 15 % of its width, held at x = 0.
 
 use super::*;
-use crate::math::linear::{Factor, Linear, LinearError, Method};
+use crate::math::linear::{Definiteness, Factor, Linear, LinearError, Method};
 use crate::math::low_rank::Pattern;
 use crate::math::ordering::fill_reducing;
 use crate::math::pcg::{Outcome, pcg};
@@ -102,7 +102,7 @@ impl Body {
 
     fn hierarchy(&self) -> Multigrid {
         let mut multigrid = Multigrid::new(self.pattern.clone(), self.places.clone());
-        multigrid.set_up(&self.values, &[]).expect("held bodies are stable");
+        multigrid.set_up(&self.values, &[], BottomFactor::Definite).expect("held bodies are stable");
         multigrid
     }
 
@@ -267,13 +267,13 @@ fn both_paths_have_the_same_answer() {
         (x, factor)
     };
     let (x, direct) = solve(Factor::new(body.whole()));
-    let (y, iterative) = solve(Factor::by(body.method(1.0), body.whole(), true));
+    let (y, iterative) = solve(Factor::by(body.method(1.0), body.whole(), Definiteness::Positive));
     let apart: Vec<f64> = x.iter().zip(&y).map(|(x, y)| x - y).collect();
     assert!(norm(&apart) < 1e-6 * norm(&x), "{:e}", norm(&apart) / norm(&x));
-    assert!(direct.counts() && !iterative.counts() && !iterative.fell_back());
-    assert_eq!(iterative.gradients[0], 2);
+    assert!(direct.has_inertia() && !iterative.has_inertia() && !iterative.fell_back());
+    assert_eq!(iterative.gradients.solves, 2);
     // Both are counted: two right sides, of which the second does not begin with the first.
-    assert!((10..=2 * 40).contains(&iterative.gradients[1]), "{:?}", iterative.gradients);
+    assert!((10..=2 * 40).contains(&iterative.gradients.iterations), "{:?}", iterative.gradients);
     assert_eq!(iterative.multigrid().expect("iterative").size.levels, 2);
 }
 
@@ -292,16 +292,16 @@ fn negative_curvature_is_factorised() {
     let mut expected = load.clone();
     direct.solve(&shifted, &mut expected).expect("accurate");
     assert!(direct.negative_eigenvalues > 0);
-    let mut factor = Factor::by(body.method(1.0), body.whole(), true);
+    let mut factor = Factor::by(body.method(1.0), body.whole(), Definiteness::Positive);
     factor.factorise(&shifted).expect("a hierarchy or a factor");
     let mut x = load.clone();
     factor.solve(&shifted, &mut x).expect("a factor");
-    assert!(factor.fell_back() && factor.counts());
+    assert!(factor.fell_back() && factor.has_inertia());
     assert_eq!((factor.negative_eigenvalues, factor.fallbacks), (direct.negative_eigenvalues, 1));
     assert_eq!(x, expected);
     factor.factorise(&body.values).expect("stable");
     assert!(!factor.fell_back());
-    let mut poor = Factor::by(body.method(1e-6), body.whole(), true);
+    let mut poor = Factor::by(body.method(1e-6), body.whole(), Definiteness::Positive);
     let result = poor.factorise(&shifted).and_then(|()| poor.solve(&shifted, &mut load.clone()));
     assert!(matches!(result, Err(LinearError::Indefinite { gigabytes }) if gigabytes > 1e-6), "{result:?}");
 }
@@ -312,7 +312,7 @@ fn the_path_is_chosen_by_counts() {
     let body = block([8, 8, 8], 0.3, Hold::Clamped);
     let by = |linear, factor_memory| {
         let method = Method { linear, ..body.method(factor_memory) };
-        let factor = Factor::by(method, body.whole(), true);
+        let factor = Factor::by(method, body.whole(), Definiteness::Positive);
         (factor.multigrid().is_some(), factor.why)
     };
     assert_eq!(by(Linear::Iterative, 1.0), (true, "asked for".into()));
@@ -321,6 +321,7 @@ fn the_path_is_chosen_by_counts() {
     assert!(!iterative && why.starts_with("a factor of 0.00"), "{why}");
     let (iterative, why) = by(Linear::Auto, 1e-3);
     assert!(iterative && why.ends_with("more than factor_memory = 0.001 GB"), "{why}");
-    let mut large = Factor::by(Method { linear: Linear::Direct, ..body.method(1e-3) }, body.whole(), true);
+    let mut large =
+        Factor::by(Method { linear: Linear::Direct, ..body.method(1e-3) }, body.whole(), Definiteness::Positive);
     assert!(matches!(large.factorise(&body.values), Err(LinearError::TooLarge { gigabytes }) if gigabytes > 1e-3));
 }

@@ -3,6 +3,7 @@
 use super::GenerateError;
 use crate::math::units::{self, Dimension};
 use crate::storage::{self, TEXT_LIMIT};
+use crate::wording::hint;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -52,7 +53,7 @@ impl Body {
     pub fn load(home: &Path, name: &str) -> Result<Self, GenerateError> {
         let known = names(home);
         if !known.iter().any(|n| n == name) {
-            return Err(unknown("body", name, known.iter().map(String::as_str)));
+            return Err(unknown("body", name, &known));
         }
         let path = home.join("meshes").join(name).join("body.toml");
         let text = storage::read_text(&path, TEXT_LIMIT).map_err(|e| GenerateError::io(&path, &e))?;
@@ -79,7 +80,7 @@ impl Body {
     /// The declaration of a parameter.
     pub fn parameter(&self, name: &str) -> Result<&Parameter, GenerateError> {
         let what = format!("parameter of {}", self.name);
-        self.parameters.get(name).ok_or_else(|| unknown(&what, name, self.parameters.keys().map(String::as_str)))
+        self.parameters.get(name).ok_or_else(|| unknown(&what, name, self.parameters.keys()))
     }
 
     /// All parameters: defaults with `given` \[SI\] on top.
@@ -102,8 +103,7 @@ impl Body {
     /// Refuses a feature that the body does not have.
     pub fn check_feature(&self, name: &str) -> Result<(), GenerateError> {
         let what = format!("feature of {}", self.name);
-        let known = || self.features.keys().map(String::as_str);
-        if self.features.contains_key(name) { Ok(()) } else { Err(unknown(&what, name, known())) }
+        if self.features.contains_key(name) { Ok(()) } else { Err(unknown(&what, name, self.features.keys())) }
     }
 }
 
@@ -116,13 +116,7 @@ pub fn names(home: &Path) -> Vec<String> {
     names
 }
 
-/// The error for an unknown name with the nearest known one, or all of them if none is near.
-fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> GenerateError {
-    let near = known.clone().min_by_key(|k| strsim::damerau_levenshtein(name, k));
-    let close = near.filter(|k| strsim::damerau_levenshtein(name, k) <= 2.max(name.len() / 3));
-    let hint = match close {
-        Some(k) => format!("did you mean {k}?"),
-        None => format!("known: {}", known.collect::<Vec<_>>().join(", ")),
-    };
-    GenerateError::Unknown { what: what.into(), name: name.into(), hint }
+fn unknown<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a String>) -> GenerateError {
+    let known: Vec<&String> = known.into_iter().collect();
+    GenerateError::Unknown { what: what.into(), name: name.into(), hint: hint(name, &known) }
 }

@@ -3,14 +3,15 @@
 use super::error::GenerateError;
 use super::interpreter;
 use crate::catalogue::{Home, host};
+use crate::math::threads::locked;
 use crate::mesh::child::{ends_with_parent, kill};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};
 use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
+use std::sync::Mutex;
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Lines of stderr that an error keeps.
@@ -71,21 +72,21 @@ struct Running(u32);
 
 impl Running {
     fn new(pid: u32) -> Self {
-        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).push(pid);
+        locked(&RUNNING).push(pid);
         Self(pid)
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
-        RUNNING.lock().unwrap_or_else(PoisonError::into_inner).retain(|pid| *pid != self.0);
+        locked(&RUNNING).retain(|pid| *pid != self.0);
     }
 }
 
 /// Ends all processes of the mesher that this process has started: for a program that is told to stop. Their meshes fail.
 pub fn end_meshers() {
     // They are not waited for before they have left the list, so that their numbers belong to no other process
-    RUNNING.lock().unwrap_or_else(PoisonError::into_inner).iter().for_each(|pid| kill(*pid));
+    locked(&RUNNING).iter().for_each(|pid| kill(*pid));
 }
 
 /// Runs a command to its end, or ends it after `limit`; every line of stderr goes to `progress` as it comes.

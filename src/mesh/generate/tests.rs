@@ -141,10 +141,16 @@ fn a_conversion_that_takes_too_long_has_no_key_for_its_time() {
 fn unknown_names_are_refused_with_the_nearest_one() {
     let (_folder, store) = project("");
     let refuse = |r: MeshRequest| r.resolve(&store.home.path).expect_err("must be refused").to_string();
-    assert_eq!(refuse(MeshRequest::body("rood", Size::Length(1.0))), "unknown body rood; did you mean rod?");
+    assert_eq!(
+        refuse(MeshRequest::body("rood", Size::Length(1.0))),
+        "unknown body rood; did you mean `rod`? (known: rod)"
+    );
     let parameters = [("lenght".to_string(), 0.1)].into();
     let source = Source::Body { name: "rod".into(), parameters };
-    assert_eq!(refuse(MeshRequest { source, ..request() }), "unknown parameter of rod lenght; did you mean length?");
+    assert_eq!(
+        refuse(MeshRequest { source, ..request() }),
+        "unknown parameter of rod lenght; did you mean `length`? (known: length, phalanges, width)"
+    );
     let grading = vec![Grading { near: GradedPlace::Feature("palm".into()), length: 1e-3, distance: 1e-3 }];
     assert_eq!(refuse(MeshRequest { grading, ..request() }), "unknown feature of rod palm; known: notches");
     assert_eq!(refuse(MeshRequest { order: 3, ..request() }), "mesh request: order = 3; use 1 or 2");

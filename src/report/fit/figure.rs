@@ -3,7 +3,8 @@
 use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
-    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
+    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, WHITE, dashed, figure, fill, hollow, italic, line, mark, mm,
+    text,
 };
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
 use crate::report::fit::stored::{Parameter, StoredFit};
@@ -51,10 +52,10 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     let windows = if high - low > 1.6 * (near[1] - near[0]) {
         vec![Window { title: "Fitted range", span: near }, Window { title: "All data", span: [low, high] }]
     } else {
-        vec![Window { title: "All data", span: [low, high] }]
+        vec![Window { title: "", span: [low, high] }]
     };
     let panels = Panels::new(windows.len(), (LEFT, GAP, RIGHT), WIDTHS);
-    let entries = entries(&modes);
+    let entries = entries(&modes, fit.stretch);
     let across = panels.width() - LEFT;
     let bottom = TOP + STEP * panels.rows() - 6.0;
     let svg = figure(panels.width(), bottom + LINE * legend_lines(entries.len(), across), "", |area| {
@@ -85,7 +86,7 @@ fn label(p: &Parameter) -> String {
     let (f, unit, n) = p.scale();
     let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
     let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{:.n$}, {:.n$}]", f * a, f * b));
-    format!("{} = {:.n$}{unit}{interval}", italic(&p.symbol), f * p.value)
+    format!("{} = {:.n$}{unit}{interval}", italic(&p.symbol), f * p.value).replace('-', "−")
 }
 
 fn style(mode: Mode) -> (Mark, RGB) {
@@ -98,7 +99,7 @@ fn style(mode: Mode) -> (Mark, RGB) {
     }
 }
 
-fn entries(modes: &[&ModeCurves]) -> Vec<(Sample, String)> {
+fn entries(modes: &[&ModeCurves], stretch: [f64; 2]) -> Vec<(Sample, String)> {
     let mut out = vec![];
     for m in modes {
         let (shape, color) = style(m.mode);
@@ -109,9 +110,17 @@ fn entries(modes: &[&ModeCurves]) -> Vec<(Sample, String)> {
             out.push((Sample::Hollow(shape, color), format!("{}, not fitted", m.label)));
         }
     }
-    out.push((Sample::Line(GREY), "law, fitted".into()));
-    if modes.iter().any(|m| !m.held_out.is_empty()) {
-        out.push((Sample::Dashed(GREY), "law, predicted".into()));
+    // Of several modes the law has the colour of each
+    let color = if let [one] = modes { style(one.mode).1 } else { GREY };
+    let is_drawn = |fitted: bool| {
+        let is_it = |m: &ModeCurves, w: &[[f64; 2]]| is_fitted(m, stretch, 0.5 * (w[0][0] + w[1][0])) == fitted;
+        modes.iter().any(|m| m.curve.windows(2).any(|w| is_it(m, w)))
+    };
+    if is_drawn(true) {
+        out.push((Sample::Line(color), "law, fitted".into()));
+    }
+    if is_drawn(false) {
+        out.push((Sample::Dashed(color), "law, predicted".into()));
     }
     out.push((Sample::Block(RANGE), "fitted range".into()));
     out
@@ -141,15 +150,17 @@ fn column(
     let plot = Plot { area, frame: upper, x: x.clone(), y };
     shade(&plot, fit.stretch);
     plot.grid();
-    for m in modes {
-        law(&plot, m, fit, factor);
-    }
     let r = if points().count() > 25 { 18 } else { 24 };
     for m in modes {
         dots(&plot, m, &m.held_out, &m.fitted, (factor, r), &w.span);
     }
+    for m in modes {
+        law(&plot, m, fit, factor);
+    }
     plot.axes(false);
-    plot.title(letter, w.title);
+    if !w.title.is_empty() {
+        plot.title(letter, w.title);
+    }
 
     let shown = |m: &ModeCurves| m.residuals.iter().filter(inside).filter(near).copied().collect::<Vec<[f64; 2]>>();
     let values = modes.iter().flat_map(|m| shown(m)).map(|p| factor * p[1]).chain([0.0]);
@@ -176,10 +187,15 @@ fn shade(plot: &Plot, [from, to]: [f64; 2]) {
     fill(plot.area, &[a, (b.0, a.1), b, (a.0, b.1)], RANGE.to_rgba());
 }
 
+/// Whether the law was fitted to data of this mode at a stretch within the fitted range.
+fn is_fitted(m: &ModeCurves, [from, to]: [f64; 2], stretch: f64) -> bool {
+    !m.fitted.is_empty() && stretch >= from.min(1.0) - 1e-9 && stretch <= to + 1e-9
+}
+
 /// Solid over the fitted range of a fitted mode, dashed elsewhere.
 fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     let color = style(m.mode).1;
-    let fitted = |l: f64| !m.fitted.is_empty() && l >= fit.stretch[0].min(1.0) - 1e-9 && l <= fit.stretch[1] + 1e-9;
+    let fitted = |l: f64| is_fitted(m, fit.stretch, l);
     let inside = |v: f64, axis: &Axis| axis.lo <= v && v <= axis.hi;
     let mut points: Vec<[f64; 2]> =
         m.curve.iter().copied().filter(|p| inside(p[0], &plot.x) && inside(factor * p[1], &plot.y)).collect();
@@ -196,6 +212,8 @@ fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
         let solid = |k: usize| fitted(0.5 * (points[k][0] + points[k + 1][0]));
         let end = (start..points.len() - 1).find(|k| solid(*k) != solid(start)).unwrap_or(points.len() - 1);
         let path: Vec<_> = points[start..=end].iter().map(|p| plot.at(p[0], factor * p[1])).collect();
+        // An edge in white, so that marks of the same colour do not hide the line
+        line(plot.area, &path, WHITE, 18);
         if solid(start) {
             line(plot.area, &path, color, 10);
         } else {

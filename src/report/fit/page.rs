@@ -4,7 +4,7 @@ use crate::calibrate::stretch_text;
 use crate::report::figure::Figure;
 use crate::report::fit::stored::{Entry, StoredFit};
 use crate::report::numbers::capital;
-use crate::report::page::{document, drawing, escape, list};
+use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
 use crate::wording;
 
@@ -74,7 +74,7 @@ pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file
     ];
     let doubtful = fit.warnings.iter().any(|w| grave.contains(&w.kind.as_str()));
     let mut h = format!("<h1>{} from {}</h1>\n", escape(&fit.label), escape(&fit.data));
-    h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, escape(&answer(fit)));
+    h += &format!("<p class=\"verdict{}\">{}</p>\n", if doubtful { " refused" } else { "" }, prose(&answer(fit)));
     if !fit.messages.is_empty() {
         h += "<h2>Read this before using the numbers</h2>\n";
         h += &list(fit.messages.iter().map(|m| format!("{}.", capital(m))));

@@ -1,6 +1,6 @@
 //! Tables of a fit.
 
-use crate::calibrate::{Band, stretch_text};
+use crate::calibrate::{Band, stretch_text, within};
 use crate::report::fit::stored::{Contribution, Misfit, Parameter, Scatter, Specimen, StoredFit};
 use crate::report::table::{Table, headings};
 
@@ -51,19 +51,14 @@ fn parameters(fit: &StoredFit) -> Table {
         .collect();
     for (name, value) in fit.partner.iter().flatten() {
         let (symbol, unit) = if name == "nu" { ("ν", "–") } else { ("κ", "Pa") };
+        // A Poisson's ratio near ½ has its meaning in the last digits
+        let (unit, number) = match within(*value, unit, None) {
+            (f, "–", _) => ("–", (f * value).to_string()),
+            (f, unit, n) => (unit, format!("{:.n$}", f * value)),
+        };
         let dash = || String::from("–");
         let given = "given, not fitted".to_string();
-        rows.push(vec![
-            symbol.into(),
-            name.clone(),
-            unit.into(),
-            value.to_string(),
-            dash(),
-            dash(),
-            dash(),
-            dash(),
-            given,
-        ]);
+        rows.push(vec![symbol.into(), name.clone(), unit.into(), number, dash(), dash(), dash(), dash(), given]);
     }
     Table {
         name: "parameters",
@@ -234,7 +229,7 @@ fn stability(fit: &StoredFit) -> Table {
         vec![r.mode.replace('_', " "), end(r.below, r.looked[0]), end(r.above, r.looked[1])]
     });
     Table {
-        name: "robustness",
+        name: "stability",
         caption:
             "Where the law stops being stable (Drucker), nearly incompressible: stretches, in simple shear the shear."
                 .into(),

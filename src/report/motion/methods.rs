@@ -2,6 +2,7 @@
 
 use crate::motion::Evaluation;
 use crate::report::ReportError;
+use crate::report::numbers::capital;
 use crate::report::paper::{Paper, Paragraph, Parts, software};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -40,8 +41,8 @@ fn paragraphs(found: &[Evaluation]) -> Vec<Paragraph> {
         how = how.marked(sentence);
     }
     let records = found.iter().map(|e| {
-        let log = e.log.iter().chain(&e.doubts).map(String::as_str).collect::<Vec<_>>().join("; ");
-        Paragraph::new("Record").text(format!("{}: {log}.", e.source))
+        let log = e.log.iter().chain(&e.doubts).map(|entry| format!("{}.", capital(entry.trim_end_matches('.'))));
+        Paragraph::new("Record").text(format!("Evaluation of {}. {}", e.source, log.collect::<Vec<_>>().join(" ")))
     });
     let version = [env!("CARGO_PKG_VERSION").to_string()];
     std::iter::once(how).chain(records).chain([software(&version)]).collect()

@@ -1,9 +1,10 @@
 //! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
 
 use crate::motion::{EvaluatedCurve, Evaluation};
-use crate::report::canvas::{Area, GREY, PALETTE, RGB, block, dashed, figure, line, mark, mm, page_width};
+use crate::report::canvas::{Area, GREY, PALETTE, RGB, WHITE, block, dashed, figure, line, mark, mm, page_width};
 use crate::report::canvas::{Mark, Point};
 use crate::report::figure::{Figure, Sample, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 
 /// A state, pale enough for points on top.
@@ -47,9 +48,10 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
             x: times(&curve.time_s),
             y: Axis::linear(value.iter().copied(), &format!("{words} [{unit}]")),
         };
-        states(&plot, own, factor);
+        windows(&plot, own);
         plot.grid();
         dots(&plot, &curve.time_s, &value);
+        means(&plot, own, factor);
         if let Some(found) = &evaluation.release {
             let path = [plot.at(found.time_s, plot.y.lo), plot.at(found.time_s, plot.y.hi)];
             dashed(area, &path, PALETTE[1], 8, 30.0);
@@ -79,21 +81,28 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
     let fit = if rings.is_some() { " Below: measured minus fitted vibration in its window." } else { "" };
     let caption = format!(
         "{words} of {} over time, with the windows of the states, their means, the release and the fitted vibration where there are any.{fit} Of points that cover each other one is drawn.",
-        evaluation.source
+        evaluation.source,
+        words = capital(&words)
     );
     Some(Figure { name: name.into(), svg, caption })
 }
 
-/// Windows and means of the states.
-fn states(plot: &Plot, own: &EvaluatedCurve, factor: f64) {
+/// Windows of the states, below the data.
+fn windows(plot: &Plot, own: &EvaluatedCurve) {
     for plateau in [&own.held, &own.last].into_iter().flatten() {
         let [from, to] = plateau.window_s;
         block(plot.area, plot.at(from, plot.y.hi), plot.at(to, plot.y.lo), STATE);
     }
+}
+
+/// Means of the states, with an edge in white on top of the data that they are of.
+fn means(plot: &Plot, own: &EvaluatedCurve, factor: f64) {
     for plateau in [&own.held, &own.last].into_iter().flatten() {
         let [from, to] = plateau.window_s;
         let level = factor * plateau.mean.value;
-        line(plot.area, &[plot.at(from, level), plot.at(to, level)], PALETTE[2], 10);
+        let path = [plot.at(from, level), plot.at(to, level)];
+        line(plot.area, &path, WHITE, 20);
+        line(plot.area, &path, PALETTE[2], 10);
     }
 }
 
@@ -108,7 +117,7 @@ fn names(area: &Area, evaluation: &Evaluation, own: &EvaluatedCurve, height: f64
     }
     if let Some((_, r)) = &evaluation.ring_down {
         entries.push((Sample::Line(PALETTE[1]), format!("fitted vibration, {}", r.frequency_hz.words("Hz"))));
-        entries.push((Sample::Line(PALETTE[1]), format!("with the decay {}", r.decay_per_s.words("1/s"))));
+        entries.push((Sample::Nothing, format!("with the decay {}", r.decay_per_s.words("1/s"))));
     }
     legend(area, (mm(LEFT), mm(height - 4.2 * entries.len() as f64)), &entries);
 }

@@ -32,8 +32,14 @@ pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
     };
     let x = x_axis(&curves.x_label);
     let shown = |p: &&[f64; 2]| !curves.log_x || p[0] > 0.0;
-    let all =
-        || curves.sets.iter().flat_map(|s| s.measured.iter().chain(&s.fitted)).filter(shown).map(|p| factor * p[1]);
+    let all = || {
+        curves
+            .sets
+            .iter()
+            .flat_map(|s| s.measured.iter().chain(lines(s).iter().flatten()))
+            .filter(shown)
+            .map(|p| factor * p[1])
+    };
     let label = format!("{} [{unit}]", curves.y_label);
     let y = if curves.log_y { Axis::log(all(), &label) } else { Axis::linear(all(), &label) };
     let left = curves.sets.iter().flat_map(|s| &s.residuals).filter(shown).map(|p| factor * p[1]);
@@ -48,7 +54,9 @@ pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
         upper.grid();
         for (k, set) in curves.sets.iter().enumerate() {
             dots(&upper, k, set.measured.iter().filter(shown), factor);
-            let path: Vec<Point> = set.fitted.iter().filter(shown).map(|p| upper.at(p[0], factor * p[1])).collect();
+        }
+        for points in curves.sets.iter().flat_map(lines) {
+            let path: Vec<Point> = points.iter().filter(shown).map(|p| upper.at(p[0], factor * p[1])).collect();
             line(area, &path, GREY, 10);
         }
         upper.axes(false);
@@ -66,6 +74,11 @@ pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
         curves.y_label
     );
     Some(Figure { name: "fit".into(), svg, caption })
+}
+
+/// The lines of the fit of a set.
+fn lines(set: &CurveSet) -> &[Vec<[f64; 2]>] {
+    if set.lines.is_empty() { std::slice::from_ref(&set.fitted) } else { &set.lines }
 }
 
 fn names(area: &Area, sets: &[CurveSet], top: f64) {

@@ -4,6 +4,7 @@ use super::footage::{Footage, Quantity};
 use super::shape::{Limits, Shape};
 use crate::mesh::error::MeshError;
 use crate::mesh::grid_file::{Grid, GridCells, GridData, read_grid};
+use crate::scene::column;
 use std::path::PathBuf;
 
 /// Names of displacements, in the unit of length of the points.
@@ -130,8 +131,6 @@ fn picked(values: &[f64], components: usize, entities: &[u32]) -> Vec<f32> {
 
 /// Name and unit of a field such as `von_mises_Pa`.
 fn words(name: &str) -> (String, String) {
-    let units = [("_m_s", "m/s"), ("_Pa", "Pa"), ("_N", "N"), ("_m", "m")];
-    let found = units.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit)));
-    let (stem, unit) = found.unwrap_or((name, ""));
-    (stem.replace('_', " ").replace("von mises", "von Mises stress"), unit.into())
+    let (words, unit) = column::words(name);
+    (words.replace("von mises", "von Mises stress"), unit.into())
 }

@@ -25,6 +25,11 @@ impl Packed {
         self.head["title"].as_str().unwrap_or_default()
     }
 
+    /// Gives the case another title.
+    pub fn rename(&mut self, title: String) {
+        self.head["title"] = title.into();
+    }
+
     /// Adds a note to those on the page.
     pub fn add_note(&mut self, note: String) {
         if let Some(notes) = self.head["notes"].as_array_mut() {

@@ -1,6 +1,7 @@
 //! Events on the time grid: their conditions and actions.
 
 use super::memory::{ControlMemory, Fired};
+use crate::scene::instant::rounding;
 
 /// An event of a scene.
 #[derive(Clone, Debug)]
@@ -32,9 +33,6 @@ pub enum Then {
     Save,
 }
 
-/// Rounding of a time on the grid, as a share of it.
-const SLACK: f64 = 1e-9;
-
 /// Looks at the conditions at the first point: one that is true there does not become true later.
 pub(super) fn look(events: &[Event], memory: &mut ControlMemory, row: &[f64]) {
     for (event, past) in events.iter().zip(&mut memory.events) {
@@ -42,8 +40,9 @@ pub(super) fn look(events: &[Event], memory: &mut ControlMemory, row: &[f64]) {
     }
 }
 
-/// The events of this point of the grid, logged; their switches are in force. Returns their other actions.
-pub(super) fn fire(events: &[Event], memory: &mut ControlMemory, row: &[f64], now: &[f64]) -> Vec<Then> {
+/// The events of this point of the grid, logged; their switches are in force. `step` is the length of the step to it \[s\]. Returns their
+/// other actions.
+pub(super) fn fire(events: &[Event], memory: &mut ControlMemory, row: &[f64], now: &[f64], step: f64) -> Vec<Then> {
     let (t, mut rest) = (row[0], Vec::new());
     for (e, event) in events.iter().enumerate() {
         let past = &mut memory.events[e];
@@ -51,7 +50,7 @@ pub(super) fn fire(events: &[Event], memory: &mut ControlMemory, row: &[f64], no
         let due = match event.when {
             When::At { t: first, every } => {
                 let next = every.map_or(first, |every| first + past.count as f64 * every);
-                (past.count == 0 || every.is_some()) && t >= next - SLACK * next.abs()
+                (past.count == 0 || every.is_some()) && t >= next - rounding(t, step)
             }
             _ => is && !past.was && (event.repeat || past.count == 0),
         };

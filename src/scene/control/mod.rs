@@ -18,8 +18,6 @@ pub use controller::{Controller, Observation, Opening, Reply};
 pub use error::ControlError;
 pub use memory::{ControlMemory, Fired};
 pub(super) use prepare::build_controls;
-pub(crate) use prepare::in_unit_of;
-pub use prepare::unit_of_column;
 pub(super) use signals::SignalBuilder;
 
 use crate::math::signal::Ramp;
@@ -120,7 +118,7 @@ impl Controls {
         controller: Option<&mut (dyn Controller + 'c)>,
     ) -> Result<Orders, ControlError> {
         let now: Vec<f64> = state.inputs.iter().map(|ramp| ramp.at(state.t)).collect();
-        let rest = fire(&self.events, memory, row, &now);
+        let rest = fire(&self.events, memory, row, &now, state.dt);
         let mut orders = Orders { stop: rest.contains(&Then::Stop), save: rest.contains(&Then::Save) };
         memory.stopped = orders.stop;
         let Some(next) = next else { return Ok(orders) };

@@ -6,8 +6,8 @@ use super::input::{Input, Source, Variable};
 use super::signals::SignalBuilder;
 use super::spec::{EventSpec, ThenSpec, WhenSpec};
 use crate::math::formula::Formula;
-use crate::math::units::{Dimension, UnitError};
 use crate::scene::builder::Builder;
+use crate::scene::column::in_unit_of;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::constraints::{Drive, NamedCable, NamedCavity};
 use crate::scene::protocol::extremes;
@@ -103,7 +103,6 @@ pub(in crate::scene) fn build_controls(
             (Some(cable), _) => imposed(&cable.drive, 0.0),
             (_, Some(cavity)) => imposed(&cavity.drive, f64::NEG_INFINITY),
             _ if column == "t_s" => Some((0.0, end)),
-            _ if column.ends_with("_angle_deg") => Some((0.0, 180.0)),
             _ => None,
         }
     };
@@ -189,59 +188,4 @@ fn never(name: &str, when: When, known: &Known) -> Option<String> {
         When::Below { value, .. } => low <= value && value < high,
     };
     (!reached).then(|| format!("the event \"{name}\" cannot happen: {column} stays between {low} and {high}"))
-}
-
-/// The unit at the end of the name of a recorded column; `1` of a number without one.
-pub fn unit_of_column(column: &str) -> &'static str {
-    const UNITS: [&str; 8] = ["s", "m", "m3", "N", "Nm", "Pa", "J", "deg"];
-    let last = column.rsplit('_').next().unwrap_or_default();
-    match UNITS.iter().find(|unit| **unit == last) {
-        Some(&"m") if column.ends_with("_per_m") => "1/m",
-        Some(&"Nm") => "N m",
-        Some(unit) => unit,
-        None => "1",
-    }
-}
-
-/// Value of a quantity in the unit at the end of the name of a column.
-pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
-    let dimension = match column.rsplit('_').next().unwrap_or_default() {
-        "s" => Dimension::TIME,
-        "m" => Dimension::LENGTH,
-        "m3" => Dimension::VOLUME,
-        "N" => Dimension::FORCE,
-        "Pa" => Dimension::PRESSURE,
-        "J" => Dimension::ENERGY,
-        "deg" => return quantity.value(Dimension::ANGLE).map(f64::to_degrees),
-        _ => Dimension::NONE,
-    };
-    quantity.value(dimension)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_end_in_their_unit() {
-        let columns = ["t_s", "tip_x_m", "line_1_curvature_per_m", "grip_reaction_moment_z_Nm", "stretch_p95"];
-        assert_eq!(columns.map(unit_of_column), ["s", "m", "1/m", "N m", "1"]);
-    }
-
-    #[test]
-    fn a_threshold_has_the_unit_of_its_column() {
-        for (column, text, value) in [
-            ("bending_angle_deg", "30 deg", 30.0),
-            ("cable_tension_N", "200 mN", 0.2),
-            ("tip_x_m", "12 mm", 0.012),
-            ("air_volume_m3", "3 ml", 3e-6),
-            ("elastic_J", "2 mN m", 2e-3),
-            ("stretch_p95", "1.4", 1.4),
-        ] {
-            let read = in_unit_of(column, &text.into()).unwrap_or_else(|e| panic!("{e}"));
-            assert!((read - value).abs() <= 4.0 * f64::EPSILON * value, "{column}: {read}");
-        }
-        assert!(in_unit_of("bending_angle_deg", &"30".into()).is_err());
-        assert!(in_unit_of("cable_tension_N", &"3 mm".into()).is_err());
-    }
 }

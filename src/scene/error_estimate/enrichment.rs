@@ -12,6 +12,7 @@ use crate::mesh::{Order, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
 use crate::scene::patches::Patches;
+use crate::scene::regions::regions;
 use crate::scene::spec::{EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, NonlinearSolver, Status, Step};
@@ -30,6 +31,8 @@ pub enum Enrichment {
 
 /// Least order of a quantity in h where edges are singular: usually, and of reactions next to such an edge.
 const LEAST_ORDERS: [f64; 2] = [1.0, 0.75];
+/// Least order of any quantity where a held face ends at a re-entrant edge.
+const LEAST_ORDER_AT_GLUED_EDGE: f64 = 0.5;
 /// Largest share of the error of linear cells that quadratic ones on the same mesh leave: usually, and of reactions next to such an edge.
 const SHARES_LEFT: [f64; 2] = [1.0 / 3.0, 0.5];
 /// Residual of the pressures that is left where the run has none, as a share of its start, and the most products for it.
@@ -45,8 +48,9 @@ impl Enrichment {
         }
     }
 
-    /// The factor from the change of a quantity to its error: least, likely, most. Likely is the middle of the usual bounds.
-    pub fn factors(self, order: Order) -> [f64; 3] {
+    /// The factor from the change of a quantity to its error: least, likely, most. Likely is the middle of the usual bounds. `glued`: a held face
+    /// of the body ends at a re-entrant edge.
+    pub fn factors(self, order: Order, glued: bool) -> [f64; 3] {
         let formal = match order {
             Order::Linear => 2.0,
             Order::Quadratic => 4.0,
@@ -56,6 +60,7 @@ impl Enrichment {
             Self::Split => LEAST_ORDERS.map(|order| [split(formal), split(order)]),
             Self::Raise => SHARES_LEFT.map(|share| [1.0 / (1.0 + share), 1.0 / (1.0 - share)]),
         };
+        let most = if glued && self == Self::Split { split(LEAST_ORDER_AT_GLUED_EDGE) } else { most };
         [least, 0.5 * (usual[0] + usual[1]), most]
     }
 }
@@ -72,6 +77,37 @@ fn raised(spec: &SceneSpec, mixed: bool) -> SceneSpec {
     spec
 }
 
+/// Negative eigenvalues of the tangent at the static state of a run at time `t` \[s\].
+fn unstable_modes(run: &Run, t: f64) -> usize {
+    let until = run.findings.unstable.iter().take_while(|(from, _)| *from <= t * (1.0 + 1e-9));
+    until.last().map_or(0, |(_, modes)| *modes)
+}
+
+/// Whether steps of a run were refused on a path with indefinite tangents, and tried again: it may have jumped to another branch.
+fn was_forced(run: &Run) -> bool {
+    run.shifted_factorisations > 0 && run.tried_iterations > run.totals.iterations
+}
+
+/// Regions that selectors give as nodes keep a new node between two of theirs only where the selector finds it too: of an edge from face to face of a
+/// frame it does not, of one inside a box it does.
+fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
+    let specs = &scene.spec.mesh.regions;
+    if specs.is_empty() {
+        return;
+    }
+    let mut mesh = map.mesh.clone();
+    mesh.regions.retain(|name, _| scene.body.mesh.regions.contains_key(name));
+    let Ok(found) = regions(&scene.file, &mesh, specs) else { return };
+    for name in specs.keys() {
+        let (Some(own), Some(found)) = (scene.regions.get(name), found.get(name)) else { continue };
+        let mut nodes = map.with_nodes_between(&own.nodes);
+        nodes.retain(|node| own.nodes.binary_search(node).is_ok() || found.nodes.binary_search(node).is_ok());
+        if let Some(region) = map.mesh.regions.get_mut(name) {
+            region.nodes = nodes;
+        }
+    }
+}
+
 fn is_mixed(effect: &EffectSpec) -> bool {
     matches!(effect, EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed())
 }
@@ -82,7 +118,8 @@ pub(super) enum SmoothSurface {
     Flat,
     /// Cells would fold on it.
     Folded,
-    Curved(Box<EnrichedScene>),
+    /// With its nodes at this part of the way to the surface
+    Curved(Box<EnrichedScene>, f64),
 }
 
 /// The scene on the enriched mesh, and the map of states to it.
@@ -100,10 +137,11 @@ impl EnrichedScene {
     pub fn new(scene: &Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         // The regions of the run itself: picked again by place they would be others on smaller cells
         let own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
-        let map = match enrichment {
+        let mut map = match enrichment {
             Enrichment::Split => Enriched::by_splitting(&own),
             Enrichment::Raise => Enriched::by_raising(&own),
         };
+        leave_out_nodes_beyond(scene, &mut map);
         Self::on(scene, enrichment, map)
     }
 
@@ -112,10 +150,27 @@ impl EnrichedScene {
         match on_smooth_surface(&scene.body.mesh, &self.map) {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
-            Smoothed::Moved(map) => Self::on(scene, self.enrichment, map).map_or(SmoothSurface::Folded, |moved| {
-                SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }))
-            }),
+            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, map)
+                .map_or(SmoothSurface::Folded, |moved| {
+                    SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }), part)
+                }),
         }
+    }
+
+    /// This space with wider regions: they hold all nodes of the cells that have a node in them.
+    pub fn with_wider_regions(&self, scene: &Scene, names: &[String]) -> Option<Self> {
+        let mut map = self.map.clone();
+        for name in names {
+            let nodes = &self.map.mesh.regions.get(name)?.nodes;
+            let cells = self.map.mesh.cells.chunks_exact(self.map.mesh.order.cell_nodes());
+            let reached = cells.filter(|cell| cell.iter().any(|node| nodes.binary_search(node).is_ok()));
+            let mut wider: Vec<u32> = reached.flatten().copied().collect();
+            wider.sort_unstable();
+            wider.dedup();
+            map.mesh.regions.get_mut(name)?.nodes = wider;
+        }
+        let wider = Self::on(scene, self.enrichment, map).ok()?;
+        Some(Self { stop: self.stop.clone(), ..wider })
     }
 
     fn on(scene: &Scene, enrichment: Enrichment, map: Enriched) -> Result<Self, EstimateError> {
@@ -181,19 +236,22 @@ impl EnrichedScene {
         solver
     }
 
-    /// The whole protocol.
-    pub fn run(&self) -> Result<Run, EstimateError> {
+    /// The whole protocol, which has an estimate at the extremes of the run at these times.
+    pub fn run(&self, of_run: &Run, extremes: impl Iterator<Item = f64>) -> Result<Run, EstimateError> {
         let run = self.scene.run_with(RunOptions { stop: self.stop.clone(), ..RunOptions::default() });
         match run.status {
-            Status::Converged => Ok(run),
+            Status::Converged => match extremes.reduce(f64::max) {
+                Some(t) if unstable_modes(&run, t) > unstable_modes(of_run, t) => Err(EstimateError::Unstable { t }),
+                _ => Ok(run),
+            },
             status => {
                 Err(EstimateError::NotSolved { t: run.rows.last().map_or(0.0, |row| row[0]), status: status.name() })
             }
         }
     }
 
-    /// The solution at the time of `start` by the protocol from its beginning.
-    pub fn run_until(&mut self, start: State) -> Result<Solved, EstimateError> {
+    /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to.
+    pub fn run_until(&mut self, of_run: &Run, start: State) -> Result<Solved, EstimateError> {
         let t = start.t;
         let mut spans = self.scene.spans.clone();
         spans.retain(|span| span.start < t);
@@ -204,6 +262,11 @@ impl EnrichedScene {
         let stop = self.stop.clone();
         let run = self.scene.run_with(RunOptions { on_state: Some(&mut keep), stop, ..RunOptions::default() });
         self.scene.spans = whole;
+        let is_elsewhere =
+            unstable_modes(&run, t) > unstable_modes(of_run, t) || was_forced(&run) && !was_forced(of_run);
+        if run.status == Status::Converged && is_elsewhere {
+            return Err(EstimateError::Unstable { t });
+        }
         let values = run.rows.into_iter().zip(run.memories).next_back();
         match (run.status, values, end) {
             (Status::Converged, Some((values, memory)), Some(end)) => {
@@ -345,8 +408,11 @@ mod tests {
         let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
-        assert!(matches!(enriched.run(), Err(EstimateError::NotSolved { status: "Interrupted", .. })));
-        let SmoothSurface::Curved(moved) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
+        assert!(matches!(
+            enriched.run(&scene.run(), [].into_iter()),
+            Err(EstimateError::NotSolved { status: "Interrupted", .. })
+        ));
+        let SmoothSurface::Curved(moved, _) = enriched.on_smooth_surface(&scene) else { panic!("a sphere is curved") };
         for space in [&enriched, &*moved] {
             assert!(space.solver().equations.limit.reached().is_some());
         }

@@ -29,28 +29,29 @@ impl Geometry {
     pub fn new(enriched: &EnrichedScene, scene: &Scene, (first, memory): (&Kept, &[f64])) -> Self {
         let surface = enriched.on_smooth_surface(scene);
         let (mut start, mut factorisations) = (None, 0);
-        if let SmoothSurface::Curved(moved) = &surface {
+        if let SmoothSurface::Curved(moved, part) = &surface {
             let state = enriched.prolong(scene, first);
             let mut columns = |of: &EnrichedScene| of.columns_from(&state, memory, &mut factorisations);
-            start = columns(enriched).zip(columns(moved)).map(|(flat, curved)| difference(&flat, &curved));
+            start = columns(enriched).zip(columns(moved)).map(|(flat, curved)| difference(&flat, &curved, *part));
         }
         Self { surface, start, factorisations }
     }
 
     /// Of all columns at a solution in the enriched space; none where the smooth surface folds cells or has no equilibrium.
     pub fn errors(&mut self, solved: &Solved) -> Option<Vec<GeometryError>> {
-        let moved = match &self.surface {
+        let (moved, part) = match &self.surface {
             SmoothSurface::Flat => return Some(vec![GeometryError::default(); solved.values.len()]),
             SmoothSurface::Folded => return None,
-            SmoothSurface::Curved(moved) => moved,
+            SmoothSurface::Curved(moved, part) => (moved, *part),
         };
         let curved = moved.columns_from(&solved.end, &solved.memory, &mut self.factorisations)?;
-        let changes = difference(&solved.values, &curved);
+        let changes = difference(&solved.values, &curved, part);
         let both = changes.into_iter().zip(self.start.as_ref()?);
         Some(both.map(|(change, start)| GeometryError { change, start: *start }).collect())
     }
 }
 
-fn difference(from: &[f64], to: &[f64]) -> Vec<f64> {
-    from.iter().zip(to).map(|(a, b)| b - a).collect()
+/// Changes of columns over the whole way to the smooth surface, of which this part was gone.
+fn difference(from: &[f64], to: &[f64], part: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| (b - a) / part).collect()
 }

@@ -16,12 +16,17 @@
 //!
 //! Both spaces are on the facets of the mesh. Where these cut a curved boundary, the enriched equilibrium is solved once more with its new
 //! boundary nodes on a smooth surface ([`on_smooth_surface`](crate::mesh::smooth_surface::on_smooth_surface)); the change g is the error of
-//! geometry, J_exact − J = c e + γ g.
+//! geometry, J_exact − J = c e + γ g. A region of nodes whose border runs through cells adds δ x, with the change x where it reaches a layer of enriched
+//! cells further.
+//!
+//! An enriched equilibrium on another branch than that of the run gives no estimate.
 //!
 //! Limit: the time step stays, so its error is not seen.
 
 mod enrichment;
+mod extent;
 mod geometry;
+mod glued_edge;
 mod indicators;
 mod kept_state;
 mod refusal;
@@ -34,11 +39,13 @@ pub use refusal::{EstimateError, path_dependence};
 use super::extreme::extreme;
 use super::recorder::Energies;
 use super::{Run, Scene};
-use crate::math::threads::CpuClock;
+use crate::math::cpu_clock::CpuClock;
 use crate::solve::{Integrator, Step};
 use crate::system::State;
 use enrichment::EnrichedScene;
+use extent::{EXTENT, Extent};
 use geometry::{GEOMETRY, Geometry};
+use glued_edge::has_glued_edge;
 use kept_state::{Kept, Solved};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -59,7 +66,9 @@ pub struct QuantityError {
     pub discretisation: [f64; 3],
     /// The error by facets that cut a curved boundary; none where it is not estimated
     pub geometry: Option<GeometryError>,
-    /// J + c e + g with the likely c
+    /// The change where regions of nodes whose border runs through cells reach one layer of cells further; 0 without such a region
+    pub extent: f64,
+    /// J + c e + g with the likely c, and half of the change by extent
     pub corrected: f64,
     /// Largest distance of the bounds of the exact value from `corrected`
     pub uncertainty: f64,
@@ -79,13 +88,14 @@ pub struct ErrorBounds {
 }
 
 impl ErrorBounds {
-    /// From the least, the likely and the largest error of discretisation, and the change by geometry.
-    fn new(discretisation: [f64; 3], geometry: f64) -> Self {
-        let all: [f64; 3] = std::array::from_fn(|k| geometry * GEOMETRY[k]);
+    /// From the least, the likely and the largest error of discretisation, and the changes by geometry and by extent.
+    fn new(discretisation: [f64; 3], geometry: f64, extent: f64) -> Self {
         let ends = |of: [f64; 3]| (of[0].min(of[2]), of[0].max(of[2]));
-        let ((low, high), (lower, higher)) = (ends(discretisation), ends(all));
-        let correction = discretisation[1] + all[1];
-        let (low, high) = (low + lower, high + higher);
+        let ((mut low, mut high), mut correction) = (ends(discretisation), discretisation[1]);
+        for all in [GEOMETRY.map(|share| geometry * share), EXTENT.map(|share| extent * share)] {
+            let (lower, higher) = ends(all);
+            (low, high, correction) = (low + lower, high + higher, correction + all[1]);
+        }
         let uncertainty = (high - correction).max(correction - low);
         Self { correction, uncertainty, bar: low.abs().max(high.abs()) }
     }
@@ -94,7 +104,7 @@ impl ErrorBounds {
 impl QuantityError {
     /// Bounds of the largest departure from the start, of which the error of geometry at the start is no part.
     pub fn of_departure(&self) -> ErrorBounds {
-        ErrorBounds::new(self.discretisation, self.geometry.map_or(0.0, |g| g.change - g.start))
+        ErrorBounds::new(self.discretisation, self.geometry.map_or(0.0, |g| g.change - g.start), self.extent)
     }
 }
 
@@ -105,6 +115,8 @@ pub struct ErrorEstimate {
     /// Whether the whole protocol was run in the enriched space, since the state depends on the path
     pub whole_run: bool,
     pub quantities: Vec<QuantityError>,
+    /// Regions whose border runs through cells: no bar contains the error of their extent
+    pub cut_regions: Vec<String>,
     /// Shares of the cells, one for each of the quantities, where they were asked for
     pub cells: Vec<CellErrors>,
     /// Equations of the enriched space
@@ -123,6 +135,8 @@ pub struct ErrorEstimator<'a> {
     enrichment: Enrichment,
     /// The states depend on the path.
     whole_run: bool,
+    /// A held face ends at a re-entrant edge.
+    glued: bool,
     /// The errors whose shares of the cells are found, too
     localised: Localised<'a>,
     states: Vec<Kept>,
@@ -143,7 +157,8 @@ impl<'a> ErrorEstimator<'a> {
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
         let whole_run = refusal::path_dependence(scene).is_some();
-        Ok(Self { scene, enrichment, whole_run, localised: Box::new(|_| false), states: Vec::new(), stop: None })
+        let (glued, localised) = (has_glued_edge(scene), Box::new(|_: &QuantityError| false));
+        Ok(Self { scene, enrichment, whole_run, glued, localised, states: Vec::new(), stop: None })
     }
 
     /// Shares of the cells in addition, by an adjoint solution of every quantity.
@@ -195,24 +210,29 @@ impl<'a> ErrorEstimator<'a> {
         }
         let (mut quantities, mut cells, mut factorisations) = (Vec::new(), Vec::new(), 0);
         if self.whole_run {
-            let fine = enriched.run()?;
+            let fine = enriched.run(run, peaks.iter().map(|(row, _)| run.rows[*row][0]))?;
             factorisations += fine.factorisations;
             for (row, columns) in peaks.drain(..) {
                 let t = run.rows[row][0];
-                let values = &fine.rows.iter().find(|values| same_time(values[0], t));
-                let values = values.ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
-                let of = |&column: &usize| (column, self.error(run, row, column, values[column], None));
+                let values = row_at(&fine.rows, t).ok_or(EstimateError::NotSolved { t, status: fine.status.name() })?;
+                let of = |&column: &usize| (column, self.error((run, row), column, values[column], None, 0.0));
                 quantities.extend(columns.iter().map(of));
             }
         }
         let mut geometry =
             (!self.whole_run).then(|| Geometry::new(&enriched, self.scene, (&self.states[0], &run.memories[0])));
+        let mut extent = match self.whole_run {
+            true => Extent::unknown(self.scene),
+            false => Extent::new(&enriched, self.scene),
+        };
         for (row, columns) in &peaks {
-            let solved = self.solve(&mut enriched, &self.states[*row], &run.memories[*row])?;
+            let solved = self.solve(&mut enriched, run, *row)?;
             factorisations += solved.factorisations;
             let surface = geometry.as_mut().and_then(|g| g.errors(&solved));
+            let wider = extent.changes(&solved);
             let of = |&column: &usize| {
-                self.error(run, *row, column, solved.values[column], surface.as_ref().map(|all| all[column]))
+                let surface = surface.as_ref().map(|all| all[column]);
+                self.error((run, *row), column, solved.values[column], surface, wider[column])
             };
             let errors: Vec<(usize, QuantityError)> = columns.iter().map(|column| (*column, of(column))).collect();
             let wanted = errors.iter().filter(|(_, error)| (self.localised)(error));
@@ -225,13 +245,14 @@ impl<'a> ErrorEstimator<'a> {
                 cells.extend(own.iter().map(|(column, ..)| *column).zip(shares));
             }
         }
-        factorisations += geometry.map_or(0, |g| g.factorisations);
+        factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
         Ok(ErrorEstimate {
             enrichment: self.enrichment,
             whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
+            cut_regions: extent.unknown,
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),
             solves: peaks.len().max(1),
@@ -259,17 +280,17 @@ impl<'a> ErrorEstimator<'a> {
     }
 
     /// The columns in the enriched space at the time of a state of the run: by Newton's method from that state, or, where it does not
-    /// converge from there, by the protocol up to that time.
-    fn solve(&self, enriched: &mut EnrichedScene, kept: &Kept, memory: &[f64]) -> Result<Solved, EstimateError> {
-        let past = enriched.prolong(self.scene, kept);
+    /// converge from there, or meets an indefinite tangent and may leave the branch of the run, by the protocol up to that time.
+    fn solve(&self, enriched: &mut EnrichedScene, run: &Run, row: usize) -> Result<Solved, EstimateError> {
+        let past = enriched.prolong(self.scene, &self.states[row]);
         let scene = &enriched.scene;
         let step = Step { system: &scene.system, integrator: Integrator::Static, past: &past, dt: 1.0 };
         let mut next = past.clone();
         let mut solver = enriched.solver();
-        if solver.solve(&step, &mut next).is_err() {
-            return enriched.run_until(past);
+        if !solver.solve(&step, &mut next).is_ok_and(|solution| !solution.regularised) {
+            return enriched.run_until(run, past);
         }
-        let mut memory = memory.to_vec();
+        let mut memory = run.memories[row].clone();
         scene.remember(&next, &mut memory);
         let residual = &solver.equations.sums.r;
         let values = scene.record(&next, Some(&step.at(&next)), residual, Energies::default(), 0, &memory);
@@ -278,15 +299,16 @@ impl<'a> ErrorEstimator<'a> {
 
     fn error(
         &self,
-        run: &Run,
-        row: usize,
+        (run, row): (&Run, usize),
         column: usize,
         enriched: f64,
         geometry: Option<GeometryError>,
+        extent: f64,
     ) -> QuantityError {
         let value = run.rows[row][column];
-        let discretisation = self.enrichment.factors(self.scene.body.mesh.order).map(|c| c * (enriched - value));
-        let bounds = ErrorBounds::new(discretisation, geometry.map_or(0.0, |g| g.change));
+        let discretisation =
+            self.enrichment.factors(self.scene.body.mesh.order, self.glued).map(|c| c * (enriched - value));
+        let bounds = ErrorBounds::new(discretisation, geometry.map_or(0.0, |g| g.change), extent);
         QuantityError {
             column: run.columns[column].clone(),
             t: run.rows[row][0],
@@ -294,6 +316,7 @@ impl<'a> ErrorEstimator<'a> {
             enriched,
             discretisation,
             geometry,
+            extent,
             corrected: value + bounds.correction,
             uncertainty: bounds.uncertainty,
             bar: bounds.bar,
@@ -301,7 +324,45 @@ impl<'a> ErrorEstimator<'a> {
     }
 }
 
+/// The row of a run at a time. Where the lengths of its steps follow their error, its rows are at other times than those of another run, and the row is a
+/// cubic in time through four of them.
+fn row_at(rows: &[Vec<f64>], t: f64) -> Option<Vec<f64>> {
+    if let Some(row) = rows.iter().find(|row| same_time(row[0], t)) {
+        return Some(row.clone());
+    }
+    let after = rows.iter().position(|row| row[0] > t).filter(|after| *after > 0)?;
+    let mut near = &rows[after.saturating_sub(2)..(after + 2).min(rows.len())];
+    if near.windows(2).any(|pair| pair[0][0] >= pair[1][0]) {
+        near = &rows[after - 1..=after];
+    }
+    let weight = |k: usize| -> f64 {
+        let others = (0..near.len()).filter(|j| *j != k);
+        others.map(|j| (t - near[j][0]) / (near[k][0] - near[j][0])).product()
+    };
+    let weights: Vec<f64> = (0..near.len()).map(weight).collect();
+    let value = |column: usize| near.iter().zip(&weights).map(|(row, w)| w * row[column]).sum();
+    Some((0..rows[after].len()).map(value).collect())
+}
+
 /// Whether two times of one grid are the same but for rounding.
 fn same_time(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cubic in time is met between rows and at them; beyond the last one there is none.
+    #[test]
+    fn rows_are_found_at_times_between_others() {
+        let cubic = |t: f64| 1.0 + t - 2.0 * t * t + 0.5 * t * t * t;
+        let rows: Vec<Vec<f64>> = [0.0, 0.3, 0.7, 1.0, 1.6].map(|t| vec![t, cubic(t)]).to_vec();
+        for t in [0.0, 0.1, 0.5, 0.7, 1.3, 1.6] {
+            let row = row_at(&rows, t).expect("within the run");
+            // Rounding of four terms of size one
+            assert!((row[0] - t).abs() < 1e-14 && (row[1] - cubic(t)).abs() < 1e-14, "{t}: {row:?}");
+        }
+        assert!(row_at(&rows, 1.7).is_none());
+    }
 }

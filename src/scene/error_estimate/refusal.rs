@@ -44,6 +44,11 @@ pub enum EstimateError {
     NoDerivative { column: String, t: f64 },
     #[error("the enriched mesh has no solution at t = {t} s ({status}); take a family of meshes")]
     NotSolved { t: f64, status: &'static str },
+    #[error(
+        "the enriched equilibrium at t = {t} s is unstable, or was reached by a jump between branches, where that of the run is not: which branch the \
+         body takes is not decided, and there is no bar; take a family of meshes, or an imperfection that decides"
+    )]
+    Unstable { t: f64 },
     #[error("the estimate was stopped; run the scene again to have it")]
     Stopped,
 }

@@ -19,7 +19,11 @@ use serde::Deserialize;
 /// Stiffness of a rigid body as a multiple of Young's modulus of the stiffest law \[–\].
 const STIFF: f64 = 1e4;
 /// Points around the rim of a cylinder.
-const RIM: usize = 24;
+pub(in crate::scene) const RIM: usize = 24;
+/// Share of the radius by which the rims of a cylinder with balls inside are smaller \[–\]: on its side it rolls on the balls alone.
+const INSET: f64 = 0.01;
+/// Share of the radius below which a length is rounding \[–\].
+const ROUNDING: f64 = 1e-9;
 
 /// A body that moves as a whole.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -58,6 +62,8 @@ pub struct RigidBody {
     pub(in crate::scene) start: [Vec3; 4],
     /// Points of its surface at rest, each with the radius of a ball about it \[m\]
     surface: Vec<(Vec3, f64)>,
+    /// Largest distance of a point from its neighbours \[m\]; 0 of a sphere, which is felt all around
+    pub(in crate::scene) spacing: f64,
 }
 
 impl Recorder for RigidBody {
@@ -72,6 +78,11 @@ impl Recorder for RigidBody {
 }
 
 impl RigidBody {
+    /// Whether balls are among its points.
+    pub(in crate::scene) fn has_balls(&self) -> bool {
+        self.surface.iter().any(|(_, radius)| *radius > 0.0)
+    }
+
     /// The points of its surface that meet others.
     pub(in crate::scene) fn points(&self) -> Vec<SurfacePoint> {
         let area = self.frame.length.powi(2);
@@ -123,10 +134,11 @@ pub(in crate::scene) fn build_rigid(
     }
     builder.draw(place, &spec.name, &shape, (origin, axes), Some(&frame))?;
     let surface = corners(&spec.shape, &shape).into_iter().map(|(p, r)| (origin + axes * p, r)).collect();
+    let spacing = spacing(&spec.shape, &shape);
     let velocity = spec.velocity.map_or(Vec3::zeros(), |v| Vec3::from(v.map(|v| v.0)));
     let spin = spec.spin.map_or(Vec3::zeros(), |w| Vec3::from(w.map(|w| w.0)));
     let start = frame.rest().map(|p| velocity + spin.cross(&(p - center)));
-    Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface })
+    Ok(RigidBody { start, name: spec.name.clone(), shape: spec.shape.clone(), frame, surface, spacing })
 }
 
 /// Points that make up a shape in its frame, with the radii of balls about them.
@@ -135,15 +147,36 @@ fn corners(spec: &ShapeSpec, shape: &Shape) -> Vec<(Vec3, f64)> {
     match spec {
         ShapeSpec::Sphere { radius, .. } => vec![(Vec3::zeros(), radius.0)],
         ShapeSpec::Cylinder { .. } => {
+            // The largest balls inside touch the side all around, and an end in its middle.
+            let (radius, inner) = (high.x, high.y - high.x);
+            let balls = match inner / radius {
+                below if below < -ROUNDING => vec![],
+                none if none <= ROUNDING => vec![0.0],
+                _ => vec![-inner, inner],
+            };
+            let around = if balls.is_empty() { radius } else { (1.0 - INSET) * radius };
             let angle = |k: usize| std::f64::consts::TAU * k as f64 / RIM as f64;
-            let rim =
-                |y: f64| (0..RIM).map(move |k| (Vec3::new(high.x * angle(k).cos(), y, high.x * angle(k).sin()), 0.0));
-            rim(low.y).chain(rim(high.y)).collect()
+            let rim = |y: f64| (0..RIM).map(move |k| Vec3::new(around * angle(k).cos(), y, around * angle(k).sin()));
+            let rims = rim(low.y).chain(rim(high.y)).map(|p| (p, 0.0));
+            rims.chain(balls.into_iter().map(|y| (Vec3::new(0.0, y, 0.0), radius))).collect()
         }
         ShapeSpec::Surface { .. } => shape.triangles(0).into_iter().flat_map(|s| s.points).map(|v| (v, 0.0)).collect(),
         _ => {
             let corner = |k: usize| Vec3::from_fn(|i, _| if k >> i & 1 == 0 { low[i] } else { high[i] });
             (0..8).map(|k| (corner(k), 0.0)).collect()
         }
+    }
+}
+
+/// Largest distance of a point of a shape from its neighbours \[m\].
+fn spacing(spec: &ShapeSpec, shape: &Shape) -> f64 {
+    match spec {
+        ShapeSpec::Sphere { .. } => 0.0,
+        ShapeSpec::Surface { .. } => {
+            let surface = shape.triangles(0).expect("a surface has triangles");
+            let edge = |a: u32, b: u32| (surface.points[a as usize] - surface.points[b as usize]).norm();
+            surface.triangles.iter().flat_map(|&[a, b, c]| [edge(a, b), edge(b, c), edge(c, a)]).fold(0.0, f64::max)
+        }
+        _ => shape.bounds().map_or(0.0, |[low, high]| (high - low).max()),
     }
 }

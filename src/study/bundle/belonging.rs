@@ -1,10 +1,10 @@
 //! Whether results are those of the study that they are bundled with.
 
 use super::error::BundleError;
-use crate::study::analysis::few;
 use crate::study::expand::Study;
 use crate::study::listing::{Listed, State, list};
 use crate::study::store::record::StudyRecord;
+use crate::wording::few;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -24,7 +24,7 @@ pub fn check(file: &Path, dir: &Path, stored: &StudyRecord) -> Result<(), Bundle
         (in_state(State::Outdated), "they were computed from another scene, other files or another mesh"),
         (in_state(State::Damaged), "their files are not those that were stored"),
     ];
-    let fact = |(cases, fact): &(Vec<String>, &str)| format!("{}: {fact}", few(cases.iter()));
+    let fact = |(cases, fact): &(Vec<String>, &str)| format!("{}: {fact}", few(cases));
     let mut facts: Vec<String> = found.iter().filter(|(cases, _)| !cases.is_empty()).map(fact).collect();
     // The version is that of the program, which the environment of the bundle names
     let (schema, version) = (stored.schema, stored.version.clone());

@@ -121,7 +121,7 @@ fn format_of(name: &str) -> &'static str {
 }
 
 /// `2026-03-01`, the day of a time since 1970 in the Gregorian calendar (Hinnant, *chrono-compatible low-level date algorithms*, 2013).
-pub fn iso_date(unix_s: u64) -> String {
+fn iso_date(unix_s: u64) -> String {
     let days = (unix_s / 86_400) as i64 + 719_468;
     let era = days / 146_097;
     let of_era = days - era * 146_097;

@@ -69,7 +69,7 @@ impl StoredSummary {
     /// Files that are missing, cannot be read, or are no results of a study.
     pub fn read(dir: &Path) -> Result<Self, ReportError> {
         let path = dir.join("summary.json");
-        let mut summary: Self = files::json(&path)?.ok_or(ReportError::NotAStudy { path })?;
+        let mut summary: Self = files::json(&path)?.ok_or(ReportError::NoSummary { path })?;
         for case in &mut summary.cases {
             case.identity = stored_identity(dir, &case.id).filter(|digest| !digest.is_empty());
         }

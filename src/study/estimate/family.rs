@@ -33,11 +33,15 @@ pub struct Level {
     pub h: f64,
     /// Mean length of the edges \[m\], where it is known and is a measure of the family
     pub edge: Option<f64>,
+    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\]; 0 where it is no measure of the mesh
+    pub extents: Option<[f64; 4]>,
     pub f: f64,
     /// Cells across the thinnest wall, where they were counted
     pub wall: Option<f64>,
     /// Its pressures raise the locking alarm.
     pub locked: bool,
+    /// Regions whose border, given by place, runs through its cells
+    pub cut: Vec<String>,
 }
 
 impl Level {
@@ -45,12 +49,13 @@ impl Level {
     pub fn of(case: &CaseRecord, f: f64) -> Self {
         let locked = locking::alarm(case).is_some();
         let mesh = &case.mesh;
-        Self { id: case.id.clone(), h: mesh.h_m, edge: mesh.edge_m, f, wall: mesh.wall_cells, locked }
+        let (id, extents) = (case.id.clone(), mesh.extents_m);
+        Self { id, h: mesh.h_m, edge: mesh.edge_m, extents, f, wall: mesh.wall_cells, locked, cut: vec![] }
     }
 
     /// A case with time steps of `dt` \[s\], in a family whose mesh stays, and with it the cells across its walls and its locking.
     pub fn of_steps(case: &CaseRecord, f: f64, dt: f64) -> Self {
-        Self { id: case.id.clone(), h: dt, edge: None, f, wall: None, locked: false }
+        Self { id: case.id.clone(), h: dt, f, ..Self::default() }
     }
 }
 
@@ -92,7 +97,11 @@ pub struct Estimate {
     /// U₁ of the finest mesh \[unit of f\]
     pub uncertainty_finest: f64,
     pub method: String,
-    /// It diverges, locks, or does not resolve the thinnest wall: f* ± U(f*) is no claim
+    /// The cells stay as long in a direction
+    #[serde(skip)]
+    pub keeps_length: bool,
+    /// It diverges, locks, does not resolve the thinnest wall, keeps the cells as long in a direction, or has a region whose border runs through
+    /// cells: f* ± U(f*) is no claim
     pub refused: bool,
     /// U(f*) is within the tolerance and nothing speaks against the family, so that f* can be a reference
     pub defensible: bool,
@@ -183,6 +192,7 @@ pub fn estimate_of_order(
         uncertainty: 0.0,
         uncertainty_finest: 0.0,
         method: String::new(),
+        keeps_length: length_objection(class, &levels).is_some(),
         refused: false,
         defensible: false,
         reasons: vec![],
@@ -219,6 +229,8 @@ fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance)
         );
     }
     out.extend(wall_objection(e));
+    out.extend(length_objection(e.class, levels));
+    out.extend(region_objection(e, levels));
     if levels[0].locked {
         out.push("its finest mesh raises the locking alarm".into());
     }
@@ -262,6 +274,42 @@ fn wall_objection(e: &Estimate) -> Option<String> {
     let expected = (e.h_m[e.h_m.len() - 1] / e.h_m[0]).sqrt();
     (grows < expected)
         .then(|| format!("the cells across the thinnest wall hardly change over the family ({}); {refine}", counts()))
+}
+
+/// An order in h says nothing about a direction in which the cells stay as long as they are: their extents along every axis and their longest edges
+/// must shrink by at least the square root of the size ratio.
+fn length_objection(class: Convergence, levels: &[Level]) -> Option<String> {
+    if class == Convergence::Exact {
+        return None;
+    }
+    let all: Vec<[f64; 4]> = levels.iter().map(|l| l.extents).collect::<Option<_>>()?;
+    let (finest, coarsest) = (all.first()?, all.last()?);
+    let expected = (levels.last()?.h / levels.first()?.h).sqrt();
+    let is_in_both = |k: usize| finest[k] > 0.0 && coarsest[k] > 0.0;
+    // Longest edges along other axes are no measure
+    let has_same_axes = (0..3).all(|k| is_in_both(k) || finest[k] == coarsest[k]);
+    let counts = |k: &usize| is_in_both(*k) && (*k < 3 || has_same_axes);
+    let stays = (0..4).filter(counts).find(|&k| coarsest[k] / finest[k] < expected)?;
+    let lengths: Vec<String> = all.iter().rev().map(|l| format!("{:.2}", 1e3 * l[stays])).collect();
+    let what =
+        ["the extents of the cells along x", "the extents of the cells along y", "the extents of the cells along z"];
+    let what = what.get(stays).unwrap_or(&"the longest edges of the cells");
+    Some(format!(
+        "{what} hardly shrink over the family ({} mm, from coarse to fine), so that the error by them is not seen; refine every direction",
+        lengths.join(", ")
+    ))
+}
+
+/// A border that runs through cells moves by up to a cell from mesh to mesh, or stays off by as much on all of them.
+fn region_objection(e: &Estimate, levels: &[Level]) -> Option<String> {
+    let cut = &levels.first()?.cut;
+    (e.class != Convergence::Exact && !cut.is_empty()).then(|| {
+        format!(
+            "the border of {} runs through cells, and its extent, which changes with the mesh (O(h)), is not seen; let it run along edges of \
+             the cells, or take a region of the mesh",
+            cut.join(", ")
+        )
+    })
 }
 
 /// The ratios of a family, where one of them is smaller than recommended.

@@ -9,7 +9,7 @@
 //! (2012), equations 2.40 (slope) and 2.54 (new observation). Limits: x without error, scatter the same in every decade; a law that bends is not seen by s
 //! where there are few points, so the last point is predicted from the others as a check.
 
-use crate::calibrate::judgement::statistics::t_quantile;
+use crate::math::statistics::t_quantile;
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -3,23 +3,8 @@
 use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
 use crate::report::plot::{Axis, Plot};
+use crate::scene::column::label;
 use crate::study::overlay::distance::Overlay;
-
-/// Name of a column with its unit in brackets.
-pub fn label(column: &str) -> String {
-    let (words, unit) = words(column);
-    if unit.is_empty() { words } else { format!("{words} [{unit}]") }
-}
-
-/// Name and unit of a column; no unit where its name has none.
-pub fn words(column: &str) -> (String, &str) {
-    match column.rsplit_once('_') {
-        Some((name, unit @ ("s" | "m" | "m3" | "N" | "Pa" | "J" | "deg"))) => {
-            (name.replace('_', " "), if unit == "deg" { "°" } else { unit })
-        }
-        _ => (column.replace('_', " "), ""),
-    }
-}
 
 pub fn draw(name: &str, overlay: &Overlay) -> Figure {
     let Overlay { measured, x, y, distance } = overlay;

@@ -2,13 +2,13 @@
 
 use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, italic, line, mm};
 use crate::report::figure::{Drawn, Figure, Sample, WithLegend, drawn, legend};
-use crate::report::numbers::per_cent;
+use crate::report::numbers::percent_cell;
 use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
 use crate::scene::Measured;
+use crate::scene::column::label;
 use crate::study::figures::axis_label;
 use crate::study::overlay::distance::Distance;
-use crate::study::overlay::figure::label;
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
 
@@ -126,7 +126,7 @@ fn distance<'a>(r: &'a CaseRecord, m: &Measured) -> Option<&'a Distance> {
 pub fn table(store: &Results) -> Option<Table> {
     let curves = |r: &CaseRecord| -> Vec<Vec<String>> {
         let row = |d: &Distance| {
-            let [l2, largest] = [d.l2, d.largest].map(per_cent);
+            let [l2, largest] = [d.l2, d.largest].map(percent_cell);
             vec![r.id.clone(), d.column.clone(), d.over.clone(), d.file.clone(), d.points.to_string(), l2, largest]
         };
         r.distances.iter().map(row).collect()

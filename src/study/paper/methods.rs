@@ -7,6 +7,7 @@ use crate::report::paper::{Paragraph, software};
 use crate::scene::{GeneratorSpec, MeshSpec, SceneSpec, from_text};
 use crate::study::store::builds::builds;
 use crate::study::store::record::{CaseRecord, LawRecord};
+use crate::wording;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -52,15 +53,6 @@ fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     })
 }
 
-/// `a`, `a and b`, `a, b and c`
-fn listed(words: &[String]) -> String {
-    match words {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
-}
-
 fn range(values: impl Iterator<Item = f64> + Clone, print: impl Fn(f64) -> String) -> String {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let (a, b) = (print(low), print(high));
@@ -75,7 +67,7 @@ fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
     let quality = records.iter().map(|r| r.mesh.min_quality).fold(f64::INFINITY, f64::min);
     let meshes = if count == 1 { "One mesh of".to_string() } else { format!("{count} meshes of") };
     let origins: Vec<String> = distinct(scenes.iter().map(|s| origin(&s.mesh))).into_iter().map(String::from).collect();
-    let by = if origins.is_empty() { String::new() } else { format!(", {}", listed(&origins)) };
+    let by = if origins.is_empty() { String::new() } else { format!(", {}", wording::all(&origins)) };
     let walls: Vec<f64> = records.iter().filter_map(|r| r.mesh.wall_cells).collect();
     let wall = match walls.is_empty() {
         true => String::new(),
@@ -116,7 +108,7 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
     .to_string()
     };
     let all: Vec<String> = distinct(records.iter().map(|r| r.formulation.as_str())).into_iter().map(one).collect();
-    Paragraph::new("Elements").marked(&format!("Elements have {}.", listed(&all)))
+    Paragraph::new("Elements").marked(&format!("Elements have {}.", wording::all(&all)))
 }
 
 fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> Paragraph {
@@ -149,7 +141,7 @@ fn physics(records: &[&CaseRecord]) -> Paragraph {
     let names: BTreeSet<String> = records.iter().flat_map(|r| &r.effects).map(|e| e.name.replace('_', " ")).collect();
     let names: Vec<String> = names.into_iter().collect();
     Paragraph::new("Effects and constraints")
-        .text(format!("These were assembled: {}. Nothing else acts on the body.", listed(&names)))
+        .text(format!("These were assembled: {}. Nothing else acts on the body.", wording::all(&names)))
 }
 
 fn time(records: &[&CaseRecord]) -> Paragraph {
@@ -170,10 +162,10 @@ fn time(records: &[&CaseRecord]) -> Paragraph {
     let in_motion: Vec<String> = in_motion.map(|name| format!("{}{}", title(name), source(name))).collect();
     let mut sentences = vec![];
     if !at_rest.is_empty() {
-        sentences.push(format!("The solution is quasi-static, {}.", listed(&at_rest)));
+        sentences.push(format!("The solution is quasi-static, {}.", wording::all(&at_rest)));
     }
     if !in_motion.is_empty() {
-        sentences.push(format!("The equations of motion are integrated by {}.", listed(&in_motion)));
+        sentences.push(format!("The equations of motion are integrated by {}.", wording::all(&in_motion)));
     }
     let dt = range(records.iter().map(|r| r.dt_s), plain);
     Paragraph::new("Time").marked(&format!("{} Steps have {dt}\u{a0}s.", sentences.join(" ")))

@@ -107,6 +107,7 @@ mod tests {
             assembly_s: 1.2 * a,
             factorisation_s: 1.5 * f,
             solve_s: 1.5 * s,
+            contact_forces_s: 0.0,
             output_s: 0.0,
             build_s: 0.0,
         };

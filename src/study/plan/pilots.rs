@@ -1,7 +1,7 @@
 //! Coarse runs, element by element and size by size, as long as their share of the budget lasts.
 
+use crate::math::cpu_clock::CpuClock;
 use crate::math::linear::Factor;
-use crate::math::threads::CpuClock;
 use crate::mesh::generate::GenerateError;
 use crate::scene::{
     Body, ErrorEstimator, RunOptions, Scene, SceneError, SceneSpec, Time, error_estimate::path_dependence, read_scene,

@@ -1,7 +1,8 @@
 //! Threads of the cases that run side by side: those that compute share the cores, and what does not divide goes to the largest.
 
+use crate::math::threads::locked;
 use std::cmp::Reverse;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard};
 
 /// The cores of a run, and the cases that compute.
 pub struct Cores {
@@ -38,7 +39,7 @@ impl Cores {
     }
 
     fn computing(&self) -> MutexGuard<'_, Computing> {
-        self.computing.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.computing)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Memory of the cases that run side by side: what they are going to take, and what there is.
 
+use crate::math::threads::locked;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// Share of the available memory that cases may take together \[–\]; the rest is for meshes that are being read, for reports and for other
 /// programs.
@@ -82,7 +83,7 @@ impl Allowance {
 
     /// Promises memory to a case, if it is there; it is given back by [`Allowance::release`].
     pub fn admit(&self, bytes: u64) -> Admission {
-        let mut promised = self.promised.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut promised = locked(&self.promised);
         if bytes > self.limit {
             return Admission::Never;
         }
@@ -94,6 +95,6 @@ impl Allowance {
     }
 
     pub fn release(&self, bytes: u64) {
-        *self.promised.lock().unwrap_or_else(PoisonError::into_inner) -= bytes;
+        *locked(&self.promised) -= bytes;
     }
 }

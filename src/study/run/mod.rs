@@ -7,11 +7,14 @@
 //! | Side by side, and which stored result is reused | [`runner`] |
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
 //! | One case: what is asked, its computation, its process | [`task`], [`compute`], [`worker`] |
+//! | The search for its constants, and derivatives by constants | `search`, `derivatives` |
 //! | Adaptive meshes, errors from one run and derivatives by constants, kept with a result | [`refinement`], [`one_run`], [`inputs`] |
 //! | How much work a case was | [`work`] |
 
 pub mod compute;
 pub mod cores;
+mod derivatives;
+pub mod error;
 pub mod growing;
 pub mod inputs;
 mod live_case;
@@ -20,6 +23,7 @@ pub mod one_run;
 pub mod only;
 pub mod refinement;
 pub mod runner;
+mod search;
 pub mod task;
 pub mod waiting;
 pub mod work;

@@ -25,17 +25,26 @@ impl RefinementRecord {
     }
 }
 
-/// The mesh of a scene (file, specification, text), refined from `first` where the scene asks for it, and all meshes up to it.
+/// The body of a case, and the adaptive meshes up to its own.
+pub struct Prepared {
+    pub body: Arc<Body>,
+    /// Empty where the scene asks for no refinement
+    pub refinement: Vec<RefinementRecord>,
+}
+
+/// The body of a scene (file, specification, text), refined from `first` where the scene asks for it.
 pub fn refined(
     scene: (&Path, &SceneSpec, &str),
     first: Arc<Body>,
     mesher: &mut dyn FnMut(&str),
     go_on: &mut dyn FnMut(Progress) -> bool,
-) -> Result<(Arc<Body>, Vec<RefinementRecord>), RefineError> {
-    let Some(wanted) = &scene.1.mesh.refine else { return Ok((first, vec![])) };
+) -> Result<Prepared, RefineError> {
+    let Some(wanted) = &scene.1.mesh.refine else {
+        return Ok(Prepared { body: first, refinement: vec![] });
+    };
     let mut watch = RefinementWatch { step: &mut |_| {}, mesher, progress: go_on };
     let found = refine(scene, wanted, first, None, &mut watch)?;
-    Ok((found.body, found.steps.iter().map(RefinementRecord::new).collect()))
+    Ok(Prepared { body: found.body, refinement: found.steps.iter().map(RefinementRecord::new).collect() })
 }
 
 /// The note of a case whose last mesh is not within the tolerance.

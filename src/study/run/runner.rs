@@ -2,7 +2,9 @@
 
 use crate::catalogue::Launch;
 use crate::live::Access;
+use crate::math::threads::{self, locked};
 use crate::scene::{Body, ParameterKey, Progress, SceneError};
+use crate::storage::unix_time;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
@@ -18,11 +20,12 @@ use crate::study::store::identity::{Identity, mesh_sha256};
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::outcome::refused;
 use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME};
+use crate::wording::first;
 use std::collections::{HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 /// Time between two looks at cases that other runs compute.
 const LOOK: Duration = Duration::from_millis(200);
@@ -44,6 +47,9 @@ pub trait Watch: Sync {
     fn serves(&self, _case: &str, _port: Option<u16>) {}
 }
 
+/// Follows nothing.
+impl Watch for () {}
+
 /// Why a study stopped; results that were finished before stay.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
@@ -53,7 +59,7 @@ pub enum RunError {
     Store(#[from] StoreError),
     #[error(transparent)]
     Lock(#[from] LockError),
-    /// The same from the process of a case
+    /// A reason that the process of a case gives
     #[error("{why}")]
     Apart { why: String },
     #[error("{}: the process of a case cannot be started: {reason}; close other programs, or run fewer cases with --jobs", program.display())]
@@ -77,7 +83,7 @@ pub enum Isolation {
     Processes(Launch),
 }
 
-/// How to run.
+/// How to run; [`Options::new`] has the usual choices.
 pub struct Options<'a> {
     /// Cases that run at the same time; those in processes share as many threads
     pub jobs: usize,
@@ -89,6 +95,7 @@ pub struct Options<'a> {
     pub only: Option<Only>,
     /// Write the fields of every case into `cases/<id>/`; a finished case without them is run again
     pub vtu: bool,
+    /// Where cases are computed
     pub isolation: Isolation,
     /// Memory that cases in processes may take together \[bytes\]; by default [`SHARE`] of what is available when the run begins
     pub memory: Option<u64>,
@@ -96,7 +103,21 @@ pub struct Options<'a> {
     pub stop: &'a AtomicBool,
 }
 
-impl Options<'_> {
+impl<'a> Options<'a> {
+    /// Runs every case that has no result yet, in threads of this process, as many at a time as there are processors.
+    pub fn new(stop: &'a AtomicBool) -> Self {
+        Self {
+            jobs: threads::available(),
+            redo: false,
+            accept_build: false,
+            only: None,
+            vtu: false,
+            isolation: Isolation::Threads,
+            memory: None,
+            stop,
+        }
+    }
+
     /// Whether this case is to be run (or kept).
     pub fn wants(&self, id: &str) -> bool {
         self.only.as_ref().is_none_or(|only| only.takes(id))
@@ -107,7 +128,7 @@ impl Options<'_> {
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
     let cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
     if let (true, Some(Only::Containing(only))) = (cases.is_empty(), &options.only) {
-        let known = study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>().join(", ");
+        let known = first(&study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>());
         return Err(RunError::NoSuchCase { only: only.clone(), known });
     }
     let is_part = options.only.as_ref().is_some_and(Only::is_part);
@@ -127,7 +148,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let usual = || memory::available().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
     let memory = Allowance::new(options.memory.unwrap_or_else(usual));
     let (cases, cores) = (AtomicUsize::new(0), Cores::new(options.jobs));
-    let run = Running { store: &store, locks: &locks, options, watch, cases, memory, cores, begun: unix_s() };
+    let run =
+        Running { store: &store, locks: &locks, options, watch, cases, memory, cores, begun: unix_time().as_secs() };
     let mut records = run.side_by_side(study, now.into_iter().map(with_constants).collect())?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
@@ -175,15 +197,21 @@ struct Ready {
     size: usize,
 }
 
-/// A case that is looked at in its turn.
+/// A case in its turn to be looked at.
 struct Turn {
     ready: Ready,
     /// Another run had it when it was looked at before
     waits: bool,
 }
 
-fn unix_s() -> u64 {
-    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs())
+/// How the turn of a case has ended.
+enum Turned {
+    /// Another run computes the case
+    Busy,
+    /// The case was stopped, and has no record
+    Stopped,
+    /// The record was kept or computed
+    Done(Box<CaseRecord>),
 }
 
 /// The cases with their bodies and identities, in the order in which they run; none where the run was stopped.
@@ -225,10 +253,6 @@ fn changed_meanwhile(before: Option<&Identity>, record: &CaseRecord) -> bool {
     !record.broke() && before.is_some_and(|before| record.provenance.identity != *before)
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
-}
-
 /// The state that cases which run side by side share.
 struct Running<'a> {
     store: &'a Store,
@@ -253,18 +277,19 @@ impl Running<'_> {
                 scope.spawn(|| {
                     // Cases of other runs that were looked at since the last one that was free
                     let mut busy = 0;
-                    while !self.options.stop.load(Ordering::Relaxed) && lock(&failure).is_none() {
-                        let Some(mut turn) = lock(&queue).pop_front() else { break };
+                    while !self.options.stop.load(Ordering::Relaxed) && locked(&failure).is_none() {
+                        let Some(mut turn) = locked(&queue).pop_front() else { break };
                         match self.case(&turn) {
-                            Ok(Some(ended)) => {
+                            Ok(Turned::Done(record)) => {
                                 busy = 0;
-                                lock(&records).extend(ended);
+                                locked(&records).push(*record);
                             }
-                            Ok(None) => {
+                            Ok(Turned::Stopped) => busy = 0,
+                            Ok(Turned::Busy) => {
                                 busy += 1;
                                 turn.waits = true;
                                 let left = {
-                                    let mut queue = lock(&queue);
+                                    let mut queue = locked(&queue);
                                     queue.push_back(turn);
                                     queue.len()
                                 };
@@ -274,24 +299,24 @@ impl Running<'_> {
                                 }
                             }
                             Err(error) => {
-                                lock(&failure).get_or_insert(error);
+                                locked(&failure).get_or_insert(error);
                             }
                         }
                     }
                 });
             }
         });
-        if let Some(error) = lock(&failure).take() {
+        if let Some(error) = locked(&failure).take() {
             return Err(error);
         }
-        Ok(std::mem::take(&mut *lock(&records)))
+        Ok(std::mem::take(&mut *locked(&records)))
     }
 
-    /// The record of a case, kept or computed; within it none of one that was stopped. None while another run has the case.
-    fn case(&self, turn: &Turn) -> Result<Option<Option<CaseRecord>>, RunError> {
+    /// Takes the stored result of a case, or computes it.
+    fn case(&self, turn: &Turn) -> Result<Turned, RunError> {
         let (ready, id) = (&turn.ready, &turn.ready.task.case.id);
-        if let Some(record) = self.kept(turn) {
-            return Ok(Some(Some(record)));
+        if let Some(record) = self.kept(turn)? {
+            return Ok(Turned::Done(record.into()));
         }
         let _claim = match self.locks.claim(id)? {
             Ok(claim) => claim,
@@ -299,12 +324,12 @@ impl Running<'_> {
                 if !turn.waits {
                     self.watch.note(id, &format!("process {} on {} computes it", owner.pid, owner.host));
                 }
-                return Ok(None);
+                return Ok(Turned::Busy);
             }
         };
         // It may have been finished since it was looked at
-        if let Some(record) = self.kept(turn) {
-            return Ok(Some(Some(record)));
+        if let Some(record) = self.kept(turn)? {
+            return Ok(Turned::Done(record.into()));
         }
         if let Stored::Damaged(why) = self.store.look(id)? {
             let aside = self.store.set_aside(id)?;
@@ -320,19 +345,24 @@ impl Running<'_> {
             Isolation::Processes(program) => self.in_a_process(program, &ready.task, ready.size),
         };
         self.cases.fetch_sub(1, Ordering::SeqCst);
-        let record = record?;
-        record.iter().for_each(|record| self.watch.finished(record, false));
-        if record.iter().any(|record| changed_meanwhile(ready.identity.as_ref(), record)) {
+        let Some(record) = record? else { return Ok(Turned::Stopped) };
+        self.watch.finished(&record, false);
+        if changed_meanwhile(ready.identity.as_ref(), &record) {
             let fact = "a file that it reads has changed since the study began: its result and those of other cases are of different contents";
             self.watch.note(id, &format!("{fact}; run the study again"));
         }
-        Ok(Some(record))
+        Ok(Turned::Done(record.into()))
     }
 
-    fn kept(&self, turn: &Turn) -> Option<CaseRecord> {
-        let record = self.store.record(&turn.ready.task.case.id).filter(|record| self.usable(turn, record))?;
+    /// The stored result of a case, if it is the one that would be computed; refused where it has no column that is judged.
+    fn kept(&self, turn: &Turn) -> Result<Option<CaseRecord>, RunError> {
+        let task = &turn.ready.task;
+        let Some(record) = self.store.record(&task.case.id).filter(|record| self.usable(turn, record)) else {
+            return Ok(None);
+        };
+        task.check_record(&record).map_err(CaseError::from)?;
         self.watch.finished(&record, true);
-        Some(record)
+        Ok(Some(record))
     }
 
     /// Whether a stored record is the result that would be computed.

@@ -1,9 +1,10 @@
 //! Everything that is needed to compute one case, apart from the files that its scene names.
 
-use crate::scene::{ParameterKey, Scene};
+use crate::scene::{ParameterKey, Scene, hint};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::overlay::markers::{self, MarkersError};
+use crate::study::store::record::CaseRecord;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -66,13 +67,23 @@ impl Task {
             return Err(TaskError::Controlled { file: self.case.scene_file.clone(), signal });
         }
         markers::read(scene).map_err(|source| TaskError::Markers { file: self.case.scene_file.clone(), source })?;
-        let refuse = |fact| {
-            let (file, variant) = (self.study_file.clone(), self.case.variant.clone());
-            TaskError::Quantity { file, variant, fact }
-        };
+        let refuse = |fact| self.refusal(fact);
         if self.over_time {
             scene.check_time().map_err(refuse)?;
         }
         self.columns.iter().try_for_each(|column| scene.check_column(column)).map_err(refuse)
+    }
+
+    /// Every column that is judged must be in a stored result that has any.
+    pub fn check_record(&self, record: &CaseRecord) -> Result<(), TaskError> {
+        let known: Vec<String> = record.probes.keys().cloned().collect();
+        match self.columns.iter().find(|column| !known.is_empty() && !known.contains(column)) {
+            None => Ok(()),
+            Some(name) => Err(self.refusal(format!("the scene records no \"{name}\"; {}", hint(name, &known)))),
+        }
+    }
+
+    fn refusal(&self, fact: String) -> TaskError {
+        TaskError::Quantity { file: self.study_file.clone(), variant: self.case.variant.clone(), fact }
     }
 }

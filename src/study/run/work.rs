@@ -1,15 +1,15 @@
 //! How much work a case was, whatever the machine; and how its cost scatters when it is run again.
 
 use crate::live::{Board, iterations};
-use crate::math::threads::CpuClock;
-use crate::scene::{Progress, Run, RunOptions, Scene};
+use crate::math::cpu_clock::CpuClock;
+use crate::scene::{OnProgress, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder};
 use crate::solve::Status;
 use crate::system::State;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Counted, not timed.
+/// Work of a case, counted and not timed.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct WorkRecord {
     /// Numeric factorisations, the shifted ones included
@@ -24,7 +24,7 @@ pub struct WorkRecord {
     /// does not tell
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub memory_bytes: Option<u64>,
-    /// The same as it was expected before the first factorisation, where the case ran in a process of its own \[bytes\]
+    /// That memory as it was expected before the first factorisation, where the case ran in a process of its own \[bytes\]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_bytes: Option<u64>,
 }
@@ -36,39 +36,52 @@ pub struct RepeatRecord {
     pub cpu_s: f64,
 }
 
+/// A run with its times \[s\], without those of what only follows it.
+pub(super) struct Timed {
+    pub run: Run,
+    pub wall_s: f64,
+    pub cpu_s: f64,
+}
+
+/// Follows a run that is timed.
+pub(super) struct RunFollow<'a, 'b> {
+    /// Returns false to stop
+    pub go_on: &'a mut OnProgress<'b>,
+    /// Gets the states, in time that does not count
+    pub states: &'a mut dyn FnMut(&State),
+    /// Shows the rows and iterations in a live view
+    pub board: Option<&'a Arc<Board>>,
+    /// Gets the memory that the factorisation needs, before the first one \[bytes\], and returns false to stop
+    pub sized: &'a mut dyn FnMut(u64) -> bool,
+}
+
 /// Wall and CPU seconds that something else has taken during a run.
 #[derive(Default)]
-pub(super) struct Aside {
+struct Aside {
     wall: f64,
     cpu: f64,
 }
 
 impl Aside {
-    /// Does it, and counts what it takes.
-    pub fn count(&mut self, act: impl FnOnce()) {
+    /// Calls `act` and adds the time that it takes.
+    fn count(&mut self, act: impl FnOnce()) {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         act();
         self.wall += wall.elapsed().as_secs_f64();
         self.cpu += cpu.elapsed().as_secs_f64();
     }
 
-    /// The seconds of a run without it.
-    pub fn subtracted(&self, (wall, cpu): (f64, f64)) -> (f64, f64) {
-        (wall - self.wall, cpu - self.cpu)
+    /// A run with its seconds, less those that were counted.
+    fn subtracted(&self, run: Run, wall: f64, cpu: f64) -> Timed {
+        Timed { run, wall_s: wall - self.wall, cpu_s: cpu - self.cpu }
     }
 }
 
-/// Runs the scene `repeats` times. Returns the run of median CPU time, its wall and CPU seconds, and those of all. All runs give the
-/// same bits; `states` gets those of the first, in time that does not count. A run that does not converge is not repeated.
-pub(super) fn measure(
-    scene: &Scene,
-    repeats: usize,
-    go_on: &mut dyn FnMut(Progress) -> bool,
-    states: &mut dyn FnMut(&State),
-    board: Option<&Arc<Board>>,
-    sized: &mut dyn FnMut(u64) -> bool,
-) -> (Run, (f64, f64), Vec<RepeatRecord>) {
-    let mut runs: Vec<(RepeatRecord, Run)> = Vec::new();
+/// Runs the scene `repeats` times. Returns the run of median CPU time, and the times of all. All runs give the same bits; the states are
+/// those of the first. A run that does not converge is not repeated.
+pub(super) fn measure(scene: &Scene, repeats: usize, follow: RunFollow) -> (Timed, Vec<RepeatRecord>) {
+    let RunFollow { go_on, states, board, sized } = follow;
+    let mut runs: Vec<Timed> = Vec::new();
     loop {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         let first = runs.is_empty();
@@ -91,20 +104,42 @@ pub(super) fn measure(
             on_sized: Some(sized),
             ..RunOptions::default()
         });
-        let (wall_s, cpu_s) = aside.subtracted((wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64()));
-        let times = RepeatRecord { wall_s, cpu_s };
-        let done = run.status == Status::Converged;
+        let timed = aside.subtracted(run, wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
+        let done = timed.run.status == Status::Converged;
         if done || first {
-            runs.push((times, run));
+            runs.push(timed);
         }
         if !done || runs.len() >= repeats {
             break;
         }
     }
-    let all: Vec<RepeatRecord> = runs.iter().map(|r| r.0).collect();
-    runs.sort_by(|a, b| a.0.cpu_s.total_cmp(&b.0.cpu_s));
-    let (times, run) = runs.swap_remove((runs.len() - 1) / 2);
-    (run, (times.wall_s, times.cpu_s), all)
+    let all = runs.iter().map(|r| RepeatRecord { wall_s: r.wall_s, cpu_s: r.cpu_s }).collect();
+    runs.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
+    (runs.swap_remove((runs.len() - 1) / 2), all)
+}
+
+/// Runs the scene once with derivatives, whose time does not count.
+pub(super) fn measure_with(scene: &Scene, recorder: SensitivityRecorder, follow: RunFollow) -> (Timed, Sensitivities) {
+    let RunFollow { go_on, states, board, sized } = follow;
+    let (wall, cpu, mut aside) = (Instant::now(), CpuClock::start(), Aside::default());
+    let mut on_state = |state: &State| aside.count(|| states(state));
+    let mut on_row = |row: &[f64]| {
+        board.iter().for_each(|board| board.row(row));
+        true
+    };
+    let mut run = scene.run_with(RunOptions {
+        on_progress: Some(go_on),
+        on_state: Some(&mut on_state),
+        on_row: Some(&mut on_row),
+        on_iteration: board.cloned().map(iterations),
+        on_sized: Some(sized),
+        sensitivities: Some(recorder),
+        ..RunOptions::default()
+    });
+    let sensitivities = run.sensitivities.take().expect("the options ask for them");
+    let (wall, cpu) =
+        (wall.elapsed().as_secs_f64() - sensitivities.wall, cpu.elapsed().as_secs_f64() - sensitivities.cpu);
+    (aside.subtracted(run, wall, cpu), sensitivities)
 }
 
 /// The largest resident set of the process from here on. Linux counts it; `None` elsewhere.

@@ -23,8 +23,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Lines of the standard error of a process that its status keeps, and the characters of each.
-const KEPT: (usize, usize) = (6, 300);
+/// Last lines of the standard error of a process that its status keeps.
+const KEPT_LINES: usize = 6;
+/// Characters of each of these lines.
+const KEPT_CHARACTERS: usize = 300;
 /// Flag of `CreateProcess` in Windows.
 #[cfg(windows)]
 const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
@@ -235,10 +237,10 @@ fn last_lines(stream: impl Read) -> VecDeque<String> {
             Ok(_) => {}
         }
         let text = String::from_utf8_lossy(&line);
-        if kept.len() == KEPT.0 {
+        if kept.len() == KEPT_LINES {
             kept.pop_front();
         }
-        kept.push_back(text.trim_end().chars().take(KEPT.1).collect());
+        kept.push_back(text.trim_end().chars().take(KEPT_CHARACTERS).collect());
     }
 }
 

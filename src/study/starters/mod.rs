@@ -59,7 +59,8 @@ pub fn create(
     let folder = folder.map(Path::to_path_buf).or_else(own).unwrap_or_default();
     folder::make(&folder, |new, title| match starter {
         Some(Starter { scene, study, readme, .. }) => {
-            folder::write(new, [("scene.toml", scene), ("study.toml", study), ("README.md", readme)])
+            let page = readme.replace("{name}", title);
+            folder::write(new, [("scene.toml", scene), ("study.toml", study), ("README.md", &page)])
         }
         None => shape::fill(new, file, title, unit, progress),
     })?;

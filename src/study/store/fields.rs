@@ -1,6 +1,6 @@
 //! Fields of a run for ParaView: a VTU file per state on the time grid and a PVD collection of them.
 
-use crate::math::threads::CpuClock;
+use crate::math::cpu_clock::CpuClock;
 use crate::mesh::error::MeshError;
 use crate::mesh::vtu::{Data, write_pvd, write_surface, write_vtu};
 use crate::mesh::{Region, TetMesh};

@@ -13,14 +13,14 @@
 //! two do not take it over from each other. A run on another machine that was suspended for longer loses its cases; they are then computed
 //! twice, with equal results.
 
-use crate::storage::{self, TEXT_LIMIT, sha256};
+use crate::storage::{self, TEXT_LIMIT, sha256, unix_time};
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime};
 
 /// Time between two signs of life of a run.
 const BEAT: Duration = Duration::from_secs(10);
@@ -204,7 +204,7 @@ impl Owner {
     /// This process, under a name that no other has.
     fn this(study_sha256: &str) -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let now = unix_time();
         let read = |path: &str| std::fs::read_to_string(path).map(|text| text.trim().to_string()).ok();
         let host = read("/proc/sys/kernel/hostname").or_else(|| std::env::var("HOSTNAME").ok()).unwrap_or_default();
         let space = std::fs::read_link("/proc/self/ns/pid").map(|link| link.display().to_string()).ok();

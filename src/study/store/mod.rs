@@ -3,7 +3,8 @@
 //! | Subject | File |
 //! |---|---|
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
-//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`] |
+//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`], [`energy`], [`status`] |
+//! | The record of a study, and its cases as they are read back | [`study_record`], [`series`] |
 //! | Its other files | [`csv_text`], [`skin`], [`fields`], [`partial_series`] |
 //! | The build that wrote a record which this one cannot read | [`other_build`] |
 //! | Whether the text of a record is the one that was stored | [`seal`] |
@@ -18,6 +19,7 @@ pub mod builds;
 pub mod case_files;
 pub mod contact;
 pub mod csv_text;
+pub mod energy;
 pub mod fields;
 pub mod folder;
 pub mod identity;
@@ -29,7 +31,10 @@ pub mod partial_series;
 pub mod record;
 pub mod results;
 pub mod seal;
+pub mod series;
 pub mod skin;
 pub mod solver;
 pub mod states;
+pub mod status;
+pub mod study_record;
 pub mod upkeep;

@@ -5,7 +5,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
 use crate::mesh::wall::{Wall, thinnest};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, extreme, path_dependence};
+use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, path_dependence};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -59,6 +59,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             assembly_s: run.assembly.as_secs_f64(),
             factorisation_s: run.factorisation.as_secs_f64(),
             solve_s: run.solve.as_secs_f64(),
+            contact_forces_s: run.contact_forces.as_secs_f64(),
             output_s: 0.0,
             build_s: 0.0,
         },
@@ -89,6 +90,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         one_run: None,
         inputs: vec![],
         events: run.events.clone(),
+        cut_regions: cut_regions(scene),
         no_limit: scene.no_limit.clone(),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
@@ -104,6 +106,7 @@ fn mesh_record(scene: &Scene) -> MeshRecord {
         nodes: mesh.points.len(),
         h_m: mesh.h(),
         edge_m: Some(mesh.mean_edge()),
+        extents_m: Some(mesh.mean_extents(free_axes(scene))),
         wall_cells: wall.map(|w| w.cells),
         wall_m: wall.map(|w| w.thickness),
         min_quality: quality.radius_ratio_min,
@@ -125,6 +128,14 @@ fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Option<St
 fn wall(scene: &Scene) -> Option<Wall> {
     let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
     thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
+}
+
+/// Axes along which the corner of some cell is free.
+fn free_axes(scene: &Scene) -> [bool; 3] {
+    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
+    let mesh = &scene.body.mesh;
+    let corners = (0..mesh.cell_count()).flat_map(|c| &mesh.cell(c)[..4]);
+    [0, 1, 2].map(|axis| corners.clone().any(|node| !held.contains(&(3 * node + axis))))
 }
 
 /// The record of a case without a run: its scene was refused, or a bug ended it.

@@ -1,12 +1,10 @@
-//! Record of a finished case on disk, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
+//! Record of a finished case, which every report reads: `cases/<id>.json` next to `cases/<id>.csv`.
 
 use crate::material::Law;
-use crate::report::names::title;
 use crate::scene::control::Fired;
 use crate::scene::parts::constraints::CableEvent;
 use crate::scene::{ExtremeKind, FileDigest, Measured};
 use crate::solve::{Integrator, Status};
-use crate::study::estimate::tolerance::Tolerance;
 use crate::study::overlay::distance::{Distance, MarkerDistance};
 use crate::study::run::inputs::InputRecord;
 use crate::study::run::one_run::OneRunRecord;
@@ -17,9 +15,19 @@ use crate::study::store::identity::{Build, Identity};
 use crate::study::store::solver::SolverRecord;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::BTreeMap;
 
-/// A finished case (also one that stopped early: `status` says so).
+pub use crate::study::store::series::{Series, StoredCase};
+pub use crate::study::store::status::{
+    CRASHED, NOT_DETERMINED, NOT_RUN, NOT_SETTLED, OUT_OF_MEMORY, OUT_OF_TIME, PANICKED, REFUSED,
+};
+pub use crate::study::store::study_record::{FamilyRecord, Quantity, Role, StudyRecord};
+
+/// Version of the form of `cases/<id>.json` and `study.json`. It grows when a program of today could not read them any more; files of a later
+/// version are refused.
+pub const SCHEMA: u32 = 1;
+
+/// Record of a finished case, also of one that stopped early: its mesh, its status, its cost, and the extremes of its columns.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct CaseRecord {
     /// `<family>-<variant>-<member>`, also the file stem
@@ -45,7 +53,7 @@ pub struct CaseRecord {
     pub steps_matter: Option<bool>,
     /// `Converged`, `StepTooSmall`, …
     pub status: String,
-    /// What, where and the remedy, if the status is not `Converged`
+    /// Fact, place and remedy, where the status is not `Converged`
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status_detail: Option<String>,
     /// Work of the solver, and where it stopped
@@ -106,6 +114,9 @@ pub struct CaseRecord {
     /// The `[[event]]`s that happened
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Fired>,
+    /// Regions of constraints and effects whose border, given by place, runs through cells
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cut_regions: Vec<String>,
     /// Why the answer has no limit as h → 0; a convergence study then refuses its verdict
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub no_limit: Option<String>,
@@ -115,42 +126,23 @@ pub struct CaseRecord {
     pub provenance: Provenance,
 }
 
-/// Form of the stored files. It grows when a program of today could not read them any more; such files are refused.
-pub const SCHEMA: u32 = 1;
-
-/// The search for the constants of a case found no further step before it had settled.
-pub const NOT_SETTLED: &str = "SearchNotSettled";
-/// The search for the constants of a case had no time left; the next run goes on from its answer.
-pub const OUT_OF_TIME: &str = "SearchOutOfTime";
-/// The curves of a case do not determine every constant.
-pub const NOT_DETERMINED: &str = "ConstantsNotDetermined";
-/// Status of a scene that was refused before the run.
-pub const REFUSED: &str = "Refused";
-/// Status of a run that ended in a panic: a bug of this program.
-pub const PANICKED: &str = "Panicked";
-/// Status of a case whose process died: of memory, of a signal, or of a bug.
-pub const CRASHED: &str = "Crashed";
-
-/// Status of a case that needs more memory than all cases together may take.
-pub const OUT_OF_MEMORY: &str = "OutOfMemory";
-
 impl CaseRecord {
-    /// The computation itself broke, whatever the scene is.
+    /// Whether the computation itself broke: by a panic, a process that died, or memory that was not sufficient.
     pub fn broke(&self) -> bool {
         [PANICKED, CRASHED, OUT_OF_MEMORY].contains(&self.status.as_str())
     }
 
-    /// There are constants, whatever is said against them.
+    /// Whether the search of a calibration has found constants, also where its status says why they are no answer.
     pub fn has_constants(&self) -> bool {
         self.converged() || [NOT_SETTLED, OUT_OF_TIME, NOT_DETERMINED].contains(&self.status.as_str())
     }
 
-    /// Only then its results count.
+    /// Whether the run has reached its end. The numbers of a case that has not are in no analysis.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged.name()
     }
 
-    /// Iterations of Newton's method that the CPU time pays for: those of steps that were refused and cut, too.
+    /// Iterations of Newton's method that the CPU time pays for, those of steps that were refused and cut included.
     pub fn all_iterations(&self) -> usize {
         self.newton_iterations + self.solver.lost_iterations
     }
@@ -173,6 +165,10 @@ pub struct MeshRecord {
     /// Mean length of the edges \[m\], the second definition of h; none in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edge_m: Option<f64>,
+    /// Mean extents of the cells along x, y and z, and their mean longest edge \[m\], without axes along which the whole body is held; none in
+    /// records of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub extents_m: Option<[f64; 4]>,
     /// Cells across the thinnest wall; none where there is no wall, and in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wall_cells: Option<f64>,
@@ -190,15 +186,17 @@ pub struct MeshRecord {
 }
 
 impl MeshRecord {
-    /// Whether both are of the same mesh. The source alone does not tell: it is "grid" for every grid.
+    /// Whether both records are of one mesh. The source alone does not tell: it is "grid" for every grid.
     pub fn is_same(&self, other: &Self) -> bool {
         let key = |m: &Self| (m.cells, m.nodes, m.h_m.to_bits(), m.min_quality.to_bits(), m.mean_quality.to_bits());
         self.source == other.source && key(self) == key(other)
     }
 }
 
+/// The law of a case, with the values of its constants.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct LawRecord {
+    /// As scene files name it: `neo_hookean`
     pub name: String,
     /// Parameter name → value \[SI\]
     pub parameters: BTreeMap<String, f64>,
@@ -208,6 +206,7 @@ pub struct LawRecord {
 }
 
 impl LawRecord {
+    /// The record of a law at its present constants.
     pub fn new(law: &dyn Law) -> Self {
         let info = law.info();
         let names = info.parameters.iter().map(|p| p.name.to_string());
@@ -217,16 +216,17 @@ impl LawRecord {
     }
 }
 
+/// An effect or a constraint that was assembled, with the time that it took.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct EffectRecord {
     pub name: String,
-    /// Role of an effect in the energy balance; none of a constraint
+    /// Role of an effect in the energy balance; a constraint has none
     pub role: Option<String>,
     /// Time of its evaluations \[s\]
     pub wall_s: f64,
 }
 
-/// A cable that became `slack`, `taut` or `yielding`, at the first accepted state after it.
+/// A change of a cable to `slack`, `taut` or `yielding`, at the first accepted state after it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
 pub struct CableEventRecord {
     pub t_s: f64,
@@ -240,12 +240,15 @@ impl From<&CableEvent> for CableEventRecord {
     }
 }
 
-/// Where the time went \[s\].
+/// Wall time of a case by phases of the computation \[s\].
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct PhaseRecord {
     pub assembly_s: f64,
     pub factorisation_s: f64,
     pub solve_s: f64,
+    /// Of the forces on contact points in corrections
+    #[serde(default)]
+    pub contact_forces_s: f64,
     pub output_s: f64,
     /// Before the first step, outside of `wall_s`: blocks, ordering, pattern
     #[serde(default)]
@@ -277,9 +280,10 @@ pub struct ProbeRecord {
     pub last: f64,
 }
 
+/// Origin of a result: its scene, inputs and build, and the files that were stored with it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]
 pub struct Provenance {
-    /// [`SCHEMA`] of the program that wrote the record; 0 before they were counted
+    /// [`SCHEMA`] of the program that wrote the record; 0 in records from before there was one
     #[serde(default)]
     pub schema: u32,
     /// The resolved scene, as TOML
@@ -300,216 +304,8 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Whether the result is that of these inputs, and of this build of the program or any.
+    /// Whether a result is of these inputs and of this build of the program; `accept_build` allows any build.
     pub fn counts_for(&self, identity: &Identity, accept_build: bool) -> bool {
         self.identity == *identity && (accept_build || self.build == Build::this())
     }
-}
-
-/// Description of a study and the cases that belong to it: `study.json`, next to the folder `cases/`.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct StudyRecord {
-    /// [`SCHEMA`] of the program that wrote it; 0 before they were counted
-    #[serde(default)]
-    pub schema: u32,
-    /// Name of the study, as its folder is called
-    pub study: String,
-    /// `convergence`, `materials`, …
-    pub kind: String,
-    pub question: String,
-    /// The expectation before the run
-    pub expectation: String,
-    /// Largest error bar that is accepted, as a fraction of the value \[–\]
-    pub tolerance: f64,
-    /// Variant → the quantities judged there; an imposed quantity is not listed
-    pub quantities: BTreeMap<String, Vec<Quantity>>,
-    /// Variants in the order of the report: `length`, `tension`
-    pub variants: Vec<String>,
-    /// Variant → what it is in words, where it was said
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub labels: BTreeMap<String, String>,
-    /// Variant → heading of its group, where it was said
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub groups: BTreeMap<String, String>,
-    /// Member → what it is in words, where it was said
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub members: BTreeMap<String, String>,
-    pub families: Vec<FamilyRecord>,
-    /// Further details that its kind keeps
-    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
-    pub details: serde_json::Value,
-    pub version: String,
-}
-
-/// The defect of a case that was not run.
-pub const NOT_RUN: &str = "has no result";
-
-impl StudyRecord {
-    /// A variant in words: its label, or its name.
-    pub fn label(&self, variant: &str) -> String {
-        self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
-    }
-
-    /// A member in words: its label, the title of the law or the integrator, or its name with blanks.
-    pub fn member(&self, name: &str) -> String {
-        self.members.get(name).cloned().unwrap_or_else(|| title(name))
-    }
-
-    /// Cases without a usable result: (id, what is wrong).
-    pub fn incomplete(&self, stored: &[StoredCase]) -> Vec<(String, String)> {
-        let mut out: Vec<(String, String)> = vec![];
-        let stored: HashMap<&str, &CaseRecord> = stored.iter().map(|c| (c.record.id.as_str(), &c.record)).collect();
-        let mut seen = HashSet::new();
-        for id in self.families.iter().flat_map(|f| &f.cases) {
-            if !seen.insert(id) {
-                continue;
-            }
-            match stored.get(id.as_str()) {
-                None => out.push((id.clone(), NOT_RUN.into())),
-                Some(r) if !r.converged() => {
-                    let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
-                    out.push((id.clone(), format!("{}{detail}", r.status)));
-                }
-                Some(_) => {}
-            }
-        }
-        out
-    }
-}
-
-/// A recorded quantity of interest: a column of `cases/<id>.csv`.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
-#[serde(deny_unknown_fields)]
-pub struct Quantity {
-    /// Column, with its unit as the suffix: `bending_angle_deg`
-    pub name: String,
-    /// In words: `bending angle`
-    pub label: String,
-    /// Letter in formulae and on axes: `θ`
-    pub symbol: String,
-    /// Unit as printed: `°`
-    pub unit: String,
-    /// Quantity against which it is drawn in addition to time, where the loop between the two means something: `cable_length_m`
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub against: Option<Box<Quantity>>,
-    /// Error that is accepted whatever the value is, in the unit of the column; a quantity near zero needs one
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub absolute_tolerance: Option<f64>,
-    /// It decides which setting a convergence study recommends; where no quantity of a variant does, all of them decide
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub deciding: bool,
-    /// A convergence study is summarised by this quantity, in its variant
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub headline: bool,
-}
-
-impl Quantity {
-    /// The accepted error, where `relative` is that of the study.
-    pub fn tolerance(&self, relative: f64) -> Tolerance {
-        Tolerance { relative, absolute: self.absolute_tolerance.unwrap_or(0.0) }
-    }
-}
-
-/// Cases that differ in one thing only.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
-pub struct FamilyRecord {
-    pub name: String,
-    pub role: Role,
-    /// `tet4`, `tet10`
-    pub formulation: String,
-    /// Ids of the cases, of every variant, also those that have no result yet
-    pub cases: Vec<String>,
-}
-
-/// Purpose of a family of cases.
-#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum Role {
-    /// The mesh sizes the study is about, meshed one by one
-    Sizes,
-    /// Each cell split into eight: one size ratio, no mesh noise
-    Nested,
-    /// Meshed one by one with one size ratio
-    Remeshed,
-    /// One size, several seeds of the mesher: the scatter
-    Seeds,
-    /// Another element at a few sizes
-    Element,
-    /// Adaptive meshes, for several tolerances
-    Adaptive,
-    /// One mesh, several time steps
-    TimeStep,
-    /// One mesh, several laws, formulations or effects
-    Members,
-    /// The same members on a finer mesh
-    Finer,
-    /// The points of a sweep
-    Grid,
-    /// Effects added one by one
-    Cumulative,
-    /// A dimension that is not known exactly, over its range
-    Nuisance,
-    /// One mesh, several settings of the solver
-    Solver,
-    /// A reference run, far finer than needed
-    Reference,
-    /// Where a law is used with the constants that were found, from coarse to fine
-    Use,
-    /// Scenes that break simulators
-    Suite,
-    /// Points of a map of where a scene holds
-    Map,
-    /// Points of a response surface, with derivatives
-    Design,
-    /// Points that show how far a response surface is off
-    Check,
-    /// States that a reduced model is made of
-    Training,
-    /// States that its error bars are made of
-    HeldBack,
-}
-
-impl Role {
-    /// As a report prints it.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::Sizes => "sizes",
-            Self::Nested => "nested",
-            Self::Remeshed => "remeshed",
-            Self::Seeds => "seeds",
-            Self::Element => "element",
-            Self::Adaptive => "adaptive",
-            Self::TimeStep => "time step",
-            Self::Members => "members",
-            Self::Finer => "finer",
-            Self::Grid => "grid",
-            Self::Cumulative => "cumulative",
-            Self::Nuisance => "nuisance",
-            Self::Solver => "solver",
-            Self::Reference => "reference",
-            Self::Use => "use",
-            Self::Suite => "suite",
-            Self::Map => "map",
-            Self::Design => "design",
-            Self::Check => "check",
-            Self::Training => "training",
-            Self::HeldBack => "held back",
-        }
-    }
-}
-
-/// A case as it was read back: its record and its time series.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StoredCase {
-    pub record: CaseRecord,
-    pub series: Series,
-}
-
-/// `cases/<id>.csv`: the columns over `t_s`.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub struct Series {
-    /// \[samples\] time \[s\]
-    pub t_s: Vec<f64>,
-    /// Column name → \[samples\], unit in the name
-    pub columns: BTreeMap<String, Vec<f64>>,
 }

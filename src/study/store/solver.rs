@@ -4,6 +4,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::Order;
 use crate::scene::{LinearWork, Run, Scene};
 use crate::solve::{Status, TurningPoint};
+use crate::study::store::energy::EnergyRecord;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -42,6 +43,9 @@ pub struct SolverRecord {
     /// How linear systems were solved
     #[serde(default)]
     pub linear: LinearRecord,
+    /// Where more than a tenth of the energy of a dynamic stage came from nothing
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_from_nothing: Option<EnergyRecord>,
     /// Arc length: where the loads were largest or least
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turning_points: Vec<TurningRecord>,
@@ -79,12 +83,12 @@ pub struct MultigridRecord {
 
 impl LinearRecord {
     fn new(run: &Run) -> Self {
-        let LinearWork { why, hierarchy, gradients: [full_solves, full_iterations], fallbacks } = &run.linear;
+        let LinearWork { why, hierarchy, gradients, fallbacks } = &run.linear;
         let multigrid = hierarchy.map(|size| MultigridRecord {
             levels: size.levels,
             operator_complexity: size.complexity,
-            full_solves: *full_solves,
-            full_iterations: *full_iterations,
+            full_solves: gradients.solves,
+            full_iterations: gradients.iterations,
             factorised: *fallbacks,
         });
         let path = if multigrid.is_some() { "iterative" } else { "direct" };
@@ -143,6 +147,7 @@ impl SolverRecord {
             shifted_factorisations: run.shifted_factorisations,
             unstable_steps: run.totals.unstable,
             uncounted_steps: run.totals.uncounted,
+            energy_from_nothing: run.energy_from_nothing.map(EnergyRecord::new),
             linear: LinearRecord::new(run),
             turning_points: run.findings.turning_points.iter().map(turning).collect(),
             stop: stop(scene, &run.status),
@@ -205,16 +210,19 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     }
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {
+        let hierarchy = match m.levels {
+            0 => "no matrix of the run was definite enough for one, and all were factorised".into(),
+            levels => format!("{levels} levels, operator complexity {:.2}", m.operator_complexity),
+        };
         out.push(format!(
-            "linear systems were solved by a Krylov method with a multigrid hierarchy ({}): {} levels, operator complexity {:.2}",
-            linear.why, m.levels, m.operator_complexity
+            "linear systems were solved by a Krylov method with a multigrid hierarchy ({}): {hierarchy}",
+            linear.why
         ));
     }
     if run.totals.uncounted > 0 {
         let n = run.totals.uncounted;
         out.push(format!(
-            "whether the states of {n} step(s) are stable is not known: the iterative path met no negative curvature, but counts no \
-             eigenvalues; linear = \"direct\" does"
+            "whether the states of {n} step(s) are stable is not known: the iterative path counts no eigenvalues; linear = \"direct\" does"
         ));
     }
     if run.totals.coarse > 0 {

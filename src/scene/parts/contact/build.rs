@@ -12,7 +12,9 @@ use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::carry;
+use crate::scene::parts::contact::notes::{note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
+use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
@@ -71,20 +73,12 @@ fn build_contact(
         return Err(builder.content(place, fact, "a coefficient of friction is not negative"));
     }
     let cell = cell_size(builder, place, spec, bodies)?;
-    let distance = positive_or(builder, place, "distance", spec.distance.map(|l| l.0), 0.01 * cell)?;
-    let stiffest = stiffest(builder);
-    if stiffest == 0.0 && spec.modulus.is_none() {
-        let fact = "no law of the scene gives the pressure that the response is scaled with";
-        return Err(builder.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
-    }
-    let modulus = positive_or(builder, place, "modulus", spec.modulus.map(|m| m.0), stiffest)?;
-    let size = builder.body.mesh.diagonal();
-    let stick_velocity = positive_or(builder, place, "stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
-    let slip = positive_or(builder, place, "slip", spec.slip.map(|l| l.0), 1e-3 * cell)?;
-    let law = Coulomb { coefficient: spec.friction, stick_velocity, slip };
+    let scales = ContactScales::new(builder, place, spec, (cell, stiffest(builder)))?;
+    let ContactScales { distance, modulus, friction: law, .. } = scales;
+    let named = |of: ContactSides| NamedContact { name: spec.name.clone(), response: spec.response, scales, of };
     if let ShapeSpec::Region { region } = &spec.obstacle {
         let barrier = Barrier { distance, stiffness: modulus / distance };
-        return build_surfaces(builder, place, spec, region, (barrier, law));
+        return build_surfaces(builder, place, spec, region, (barrier, law)).map(named);
     }
     let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
     let points = contact_points(builder, place, &spec.region, bodies, sampling)?;
@@ -112,14 +106,19 @@ fn build_contact(
             shared
         }
     };
+    if spec.response == ResponseSpec::Barrier {
+        note_start(builder, &*pressing);
+    }
+    if let Some(body) = bodies.iter().find(|b| b.name == spec.region) {
+        note_points(builder, body, &*pressing);
+    }
     let friction = friction.map(|law| {
         let (name, pressing) = (format!("{name}_friction"), pressing.clone());
         let friction = Arc::new(ContactFriction { name, pressing, law });
         builder.effects.push(Box::new(friction.clone()));
         friction
     });
-    let of = ContactSides::Points { pressing, moves: spec.motion.is_some(), friction };
-    Ok(NamedContact { name, response: spec.response, of })
+    Ok(named(ContactSides::Points { pressing, moves: spec.motion.is_some(), friction }))
 }
 
 /// Mean size of the cells where a contact acts \[m\]: of those at its region, at the finer one of two regions, of all cells where rigid bodies meet
@@ -148,20 +147,6 @@ fn size_at(mesh: &TetMesh, facets: &[u32]) -> f64 {
     let cells = (0..mesh.cell_count()).filter(|&c| mesh.cell(c).iter().any(|&node| is_there[node as usize]));
     let (volume, count) = cells.fold((0.0, 0), |(volume, count), c| (volume + mesh.cell_volume(c), count + 1));
     (volume / f64::from(count)).cbrt()
-}
-
-fn positive_or(
-    builder: &Builder,
-    place: &str,
-    key: &str,
-    given: Option<f64>,
-    otherwise: f64,
-) -> Result<f64, SceneError> {
-    match given {
-        None => Ok(otherwise),
-        Some(value) if value > 0.0 && value.is_finite() => Ok(value),
-        Some(value) => Err(builder.content(place, format!("{key} = {value} (SI)"), "it must be positive")),
-    }
 }
 
 fn contact_points(

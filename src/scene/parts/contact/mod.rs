@@ -2,10 +2,13 @@
 
 mod build;
 mod motion;
+mod notes;
 pub mod record;
+mod scales;
 pub mod spec;
 mod surfaces;
 
 pub(in crate::scene) use build::build_contacts;
 pub use record::NamedContact;
+pub use scales::ContactScales;
 pub use spec::{ContactSpec, MotionSpec, ResponseSpec};

@@ -7,6 +7,7 @@ use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::{Contact, Counts, NormalForces};
 use crate::math::tensor::Vec3;
+use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::ResponseSpec;
 use crate::scene::recorder::{Moment, Recorder};
 use crate::system::{At, BlockValues, Caches, Effect, Want};
@@ -17,6 +18,7 @@ use std::sync::Arc;
 pub struct NamedContact {
     pub name: String,
     pub response: ResponseSpec,
+    pub scales: ContactScales,
     pub(in crate::scene) of: ContactSides,
 }
 

@@ -9,18 +9,18 @@ use crate::effect::contact::surfaces::surface::Surface;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::parts::contact::record::{ContactSides, NamedContact};
+use crate::scene::parts::contact::record::ContactSides;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use std::sync::Arc;
 
-/// A contact with its effects, the pressing one first.
+/// The sides of a contact with their effects, the pressing one first.
 pub(in crate::scene) fn build_surfaces(
     builder: &mut Builder,
     place: &str,
     spec: &ContactSpec,
     region: &str,
     (barrier, law): (Barrier, Coulomb),
-) -> Result<NamedContact, SceneError> {
+) -> Result<ContactSides, SceneError> {
     if spec.response != ResponseSpec::Barrier {
         let fact = format!("deformable surfaces meet by a barrier, and the response is \"{}\"", spec.response.name());
         return Err(builder.content(place, fact, "take response = \"barrier\""));
@@ -42,8 +42,7 @@ pub(in crate::scene) fn build_surfaces(
         builder.effects.push(Box::new(friction.clone()));
         friction
     });
-    let of = ContactSides::Surfaces { pressing, friction };
-    Ok(NamedContact { name: spec.name.clone(), response: spec.response, of })
+    Ok(ContactSides::Surfaces { pressing, friction })
 }
 
 /// Refuses surfaces that cross or touch at rest, and parts of one that are nearer to each other than what the barrier feels.

@@ -3,7 +3,8 @@
 use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use crate::mesh::TetMesh;
 use crate::mesh::parts::parts;
-use crate::mesh::select::{Pick, pieces};
+use crate::mesh::pieces::{Piece, pieces};
+use crate::mesh::select::Pick;
 use crate::schema::any_of;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -127,7 +128,7 @@ impl SelectorPart for ComponentSelector {
 }
 
 fn surfaces(mesh: &TetMesh) -> Vec<Component> {
-    let component = |piece: crate::mesh::select::Piece| {
+    let component = |piece: Piece| {
         let side = if piece.volume > 0.0 { "outer" } else { "inner" };
         let (count, area, volume) = (piece.facets.len(), piece.area * 1e6, piece.volume.abs() * 1e9);
         let words = format!("{side}, {count} facets, {area:.4} mm^2 around {volume:.4} mm^3");

@@ -2,6 +2,8 @@
 
 use super::part::{Found, Ground, PickSpec, Refusal};
 use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::boundary::boundary_facets;
 use crate::mesh::select::{Pick, Rule};
 use crate::scene::quantity::Length;
 use schemars::JsonSchema;
@@ -57,7 +59,27 @@ pub(super) fn at_place(
             return Err(Refusal::new(fact, remedy));
         }
     };
-    Ok(Found { pick, entities: entities(rule), depends_on_mesh: true })
+    let depends_on_mesh = is_cut(mesh, (pick, rule), &|x| holds(x, margin));
+    Ok(Found { pick, entities: entities(rule), depends_on_mesh })
+}
+
+/// A border that leaves an edge within this share of its length from the inner end runs along the cells.
+const ALONG: f64 = 0.05;
+
+/// Whether the border of a place runs through cells, or facets of the boundary, so that another mesh has another extent. With [`Rule::Any`] those
+/// next to the border belong to the region too.
+fn is_cut(mesh: &TetMesh, (pick, rule): (Pick, Rule), holds: &dyn Fn(&Vec3) -> bool) -> bool {
+    let inside: Vec<bool> = mesh.points.iter().map(holds).collect();
+    let leaves = |a: u32, b: u32| {
+        let is_leaving = inside[a as usize] && !inside[b as usize];
+        let [from, to] = [a, b].map(|k| mesh.points[k as usize]);
+        is_leaving && (rule == Rule::Any || holds(&(from + (to - from) * ALONG)))
+    };
+    let cuts = |corners: &[u32]| corners.iter().any(|&a| corners.iter().any(|&b| leaves(a, b)));
+    match pick {
+        Pick::Facets => boundary_facets(mesh).iter().any(|&f| cuts(&mesh.facet(f as usize)[..3])),
+        Pick::Nodes | Pick::Cells => (0..mesh.cell_count()).any(|c| cuts(&mesh.cell(c)[..4])),
+    }
 }
 
 /// A position from a file.

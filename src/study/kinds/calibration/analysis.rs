@@ -328,7 +328,7 @@ pub fn scaled(c: &CalibratedConstant) -> (f64, &str, usize) {
 }
 
 /// `98.9 kPa (95 % interval 97.1 to 100.8 kPa)`
-pub fn with_interval(c: &CalibratedConstant) -> String {
+fn with_interval(c: &CalibratedConstant) -> String {
     let (f, unit, n) = scaled(c);
     let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
     match c.interval {

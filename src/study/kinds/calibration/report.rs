@@ -2,7 +2,7 @@
 
 use crate::calibrate::inverse::FittedCurve;
 use crate::report::figure::drawn;
-use crate::report::numbers::{per_cent, percent};
+use crate::report::numbers::{percent, percent_cell};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
@@ -75,7 +75,7 @@ fn analysis(a: &Analysis<CalibrationFindings>, bands: &[Band]) -> Map<String, Va
 fn constants(a: &CalibrationFindings) -> Table {
     let row = |(v, c): (&CalibratedVariant, &CalibratedConstant)| {
         let (f, unit, n) = scaled(c);
-        let part = |x: Option<f64>| x.map_or("–".into(), |x| per_cent(x.abs()));
+        let part = |x: Option<f64>| x.map_or("–".into(), |x| percent_cell(x.abs()));
         let pair = |x: Option<[f64; 2]>| x.map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b));
         vec![
             format!("{}, {}", c.key, v.variant),
@@ -121,7 +121,7 @@ fn by_case(a: &CalibrationFindings) -> Table {
                 c.key.clone(),
                 format!("{:.n$} {unit}", f * o.value),
                 interval,
-                per_cent(o.rms_relative),
+                percent_cell(o.rms_relative),
             ]);
         }
     }

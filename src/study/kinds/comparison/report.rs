@@ -1,7 +1,7 @@
 //! Report of a comparison.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, per_cent, percent, space};
+use crate::report::numbers::{digits, percent, percent_cell, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -106,15 +106,15 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
     let mut rows = vec![];
     for q in &a.quantities {
         for c in &q.members {
-            let optional = |v: Option<f64>| v.map_or("–".into(), per_cent);
+            let optional = |v: Option<f64>| v.map_or("–".into(), percent_cell);
             rows.push(vec![
                 format!("{}, {}", q.quantity.label, q.variant),
                 store.study.member(&c.member),
                 format!("{:.*}{}", digits(1e-2 * q.peak), c.peak, space(&q.quantity.unit)),
-                per_cent(c.peak_difference),
+                percent_cell(c.peak_difference),
                 optional(c.mesh_drift),
-                per_cent(c.distance),
-                per_cent(c.largest),
+                percent_cell(c.distance),
+                percent_cell(c.largest),
                 format!("{:.1}", 1e3 * c.lag_s),
                 optional(c.loop_share),
             ]);
@@ -199,7 +199,7 @@ fn evaluations(store: &Results, a: &ComparisonFindings) -> Table {
     for l in &a.sequences {
         for r in &l.additions {
             for (name, s) in &r.evaluation_s {
-                let share = per_cent(s / r.step_s);
+                let share = percent_cell(s / r.step_s);
                 rows.push(vec![store.study.member(&r.member), l.variant.clone(), name.clone(), ms(*s), share]);
             }
         }

@@ -48,7 +48,8 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         let members = cases.of(f, variant);
         let level = |c: &&StoredCase| {
             let level = Level::of(&c.record, peak(c, quantity)?);
-            Some(Level { edge: level.edge.filter(|_| f.role != Role::Nested), ..level })
+            let (edge, cut) = (level.edge.filter(|_| f.role != Role::Nested), c.record.cut_regions.clone());
+            Some(Level { edge, cut, ..level })
         };
         let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
@@ -83,6 +84,12 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
             if r.disagreement > tolerance.allowed(r.value) {
                 reasons.push("the limits of the families differ by more than the tolerance".into());
             }
+            reasons.extend(r.independent.as_ref().filter(|own| !own.overlaps).map(|own| {
+                let (id, value, uncertainty) = (&own.of, own.value, own.uncertainty);
+                format!(
+                    "the estimate from the run of {id} alone, {value:.4e} ± {uncertainty:.1e}, does not overlap them"
+                )
+            }));
         }
         Some(r) => reasons.extend(
             r.others

@@ -10,6 +10,7 @@ pub mod errors;
 pub mod figures;
 pub mod findings;
 pub mod independent;
+pub mod members;
 pub mod next_mesh;
 pub mod report;
 pub mod verdict;

@@ -88,7 +88,7 @@ impl<'a> Candidate<'a> {
         if locking::alarm(finest).is_some() {
             return None;
         }
-        let (mut bar, mut wanted, mut walls) = (0.0_f64, LEAST_RATIO, false);
+        let (mut bar, mut wanted, mut all) = (0.0_f64, LEAST_RATIO, false);
         for q in open {
             let e = q.estimate(&family.name)?;
             let finest = e.cases.first()?;
@@ -97,11 +97,12 @@ impl<'a> Candidate<'a> {
             wanted = wanted.max((own / (AIM * cases.study.tolerance)).powf(1.0 / order(e)));
             if let Some(cells) = e.wall_cells.first().filter(|_| !e.defensible) {
                 wanted = wanted.max(2.0 / cells);
-                walls = true;
+                all = true;
             }
+            all |= e.keeps_length;
         }
         let ratio = wanted.clamp(LEAST_RATIO, MOST_RATIO);
-        let next = Finer::new(second, finest, ratio, walls)?;
+        let next = Finer::new(second, finest, ratio, all)?;
         bar.is_finite().then_some(Self { family, meshes, bar, wanted, next })
     }
 

@@ -4,11 +4,12 @@
 //! disagreement of families in [`super::analysis`], a response without a limit in the scene.
 
 use crate::report::numbers::{capital, digits, percent, seconds, space};
-use crate::study::analysis::{ByQuantity, few};
+use crate::study::analysis::ByQuantity;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
 use crate::study::store::record::{MeshRecord, Role};
+use crate::wording::few;
 
 /// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
@@ -127,7 +128,8 @@ pub fn conclude(
     let refuse = |why: String| (None, format!("No verdict within {}: {why}", percent(tolerance)));
     if let Some(why) = cases.no_limit() {
         return refuse(format!(
-            "{why}, so the answer has no limit as h → 0. Give the guides a radius of at least the largest h."
+            "{why}, so the answer has no limit as h → 0. Let forces act on areas that stay: guides with a radius of at least the largest h, faces in \
+             place of single nodes."
         ));
     }
     let deciding: Vec<&ByQuantity<MeshErrors>> = quantities.iter().filter(|q| q.deciding).collect();
@@ -141,7 +143,10 @@ pub fn conclude(
         let lost = match incomplete.len() {
             0 => String::new(),
             1 => format!(" One case has no usable result: {}.", incomplete[0].0),
-            n => format!(" {n} cases have no usable result: {}.", few(incomplete.iter().map(|(id, _)| id))),
+            n => {
+                let ids: Vec<&String> = incomplete.iter().map(|(id, _)| id).collect();
+                format!(" {n} cases have no usable result: {}.", few(&ids))
+            }
         };
         return refuse(format!("the data do not support one for {}.{lost}", unsupported.join(", nor for ")));
     }

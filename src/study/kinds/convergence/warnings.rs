@@ -6,6 +6,7 @@ use crate::study::estimate::richardson::LEAST_RATIO;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
+use crate::study::kinds::convergence::members;
 use crate::study::store::record::{Role, StoredCase};
 
 /// One sentence each.
@@ -24,6 +25,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
             ));
         }
     }
+    out.extend(members::warnings(cases, quantities));
     out.extend(unknown_noise(cases, quantities));
     if cases.shared {
         out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());

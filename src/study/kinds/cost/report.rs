@@ -1,7 +1,7 @@
 //! Report of a cost study.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, per_cent, percent, seconds, significant};
+use crate::report::numbers::{digits, percent, percent_cell, seconds, significant};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::claim::Claim;
@@ -65,7 +65,7 @@ fn analysis(a: &Analysis<CostFindings>) -> Map<String, Value> {
 }
 
 fn hundredths(share: f64) -> String {
-    per_cent(share)
+    percent_cell(share)
 }
 
 fn cost(s: f64) -> String {
@@ -225,13 +225,13 @@ fn phases(store: &Results) -> Table {
     let rows = (store.cases.iter().map(|c| &c.record))
         .map(|r| {
             let p = &r.phases;
-            let known = p.assembly_s + p.factorisation_s + p.solve_s;
+            let known = p.assembly_s + p.factorisation_s + p.solve_s + p.contact_forces_s;
             let mut row = vec![r.id.clone()];
             row.extend(
                 [
                     p.build_s,
                     p.assembly_s - contact(r),
-                    contact(r),
+                    contact(r) + p.contact_forces_s,
                     p.factorisation_s,
                     p.solve_s,
                     (r.wall_s - known).max(0.0),

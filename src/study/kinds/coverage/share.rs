@@ -1,5 +1,6 @@
 //! Counts of error bars that hold, with the interval of their share.
 
+use crate::math::statistics::median;
 use crate::study::kinds::coverage::mark::{Estimator, Mark};
 use serde::Serialize;
 
@@ -39,7 +40,7 @@ impl Share {
             bars: marks.len(),
             hold,
             interval: wilson(hold, marks.len()),
-            median_ratio: median(marks.iter().map(|m| m.ratio()).collect()),
+            median_ratio: median(&marks.iter().map(|m| m.ratio()).collect::<Vec<_>>()),
             intervals: known().count(),
             intervals_hold: known().filter(|m| m.interval_holds()).count(),
         })
@@ -70,7 +71,7 @@ impl Effectivity {
         }
         let count = |lo: f64, hi: f64| all.iter().filter(|e| (lo..=hi).contains(*e)).count();
         let (near, within) = (count(0.7, 1.4), count(0.5, 2.0));
-        Some(Self { group: group.into(), bars: all.len(), near, within, median: median(all) })
+        Some(Self { group: group.into(), bars: all.len(), near, within, median: median(&all) })
     }
 }
 
@@ -80,15 +81,6 @@ pub fn wilson(hold: usize, n: usize) -> [f64; 2] {
     let z2 = Z * Z / n;
     let half = Z * (p * (1.0 - p) / n + z2 / (4.0 * n)).sqrt();
     [-half, half].map(|half| ((p + 0.5 * z2 + half) / (1.0 + z2)).clamp(0.0, 1.0))
-}
-
-/// Mean of the two middle values of an even number.
-pub fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    match values.len() {
-        0 => f64::NAN,
-        n => 0.5 * (values[(n - 1) / 2] + values[n / 2]),
-    }
 }
 
 #[cfg(test)]
@@ -103,6 +95,5 @@ mod tests {
         let [lo, hi] = wilson(50, 50);
         let z2 = Z * Z / 50.0;
         assert!((lo - 1.0 / (1.0 + z2)).abs() < 1e-12 && hi == 1.0);
-        assert_eq!(median(vec![3.0, 1.0, 2.0, 10.0]), 2.5);
     }
 }

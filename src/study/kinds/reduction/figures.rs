@@ -2,6 +2,7 @@
 
 use crate::report::canvas::{Area, INK, Mark as Shape, PALETTE, dashed, figure, line, mark, mm};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
+use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative};
@@ -35,12 +36,22 @@ pub fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize,
     })
 }
 
+/// Factor from seconds and the unit in which times up to this one are short numbers.
+pub fn time_unit(largest_s: f64) -> (f64, &'static str) {
+    match largest_s {
+        t if t < 1e-3 => (1e6, "µs"),
+        t if t < 1.0 => (1e3, "ms"),
+        _ => (1.0, "s"),
+    }
+}
+
 /// Largest error of every quantity over the time of a step, with the full model as the line that costs most.
 pub fn precision(a: &ReductionFindings) -> Option<Figure> {
     let derived = a.derived.as_ref()?;
     let errors = || a.models().iter().flat_map(|m| m.quantities.iter().map(relative)).filter(|e| *e > 0.0);
     errors().next()?;
-    let times = || a.models().iter().map(|m| m.leap_s[0]).chain([derived.full_step_s]);
+    let (factor, unit) = time_unit(derived.full_step_s);
+    let times = || a.models().iter().map(|m| m.leap_s[0]).chain([derived.full_step_s]).map(|t| factor * t);
     let mut entries: Vec<(Sample, String)> = a
         .quantities
         .iter()
@@ -49,7 +60,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
         .collect();
     entries.push((Sample::Dashed(INK), "a step of the full model".into()));
     let svg = sheet(1, entries, |_, area, frame| {
-        let x = Axis::log(times(), "time of a step from state to state [s]");
+        let x = Axis::log(times(), &format!("time of a step from state to state [{unit}]"));
         let y = Axis::log(errors(), "largest error / largest value");
         let (low, high) = (y.lo, y.hi);
         let plot = Plot { area, frame, x, y };
@@ -60,12 +71,13 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
                 .models()
                 .iter()
                 .filter(|m| relative(&m.quantities[k]) > 0.0)
-                .map(|m| plot.at(m.leap_s[0], relative(&m.quantities[k])))
+                .map(|m| plot.at(factor * m.leap_s[0], relative(&m.quantities[k])))
                 .collect();
             line(area, &points, color, 4);
             points.iter().for_each(|at| mark(area, SHAPES[k % 3], *at, 16, color));
         }
-        dashed(area, &[plot.at(derived.full_step_s, low), plot.at(derived.full_step_s, high)], INK, 4, 22.0);
+        let full = factor * derived.full_step_s;
+        dashed(area, &[plot.at(full, low), plot.at(full, high)], INK, 4, 22.0);
         plot.axes(true);
     });
     let caption = "Largest error at the states that were held back over the median time of a step from one of them to the next, for models of more and more modes. The full \
@@ -109,7 +121,7 @@ pub fn bars(a: &ReductionFindings) -> Option<Figure> {
         line(area, &edge.map(|(error, estimate)| plot.at(error, estimate)).collect::<Vec<_>>(), PALETTE[1], 4);
         points.iter().for_each(|e| mark(area, Shape::Circle, plot.at(e[0], e[1]), 9, PALETTE[0]));
         plot.axes(true);
-        plot.title(letter(k, model.quantities.len()), &asked.label);
+        plot.title(letter(k, model.quantities.len()), &capital(&asked.label));
     });
     let caption = format!(
         "Estimated error over the error from the full model, {} modes, at the states that were held back. Below the solid line an error is beyond its bar.",

@@ -4,7 +4,7 @@ use crate::report::canvas::{Mark as Shape, PALETTE, line, mark};
 use crate::report::figure::{Figure, Sample};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::reduction::analysis::ReductionFindings;
-use crate::study::kinds::reduction::figures::sheet;
+use crate::study::kinds::reduction::figures::{sheet, time_unit};
 
 /// A series of the figure: its shape, its name, and time and error of each of its points.
 struct Series {
@@ -41,19 +41,20 @@ pub fn meshes(a: &ReductionFindings) -> Option<Figure> {
     let all = || series.iter().flat_map(|s| &s.points);
     let errors = || all().flat_map(|(_, errors)| errors.iter().copied()).filter(|e| *e > 0.0);
     errors().next()?;
+    let (factor, unit) = time_unit(all().map(|(time, _)| *time).fold(0.0, f64::max));
     let color = |k: usize| PALETTE[k % PALETTE.len()];
     let shown = series.iter().filter(|s| !s.points.is_empty());
     let shapes = shown.map(|s| (Sample::Mark(s.shape, crate::report::canvas::INK), s.name.to_string()));
     let quantities = a.quantities.iter().enumerate().map(|(k, q)| (Sample::Line(color(k)), q.label.clone()));
     let svg = sheet(1, shapes.chain(quantities).collect(), |_, area, frame| {
-        let x = Axis::log(all().map(|(time, _)| *time), "time of a step [s]");
+        let x = Axis::log(all().map(|(time, _)| factor * time), &format!("time of a step [{unit}]"));
         let y = Axis::log(errors(), "largest distance / largest value");
         let plot = Plot { area, frame, x, y };
         plot.grid();
         for k in 0..a.quantities.len() {
             for s in &series {
                 let points = s.points.iter().filter(|(_, errors)| errors[k] > 0.0);
-                let points: Vec<_> = points.map(|(time, errors)| plot.at(*time, errors[k])).collect();
+                let points: Vec<_> = points.map(|(time, errors)| plot.at(factor * time, errors[k])).collect();
                 line(area, &points, color(k), 4);
                 points.iter().for_each(|at| mark(area, s.shape, *at, 16, color(k)));
             }

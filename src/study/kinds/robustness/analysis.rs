@@ -9,8 +9,8 @@ use crate::study::analysis::{self, Analysis};
 use crate::study::kinds::robustness::check::{self, Check, CheckResult};
 use crate::study::kinds::robustness::map;
 use crate::study::kinds::robustness::map::Map;
-use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
+use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{NOT_RUN, StoredCase, StudyRecord};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -143,16 +143,16 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
     let mut words = vec![];
     if !a.cases.is_empty() {
         words.push(format!(
-            "Of {} hard cases {pass} pass, {stopped} stop with a stated reason, which is accepted there, {fail} fail.",
+            "Of {} cases {pass} pass, {stopped} have no answer and stop with the stated reason, {fail} fail.",
             a.cases.len()
         ));
     }
     for map in &a.maps {
-        let shares = map.panels.iter().map(|p| format!("{} on {}", p.label, percent(p.holds)));
+        let shares = map.panels.iter().map(|p| format!("{} {}", p.label, percent(p.holds)));
         let shares: Vec<String> = shares.collect();
         if !shares.is_empty() {
             words.push(format!(
-                "Map {}: right answers {} of the points that are judged.",
+                "Map {}, share of the judged points with a right answer: {}.",
                 map.family,
                 shares.join(", ")
             ));

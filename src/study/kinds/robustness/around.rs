@@ -212,7 +212,9 @@ fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
         variants: Some(vec!["converged".into()]),
         set: Table::new(),
         members: all.into_iter().map(|(name, text)| (name.to_string(), Value::from(table(text)))).collect(),
-        ends: Some(["Converged", "StepTooSmall", "Inverted", "NoEquilibrium"].map(String::from).to_vec()),
+        ends: Some(
+            ["Converged", "StepTooSmall", "Inverted", "NoEquilibrium", "ContactJammed"].map(String::from).to_vec(),
+        ),
         checks: vec![check],
         quick: false,
     }

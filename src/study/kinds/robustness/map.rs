@@ -6,8 +6,8 @@
 
 use crate::study::axis::AxisRecord;
 use crate::study::curve::{peak, peak_words};
-use crate::study::kinds::robustness::outcome::CaseOutcome;
 use crate::study::kinds::robustness::record::MapRecord;
+use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{Quantity, StoredCase, StudyRecord};
 use serde::Serialize;
 

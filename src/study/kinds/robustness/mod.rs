@@ -5,7 +5,6 @@ pub mod around;
 pub mod check;
 pub mod figures;
 pub mod map;
-pub mod outcome;
 pub mod record;
 pub mod report;
 pub mod spec;

@@ -10,7 +10,7 @@ use crate::study::kinds::robustness::figures::failed;
 use crate::study::kinds::robustness::figures::matrix;
 use crate::study::kinds::robustness::figures::region;
 use crate::study::kinds::robustness::map::{Grade, Map};
-use crate::study::kinds::robustness::outcome::CaseOutcome;
+use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map as Json, json};
@@ -33,7 +33,7 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
             .chain(maps.filter_map(|map| drawn("map", || region::draw(map))))
             .chain(drawn("failed", || failed::draw(store, a)))
             .collect(),
-        outcomes: a.outcomes().into_iter().map(|(id, o)| (id, o.name())).collect(),
+        outcomes: a.outcomes(),
         ..Content::new(a, supported, ("References", references(a)))
     }
 }
@@ -175,7 +175,9 @@ fn every(a: &RobustnessFindings) -> Table {
 fn table_of_maps(a: &RobustnessFindings) -> Table {
     let rows = a.maps.iter().flat_map(|m: &Map| {
         m.panels.iter().flat_map(move |p| {
-            (m.axes[0].values.iter().enumerate()).map(move |(x, value)| {
+            // A column of references alone has no answers to count
+            let judged = move |x: usize| p.points.iter().any(|q| q.at[0] == x && q.grade != Grade::Reference);
+            (m.axes[0].values.iter().enumerate()).filter(move |(x, _)| judged(*x)).map(move |(x, value)| {
                 let here: Vec<_> = p.points.iter().filter(|q| q.at[0] == x && q.grade != Grade::Reference).collect();
                 let right = here.iter().filter(|q| q.grade == Grade::Right).count();
                 vec![

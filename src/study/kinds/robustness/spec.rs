@@ -70,8 +70,19 @@ pub struct MapSpec {
 }
 
 /// Statuses that a case may be expected to end with.
-const ENDS: [&str; 8] =
-    ["Converged", "LimitPoint", "NoEquilibrium", "Inverted", "Singular", "StepTooSmall", "TimeBudget", REFUSED];
+const ENDS: [&str; 11] = [
+    "Converged",
+    "LimitPoint",
+    "NoEquilibrium",
+    "Inverted",
+    "Singular",
+    "ContactJammed",
+    "FactorTooLarge",
+    "StepTooSmall",
+    "NotFinite",
+    "TimeBudget",
+    REFUSED,
+];
 
 /// Families and what is checked in them; the first mistake as place, fact and remedy.
 pub fn expand(

@@ -154,7 +154,7 @@ fn peak_name(q: &ByQuantity<Dependence>) -> String {
     capital(&format!("{}{}", q.peak_prefix(), q.quantity.label))
 }
 
-/// Peaks over the two axes of a grid, one map per quantity; `None` for anything but two axes.
+/// Judged values over the two axes of a grid, one map per quantity; `None` for anything but two axes.
 pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (maps, more) = shown(a, variant);
     let [first, second] = &a.axes[..] else { return None };
@@ -174,8 +174,11 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
             text(area, &title, (mm(x), mm(top - 2.4)), At::Left, LABEL, INK);
         }
     });
-    let caption =
-        format!("Peaks over the grid, {}. An empty square has no converged case.{more}", store.study.label(variant));
+    let caption = format!(
+        "{} over the grid, {}. An empty square has no converged case.{more}",
+        a.judged.heading(),
+        store.study.label(variant)
+    );
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
 

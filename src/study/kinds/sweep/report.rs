@@ -1,7 +1,7 @@
 //! Report of a sweep.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, per_cent, percent, space};
+use crate::report::numbers::{digits, percent, percent_cell, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -62,7 +62,7 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
                 format!("{}, {}", q.quantity.label, q.variant),
                 axis_words(&a.axes, &x.axis, a.list),
                 trend.into(),
-                per_cent(x.change),
+                percent_cell(x.change),
                 e(2),
                 e(0),
                 e(1),
@@ -72,7 +72,8 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     Table {
         name: "dependence",
         caption: format!(
-            "Peaks along each axis in the order of its values, the others held: trend, largest change over the largest value, and elasticity d ln y/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            "{} along each axis in the order of its values, the others held: trend, largest change over the largest value, and elasticity d ln y/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            a.judged.heading(),
             percent(a.tolerance)
         ),
         columns: headings(&[

@@ -1,5 +1,6 @@
 //! Analysis of a validation: the calibration, the predictions with their budgets, and their score.
 
+use crate::math::statistics::mean;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, Analysis};
 use crate::study::kinds::validation::budget::{COVERAGE, Contribution, Groups, contributions, half_width};
@@ -8,7 +9,7 @@ use crate::study::kinds::validation::joint::{Problem, Response, Solution};
 use crate::study::kinds::validation::monte_carlo::{Draws, draws};
 use crate::study::kinds::validation::numerical::{Meshes, Numerical};
 use crate::study::kinds::validation::plan::{QuantityPlan, RecordPlan, UnknownPlan, ValidationPlan};
-use crate::study::kinds::validation::responses::{Target, mean, shared_errors, shares, targets};
+use crate::study::kinds::validation::responses::{Target, shared_errors, shares, targets};
 use crate::study::kinds::validation::spec::Purpose;
 use crate::study::kinds::validation::words::{named, verdict, warn_of_fit};
 use crate::study::store::results::Results;

@@ -1,5 +1,6 @@
 //! Responses of all records and quantities by the runs of their designs, with their measured values and the errors of these.
 
+use crate::math::statistics::variance;
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::joint::Response;
 use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan, RecordPlan, ValidationPlan};
@@ -84,13 +85,8 @@ pub fn shares(t: &Target) -> Vec<(String, f64)> {
     t.groups.iter().map(|g| format!("constants: {g}")).zip(t.response.noise.iter().map(|s| s * s / total)).collect()
 }
 
-pub fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
 /// Standard deviation of the mean of repeats; `None` of a single value.
 fn scatter_of_mean(values: &[f64]) -> Option<f64> {
-    let (n, m) = (values.len() as f64, mean(values));
-    let variance = values.iter().map(|v| (v - m).powi(2)).sum::<f64>() / (n - 1.0);
-    (values.len() > 1 && variance > 0.0).then(|| (variance / n).sqrt())
+    let variance = variance(values);
+    (values.len() > 1 && variance > 0.0).then(|| (variance / values.len() as f64).sqrt())
 }

@@ -6,8 +6,9 @@ use crate::report::canvas::{
 use crate::report::figure::{Figure, Sample, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
+use crate::scene::column::label;
 use crate::study::figures::axis_label;
-use crate::study::kinds::calibration::analysis::{CalibratedVariant, scaled};
+use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, scaled};
 use crate::study::store::record::{Quantity, Role};
 use crate::study::store::results::Results;
 
@@ -103,21 +104,29 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
             line(area, &[plot.at(factor * a, 0.0), plot.at(factor * b, 0.0)], INK, 16);
         }
         mark(area, Mark::Circle, plot.at(factor * c.value, 0.0), 26, INK);
-        words(0.0, "answer");
+        words(0.0, "result");
         if let Some(gauge) = c.gauge {
             let x = plot.at(factor * gauge, 0.0).0;
             dashed(area, &[(x, plot.frame[1]), (x, plot.frame[3])], GREY, 9, 30.0);
             hollow(area, Mark::Circle, (x, plot.at(0.0, 0.0).1), 22, GREY);
         }
         plot.axis_x();
-        plot.title(Some('b'), &c.key);
+        plot.title(Some('b'), &constant_title(c));
     });
     let gauge = if c.gauge.is_some() { " Dashed: what the gauge length alone would have given." } else { "" };
     let caption = format!(
-        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval from the data, sizes of the mesh and dimensions over their range, and the answer with its whole interval.{gauge}",
+        "The scene at the constants found from {}: (a) measured and simulated, residuals below; (b) {} case by case with the interval from the data, sizes of the mesh and dimensions over their range, and the result with its whole interval.{gauge}",
         m.file, c.key
     );
     Some(Figure { name: format!("calibration-{}", v.variant), svg, caption })
+}
+
+/// `E of silicone` for `laws.silicone.E`.
+fn constant_title(c: &CalibratedConstant) -> String {
+    match c.key.split('.').collect::<Vec<_>>()[..] {
+        ["laws", law, _] => format!("{} of {}", italic(&c.symbol), law.replace('_', " ")),
+        _ => c.key.clone(),
+    }
 }
 
 /// Signals are named as they are recorded: `grip_x_displacement_m`.
@@ -125,9 +134,6 @@ fn x_label(q: &Quantity, name: &str) -> String {
     match &q.against {
         Some(x) if x.name == name => axis_label(x, ""),
         _ if name == "t_s" => format!("time {} [s]", italic("t")),
-        _ => match name.rsplit_once('_') {
-            Some((words, unit)) => format!("{} [{unit}]", words.replace('_', " ")),
-            None => name.into(),
-        },
+        _ => label(name),
     }
 }

@@ -3,7 +3,7 @@
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
 
-use crate::report::numbers::{digits, per_cent};
+use crate::report::numbers::{digits, percent_cell};
 use crate::report::table::{Table, headings};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::store::record::{CaseRecord, Role};
@@ -28,7 +28,7 @@ pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
             r.all_iterations().to_string(),
             seconds(r.cpu_s),
             seconds(1e3 * r.cpu_s / r.all_iterations().max(1) as f64),
-            per_cent(error),
+            percent_cell(error),
             format!("{found:.2}"),
             if found > 0.0 { seconds(r.cpu_s / found) } else { "–".into() },
         ]);

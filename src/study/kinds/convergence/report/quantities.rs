@@ -1,6 +1,6 @@
 //! Tables of a convergence study.
 
-use crate::report::numbers::{digits, per_cent, space};
+use crate::report::numbers::{digits, percent_cell, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -24,7 +24,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
                 optional(e.observed_order_coarser, 2),
                 optional(e.gci_percent, 2),
                 format!("{:.decimals$}{}", e.extrapolated, space(&q.quantity.unit)),
-                per_cent(e.uncertainty / e.extrapolated.abs()),
+                percent_cell(e.uncertainty / e.extrapolated.abs()),
                 e.method.clone(),
                 if chosen { "reference".into() } else { overlap(q, &e.family) },
             ]);
@@ -55,16 +55,16 @@ pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
         for own in &q.one_run {
             let decimals = digits(own.uncertainty.max(1e-6 * own.value.abs()));
             let many = q.errors.iter().find(|e| e.id == own.id);
-            let per_cent = |v: f64| per_cent(v);
+            let percent_cell = |v: f64| percent_cell(v);
             rows.push(vec![
                 q.quantity.label.clone(),
                 own.id.clone(),
                 format!("{:.decimals$}{}", own.value, space(&q.quantity.unit)),
                 format!("{:.decimals$}", own.corrected),
                 format!("{:.decimals$}", own.uncertainty),
-                per_cent(own.bar),
-                many.map_or("–".into(), |e| per_cent(e.error)),
-                many.map_or("–".into(), |e| per_cent(e.bar)),
+                percent_cell(own.bar),
+                many.map_or("–".into(), |e| percent_cell(e.error)),
+                many.map_or("–".into(), |e| percent_cell(e.bar)),
             ]);
         }
     }
@@ -89,7 +89,7 @@ pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
                 s.family.clone(),
                 format!("{:.2}", 1e3 * s.h_m),
                 format!("{:.*}", digits(s.cost_s), s.cost_s),
-                if s.worst.is_finite() { per_cent(s.worst) } else { "–".into() },
+                if s.worst.is_finite() { percent_cell(s.worst) } else { "–".into() },
                 if s.worst.is_finite() { s.limited_by.clone() } else { "not run in every variant".into() },
                 if s.worst <= analysis.tolerance { "yes" } else { "no" }.into(),
             ]
@@ -120,14 +120,14 @@ pub fn curves(analysis: &ConvergenceFindings) -> Table {
     for q in &analysis.quantities {
         for (family, c) in &q.curves {
             for n in &c.norms {
-                let relative = |v: f64| if n.peak == 0.0 { "–".into() } else { per_cent(v / n.peak.abs()) };
+                let relative = |v: f64| if n.peak == 0.0 { "–".into() } else { percent_cell(v / n.peak.abs()) };
                 rows.push(vec![
                     q.quantity.label.clone(),
                     family.clone(),
                     n.id.clone(),
                     relative(n.l2_to_finer),
                     relative(n.linf_to_finer),
-                    n.l2_error.map_or("–".into(), per_cent),
+                    n.l2_error.map_or("–".into(), percent_cell),
                     format!("{:.1}", (1e4 * n.lag_s).round() / 10.0 + 0.0),
                     n.cycle_defect.map_or("–".into(), |v| format!("{:.1e}", v)),
                     c.observed_order.map_or("–".into(), |p| format!("{p:.2}")),

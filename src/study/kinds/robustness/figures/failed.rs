@@ -5,7 +5,7 @@ use crate::report::figure::Figure;
 use crate::report::panels::Panels;
 use crate::report::surface::{Fit, Look, View, extent, surface};
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
-use crate::study::kinds::robustness::outcome::CaseOutcome;
+use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
 
 const EYE: [f64; 3] = [0.55, -1.0, 0.45];

@@ -5,7 +5,7 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
 use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
-use crate::study::kinds::robustness::outcome::CaseOutcome;
+use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
 
 const ROW: f64 = 3.9;
@@ -17,6 +17,8 @@ const GROUP: f64 = 5.6;
 const RAISED: f64 = 2.0;
 /// Lines on a sheet; more go onto a further one
 const TALLEST: usize = 62;
+/// Cases that make a matrix
+const LEAST: usize = 4;
 /// Under the heading of a suite
 const BAND: RGB = RGB(0xf0, 0xf0, 0xf0);
 
@@ -35,8 +37,11 @@ struct Line<'a> {
     member: Option<&'a str>,
 }
 
-/// Nothing without a case. One figure for each sheet of lines and columns.
+/// Nothing of few cases, which the table lists. One figure for each sheet of lines and columns.
 pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
+    if a.cases.len() < LEAST {
+        return vec![];
+    }
     let mut cases: Vec<(&str, &str)> = vec![];
     for c in &a.cases {
         if !cases.contains(&(c.suite.as_str(), c.member.as_str())) {

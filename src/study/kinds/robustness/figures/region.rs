@@ -50,7 +50,7 @@ pub fn draw(map: &Map) -> Figure {
         }
     });
     let caption = format!(
-        "{} Numbers are the {} {} [{}]; right is within the tolerance of the study of the reference of its row.",
+        "{} Numbers are the {} {} [{}]; a right answer is within the tolerance of the study of the reference in its row.",
         map.setup, map.peak_is, map.quantity.label, map.quantity.unit
     );
     Figure { name: format!("map-{}", map.family), svg, caption }

@@ -1,8 +1,10 @@
 //! Error budgets: one panel per prediction, one bar per group, largest first.
 
-use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, line, mm, page_width, text, width};
+use crate::report::canvas::{
+    At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, line, mm, page_width, text, width,
+};
 use crate::report::figure::Figure;
-use crate::report::numbers::{digits, space};
+use crate::report::numbers::{capital, digits, space};
 use crate::report::panels::{heading, letter};
 use crate::report::unit;
 use crate::study::analysis::Analysis;
@@ -31,10 +33,12 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
         let mut top = 0.0;
         for (k, p) in shown.iter().enumerate() {
             let total = half_width(&p.budget);
-            let title = format!("{} {}, {}", p.label, p.symbol, p.record_label);
+            let title = format!("{} {}, {}", capital(&p.label), italic(&p.symbol), p.record_label);
             let title = heading(letter(k, shown.len()), &title);
             text(area, &title, (mm(1.0), mm(top + 4.0)), At::Left, LABEL, INK);
-            let n = digits(0.1 * total);
+            let (power, unit) = unit::shown(&p.unit, total);
+            let factor = 10f64.powi(power);
+            let n = digits(0.1 * factor * total);
             let bars = std::iter::once(("all together", total, TOTAL))
                 .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
             for (j, (name, half, color)) in bars.enumerate() {
@@ -42,7 +46,11 @@ pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
                 let long = wide * half / total;
                 text(area, name, (mm(left - 1.5), mm(y)), At::Right, SMALL, INK);
                 block(area, (mm(left), mm(y - 1.6)), (mm(left + long), mm(y + 1.6)), color);
-                let number = format!("± {half:.n$}{}", space(unit::shown(&p.unit, total).1));
+                let (least, shown) = (0.5 * 10f64.powi(-(n as i32)), factor * half);
+                let number = match shown < least {
+                    true => format!("< {least:.*}{}", n + 1, space(unit)),
+                    false => format!("± {shown:.n$}{}", space(unit)),
+                };
                 text(area, &number, (mm(left + long + 1.2), mm(y)), At::Left, SMALL, INK);
             }
             let bottom = top + HEAD + ROW * rows(p) as f64;

@@ -1,4 +1,4 @@
-//! Student's t and the runs test, exact for any number of data points.
+//! Student's t and the runs test, exact for any number of data points; mean, scatter and middle of values.
 
 /// P(|T| ≤ t) for Student's t with ν degrees of freedom \[–\].
 ///
@@ -36,7 +36,7 @@ pub fn t_quantile(confidence: f64, nu: usize) -> f64 {
     }
 }
 
-/// The same for ν ≥ 1 that is not whole: ln t is straight in 1/ν between its neighbours, which is up to 3 % too large (ν = 1.5), and exact at whole ν.
+/// Like [`t_quantile`], for ν ≥ 1 that is not whole: ln t is straight in 1/ν between its neighbours, which is up to 3 % too large (ν = 1.5), and exact at whole ν.
 pub fn real_quantile(confidence: f64, nu: f64) -> f64 {
     let low = nu.floor().max(1.0);
     let [a, b] = [low, low + 1.0].map(|n| t_quantile(confidence, n as usize).ln());
@@ -75,11 +75,20 @@ pub fn few_runs(positive: &[bool]) -> Option<(usize, f64)> {
     Some((runs, (2..=runs).map(arrangements).sum::<f64>().min(1.0)))
 }
 
+/// Arithmetic mean; not a number where there are no values.
+pub fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// Variance with n − 1.
+pub fn variance(values: &[f64]) -> f64 {
+    let mean = mean(values);
+    values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() as f64 - 1.0)
+}
+
 /// Standard deviation with n − 1.
 pub fn deviation(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
+    variance(values).sqrt()
 }
 
 /// Smallest and largest of some values; \[∞, −∞\] of none.
@@ -87,17 +96,27 @@ pub fn extent(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], s| [a.min(s), b.max(s)])
 }
 
-/// The middle of the sorted values, or the mean of the two middle ones.
+/// The middle of the sorted values, or the mean of the two middle ones; not a number where there are no values.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let n = sorted.len();
-    0.5 * (sorted[(n - 1) / 2] + sorted[n / 2])
+    match sorted.len() {
+        0 => f64::NAN,
+        n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn middle_and_scatter() {
+        assert_eq!(median(&[3.0, 1.0, 2.0, 10.0]), 2.5);
+        assert_eq!(median(&[3.0, 1.0, 2.0]), 2.0);
+        assert!(median(&[]).is_nan());
+        assert_eq!((mean(&[1.0, 2.0, 6.0]), variance(&[1.0, 2.0, 6.0])), (3.0, 7.0));
+    }
 
     /// Two-sided 95 % points of Student's t. ν = 1 and 2 have closed forms: tan(0.475π) and √(2·0.95²/(1 − 0.95²)); the
     /// others are those of printed tables, to their three decimals.

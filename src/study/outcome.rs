@@ -1,20 +1,23 @@
-//! Outcome of a case of a robustness study.
+//! Outcome of a case in a study that judges its cases one by one.
 
 use serde::Serialize;
 
-/// Outcome of a case.
+/// Outcome of a case that is judged by itself.
 #[derive(Clone, Copy, Debug, Serialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum CaseOutcome {
+    /// The right end
     Pass,
     /// Ended with a stated reason in place of an answer, where the study accepts that
     Stopped,
     /// A point of a map that converged farther off its reference than the tolerance
     Inaccurate,
+    /// A wrong answer, no answer where one is due, or a computation that broke
     Fail,
 }
 
 impl CaseOutcome {
+    /// As `summary.json` writes it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Pass => "pass",

@@ -1,0 +1,29 @@
+//! Predictions of a fit: what its law gives for data points that were not fitted.
+
+use super::misfit::{Misfit, Residual};
+use crate::calibrate::{Mode, Prediction, PredictionKind, StretchRange};
+use crate::math::statistics::extent;
+
+/// Misfits over the data points outside of the fitted range or modes.
+pub fn predictions(all: &[Residual], modes: &[Mode], range: StretchRange) -> Vec<Prediction> {
+    let mut found = Vec::new();
+    let mut add = |kind, mode, rows: Vec<Residual>| {
+        if let Some(misfit) = Misfit::of(&rows) {
+            found.push(Prediction { kind, mode, stretch: extent(rows.iter().map(|r| r.stretch)), misfit });
+        }
+    };
+    for mode in Mode::ALL {
+        let pick = |keep: &dyn Fn(&Residual) -> bool| {
+            all.iter().filter(|r| r.mode == mode && keep(r)).copied().collect::<Vec<_>>()
+        };
+        if modes.contains(&mode) {
+            add(PredictionKind::OutsideRange, mode, pick(&|r| !range.contains(r.stretch)));
+        } else {
+            add(PredictionKind::OtherModeInRange, mode, pick(&|r| range.contains(r.stretch)));
+            if range != StretchRange::ALL {
+                add(PredictionKind::OtherMode, mode, pick(&|_| true));
+            }
+        }
+    }
+    found
+}

@@ -1,0 +1,242 @@
+//! Which warnings a fit has.
+
+use super::certificate::lost;
+use super::estimate::Estimate;
+use super::misfit::{Misfit, Residual};
+use super::repeats::Repeats;
+use super::warning::FitWarning;
+use crate::calibrate::solve::offset::Offset;
+use crate::calibrate::solve::{LawFit, Pattern};
+use crate::calibrate::{
+    AuditKind, ErrorModel, Experiment, FitResult, Loss, Mode, Model, Partner, Prediction, PredictionKind, Sample,
+    SolverCheck, Treatment, Weighting,
+};
+use crate::material::FitTerms;
+use crate::math::statistics::{extent, median};
+use crate::math::units::{Dimension, parse};
+
+/// A relative misfit that is printed as 0.00 % has no pattern worth a word \[–\]
+const NOTHING: f64 = 5e-5;
+/// Each of two tests at this level: together at most 5 % false alarms \[–\]
+const LEVEL: f64 = 0.025;
+
+/// All warnings of a fit but those that need other fits.
+pub fn warnings(
+    result: &FitResult,
+    answer: &LawFit,
+    model: Model,
+    experiment: &Experiment,
+    tolerance: f64,
+) -> Vec<FitWarning> {
+    let mut found = Vec::new();
+    if !result.unidentified.is_empty() {
+        found.push(FitWarning::Unidentifiable { directions: result.unidentified.clone() });
+    }
+    if answer.errors.free == 0 && result.unidentified.is_empty() {
+        let (constants, rows) = (result.parameters.len() + result.slack.len(), result.rows);
+        found.push(FitWarning::NoFreedom { constants, rows, least: answer.identified.least.clone() });
+    }
+    found.extend(limits(answer, model));
+    found.extend(undefined(answer, model, experiment));
+    found.extend(cycles(result));
+    found.extend(may_be_zero(result));
+    found.extend(other_minimum(result, answer));
+    found.extend(held(answer));
+    found.extend(unstable(result, model));
+    let rms_relative = result.misfit.rms_relative;
+    if rms_relative > tolerance {
+        found.push(FitWarning::Misfit { rms_relative, tolerance });
+    }
+    let other = |p: &&Prediction| p.kind == PredictionKind::OtherModeInRange;
+    for p in result.predictions.iter().filter(other).filter(|p| p.misfit.rms_relative > tolerance) {
+        let Misfit { bias_relative, rms_relative, .. } = p.misfit;
+        found.push(FitWarning::CrossMode { mode: p.mode, bias_relative, rms_relative });
+    }
+    if let ([mode], true) = (&result.modes[..], result.parameters.len() > 1 && experiment.modes().len() == 1) {
+        found.push(FitWarning::OneMode { mode: *mode });
+    }
+    // Neighbours of several specimens differ by the scatter between them, and lines would not say of which file
+    if result.loss == Loss::Squares && experiment.specimens.len() == 1 {
+        found.extend(outliers(&result.residuals));
+    }
+    found.extend(result.scatter.as_ref().and_then(|s| {
+        let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
+        Some(FitWarning::Specimen { file: one.file.clone(), level: one.level })
+    }));
+    if let Some(SolverCheck::Starts { starts, agree: 1 }) = result.solver_check
+        && starts > 2
+    {
+        found.push(FitWarning::Starts { starts });
+    }
+    let shear = model.law(&answer.values, 1e5 * answer.modulus).ok().map(|law| law.small_strain().mu);
+    found.extend(shear.and_then(|mu| stiffness(mu, &experiment.stress_unit)));
+    let doubts = [AuditKind::Doubt, AuditKind::Slack].into_iter().flat_map(|kind| experiment.audit.of(kind));
+    found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
+    let lateral = result.poisson.iter().flat_map(|p| p.doubts.iter().cloned());
+    found.extend(lateral.map(|message| FitWarning::Data { message }));
+    found.extend(compressible(result, model, shear));
+    found
+}
+
+/// A pattern in the residuals of one specimen, the level shared by all.
+pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning> {
+    let least = |p: &&Pattern| [p.runs_p, p.departure_p].into_iter().flatten().fold(1.0, f64::min);
+    let worst = patterns.iter().min_by(|a, b| least(a).total_cmp(&least(b)))?;
+    let found = rms_relative > NOTHING && least(&worst) * patterns.len() as f64 <= LEVEL;
+    let Pattern { runs, runs_p, departure_p } = *worst;
+    found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative })
+}
+
+/// Errors that grow with the stress, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
+pub fn unequal(result: &FitResult) -> Option<FitWarning> {
+    let grow = result.errors == ErrorModel::Unequal { grow: true };
+    (grow && result.weighting == Weighting::Absolute).then_some(FitWarning::Unequal)
+}
+
+/// Modes of one specimen in tests of several.
+pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
+    let Repeats { repeated, single } = Repeats::of(fitted);
+    let several = fitted.iter().any(|s| s.specimen != fitted[0].specimen);
+    (several && !single.is_empty()).then_some(FitWarning::NoRepeat { single, repeated })
+}
+
+/// An offset that was not fitted, where a constant without it is outside of the interval with it.
+pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Option<FitWarning> {
+    // The slack is in the residuals of the one fit, and widens its interval
+    let leaves = |(a, b): (&Estimate, &Estimate)| a.value < b.interval[0] || a.value > b.interval[1];
+    let all: Vec<_> = own.iter().zip(other).map(|(a, b)| format!("{} = {}", a.symbol, a.print(b.value))).collect();
+    let Offset { mode, strain, .. } = offset;
+    own.iter().zip(other).any(leaves).then(|| FitWarning::Slack { mode, strain, answer: all.join(", ") })
+}
+
+/// The answer of a choice of data points that was not requested: the last loading, else every data point.
+fn cycles(result: &FitResult) -> Option<FitWarning> {
+    let unasked = || result.otherwise.iter().filter(|o| o.unasked);
+    let other = unasked().find(|o| o.treatment == Treatment::LastLoading).or_else(|| unasked().next())?;
+    let all: Vec<_> = other.parameters.iter().map(|e| format!("{} = {}", e.symbol, e.print(e.value))).collect();
+    Some(FitWarning::Cycles { treatment: other.treatment, change: other.change, answer: all.join(", ") })
+}
+
+/// Constants with a finite interval that contains zero, of laws that do not need them.
+fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
+    let holds_zero =
+        |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.interval[0] <= 0.0 && e.interval[1] >= 0.0;
+    let symbols: Vec<_> = result.parameters.iter().filter(holds_zero).map(|e| e.symbol).collect();
+    (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
+}
+
+/// The constants at the minimum next to the least one.
+fn other_minimum(result: &FitResult, answer: &LawFit) -> Option<FitWarning> {
+    let values = answer.others.first()?;
+    let all: Vec<_> =
+        result.parameters.iter().zip(values).map(|(e, v)| format!("{} = {}", e.symbol, e.print(*v))).collect();
+    Some(FitWarning::OtherMinimum { answer: all.join(", "), minima: answer.others.len() })
+}
+
+/// One warning per mode and side of rest in which least squares alone would give an unstable law.
+fn held(answer: &LawFit) -> Vec<FitWarning> {
+    let of = |(mode, tension): (Mode, bool)| {
+        let own = answer.active.iter().filter(|(m, s)| *m == mode && (*s > 1.0) == tension);
+        let range = extent(own.map(|(_, s)| *s));
+        (range[0] <= range[1]).then_some(FitWarning::Held { mode, range })
+    };
+    Mode::ALL.into_iter().flat_map(|m| [(m, false), (m, true)]).filter_map(of).collect()
+}
+
+fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
+    let lost = lost(&result.stability, result.stretch);
+    let reach = result.stretch[1].max(1.0 / result.stretch[0]);
+    let linear = matches!(model.form.terms, FitTerms::Linear(_));
+    (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
+}
+
+/// Shape constants at an end of the interval that is searched.
+fn limits(answer: &LawFit, model: Model) -> Option<FitWarning> {
+    let FitTerms::Separable(family) = &model.form.terms else { return None };
+    let wall = family.wall();
+    let at_wall = |(k, x): (usize, &f64)| {
+        let e = &answer.identified.estimates[2 * k + 1];
+        (x.abs() >= NEAR_WALL * wall && answer.values[2 * k] != 0.0).then_some((e.symbol, e.value))
+    };
+    let found: Vec<_> = answer.at.iter().enumerate().filter_map(at_wall).collect();
+    (!found.is_empty()).then_some(FitWarning::Limit { found })
+}
+
+/// Part of the searched interval from which on a constant is at its end \[–\]
+const NEAR_WALL: f64 = 0.99;
+
+/// Data points outside the range at which the law is not defined.
+fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {
+    let not_defined = |s: &&Sample| !model.at(&answer.values, s).is_finite();
+    let stretches: Vec<f64> = experiment.samples.iter().filter(not_defined).map(|s| s.stretch).collect();
+    let nearest = stretches.iter().copied().min_by(|a, b| a.ln().abs().total_cmp(&b.ln().abs()))?;
+    Some(FitWarning::Undefined { rows: stretches.len(), nearest })
+}
+
+/// Robust standard deviations off the neighbours, of stresses and of relative ones, part of the own stress and of the largest one from which on a data point is
+/// an outlier \[–\]
+const OFF: f64 = 8.0;
+const PART: f64 = 0.2;
+const SMALL: f64 = 0.05;
+/// Fewer data points have no neighbourhood
+const FEW: usize = 10;
+
+/// Data points whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
+/// outlier is not.
+fn outliers(rows: &[Residual]) -> Option<FitWarning> {
+    let off = |k: usize| {
+        let near = rows[k.saturating_sub(2)..(k + 3).min(rows.len())].iter().filter(|r| r.mode == rows[k].mode);
+        (rows[k].residual - median(&near.map(|r| r.residual).collect::<Vec<_>>())).abs()
+    };
+    let all: Vec<f64> = (0..rows.len()).map(off).collect();
+    if rows.len() < FEW {
+        return None;
+    }
+    let largest = rows.iter().map(|r| r.measured.abs()).fold(0.0, f64::max);
+    let relative: Vec<f64> =
+        rows.iter().zip(&all).map(|(r, off)| off / r.measured.abs()).filter(|v| v.is_finite()).collect();
+    let limit = (OFF * 1.4826 * median(&all)).max(SMALL * largest);
+    // Of errors that grow with the stress the large ones are none
+    let part = if relative.is_empty() { PART } else { (OFF * 1.4826 * median(&relative)).max(PART) };
+    let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > part * r.measured.abs();
+    let mut lines: Vec<u64> = rows.iter().zip(&all).filter(|p| is_off(*p)).map(|(r, _)| r.line).collect();
+    lines.sort_unstable();
+    (!lines.is_empty()).then_some(FitWarning::Outliers { lines })
+}
+
+/// Relative change of the stiffness in tension by lateral stress below which there is no warning \[–\]
+const STIFFNESS_CHANGE: f64 = 0.01;
+
+/// A compressible law with the fitted shear modulus μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
+fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<FitWarning> {
+    if model.form.compressible {
+        return None;
+    }
+    let needs_volumetric = model.volumetric().is_some() && result.volumetric.is_none();
+    let nu = match (result.partner, mu) {
+        (None, _) => return Some(FitWarning::NoPartner { volumetric: needs_volumetric }),
+        (Some(Partner::Nu(nu)), _) => nu,
+        (Some(Partner::Kappa(kappa)), Some(mu)) => (3.0 * kappa - 2.0 * mu) / (2.0 * (3.0 * kappa + mu)),
+        (Some(Partner::Kappa(_)), None) => return None,
+    };
+    let slope_relative = 2.0 * (1.0 + nu) / 3.0 - 1.0;
+    (slope_relative.abs() > STIFFNESS_CHANGE).then_some(FitWarning::Compressible { nu, slope_relative })
+}
+
+/// Shear moduli of rubbers \[Pa\], from the softest silicones to nearly hard compounds
+const RUBBER: std::ops::RangeInclusive<f64> = 1e3..=1e7;
+
+/// A stiffness outside the range of rubbers: usually a unit that was misread.
+fn stiffness(mu: f64, unit: &str) -> Option<FitWarning> {
+    if RUBBER.contains(&mu) {
+        return None;
+    }
+    let pascal = |unit: &str| parse(&format!("1 {unit}"), Dimension::PRESSURE);
+    // A force has another unit
+    let read_as = pascal(unit).ok();
+    let fits = |other: &&str| {
+        pascal(other).ok().zip(read_as).is_some_and(|(factor, read_as)| RUBBER.contains(&(mu / read_as * factor)))
+    };
+    let instead = ["MPa", "kPa", "Pa"].into_iter().find(fits);
+    Some(FitWarning::Stiffness { mu_pa: mu, unit: unit.into(), instead })
+}

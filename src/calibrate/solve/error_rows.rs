@@ -1,0 +1,35 @@
+//! The rows of a fit from which the errors of its constants follow.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Jacobian, residual and stresses of the law, weighted, whose errors are those of the data points.
+pub struct ErrorRows {
+    pub jacobian: DMatrix<f64>,
+    pub residual: DVector<f64>,
+    pub fitted: DVector<f64>,
+}
+
+impl ErrorRows {
+    /// From the weighted Jacobian and residual of an answer, the stresses of its law, the weights, and the √ of Huber's weights in them.
+    ///
+    /// With Huber's loss they have the weights before it, and the residual is Kψ(r)/ψ̄′ with ψ(r) the residual up to its bound, ψ̄′ the part m of the
+    /// data points within it and K = 1 + (p/n)(1 − m)/m: its covariance (JᵀJ)⁻¹Σ(Kψ)²/((n − p)m²) is the asymptotic one (Huber, *Robust Statistics*, 1981,
+    /// eq. 7.6.10). Weights of single data points would make the columns as rough as the errors are.
+    pub fn of(jacobian: DMatrix<f64>, residual: &DVector<f64>, law: &[f64], weight: &[f64], share: &[f64]) -> Self {
+        let (n, p) = (law.len() as f64, jacobian.ncols());
+        let inside = share.iter().filter(|s| **s == 1.0).count() as f64 / n;
+        let by = (1.0 + p as f64 / n * (1.0 - inside) / inside) / inside;
+        Self {
+            // ψ(r) = share² of the residual before the loss
+            residual: DVector::from_fn(law.len(), |i, _| by * share[i] * residual[i]),
+            fitted: DVector::from_fn(law.len(), |i, _| weight[i] / share[i] * law[i]),
+            jacobian: unshared(jacobian, share),
+        }
+    }
+}
+
+/// Weighted rows without Huber's weights.
+pub fn unshared(mut rows: DMatrix<f64>, share: &[f64]) -> DMatrix<f64> {
+    rows.row_iter_mut().zip(share).for_each(|(mut row, share)| row /= *share);
+    rows
+}

@@ -1,0 +1,78 @@
+//! Tests of the residuals of a fit for a pattern.
+
+use super::error_rows::ErrorRows;
+use crate::calibrate::Sample;
+use crate::calibrate::judgement::errors;
+use crate::calibrate::judgement::identify;
+use crate::calibrate::judgement::repeats::Repeats;
+use crate::math::statistics;
+use nalgebra::DVector;
+
+/// Tests of the residuals for a pattern that the error model does not explain.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Pattern {
+    /// Runs of sign, after the correlation of neighbours is taken out
+    pub runs: Option<usize>,
+    /// Probability of as few of them or fewer \[–\]
+    pub runs_p: Option<f64>,
+    /// Two-sided p-value of β = 0 in P = P(λ) + β P(λ)/λ \[–\]; `None` with too few data points
+    pub departure_p: Option<f64>,
+}
+
+impl Pattern {
+    /// Of residuals whose neighbours have the correlation `rho`.
+    pub fn of(samples: &[Sample], rows: &ErrorRows, rho: f64) -> Self {
+        let second = DVector::from_fn(samples.len(), |i, _| rows.fitted[i] / samples[i].stretch);
+        let (runs, runs_p) = runs(samples, &rows.residual, rho).unzip();
+        Self { runs, runs_p, departure_p: departure(rows, second, samples) }
+    }
+}
+
+/// Blocks of a curve whose signs are tested at most, two of them less one
+const BLOCKS: usize = 200;
+
+/// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what the
+/// neighbour explains; `None` of several specimens in one mode, whose levels differ.
+///
+/// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbour does not explain of means of data points, as
+/// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
+fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize, f64)> {
+    if !Repeats::of(samples).repeated.is_empty() {
+        return None;
+    }
+    let mut curves = errors::curves(samples);
+    if rho == 0.0 {
+        curves.iter_mut().for_each(|c| c.sort_by(|a, b| samples[*a].stretch.total_cmp(&samples[*b].stretch)));
+    }
+    let blocks = |curve: &Vec<usize>| {
+        let size = if rho == 0.0 { 1 } else { (curve.len() / BLOCKS).max(1) };
+        let white = errors::whitened(residual, std::slice::from_ref(curve), rho);
+        white.chunks(size).map(|block| block.iter().sum::<f64>()).collect::<Vec<f64>>()
+    };
+    let signs = curves.iter().flat_map(blocks).filter(|r| *r != 0.0).map(|r| r > 0.0);
+    statistics::few_runs(&signs.collect::<Vec<bool>>())
+}
+
+/// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
+/// model of the fit that has β too, on the part of P/λ that the constants of the law cannot make.
+fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Option<f64> {
+    let ErrorRows { jacobian, residual, fitted } = rows;
+    let p = jacobian.ncols();
+    residual.len().checked_sub(p + 1).filter(|n| *n >= 1)?;
+    let across = identify::across(jacobian, &second);
+    let across2 = across.norm_squared();
+    if across2 <= 1e-16 * second.norm_squared() {
+        return None;
+    }
+    let beta = across.dot(residual) / across2;
+    let r2 = residual.norm_squared();
+    let mut left = residual - &across * beta;
+    if left.norm_squared() < f64::EPSILON * r2 {
+        left *= (f64::EPSILON * r2 / left.norm_squared().max(f64::MIN_POSITIVE)).sqrt();
+    }
+    let mut more = jacobian.clone().insert_column(p, 0.0);
+    more.set_column(p, &across);
+    let errors = errors::of(&more, &left, fitted, samples, false);
+    let t = beta / errors.deviations[p];
+    Some((1.0 - statistics::t_probability(t, errors.free)).max(0.0))
+}

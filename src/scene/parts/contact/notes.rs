@@ -1,0 +1,45 @@
+//! Notes on the start of a contact, and on what the points of a rigid body do not see.
+
+use crate::effect::contact::NormalForces;
+use crate::scene::builder::Builder;
+use crate::scene::parts::rigid::{RIM, RigidBody};
+use crate::scene::shape::ShapeSpec;
+
+/// Notes that a contact with a barrier begins under pressure.
+pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
+    let rest = vec![0.0; 3 * builder.nodes];
+    let (contact, reach) = (pressing.contact(), pressing.reach());
+    let Some((_, gap)) = contact.deepest(&rest).filter(|(_, gap)| *gap < reach) else { return };
+    let force: f64 =
+        (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&rest, b)).map(|press| press.force).sum();
+    builder.notes.push(format!(
+        "{}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
+        contact.name,
+        gap * 1e3,
+        reach * 1e3
+    ));
+}
+
+/// Notes that an obstacle is so narrow that it may come between the points of a body, and that a flat cylinder does not roll as a round one.
+pub(super) fn note_points(builder: &mut Builder, body: &RigidBody, pressing: &dyn NormalForces) {
+    let contact = pressing.contact();
+    if matches!(body.shape, ShapeSpec::Cylinder { .. }) && !body.has_balls() {
+        builder.notes.push(format!(
+            "{}: the cylinder {} is shorter than it is wide, and each of its rims is {RIM} points: on its side it rolls as a prism, which loses energy",
+            contact.name, body.name
+        ));
+    }
+    let Some([low, high]) = contact.obstacle.shape.bounds() else { return };
+    let mut widths = high - low;
+    widths.as_mut_slice().sort_by(f64::total_cmp);
+    // An obstacle that is wider in two directions has a face for the points.
+    if widths[1] < body.spacing {
+        builder.notes.push(format!(
+            "{}: the obstacle, {:.4} mm wide, fits between the contact points of {}, which are up to {:.4} mm apart: it may pass through the body",
+            contact.name,
+            widths[1] * 1e3,
+            body.name,
+            body.spacing * 1e3
+        ));
+    }
+}

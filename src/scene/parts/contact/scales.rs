@@ -1,0 +1,58 @@
+//! Lengths, pressure and speed by which a contact acts, as they are given or by default.
+
+use crate::effect::contact::friction::Coulomb;
+use crate::math::units::shown;
+use crate::scene::builder::Builder;
+use crate::scene::error::SceneError;
+use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
+
+/// The scales of one contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactScales {
+    /// Length in which a barrier or a penalty acts \[m\]
+    pub distance: f64,
+    /// \[Pa\]
+    pub modulus: f64,
+    pub friction: Coulomb,
+}
+
+impl ContactScales {
+    /// Those of a contact at cells of the size `cell` \[m\], on a scene whose stiffest law has this modulus \[Pa\], 0 without one.
+    pub(in crate::scene) fn new(
+        builder: &Builder,
+        place: &str,
+        spec: &ContactSpec,
+        (cell, stiffest): (f64, f64),
+    ) -> Result<Self, SceneError> {
+        let or = |key: &str, given: Option<f64>, otherwise: f64| match given {
+            None => Ok(otherwise),
+            Some(value) if value > 0.0 && value.is_finite() => Ok(value),
+            Some(value) => Err(builder.content(place, format!("{key} = {value} (SI)"), "it must be positive")),
+        };
+        let distance = or("distance", spec.distance.map(|l| l.0), 0.01 * cell)?;
+        if stiffest == 0.0 && spec.modulus.is_none() {
+            let fact = "no law of the scene gives the pressure that the response is scaled with";
+            return Err(builder.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
+        }
+        let modulus = or("modulus", spec.modulus.map(|m| m.0), stiffest)?;
+        let size = builder.body.mesh.diagonal();
+        let stick_velocity = or("stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
+        let slip = or("slip", spec.slip.map(|l| l.0), 1e-3 * cell)?;
+        let friction = Coulomb { coefficient: spec.friction, stick_velocity, slip };
+        Ok(Self { distance, modulus, friction })
+    }
+
+    /// Those that act with this response: `distance 0.05 mm, modulus 1000000 Pa`.
+    pub fn words(&self, response: ResponseSpec) -> String {
+        let Self { distance, modulus, friction } = self;
+        let mut words = format!("modulus {} Pa", shown(*modulus));
+        if response != ResponseSpec::Multiplier {
+            words = format!("distance {} mm, {words}", shown(distance * 1e3));
+        }
+        if friction.coefficient > 0.0 {
+            let (velocity, slip) = (shown(friction.stick_velocity * 1e3), shown(friction.slip * 1e3));
+            words += &format!(", stick_velocity {velocity} mm/s, slip {slip} mm");
+        }
+        words
+    }
+}

@@ -1,0 +1,129 @@
+//! Impacts with rules that remember an acceleration (generalised-α, Newmark): velocities that would carry points into their obstacles
+//! become, before the step, those that carry them just there.
+//!
+//! ```text
+//! v' = argmin ½ (v' − v)ᵀ M (v' − v)  over  d + Δt H v' ≥ 0:      v' = v + M⁻¹ Hᵀ p,   0 ≤ p ⟂ d + Δt H v' ≥ 0
+//! ```
+//!
+//! with the distances d of the points from the reach of their contact. v' = 0 is admissible among obstacles at rest, so kinetic energy does
+//! not grow: from p = 0, every sweep of Gauss–Seidel lowers ½ pᵀWp + pᵀ(Hv + d/Δt), W = H M⁻¹ Hᵀ, and ½ v'ᵀMv' − ½ vᵀMv = ½ pᵀWp + pᵀHv is
+//! no larger than that. The step then finds the points where they are to be, and no acceleration of an impact gets into its memory, from
+//! which later steps would throw the points back. An impact has no rebound of its own: bodies rebound by their elasticity. A contact with a
+//! potential that is so soft that the steps resolve the vibration on it is left to the rule.
+//!
+//! Source: Deuflhard, Krause & Ertel, *Int. J. Numer. Meth. Eng.* 73 (2008), the prediction of the contact-stabilised Newmark method.
+//! Limits: not between deformable surfaces; constraints and the stiffness of rigid bodies answer within the step, not to the impact itself; the impulse
+//! is in no force that is recorded.
+
+use super::start::Start;
+use super::step_solver::StepSolver;
+use super::{Failure, Integrator, Step};
+use crate::system::{ContactPoint, ContactPotential, State, System};
+
+/// Motions of a step within which points are looked at: two bodies may move, each by √3 of its largest component.
+const MARGIN: f64 = 4.0;
+/// Share of the largest motion of a step up to which a point may move beyond the obstacle: of its square as a share of energy \[–\].
+const SLOW: f64 = 1e-3;
+/// The same as a share of the length of the body, where all is at rest \[–\].
+const STILL: f64 = 1e-10;
+/// Δt² W A φ″, the square of the angle of the vibration on a contact with a potential in a step, below which the step resolves it \[–\].
+const RESOLVED: f64 = 1.0;
+/// Sweeps of Gauss–Seidel, and the change of a motion in the last one as a share of the largest motion.
+const SWEEPS: (usize, f64) = (1000, 1e-6);
+/// Most points that land together: W is dense.
+const MANY: usize = 500;
+
+impl StepSolver<'_> {
+    /// The state from which a step of the rule to `t` begins instead, where points would land in the step.
+    pub(super) fn landed(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<Option<State>, Failure> {
+        let system = self.system;
+        if !integrator.needs_initial_acceleration() || system.with_contact_points().next().is_none() {
+            return Ok(None);
+        }
+        let dt = t - state.t;
+        let mut motion: Vec<f64> = state.v.iter().map(|v| dt * v).collect();
+        let step = Step { system, integrator, past: state, dt };
+        for (dof, value) in step.targets(&State { t, ..state.clone() }) {
+            motion[dof] = value - state.x[dof];
+        }
+        let size = motion.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let slow = (SLOW * size).max(STILL * self.solver.equations.length);
+        let caches = &mut self.solver.equations.sums.caches;
+        let points = system.contact_points([&state.x, &state.x], dt, MARGIN * size, caches);
+        let mut landing: Vec<ContactPoint> = points.into_iter().flatten().collect();
+        landing.retain(|point| room(point, &motion) < -slow);
+        if landing.is_empty() {
+            return Ok(None);
+        }
+        if self.mass.is_none() {
+            let rest = State { inputs: state.inputs.clone(), ..system.rest() };
+            self.mass = Some(Start::new(self.solver.linear.method.clone(), system, &rest, &rest.a)?);
+        }
+        let mass = self.mass.as_mut().expect("it was made");
+        let mut landed = state.clone();
+        for points in landing.chunks(MANY) {
+            for (z, p) in impulses(mass, system, points, (&motion, size, dt))? {
+                landed.v.iter_mut().zip(&z).for_each(|(v, z)| *v += z * p / dt);
+                motion.iter_mut().zip(&z).for_each(|(d, z)| *d += z * p);
+            }
+        }
+        Ok(Some(landed))
+    }
+}
+
+/// Distance from the reach of the contact that is left after a motion \[m\].
+fn room(point: &ContactPoint, motion: &[f64]) -> f64 {
+    (point.gap - point.reach()).max(0.0) + along(point, motion)
+}
+
+/// Change of the distance by a motion \[m\].
+fn along(point: &ContactPoint, motion: &[f64]) -> f64 {
+    point.normal.dot(&point.motion(&point.shares, motion))
+}
+
+/// A φ″ in the middle of the reach, or inside where that is 0 \[N/m\]; 0 of a unilateral point.
+fn stiffness(point: &ContactPoint) -> f64 {
+    let of = |(potential, area): (&dyn ContactPotential, f64)| {
+        potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
+    };
+    point.potential.map_or(0.0, of)
+}
+
+/// M⁻¹ Hᵀ of each point, and Δt p: 0 of a point that is prescribed along its normal, and where the contact is so soft that the step resolves it.
+fn impulses(
+    mass: &mut Start,
+    system: &System,
+    points: &[ContactPoint],
+    (motion, size, dt): (&[f64], f64, f64),
+) -> Result<Vec<(Vec<f64>, f64)>, Failure> {
+    let mut response = |point: &ContactPoint| {
+        let mut against = vec![0.0; motion.len()];
+        for (&node, share) in point.nodes.iter().zip(&point.shares) {
+            (0..3).for_each(|i| against[3 * node as usize + i] -= share * point.normal[i]);
+        }
+        mass.solve(system, Some(system.restrict(&against)))
+    };
+    let responses = points.iter().map(&mut response).collect::<Result<Vec<_>, _>>()?;
+    let w: Vec<Vec<f64>> = points.iter().map(|point| responses.iter().map(|z| along(point, z)).collect()).collect();
+    let rooms: Vec<f64> = points.iter().map(|point| room(point, motion)).collect();
+    let stiffness: Vec<f64> = points.iter().map(stiffness).collect();
+    let stops = |k: usize| {
+        let stiff: f64 = w[k].iter().zip(&stiffness).map(|(w, stiffness)| w.abs() * stiffness).sum();
+        w[k][k] > 0.0 && (points[k].potential.is_none() || dt * dt * stiff >= RESOLVED)
+    };
+    let stopped: Vec<usize> = (0..points.len()).filter(|&k| stops(k)).collect();
+    let mut p = vec![0.0; points.len()];
+    for _ in 0..SWEEPS.0 {
+        let mut change = 0.0;
+        for &k in &stopped {
+            let left = rooms[k] + w[k].iter().zip(&p).map(|(w, p)| w * p).sum::<f64>();
+            let new = f64::max(0.0, p[k] - left / w[k][k]);
+            change = f64::max(change, w[k][k] * (new - p[k]).abs());
+            p[k] = new;
+        }
+        if change <= SWEEPS.1 * size {
+            break;
+        }
+    }
+    Ok(responses.into_iter().zip(p).collect())
+}

@@ -1,0 +1,40 @@
+//! Derivatives by constants that are computed with the run of a case.
+
+use crate::calibrate::inverse::InverseError;
+use crate::scene::{ParameterKey, Scene, SensitivityRecorder};
+use crate::study::run::error::CaseError;
+use crate::study::run::task::Task;
+
+/// The recorder of the derivatives that a task asks for, if any. Where they are only an addition and the scene has none, a note says so.
+pub(super) fn recorder<'a>(
+    scene: &'a Scene,
+    task: &'a Task,
+    notes: &mut Vec<String>,
+) -> Result<Option<SensitivityRecorder<'a>>, CaseError> {
+    if task.constants.is_empty() {
+        return Ok(None);
+    }
+    // For the intervals of constants the derivatives at extremes are enough; other analyses take them along curves
+    let made = match task.input_uncertainty && task.case.derivatives.is_empty() {
+        true => SensitivityRecorder::at_extremes(scene, &task.constants),
+        false => SensitivityRecorder::new(scene, &task.constants),
+    };
+    match made {
+        Ok(recorder) => Ok(Some(recorder)),
+        // Intervals of constants are an addition; a scene without derivatives has its result
+        Err(why) if task.input_uncertainty => {
+            notes.push(left_out(&task.constants, &why.to_string()));
+            Ok(None)
+        }
+        Err(why) => Err(InverseError::from(why).into()),
+    }
+}
+
+/// The note that constants known within intervals are in no error bar.
+fn left_out(constants: &[ParameterKey], why: &str) -> String {
+    let names: Vec<String> = constants.iter().map(ToString::to_string).collect();
+    format!(
+        "the intervals of {} are in no error bar, as derivatives by them are not known here: {why}",
+        names.join(", ")
+    )
+}

@@ -1,0 +1,158 @@
+//! The search for the constants of a case of a calibration, which precedes its run.
+
+use crate::calibrate::inverse::{
+    Calibration, End, Failure, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
+};
+use crate::scene::{Body, OnProgress, Progress, SceneSpec, from_text};
+use crate::study::case::Case;
+use crate::study::inverse::{CalibrationPlan, MeasuredPlan};
+use crate::study::run::error::CaseError;
+use crate::study::store::folder::Store;
+use crate::study::store::identity::Identity;
+use crate::study::store::record::{NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME};
+use std::path::Path;
+use std::sync::Arc;
+
+/// The best values so far of a search of the same inputs that was stopped, or had no time left.
+pub(super) fn unfinished(store: &Store, id: &str, identity: &Identity) -> Option<Vec<f64>> {
+    let out_of_time = || {
+        let record = store.record(id).filter(|r| r.status == OUT_OF_TIME && r.provenance.identity == *identity)?;
+        Some(store.calibration(&record.id)?.values())
+    };
+    store.search(id, identity).or_else(out_of_time)
+}
+
+/// Follows the search of a case, and says where it begins.
+pub(super) struct SearchFollow<'a, 'b> {
+    /// Values of the constants to begin at; those of the scene where there are none
+    pub from: Option<&'a [f64]>,
+    /// Gets the values of every better point
+    pub keep: &'a mut dyn FnMut(&[f64]),
+    pub meshing: &'a mut dyn FnMut(&str),
+    pub go_on: &'a mut OnProgress<'b>,
+}
+
+/// The end of the search of a case, and the scene that is run after it.
+pub(super) struct Searched {
+    /// The constants of a case of a calibration
+    pub found: Option<Calibration>,
+    /// Why the search for them could not begin
+    pub unsearched: Option<String>,
+    /// The scene at the constants that were found; as it is where there are none
+    pub spec: SceneSpec,
+}
+
+/// Finds the constants of a case, where it is one of a calibration. `None`: stopped.
+pub(super) fn find(case: &Case, body: &Arc<Body>, follow: SearchFollow) -> Result<Option<Searched>, CaseError> {
+    let SearchFollow { from, keep, meshing, go_on } = follow;
+    let without = |unsearched| Ok(Some(Searched { found: None, unsearched, spec: case.spec.clone() }));
+    let Some(plan) = &case.plan else { return without(None) };
+    let curves = curves(case, plan, body, meshing)?;
+    let mut followed = Followed { progress: SearchProgress::new(curves.len()), go_on, keep };
+    match calibrate(curves, &plan.settings, from, &mut followed) {
+        Ok((calibration, scene)) => Ok(Some(Searched { found: Some(calibration), unsearched: None, spec: scene.spec })),
+        Err(Failure::Input(error)) => Err(error.into()),
+        Err(Failure::Interrupted) => Ok(None),
+        Err(Failure::Constants(why)) => without(Some(why)),
+        Err(Failure::Run(status)) => without(Some(status.to_string())),
+    }
+}
+
+/// Why the constants of a search are no answer, as a status with its detail.
+pub(super) fn doubt(
+    case: &str,
+    found: Option<&Calibration>,
+    unsearched: Option<&str>,
+) -> Option<(&'static str, String)> {
+    let cannot_begin = |why| format!("the search of case {case} cannot begin at the values of its scene: {why}");
+    found.and_then(doubt_of_constants).or_else(|| Some((NOT_SETTLED, cannot_begin(unsearched?))))
+}
+
+fn doubt_of_constants(found: &Calibration) -> Option<(&'static str, String)> {
+    match found.end {
+        End::Settled | End::Stuck if found.constants.iter().any(|c| c.interval.is_none() && c.bound == 0) => {
+            Some((NOT_DETERMINED, found.unidentified.join("; ")))
+        }
+        End::Settled => None,
+        End::Stuck => Some((
+            NOT_SETTLED,
+            "the search for the constants did not come to its end; take another start, or fewer unknowns".into(),
+        )),
+        End::OutOfTime => Some((
+            OUT_OF_TIME,
+            format!(
+                "its time was over after {} forward solves; run again to go on from the best answer so far",
+                found.solves
+            ),
+        )),
+    }
+}
+
+/// The curves of a case, each with its scene and body.
+fn curves(
+    case: &Case,
+    plan: &CalibrationPlan,
+    body: &Arc<Body>,
+    meshing: &mut dyn FnMut(&str),
+) -> Result<Vec<ObservedCurve>, CaseError> {
+    let own = |curve: &MeasuredPlan, file: &Path, spec: SceneSpec, text: &str, body: Arc<Body>| {
+        let unknown = Unknown::all((file, &spec, text), &plan.constants, &plan.bounds)?;
+        let (x, y) = (curve.x.clone(), curve.y.clone());
+        let model = SceneModel { file: file.into(), spec, text: text.into(), body, unknown, x, y };
+        let MeasuredPlan { name, measured, offsets, .. } = curve.clone();
+        Ok::<_, CaseError>(ObservedCurve { name, model, measured, offsets })
+    };
+    let mut all = vec![own(&plan.curve, &case.scene_file, case.spec.clone(), &case.text, body.clone())?];
+    for more in &plan.more {
+        let text = more.scene_of(&case.member);
+        let spec: SceneSpec = from_text(&more.scene_file, text, "")?;
+        let body = Arc::new(Body::load(&more.scene_file, &spec.mesh, meshing)?);
+        all.push(own(&more.curve, &more.scene_file, spec, text, body)?);
+    }
+    Ok(all)
+}
+
+/// Passes the progress of a search and its better points on.
+struct Followed<'a, 'b> {
+    progress: SearchProgress,
+    go_on: &'a mut OnProgress<'b>,
+    keep: &'a mut dyn FnMut(&[f64]),
+}
+
+impl SearchWatch for Followed<'_, '_> {
+    fn progress(&mut self, now: Progress) -> bool {
+        (self.go_on)(self.progress.of(now))
+    }
+
+    fn better(&mut self, values: &[f64]) {
+        (self.keep)(values);
+    }
+}
+
+/// Progress of a search as that of one long run: each forward solve that is expected has the same share of it.
+struct SearchProgress {
+    /// Forward solves of the whole search
+    expected: usize,
+    done: usize,
+    /// Time of the last state of the forward solve that runs \[s\]
+    last: f64,
+}
+
+impl SearchProgress {
+    /// Forward solves of each curve in a usual search
+    const USUAL: usize = 6;
+
+    fn new(curves: usize) -> Self {
+        Self { expected: Self::USUAL * curves, done: 0, last: 0.0 }
+    }
+
+    fn of(&mut self, Progress { t, end }: Progress) -> Progress {
+        if t < self.last {
+            self.done += 1;
+            self.expected = self.expected.max(self.done + 2);
+        }
+        self.last = t;
+        let share = (self.done as f64 + t / end) / self.expected as f64;
+        Progress { t: share.min(1.0) * end, end }
+    }
+}

@@ -1,0 +1,199 @@
+//! Record of a study, its families and its quantities: `study.json`.
+
+use crate::report::names::title;
+use crate::study::estimate::tolerance::Tolerance;
+use crate::study::store::record::CaseRecord;
+use crate::study::store::series::StoredCase;
+use crate::study::store::status::NOT_RUN;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+/// Description of a study with the cases that belong to it: `study.json`, next to the folder `cases/`.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct StudyRecord {
+    /// [`SCHEMA`](crate::study::store::record::SCHEMA) of the program that wrote it; 0 in files from before there was one
+    #[serde(default)]
+    pub schema: u32,
+    /// Name of the study, as its folder is called
+    pub study: String,
+    /// `convergence`, `materials`, …
+    pub kind: String,
+    pub question: String,
+    /// The expectation before the run
+    pub expectation: String,
+    /// Largest error bar that is accepted, as a fraction of the value \[–\]
+    pub tolerance: f64,
+    /// Variant → the quantities judged there; an imposed quantity is not listed
+    pub quantities: BTreeMap<String, Vec<Quantity>>,
+    /// Variants in the order of the report: `length`, `tension`
+    pub variants: Vec<String>,
+    /// Variant → what it is in words, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub labels: BTreeMap<String, String>,
+    /// Variant → heading of its group, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub groups: BTreeMap<String, String>,
+    /// Member → what it is in words, where it was said
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub members: BTreeMap<String, String>,
+    pub families: Vec<FamilyRecord>,
+    /// Further details that its kind keeps
+    #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
+    pub details: serde_json::Value,
+    pub version: String,
+}
+
+impl StudyRecord {
+    /// Words for a variant: its label, or its name.
+    pub fn label(&self, variant: &str) -> String {
+        self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
+    }
+
+    /// Words for a member: its label, the title of the law or the integrator, or its name with blanks.
+    pub fn member(&self, name: &str) -> String {
+        self.members.get(name).cloned().unwrap_or_else(|| title(name))
+    }
+
+    /// Cases without a usable result, each with the reason.
+    pub fn incomplete(&self, stored: &[StoredCase]) -> Vec<(String, String)> {
+        let mut out: Vec<(String, String)> = vec![];
+        let stored: HashMap<&str, &CaseRecord> = stored.iter().map(|c| (c.record.id.as_str(), &c.record)).collect();
+        let mut seen = HashSet::new();
+        for id in self.families.iter().flat_map(|f| &f.cases) {
+            if !seen.insert(id) {
+                continue;
+            }
+            match stored.get(id.as_str()) {
+                None => out.push((id.clone(), NOT_RUN.into())),
+                Some(r) if !r.converged() => {
+                    let detail = r.status_detail.as_ref().map(|d| format!(": {d}")).unwrap_or_default();
+                    out.push((id.clone(), format!("{}{detail}", r.status)));
+                }
+                Some(_) => {}
+            }
+        }
+        out
+    }
+}
+
+/// A recorded quantity of interest: a column of `cases/<id>.csv`.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
+#[serde(deny_unknown_fields)]
+pub struct Quantity {
+    /// Column, with its unit as the suffix: `bending_angle_deg`
+    pub name: String,
+    /// In words: `bending angle`
+    pub label: String,
+    /// Letter in formulae and on axes: `θ`
+    pub symbol: String,
+    /// Unit as printed: `°`
+    pub unit: String,
+    /// Quantity against which it is drawn in addition to time, where the loop between the two means something: `cable_length_m`
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub against: Option<Box<Quantity>>,
+    /// Error that is accepted whatever the value is, in the unit of the column; a quantity near zero needs one
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub absolute_tolerance: Option<f64>,
+    /// It decides which setting a convergence study recommends; where no quantity of a variant does, all of them decide
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub deciding: bool,
+    /// A convergence study is summarised by this quantity, in its variant
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub headline: bool,
+}
+
+impl Quantity {
+    /// The accepted error, where `relative` is that of the study.
+    pub fn tolerance(&self, relative: f64) -> Tolerance {
+        Tolerance { relative, absolute: self.absolute_tolerance.unwrap_or(0.0) }
+    }
+}
+
+/// A family of cases that differ in one thing only.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct FamilyRecord {
+    pub name: String,
+    pub role: Role,
+    /// `tet4`, `tet10`
+    pub formulation: String,
+    /// Ids of the cases, of every variant, also those that have no result yet
+    pub cases: Vec<String>,
+}
+
+/// Purpose of a family of cases.
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// The mesh sizes the study is about, meshed one by one
+    Sizes,
+    /// Each cell split into eight: one size ratio, no mesh noise
+    Nested,
+    /// Meshed one by one with one size ratio
+    Remeshed,
+    /// One size, several seeds of the mesher: the scatter
+    Seeds,
+    /// Another element at a few sizes
+    Element,
+    /// Adaptive meshes, for several tolerances
+    Adaptive,
+    /// One mesh, several time steps
+    TimeStep,
+    /// One mesh, several laws, formulations or effects
+    Members,
+    /// The same members on a finer mesh
+    Finer,
+    /// The points of a sweep
+    Grid,
+    /// Effects added one by one
+    Cumulative,
+    /// A dimension that is not known exactly, over its range
+    Nuisance,
+    /// One mesh, several settings of the solver
+    Solver,
+    /// A reference run, far finer than needed
+    Reference,
+    /// Where a law is used with the constants that were found, from coarse to fine
+    Use,
+    /// Scenes that break simulators
+    Suite,
+    /// Points of a map of where a scene holds
+    Map,
+    /// Points of a response surface, with derivatives
+    Design,
+    /// Points that show how far a response surface is off
+    Check,
+    /// States that a reduced model is made of
+    Training,
+    /// States that its error bars are made of
+    HeldBack,
+}
+
+impl Role {
+    /// Words for the role in a report.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Sizes => "sizes",
+            Self::Nested => "nested",
+            Self::Remeshed => "remeshed",
+            Self::Seeds => "seeds",
+            Self::Element => "element",
+            Self::Adaptive => "adaptive",
+            Self::TimeStep => "time step",
+            Self::Members => "members",
+            Self::Finer => "finer",
+            Self::Grid => "grid",
+            Self::Cumulative => "cumulative",
+            Self::Nuisance => "nuisance",
+            Self::Solver => "solver",
+            Self::Reference => "reference",
+            Self::Use => "use",
+            Self::Suite => "suite",
+            Self::Map => "map",
+            Self::Design => "design",
+            Self::Check => "check",
+            Self::Training => "training",
+            Self::HeldBack => "held back",
+        }
+    }
+}

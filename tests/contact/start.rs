@@ -1,0 +1,137 @@
+//! The words on a contact before it runs: its scales, the force that it begins with, and obstacles that its points do not see.
+
+use crate::common::scene;
+use crate::setup::CUBE;
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::scene::Scene;
+
+/// A cube of 10 mm, with more of a scene.
+fn cube(rest: &str) -> Scene {
+    let text = format!("{CUBE}{rest}\n[[stage]]\nintegrator = \"implicit_euler\"\nduration = \"1 s\"\ndt = \"1 s\"\n");
+    scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text)
+}
+
+/// A cube 1 µm above a floor, within 0.1 mm of a barrier of 1 MPa: it begins with −κ (d − d̂)(2 ln(d/d̂) + (d − d̂)/d) a unit of its area.
+#[test]
+fn a_start_within_the_reach_of_a_barrier_is_noted() {
+    let notes = |response: &str, distance: &str| -> Vec<String> {
+        let contact = format!(
+            r#"
+[[contact]]
+name = "floor"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.001 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = 0
+distance = "{distance}"
+modulus = "1 MPa"
+"#
+        );
+        cube(&contact).notes.into_iter().filter(|note| note.contains("reach of the barrier")).collect()
+    };
+    let found = notes("barrier", "0.1 mm");
+    let [note] = &found[..] else { panic!("{found:?}") };
+    assert!(note.starts_with("floor: ") && note.contains("gap 0.0010 mm, distance 0.1000 mm"), "{note}");
+    let (d, reach) = (1e-6f64, 1e-4);
+    let force = 1e6 / reach * (reach - d) * (2.0 * (d / reach).ln() + (d - reach) / d).abs() * 1e-4;
+    let said: f64 = note
+        .split("a force of ")
+        .nth(1)
+        .and_then(|n| n.strip_suffix(" N"))
+        .expect("a force")
+        .parse()
+        .expect("a number");
+    assert!((said / force - 1.0).abs() < 1e-3, "{said} N for {force} N");
+    assert_eq!(notes("barrier", "0.9 um"), Vec::<String>::new(), "it begins beyond the reach");
+    assert_eq!(notes("penalty", "0.1 mm"), Vec::<String>::new(), "a penalty acts from the surface on");
+}
+
+/// Scales that are not given are those of the scene: Young's modulus is 100 kPa, the diagonal of the cube 17.32 mm.
+#[test]
+fn the_scales_of_a_contact_are_said() {
+    let words = |response: &str, rest: &str| {
+        let contact = format!(
+            r#"
+[[contact]]
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+{rest}
+"#
+        );
+        let contact = &cube(&contact).contacts[0];
+        contact.scales.words(contact.response)
+    };
+    assert_eq!(words("multiplier", "friction = 0"), "modulus 100000 Pa");
+    assert_eq!(words("penalty", "friction = 0\ndistance = \"0.2 mm\""), "distance 0.2 mm, modulus 100000 Pa");
+    let friction = words("barrier", "friction = 0.5\ndistance = \"0.2 mm\"\nmodulus = \"2 kPa\"\nslip = \"4 um\"");
+    assert_eq!(friction, "distance 0.2 mm, modulus 2000 Pa, stick_velocity 0.0173205081 mm/s, slip 0.004 mm");
+}
+
+/// A plate of 20 × 20 × 2 mm above a peg of 10 mm comes down on it between its eight corner points, but not on a table, and a ball is felt all around.
+#[test]
+fn an_obstacle_between_the_points_of_a_rigid_body_is_noted() {
+    let plate = r#"{ kind = "box", min = ["-10 mm", "-10 mm", "35 mm"], max = ["10 mm", "10 mm", "37 mm"] }"#;
+    let ball = r#"{ kind = "sphere", center = ["0 mm", "0 mm", "45 mm"], radius = "10 mm" }"#;
+    let peg =
+        r#"{ kind = "cylinder", from = ["0 mm", "0 mm", "12 mm"], to = ["0 mm", "0 mm", "30 mm"], radius = "5 mm" }"#;
+    let table = r#"{ kind = "box", min = ["-30 mm", "-30 mm", "20 mm"], max = ["30 mm", "30 mm", "30 mm"] }"#;
+    let floor = r#"{ kind = "floor", point = ["0 mm", "0 mm", "30 mm"], normal = [0, 0, 1] }"#;
+    for (body, obstacle, noted) in
+        [(plate, peg, true), (plate, table, false), (plate, floor, false), (ball, peg, false)]
+    {
+        let rest = format!(
+            r#"
+[[rigid]]
+name = "piece"
+shape = {body}
+density = "1000 kg/m^3"
+[[contact]]
+name = "peg"
+region = "piece"
+obstacle = {obstacle}
+response = "barrier"
+friction = 0.3
+"#
+        );
+        let notes = cube(&rest).notes;
+        let found = notes.iter().find(|note| note.contains("fits between the contact points of piece"));
+        assert_eq!(found.is_some(), noted, "{body} on {obstacle}: {notes:?}");
+        assert!(
+            found.is_none_or(|note| note.contains("10.0000 mm wide") && note.contains("20.0000 mm apart")),
+            "{notes:?}"
+        );
+    }
+}
+
+/// A cylinder has balls inside that roll where it is as long as it is wide; a shorter one rolls on the points of its rims.
+#[test]
+fn a_flat_cylinder_is_noted_as_a_prism() {
+    for (half_length, noted) in [(10.0, false), (10.1, false), (9.9, true)] {
+        let rest = format!(
+            r#"
+[[rigid]]
+name = "roll"
+shape = {{ kind = "cylinder", from = ["0 mm", "{} mm", "40 mm"], to = ["0 mm", "{half_length} mm", "40 mm"], radius = "10 mm" }}
+density = "1000 kg/m^3"
+[[contact]]
+name = "plane"
+region = "roll"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "20 mm"], normal = [0, 0, 1] }}
+response = "multiplier"
+friction = 0.3
+"#,
+            -half_length
+        );
+        let scene = cube(&rest);
+        assert_eq!(
+            scene.notes.iter().any(|note| note.contains("rolls as a prism")),
+            noted,
+            "{half_length}: {:?}",
+            scene.notes
+        );
+        let points = &scene.contacts[0].points().expect("points").points;
+        assert_eq!(points.iter().any(|point| point.radius > 0.0), !noted, "{half_length}");
+    }
+}

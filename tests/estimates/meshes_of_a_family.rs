@@ -1,0 +1,147 @@
+//! Families whose meshes do not show their error, through studies that are run: a direction that no mesh refines, a region whose border runs through
+//! cells, and members of other problems.
+
+use crate::common::studies::run_folder;
+use crate::common::synthetic::{SIZES, size, study};
+use durometer::mesh::Order;
+use durometer::mesh::structured::block;
+use durometer::study::analysis::Analysis;
+use durometer::study::estimate::family::{Level, estimate};
+use durometer::study::kinds::convergence::analysis::analyse;
+use durometer::study::kinds::convergence::findings::ConvergenceFindings;
+use durometer::study::store::record::Role;
+use durometer::study::store::results::read;
+
+/// A cantilever of 40 × 10 × 10 mm that a traction bends, held by a region.
+const SCENE: &str = r#"
+title = "A beam"
+[mesh]
+grid = { kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }
+[mesh.regions]
+clamp = { kind = "box", min = ["-1 mm", "-1 mm", "-1 mm"], max = ["DEPTH", "11 mm", "11 mm"] }
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "mixed"
+[[effect]]
+kind = "traction"
+region = "xmax"
+direction = [0, 0, -1]
+traction = { kind = "ramp", from = "0 kPa", to = "0.1 kPa", end = "1 s" }
+[[constraint]]
+kind = "fixed"
+region = "clamp"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+/// The analysis of a family of these members.
+fn family(depth: &str, members: &str) -> Analysis<ConvergenceFindings> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let study = format!(
+        "kind = \"convergence\"\nquestion = \"How far does the end sink?\"\nexpectation = \"As a beam does.\"\nscene = \"scene.toml\"\n\
+         tolerance = \"10 %\"\n[[variant]]\nname = \"load\"\n\
+         quantity = [{{ name = \"xmax_z_m\", label = \"height of the end\", symbol = \"z\", unit = \"m\" }}]\n\
+         [[family]]\nname = \"sizes\"\nrole = \"sizes\"\n[family.members]\n{members}"
+    );
+    for (name, text) in [("scene.toml", SCENE.replace("DEPTH", depth)), ("study.toml", study)] {
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    }
+    run_folder(folder.path());
+    let results = read(&folder.path().join("results")).unwrap_or_else(|e| panic!("{e}"));
+    analyse(&results.study, &results.cases)
+}
+
+fn grids(divisions: &[[usize; 3]]) -> String {
+    let line = |(k, d): (usize, &[usize; 3])| format!("m{k} = {{ \"mesh.grid.divisions\" = {d:?} }}\n");
+    divisions.iter().enumerate().map(line).collect()
+}
+
+/// Two boxes along a beam whose end sinks by bending along them: finer sections agree with each other, several tenths away from the answer. The mesh to
+/// add has more boxes along it.
+#[test]
+fn a_direction_that_stays_coarse_gets_no_verdict() {
+    let a = family("0.01 mm", &grids(&[[2, 2, 2], [2, 3, 3], [2, 4, 4]]));
+    println!("{}", a.verdict);
+    assert!(
+        a.recommended.is_none() && a.verdict.contains("extents of the cells along x hardly shrink"),
+        "{}",
+        a.verdict
+    );
+    let set = &a.extension.as_ref().expect("a mesh to add").set;
+    let along = set["mesh.grid.divisions"][0].as_integer().expect("a number");
+    assert!(along > 2, "{set:?}");
+    let similar = family("0.01 mm", &grids(&[[4, 1, 1], [8, 2, 2], [12, 3, 3]]));
+    assert!(!similar.verdict.contains("hardly shrink"), "{}", similar.verdict);
+}
+
+/// The rule itself, on blocks: orders over meshes of 3 × n × n boxes are refused, those over similar meshes are not, and a direction along which
+/// the body is held is no direction.
+#[test]
+fn extents_decide_by_direction() {
+    let meshes = |grid: &dyn Fn(usize) -> [usize; 3], counted| {
+        let level = |n: usize| {
+            let [x, y, z] = grid(n);
+            let mesh = block(x, y, z, 0.02, 0.01, 0.01, Order::Linear);
+            let (h, extents) = (mesh.h(), Some(mesh.mean_extents(counted)));
+            Level { id: n.to_string(), h, extents, f: 1.0 + 100.0 * h * h, ..Level::default() }
+        };
+        estimate(("sizes", Role::Sizes, "tet4"), [2, 3, 4, 5].map(level).to_vec(), None, 0.5).expect("four meshes")
+    };
+    let all = [true; 3];
+    let similar = meshes(&|n| [2 * n, n, n], all);
+    assert!(similar.defensible && !similar.keeps_length, "{:?}", similar.reasons);
+    let frozen: [&dyn Fn(usize) -> [usize; 3]; 3] = [&|n| [3, n, n], &|n| [2 * n, n, 1], &|n| [n, 2, n]];
+    for grid in frozen {
+        let frozen = meshes(grid, all);
+        assert!(frozen.refused && frozen.reasons.iter().any(|r| r.contains("hardly shrink")), "{:?}", frozen.reasons);
+    }
+    assert!(meshes(&|n| [2 * n, n, 1], [true, true, false]).defensible);
+}
+
+/// A clamp of 6.2 mm ends within cells of every mesh; one of 10 mm ends between them.
+#[test]
+fn a_region_that_ends_within_cells_gets_no_verdict() {
+    let divisions = [[4, 1, 1], [8, 2, 2], [12, 3, 3]];
+    let [within, between] = ["6.2 mm", "10 mm"].map(|depth| family(depth, &grids(&divisions)));
+    println!("{}\n{}", within.verdict, between.verdict);
+    assert!(within.recommended.is_none() && within.verdict.contains("border of clamp runs through cells"));
+    assert!(!between.verdict.contains("runs through cells"), "{}", between.verdict);
+}
+
+/// Members with other moduli are other bodies: the report says so. Members of one size are named.
+#[test]
+fn members_of_other_problems_are_named() {
+    let (study, mut cases) = study();
+    let warned = |cases: &[_]| -> Vec<String> {
+        let all = analyse(&study, cases).warnings;
+        all.into_iter().filter(|w| w.contains("differ in") || w.contains("the same size")).collect()
+    };
+    assert!(warned(&cases).is_empty(), "{:?}", warned(&cases));
+    for c in cases.iter_mut().filter(|c| c.record.family == "sizes") {
+        let (cells, coarsest) = (c.record.mesh.cells, c.record.mesh.cells == SIZES[3]);
+        let modulus = if coarsest { 100 } else { 105 };
+        c.record.provenance.scene =
+            format!("[mesh]\ncells = {cells}\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"{modulus} kPa\"\n");
+    }
+    let found = warned(&cases);
+    assert!(
+        found.len() == 1 && found[0].starts_with("Family sizes: its members differ in laws.rubber.E too"),
+        "{found:?}"
+    );
+    for c in cases.iter_mut().filter(|c| c.record.family == "nested" && c.record.member == "600") {
+        c.record.mesh.h_m = size(4_800);
+    }
+    let found = warned(&cases);
+    assert!(found.iter().any(|w| w.starts_with("Family nested: no estimate uses nested-")), "{found:?}");
+}
