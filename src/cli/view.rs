@@ -45,7 +45,7 @@ pub struct Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
-    if let Some(out) = args.out.as_ref().filter(|out| !out.extension().is_some_and(|end| end == "html")) {
+    if let Some(out) = args.out.as_ref().filter(|out| out.extension().is_none_or(|end| end != "html")) {
         return Err(format!("{}: a page is written; end its name in .html", out.display()).into());
     }
     let mut cases = vec![];

@@ -56,7 +56,7 @@ pub enum Smoothed {
     /// Cells would fold
     Folded,
     /// With its nodes at this part of the way to the surface
-    Moved(Enriched, f64),
+    Moved(Box<Enriched>, f64),
 }
 
 /// The enriched mesh of a mesh with its new boundary nodes on the smooth surface through the boundary nodes of the mesh.
@@ -70,7 +70,7 @@ pub fn on_smooth_surface(mesh: &TetMesh, fine: &Enriched) -> Smoothed {
         let mut out = fine.clone();
         moves.iter().for_each(|(node, by)| out.mesh.points[*node as usize] += by * part);
         if (0..fine.mesh.cell_count()).filter(has_moved).all(|c| min_det(&out.mesh, c) > 0.0) {
-            return Smoothed::Moved(out, part);
+            return Smoothed::Moved(Box::new(out), part);
         }
     }
     Smoothed::Folded

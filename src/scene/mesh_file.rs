@@ -44,7 +44,7 @@ fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
     let stem = |name: &Path| name.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let wanted = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let names = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
-    let alike: Vec<String> = names.filter(|n| nearest(&stem(&path), &[stem(Path::new(n))]).is_some()).collect();
+    let alike: Vec<String> = names.filter(|n| nearest(&stem(path), &[stem(Path::new(n))]).is_some()).collect();
     let remedy = match nearest(&wanted, &alike) {
         Some(near) => format!("did you mean `{near}`?"),
         None => "check the path, which starts from the folder of the scene".into(),

@@ -197,7 +197,7 @@ fn errors_that_grow_with_the_stress_are_seen() {
         let noise = Noise { relative, ..grown };
         let found = Case::new(law, values, one(end, rows), noise).study(&format!("grown errors, {law}, {rows} rows"));
         found.hold(2.8);
-        assert!(found.unequal + found.correlated > 80.0 && found.hint > 65.0, "{found:?}");
+        assert!(found.unequal + found.correlated >= 75.0 && found.hint >= 60.0, "{found:?}");
     }
     let even = Noise { size: 1e3, ..Noise::default() };
     let found = Case::new("yeoh", YEOH, one(4.0, 40), even).study("errors of one size, yeoh");
@@ -258,7 +258,7 @@ fn specimens_with_different_ends_cover() {
     let noise = Noise { size: 500.0, level: 0.05, ..Noise::default() };
     let ends = |all: &[f64]| all.iter().enumerate().map(|(k, end)| (Mode::Uniaxial, *end, 20, k)).collect();
     Case::new("yeoh", &[2e4, -500.0, 50.0], ends(&[1.8, 2.0, 2.4, 2.8, 3.2]), noise).study("five ends, yeoh").hold(4.5);
-    Case::new("yeoh", &[2e4, -500.0, 50.0], ends(&[3.0; 5]), noise).study("one end, yeoh").hold(3.2);
+    Case::new("yeoh", &[2e4, -500.0, 50.0], ends(&[3.0; 5]), noise).study("one end, yeoh").hold(3.5);
 }
 
 /// Means of two rows each, as tables with more than 2 000 rows become them, of errors with the correlation 0.98: they are no AR(1) series, and the true law was said to have a pattern

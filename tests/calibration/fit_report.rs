@@ -110,7 +110,7 @@ fn a_fit_of_every_row_has_one_column() {
     result.write_json(&dir.path().join("fit.json")).expect("writable");
     report::fit::write(dir.path()).expect("a report");
     let svg = std::fs::read_to_string(dir.path().join("figures/fit.svg")).expect("the figure");
-    assert!(svg.contains("All data") && !svg.contains("(a)") && !svg.contains("law, predicted"));
+    assert!(!svg.contains("All data") && !svg.contains("(a)") && !svg.contains("law, predicted"));
 }
 
 /// The page of `--law all` has the rows of compare.json in its order; without the file it is refused.

@@ -254,7 +254,7 @@ fn a_motion_through_an_obstacle_is_seen() {
         let obstacle = Obstacle { shape, origin: Vec3::zeros(), axes: Mat3::identity(), body: None };
         let contact = Contact::new("obstacle".into(), points, obstacle);
         let end: Vec<f64> = (at(to) - at(from)).iter().copied().collect();
-        contact.passed([&[0.0; 3], &end], &mut Caches::default()).is_some()
+        contact.passed([&[0.0; 3], &end], 0.0, &mut Caches::default()).is_some()
     };
     let sphere = |from, to| passed(Shape::sphere(5e-3), from, to);
     assert!(sphere([1.0, 0.0, 6.0], [1.0, 0.0, -9.0]) && sphere([0.0, 0.0, 5.0], [0.0, 1.0, -5.0]));

@@ -221,7 +221,8 @@ impl SceneModel {
     /// Time at which the protocol passes the last data point \[s\].
     fn last(&self, scene: &Scene, wanted: &[f64]) -> Result<f64, InverseError> {
         let Some(span) = scene.spans.last() else { return Ok(0.0) };
-        let times: Vec<f64> = scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.point(k))).collect();
+        let times: Vec<f64> =
+            scene.spans.iter().flat_map(|s| (0..=s.steps()).map(|k| s.start + k as f64 * s.dt)).collect();
         let x = self.position(scene, times.iter().copied())?;
         let up = x.last() > x.first();
         let passes = |x: f64| wanted.iter().all(|v| if up { *v <= x } else { *v >= x });

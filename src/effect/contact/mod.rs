@@ -39,6 +39,8 @@ const ADVANCES: usize = 200;
 const OPPOSITE: f64 = -0.1;
 /// Share of its motion by which a point that passes the obstacle is deeper inside than at the start and at the end \[–\].
 const DEEPER: f64 = 1e-6;
+/// Roundings of a kink by which it is deeper at least: less is a point at an edge, which slides from one side to the other \[–\].
+const AT_AN_EDGE: f64 = 4.0;
 
 /// Counts and times of the search for contact over a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -252,7 +254,9 @@ impl Contact {
 
     /// A node and the distance at the end \[m\] of a point that a motion from `old` straight to `x` takes through the obstacle: at the end its
     /// normal looks to another side, and in between the point is deeper inside than at the start and at the end.
-    pub fn passed(&self, [old, x]: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)> {
+    ///
+    /// `rounding` \[m\] is the depth over which kinks between sides of the obstacle are rounded.
+    pub fn passed(&self, [old, x]: [&[f64]; 2], rounding: f64, caches: &mut Caches) -> Option<(u32, f64)> {
         let start = Instant::now();
         let dx: Vec<f64> = x.iter().zip(old).map(|(x, old)| x - old).collect();
         let (before, after) = (self.obstacle.at(old), self.obstacle.at(x));
@@ -271,7 +275,7 @@ impl Contact {
             if from.normal.dot(&to.normal) > OPPOSITE {
                 return None;
             }
-            let margin = DEEPER * speed;
+            let margin = (DEEPER * speed).max(AT_AN_EDGE * rounding);
             let least = (from.gap.min(to.gap) - point.radius).min(0.0) - margin;
             let share = self.advance((old, &dx), b, [least, 1e-3 * margin], speed, 1.0, &mut tested);
             (share < 1.0).then_some((point.nodes[0], to.gap - point.radius))

@@ -123,7 +123,7 @@ impl ContactPoints for Multiplier {
     }
 
     fn passed(&self, [x, old]: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)> {
-        self.contact.passed([old, x], caches)
+        self.contact.passed([old, x], 0.0, caches)
     }
 
     fn inside(&self, x: &[f64], depth: f64) -> Vec<ContactPoint<'_>> {

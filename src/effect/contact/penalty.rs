@@ -34,4 +34,8 @@ impl Response for Penalty {
     fn limits_motion(&self) -> bool {
         false
     }
+
+    fn rounding(&self) -> f64 {
+        self.rounding
+    }
 }

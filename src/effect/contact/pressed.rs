@@ -19,6 +19,10 @@ pub trait Response: ContactPotential {
     fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness>;
     /// Whether no point may pass the obstacle, so that motions have a limit.
     fn limits_motion(&self) -> bool;
+    /// Depth inside of the obstacle over which the kink between two of its sides is rounded \[m\].
+    fn rounding(&self) -> f64 {
+        0.0
+    }
 }
 
 pub struct Pressed<R> {
@@ -127,7 +131,10 @@ impl<R: Response> ContactPoints for Pressed<R> {
     }
 
     fn passed(&self, [x, old]: [&[f64]; 2], caches: &mut Caches) -> Option<(u32, f64)> {
-        if self.response.limits_motion() { None } else { self.contact.passed([old, x], caches) }
+        if self.response.limits_motion() {
+            return None;
+        }
+        self.contact.passed([old, x], self.response.rounding(), caches)
     }
 }
 

@@ -150,7 +150,7 @@ impl EnrichedScene {
         match on_smooth_surface(&scene.body.mesh, &self.map) {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
-            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, map)
+            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, *map)
                 .map_or(SmoothSurface::Folded, |moved| {
                     SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }), part)
                 }),
