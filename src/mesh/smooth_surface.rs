@@ -12,7 +12,7 @@
 //! (1991) 1115–1138). A node between nodes of the mesh moves by the distance of the fitted surface from its own interpolant on the facet, so
 //! that the nodes of the mesh stay.
 //!
-//! A crease, where neighbouring facets meet at more than [`crease`], ends a smooth surface; a node on it lies on the surfaces of both sides.
+//! A crease, where neighbouring facets meet at more than 40° (linear cells) or 15° (quadratic ones), ends a smooth surface; a node on it lies on the surfaces of both sides.
 
 use super::boundary::boundary_facets;
 use super::element::{FACET_EDGES, FACET_NODES};
