@@ -27,7 +27,7 @@ fn a_recording_sets_the_values_of_a_page_again() {
     // A value takes effect at the next step: it is reached at its end
     let signals = text(&by_hand, "scene.signals.csv");
     assert_eq!(signals, format!("t_s,{SIGNAL}\n0,0\n0.25,0.001\n0.5,{third}\n0.75,0.002\n1,0.002\n"));
-    assert!(text(&by_hand, "scene.json").contains("set by hand and recorded"));
+    assert!(text(&by_hand, "scene.json").contains("set by hand, and what was set is recorded"));
 
     let recording = recorded.to_str().expect("UTF-8");
     let replayed = run(&again, &["--set", BY_HAND, "--replay", recording]);
