@@ -158,9 +158,10 @@ fn constants_without_a_derivative_are_no_wrong_input() {
 /// search comes to the constants that the other starts lead to.
 #[test]
 fn a_search_steps_back_from_shares_of_almost_one() {
-    let start = with(SCENE, &[(STIFFNESS, 25e3), (SHARE, 0.1), (TIME, 0.3)]);
+    let start = with(SCENE, &[(STIFFNESS, 30e3), (SHARE, 0.1), (TIME, 0.3)]);
     let c = found(&start, &[STIFFNESS, SHARE, TIME], &measured(&with(SCENE, &[]), 1e-3), 1e-4);
     println!("{:?}: {} solves, {} failed", c.constants, c.solves, c.failed);
+    assert!(c.failed > 0, "the start is too near");
     assert!(c.settled(), "{:?} after {} refused steps", c.end, c.failed);
     for (f, truth) in c.constants.iter().zip([40e3, 0.25, 0.1]) {
         assert!(f.interval.is_some() && (f.value / truth - 1.0).abs() < 0.1, "{}: {} for {truth}", f.key, f.value);

@@ -196,7 +196,9 @@ fn files_of_all_kinds_are_shown_or_refused() {
         found
     };
     let both = shows(&[&run, &path("scene.json")], 2);
-    assert_eq!(both[0], both[1]);
+    let titles = [&both[0], &both[1]].map(|case| case.title().to_string());
+    assert!(titles[0].ends_with("scene.html") && titles[1].ends_with("scene.json"), "{titles:?}");
+    assert_eq!(shows(&[&run], 1), shows(&[&path("scene.json")], 1));
     let scene = shows(&["tests/cli/scene.toml"], 1);
     assert_eq!(scene[0].head["parts"][0]["kind"], "cable");
     let kinds: Vec<&str> =
