@@ -157,7 +157,7 @@ def test_masked_values_are_refused(pulled: durometer.Scene) -> None:
     assert durometer.Fit.from_arrays([1.1, 1.2, 1.3], numpy.ma.masked_array([1e3, 2e3, 3e3]), "neo_hookean", nu=0.45).constants
 
 
-@pytest.mark.parametrize("threads, words", [(0, "give 1 or more"), (-1, "give 1 or more"), (10**30, "give"), (100_000, "only wait"), (1.5, "no whole number")])
+@pytest.mark.parametrize("threads, words", [(0, "whole number of 1 or more"), (-1, "whole number of 1 or more"), (10**30, "give"), (100_000, "only wait"), (1.5, "no whole number")])
 def test_threads_have_the_limits_of_the_program(beam: durometer.Scene, threads: object, words: str) -> None:
     with pytest.raises(durometer.InputError, match=words):
         beam.run(threads=threads)
