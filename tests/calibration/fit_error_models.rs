@@ -1,7 +1,7 @@
 //! Coverage of the 95 % intervals where the errors grow with the stress, where weights follow from the data, where modes lie in files of their own, and where specimens
 //! end at different stretches; and what is said of each.
 //!
-//! Of 100 draws with probability 0.95 the standard deviation is 2.18 %: accepted are 95 − 3 % and two of them, 87.6 % or more; 80 % fails with 97 %. Half-widths are compared with the scatter of the
+//! Of 200 draws with probability 0.95 the standard deviation is 1.54 %: accepted are 95 − 3 % and two of them, 88.9 % or more. Half-widths are compared with the scatter of the
 //! constants between the draws, so that an interval which covers by its width alone fails.
 
 use crate::common::Random;
@@ -11,9 +11,9 @@ use durometer::calibrate::{
 };
 use rayon::prelude::*;
 
-const DRAWS: u64 = 100;
-/// 95 − 3 − 2·2.18 %
-const LEAST: f64 = 87.6;
+const DRAWS: u64 = 200;
+/// 95 − 3 − 2·1.54 %
+const LEAST: f64 = 88.9;
 
 /// A curve: mode, largest stretch, rows, file.
 type Curve = (Mode, f64, usize, usize);
@@ -138,8 +138,8 @@ struct Counts {
 
 impl Counts {
     fn hold(&self, widest: f64) {
-        // 5 % and two standard deviations of 100 draws
-        assert!(self.pattern <= 9.4, "{self:?}");
+        // 5 % and two standard deviations of 200 draws
+        assert!(self.pattern <= 8.1, "{self:?}");
         for c in &self.constants {
             assert!(c.covered >= LEAST && c.wide <= widest, "{self:?}");
         }
@@ -162,8 +162,8 @@ fn relative_weights_are_unbiased() {
         let case = Case { weighting: Weighting::Relative, ..Case::new(law, values, one(4.0, rows), noise) };
         let found = case.study(&format!("relative weights, {law}, {rows} rows"));
         found.hold(2.3);
-        // A standard deviation of the mean of 100 draws of at most 4 %, and 10 % of correlated ones with two of them
-        assert!(found.constants[0].bias.abs() < 0.4 && found.correlated <= 16.0 && found.hint == 0.0, "{found:?}");
+        // Four standard deviations of the mean of 200 draws of at most 4 %, and 15 % of correlated ones where 10 are expected
+        assert!(found.constants[0].bias.abs() < 0.3 && found.correlated < 15.0 && found.hint == 0.0, "{found:?}");
     }
 }
 
@@ -175,12 +175,12 @@ fn the_loss_of_huber_has_its_own_covariance() {
         let case = Case { loss: Loss::Huber, ..Case::new("yeoh", YEOH, one(2.5, 80), noise) };
         let found = case.study(&format!("huber, outliers: {name}"));
         found.hold(2.5);
-        assert!(found.correlated <= 17.0, "{found:?}");
+        assert!(found.correlated < 16.0, "{found:?}");
     }
     // A tenth of the data points three times too large: the bias of C10 is the one of the loss, not of its interval
     let noise = Noise { size: 500.0, outliers: (0.1, 3.0), ..Noise::default() };
     let found = Case { loss: Loss::Huber, ..Case::new("yeoh", YEOH, one(2.5, 80), noise) }.study("huber, 10 % times 3");
-    assert!(found.correlated <= 17.0 && found.constants.iter().all(|c| c.wide < 2.5 && c.covered > 80.0), "{found:?}");
+    assert!(found.correlated < 16.0 && found.constants.iter().all(|c| c.wide < 2.5 && c.covered > 80.0), "{found:?}");
 }
 
 /// Errors in proportion to the stress with equal weights: s²(JᵀJ)⁻¹ covered 79 % (C20) and 83 % (J_m). Errors of one size are called unequal in 5 % of the draws.
@@ -197,13 +197,13 @@ fn errors_that_grow_with_the_stress_are_seen() {
         let noise = Noise { relative, ..grown };
         let found = Case::new(law, values, one(end, rows), noise).study(&format!("grown errors, {law}, {rows} rows"));
         found.hold(2.8);
-        assert!(found.unequal + found.correlated >= 75.0 && found.hint >= 60.0, "{found:?}");
+        assert!(found.unequal + found.correlated > 80.0 && found.hint > 65.0, "{found:?}");
     }
     let even = Noise { size: 1e3, ..Noise::default() };
     let found = Case::new("yeoh", YEOH, one(4.0, 40), even).study("errors of one size, yeoh");
     found.hold(2.3);
-    // 5 % and 3 %, and two standard deviations of 100 draws
-    assert!(found.unequal <= 9.4 && found.hint <= 6.4, "{found:?}");
+    // 5 % and two standard deviations of 200 draws
+    assert!(found.unequal <= 8.1 && found.hint <= 6.0, "{found:?}");
 }
 
 fn modes(rows: usize, repeats: &[usize; 3]) -> Vec<Curve> {
@@ -258,7 +258,7 @@ fn specimens_with_different_ends_cover() {
     let noise = Noise { size: 500.0, level: 0.05, ..Noise::default() };
     let ends = |all: &[f64]| all.iter().enumerate().map(|(k, end)| (Mode::Uniaxial, *end, 20, k)).collect();
     Case::new("yeoh", &[2e4, -500.0, 50.0], ends(&[1.8, 2.0, 2.4, 2.8, 3.2]), noise).study("five ends, yeoh").hold(4.5);
-    Case::new("yeoh", &[2e4, -500.0, 50.0], ends(&[3.0; 5]), noise).study("one end, yeoh").hold(3.5);
+    Case::new("yeoh", &[2e4, -500.0, 50.0], ends(&[3.0; 5]), noise).study("one end, yeoh").hold(3.2);
 }
 
 /// Means of two rows each, as tables with more than 2 000 rows become them, of errors with the correlation 0.98: they are no AR(1) series, and the true law was said to have a pattern
@@ -297,6 +297,6 @@ fn moderate_outliers_are_named() {
     let [even, grown] =
         [(2e3, 0.0), (0.0, 0.05)].map(|(size, relative)| count(Noise { size, relative, ..Noise::default() }));
     println!("outliers named: {with} of {DRAWS}; without any {even}, {grown}");
-    // 1 % and two standard deviations of 100 draws
-    assert!(with >= 90 && even <= 3 && grown <= 3, "{with} {even} {grown}");
+    // 1 % and two standard deviations of 200 draws
+    assert!(with >= 180 && even <= 4 && grown <= 4, "{with} {even} {grown}");
 }

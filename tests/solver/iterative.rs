@@ -94,7 +94,7 @@ fn mixed_formulations_cost_the_same_at_any_compressibility() {
             &format!("mesh.cells={cells}"),
             &format!("mesh.element=\"{element}\""),
             &format!("laws.silicone.nu={nu}"),
-            "stage.0.duration=\"0.1 s\"",
+            "stage.0.duration=\"0.25 s\"",
             "numerics.reuse_threshold=1e9",
             ITERATIVE,
         ];
