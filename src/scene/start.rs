@@ -172,9 +172,13 @@ fn place(system: &System, state: &mut State) {
     system.ties.complete(&mut state.x);
 }
 
-/// Puts them there with the velocities that their signals have from then on.
+/// Puts them there, and where anything has mass, with the velocities that their signals have from then on. Without mass no step keeps a velocity, and one
+/// of the prescribed nodes alone would only mislead the prediction of the next step.
 pub(super) fn place_in_motion(system: &System, state: &mut State) {
     place(system, state);
+    if system.effects.iter().all(|effect| effect.role() != EnergyRole::Kinetic) {
+        return;
+    }
     for p in &system.prescribed {
         state.v[p.dof as usize] = p.signal.rate(Clock { t: state.t, inputs: &state.inputs });
     }

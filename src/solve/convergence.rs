@@ -58,7 +58,7 @@ impl Convergence {
     /// as a share of the largest displacement, is small, or no longer falls. It does not depend on the mesh, which the sum of the
     /// forces of all blocks does. A state without an estimate has to come from an iteration.
     ///
-    /// By a tangent that `is_shifted`, corrections d fall slowly, to a sum of d/(1 − q) with the ratio q of the last two: this is what has
+    /// By a tangent that `is_shifted` for want of a factor, corrections d fall slowly, to a sum of d/(1 − q) with the ratio q of the last two: this is what has
     /// to be small, and such a state is not accepted because iterations end or d hardly falls.
     pub fn is_accurate(&mut self, correction: Option<f64>, is_shifted: bool, iterations: usize) -> bool {
         let ends = self.is_last(iterations) || self.is_linearised;

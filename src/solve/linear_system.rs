@@ -127,6 +127,12 @@ impl LinearSystem {
         Schur::new(&mut self.factor, sums, system, &rows, &sums.gradient).map_err(Failure::Linear)
     }
 
+    /// Whether a tangent was shifted after so many shifts, and this may be because the iterative method has no factor to fall back on: only then are
+    /// tangents shifted at states that are stable.
+    pub(super) fn is_shifted_since(&self, shifted: usize) -> bool {
+        self.shifted > shifted && self.factor.multigrid().is_some()
+    }
+
     /// Negative eigenvalues of the constrained tangent that is factorised; none where they are not counted.
     pub(super) fn negative(&self, system: &System, sums: &Assembled, schur: &Schur) -> Option<usize> {
         negative_eigenvalues(&self.factor, system, sums, schur)

@@ -68,7 +68,7 @@ struct NewtonIteration<'a> {
     may_reuse_factor: bool,
     /// Schur complement of the factorisation of this step that the last direction is by, if it is
     schur: Option<Schur>,
-    /// Whether the tangent of that factorisation was shifted towards positive definiteness
+    /// Whether the tangent of that factorisation was shifted for want of a factor that is allowed
     is_shifted: bool,
     /// Error before the last iteration; 0 after a damped one, whose factorisation is not used again
     last_error: f64,
@@ -196,7 +196,7 @@ impl<'a> NewtonIteration<'a> {
                 }
                 let shifted = linear.shifted;
                 let schur = linear.factorise(step, next, equations, self.may_reuse_factor, &mut self.solution)?;
-                self.is_shifted = linear.shifted > shifted;
+                self.is_shifted = linear.is_shifted_since(shifted);
                 schur
             }
         };

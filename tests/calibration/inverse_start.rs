@@ -158,7 +158,7 @@ fn constants_without_a_derivative_are_no_wrong_input() {
 /// search comes to the constants that the other starts lead to.
 #[test]
 fn a_search_steps_back_from_shares_of_almost_one() {
-    let start = with(SCENE, &[(STIFFNESS, 30e3), (SHARE, 0.1), (TIME, 0.3)]);
+    let start = with(SCENE, &[(STIFFNESS, 25e3), (SHARE, 0.1), (TIME, 0.3)]);
     let c = found(&start, &[STIFFNESS, SHARE, TIME], &measured(&with(SCENE, &[]), 1e-3), 1e-4);
     println!("{:?}: {} solves, {} failed", c.constants, c.solves, c.failed);
     assert!(c.failed > 0, "the start is too near");
