@@ -258,7 +258,7 @@ impl Scene {
         attach_skins(builder, &spec.skins)?;
         build_effects(builder, &spec.effects)?;
         let (cables, cavities) = build_constraints(builder, &spec.constraints, carriers)?;
-        let (rigids, contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
+        let (rigids, mut contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
         check_elastic(builder, &spec.effects, own_effects.is_empty())?;
         builder.effects.extend(own_effects);
         check_tied(builder, spec.start.is_some())?;
@@ -278,18 +278,21 @@ impl Scene {
         check_continued(builder, !spec.events.is_empty())?;
         let controls = build_controls(builder, &columns, &cables, &cavities)?;
         let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
-        let frames = frames.chain(&builder.frames);
-        let points = body.mesh.points.iter().copied().chain(frames.flat_map(AffineFrame::rest)).collect();
+        let frames = frames.chain(&builder.frames).flat_map(AffineFrame::rest);
+        let points = body.mesh.points.iter().copied().chain(frames).collect();
         let (prescribed, signals, notes) = builder.finish();
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
         let parts =
             SystemParts { nodes, hosts: gathered.hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
-        let scene = Self {
+        let system = number(parts).map_err(|e| part(file, "scene", e))?;
+        contacts.iter_mut().for_each(|c| c.history = system.elastic_slips_of(&c.name).unwrap_or_default());
+        check_columns(file, &columns)?;
+        Ok(Self {
             title: spec.title.clone(),
             file: file.into(),
             body,
             regions,
-            system: number(parts).map_err(|e| part(file, "scene", e))?,
+            system,
             points,
             law: gathered.laws.into_iter().next().map(|l| l.law),
             elastic: gathered.points,
@@ -314,9 +317,7 @@ impl Scene {
             text,
             notes,
             no_limit,
-        };
-        check_columns(file, &columns)?;
-        Ok(scene)
+        })
     }
 
     /// Equations, body and recorders, in the order of their columns, of a scene that is not run itself.

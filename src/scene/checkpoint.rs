@@ -58,7 +58,7 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 6";
+const FORMAT: &str = "durometer state 7";
 /// Numbers that are written at a time.
 const PIECE: usize = 8192;
 

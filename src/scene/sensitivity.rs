@@ -162,12 +162,12 @@ pub(super) fn check(scene: &Scene) -> Result<(), SensitivityError> {
         let integrator = scene.spans[k].integrator.name();
         return Err(SensitivityError::NotConverged { stage: k + 1, integrator });
     }
+    if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
+        return Err(SensitivityError::Sliding { contact: contact.name.clone() });
+    }
     let unknown = |c: Capabilities| (c.history.is_some() || c.needs != Needs::default()) && c.past.is_none();
     if let Some(effect) = scene.system.effects.iter().find(|e| unknown(e.capabilities())) {
         return Err(SensitivityError::Past { effect: effect.name().into() });
-    }
-    if let Some(contact) = scene.contacts.iter().find(|c| c.slides()) {
-        return Err(SensitivityError::Sliding { contact: contact.name.clone() });
     }
     if let Some(contact) = scene.contacts.iter().find(|c| c.points().is_none()) {
         return Err(SensitivityError::Surfaces { contact: contact.name.clone() });

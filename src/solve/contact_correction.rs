@@ -230,7 +230,8 @@ fn correct(
                 point.motion(s, &next.x) - point.motion(s, then) + carried
             };
             let gap = point.gap + point.normal.dot(&since(&point.shares, &planes.x));
-            contacts.add(system, k, point, (gap, since(&point.sliding, &step.past.x)));
+            let sliding = since(&point.sliding, &step.past.x) + point.elastic_slip(&step.past.history);
+            contacts.add(system, k, point, (gap, sliding));
         }
         let mut columns = contacts.columns(y.len());
         tangent::solve(&mut linear.factor, &equations.sums, &mut columns).map_err(Failure::Linear)?;

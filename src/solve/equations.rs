@@ -99,7 +99,7 @@ impl Equations {
     pub(super) fn advance_history(&mut self, step: &Step, next: &mut State) -> Result<(), Failure> {
         let start = Instant::now();
         let mut history = std::mem::take(&mut next.history);
-        let result = step.system.advance(&step.at(next), &mut history, &mut self.sums.costs);
+        let result = step.system.advance(&step.at(next), &mut history, &mut self.sums);
         next.history = history;
         self.assembly_time += start.elapsed();
         result.map_err(Failure::Eval)

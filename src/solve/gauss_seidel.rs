@@ -336,6 +336,7 @@ mod tests {
             normal: Vec3::z(),
             force: 0.0,
             friction: Some((1.0, 1e-9)),
+            history: 0,
             potential: None,
         };
         let mut contacts = Contacts {

@@ -1,6 +1,7 @@
 //! Contact points, for corrections: these solve the equilibrium without contact, and then the forces of the points on planes.
 
 use super::Caches;
+use super::friction::HISTORY;
 use crate::math::tensor::Vec3;
 
 /// A potential of a contact point per area, which decreases with the distance from the obstacle.
@@ -28,6 +29,8 @@ pub struct ContactPoint<'a> {
     pub force: f64,
     /// μ \[–\] and ε \[m\], where there is friction
     pub friction: Option<(f64, f64)>,
+    /// Place of its elastic slip in the history of the friction; from [`System::contact_points`](super::System::contact_points), in that of the state
+    pub history: usize,
     /// The potential of the normal force with the area of the point \[m²\]; without one, contact is unilateral
     pub potential: Option<(&'a dyn ContactPotential, f64)>,
 }
@@ -36,6 +39,16 @@ impl ContactPoint<'_> {
     /// No normal force beyond this distance \[m\].
     pub fn reach(&self) -> f64 {
         self.potential.map_or(0.0, |(potential, _)| potential.reach())
+    }
+
+    /// Its elastic slip \[m\] by the history of a state.
+    pub fn elastic_slip(&self, history: &[f64]) -> Vec3 {
+        let epsilon = self.friction.map_or(0.0, |(_, epsilon)| epsilon);
+        if epsilon == 0.0 {
+            Vec3::zeros()
+        } else {
+            Vec3::from_column_slice(&history[self.history..][..HISTORY]) * epsilon
+        }
     }
 
     /// Σ_k s_k z_k of displacements \[m\], with shares of the nodes: its `shares` or its `sliding`.

@@ -77,6 +77,8 @@ pub struct Capabilities<'a> {
     pub contact_points: Option<&'a dyn ContactPoints>,
     /// Whether assemblies [without contact points](super::Assembled::without_contact_points) leave the effect out
     pub on_contact_points: bool,
+    /// Name of the contact whose friction this is, with the [elastic slip](super::friction::HISTORY) of each of its points as history
+    pub friction_of: Option<&'a str>,
     /// Degree of the polynomial of x that the residual of a load is, per unit of its intensity; absent if it is none
     pub degree: Option<usize>,
     /// Whether the residual is a constant matrix times the velocity or the acceleration
@@ -142,6 +144,10 @@ pub trait HistoryVariables {
     fn size(&self) -> usize;
     /// The variables of block `b` at the end of the accepted step `at`. `new` holds those at its start.
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError>;
+    /// The variables of all blocks, one after the other, as [`Self::advance`] gives them.
+    fn advance_all(&self, at: &At, new: &mut [f64], _caches: &mut Caches) -> Result<(), EvalError> {
+        new.chunks_exact_mut(self.size()).enumerate().try_for_each(|(b, new)| self.advance(at, b, new))
+    }
 }
 
 /// Derivatives of an effect by its inputs other than x.

@@ -208,7 +208,13 @@ impl System {
         margin: f64,
         caches: &mut Caches,
     ) -> Vec<Vec<ContactPoint<'_>>> {
-        self.with_contact_points().map(|(_, effect)| effect.points(x_old, dt, margin, caches)).collect()
+        let mut all = Vec::new();
+        for (name, effect) in self.with_contact_points() {
+            let first = self.elastic_slips_of(name).map_or(0, |slips| slips.start);
+            let points = effect.points(x_old, dt, margin, caches).into_iter();
+            all.push(points.map(|point| ContactPoint { history: point.history + first, ..point }).collect());
+        }
+        all
     }
 
     /// Prescribes the forces N \[N\] of the points of each effect that has some.
@@ -241,16 +247,20 @@ impl System {
         limits.filter(|(_, l)| l.share < 1.0).min_by(|a, b| a.1.share.total_cmp(&b.1.share))
     }
 
+    /// Range of the elastic slips of the points of a contact in the history of the state; none without friction.
+    pub fn elastic_slips_of(&self, contact: &str) -> Option<Range<usize>> {
+        let e = self.effects.iter().position(|e| e.capabilities().friction_of == Some(contact))?;
+        Some(self.history_of(e))
+    }
+
     /// The histories at the end of the accepted step `at` into `new`, which holds those at its start.
-    pub fn advance(&self, at: &At, new: &mut [f64], costs: &mut [Cost]) -> Result<(), EvalError> {
+    pub fn advance(&self, at: &At, new: &mut [f64], sums: &mut Assembled) -> Result<(), EvalError> {
         for (e, effect) in self.effects.iter().enumerate() {
             let Some(history) = effect.capabilities().history else { continue };
             let start = Instant::now();
             let at = self.inputs_of(e, at);
-            for (b, new) in new[self.history_of(e)].chunks_exact_mut(history.size()).enumerate() {
-                history.advance(&at, b, new)?;
-            }
-            costs[e].time += start.elapsed();
+            history.advance_all(&at, &mut new[self.history_of(e)], &mut sums.caches)?;
+            sums.costs[e].time += start.elapsed();
         }
         Ok(())
     }

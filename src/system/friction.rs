@@ -3,6 +3,9 @@
 //! |F_t| = F f(|u|/ε), F = μ N, f(y) = 2y − y² for y < 1, and 1 beyond. [`regularised`] gives f of a sliding u, and [`resistance`]
 //! the force where the sliding depends on it.
 
+/// Variables that friction keeps of a point: its elastic slip over ε, the part of the sliding that has not become permanent, a vector of at most 1.
+pub const HISTORY: usize = 3;
+
 /// f(|u|/ε)/|u| and ∂f/∂|u| at the sliding |u| = `size` \[1/m\].
 pub fn regularised(size: f64, epsilon: f64) -> (f64, f64) {
     match size < epsilon {

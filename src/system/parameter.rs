@@ -146,7 +146,7 @@ impl<'a> SystemDifference<'a> {
             let (h, systems) = variants.systems(step)?;
             let of = |place: usize| {
                 let mut new = at.history.to_vec();
-                systems[place].advance(at, &mut new, &mut sums.costs)?;
+                systems[place].advance(at, &mut new, sums)?;
                 Ok(new)
             };
             Some(derivatives(h, of))

@@ -49,7 +49,11 @@ impl SystemParts {
             if !same || effect.blocks() != known.blocks() {
                 return differ(&format!("the blocks of the effect {}", known.name()));
             }
-            kept.push(if vary(e) { effect } else { Box::new(Unvaried::default()) });
+            kept.push(if vary(e) {
+                effect
+            } else {
+                Box::new(Unvaried { role: effect.role(), blocks: Blocks::default() })
+            });
         }
         let constraints: Vec<Box<dyn Constraint>> = constraints.into_iter().map(|c| ties.constraint(c)).collect();
         let of_one_kind = |a: ConstraintKind, b| std::mem::discriminant(&a) == std::mem::discriminant(&b);
@@ -74,8 +78,9 @@ impl SystemParts {
 }
 
 /// In the place of an effect that does not vary.
-#[derive(Default)]
 struct Unvaried {
+    /// Of that effect
+    role: EnergyRole,
     blocks: Blocks,
 }
 
@@ -84,7 +89,7 @@ impl Effect for Unvaried {
         "unvaried"
     }
     fn role(&self) -> EnergyRole {
-        EnergyRole::Stored
+        self.role
     }
     fn blocks(&self) -> &Blocks {
         &self.blocks

@@ -184,3 +184,17 @@ fn a_start_next_to_the_end_is_checked_on_the_other_side() {
     let reached = modelled(&near, &[SHARE]).reached(&data);
     assert!(reached.is_ok_and(|reached| reached.iter().all(|r| *r)));
 }
+
+/// Starts of half the stiffness and up to four times the time lead to the constants that the data tell: no step sends a time to where the data are silent about it.
+#[test]
+fn far_starts_of_three_unknowns_lead_to_the_same_constants() {
+    let data = measured(&with(SCENE, &[]), 1e-3);
+    for stiffness in [20e3, 25e3, 30e3, 35e3] {
+        for time in [0.2, 0.3, 0.4] {
+            let start = with(SCENE, &[(STIFFNESS, stiffness), (SHARE, 0.1), (TIME, time)]);
+            let c = found(&start, &[STIFFNESS, SHARE, TIME], &data, 1e-4);
+            let values: Vec<f64> = c.constants.iter().map(|f| f.value).collect();
+            println!("{stiffness} Pa, {time} s: {:?} at {values:?}, {} solves, {} failed", c.end, c.solves, c.failed);
+        }
+    }
+}

@@ -17,7 +17,8 @@ use durometer::mesh::structured::block;
 use durometer::mesh::{Order, Region, TetMesh};
 use durometer::scene::{Body, Checkpoint, Run, RunOptions, Scene, read_scene};
 use durometer::solve::Status;
-use durometer::system::{At, BlockValues, Caches, Rates, Want};
+use durometer::system::friction::HISTORY;
+use durometer::system::{At, BlockValues, Caches, Effect, Rates, Want};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -206,7 +207,8 @@ fn friction_balances() {
         let x = random.vector(3 * mesh.points.len(), 0.02);
         let old = random.vector(3 * mesh.points.len(), 0.02);
         let rates = Rates::default();
-        let at = At { t: 0.0, dt: 1.0, x: &x, v: &old, a: &old, old: &old, history: &[], inputs: &[], rates };
+        let history = random.vector(HISTORY * friction.blocks().len(), 0.5);
+        let at = At { t: 0.0, dt: 1.0, x: &x, v: &old, a: &old, old: &old, history: &history, inputs: &[], rates };
         for term in pressed.surfaces.terms(&x, &mut Caches::default()).iter().filter(|t| t.weight > 0.0) {
             let mut local = BlockValues::new(3 * term.distance.nodes.len());
             friction.add(&at, term, Want::Residual, &mut local);

@@ -102,8 +102,9 @@ fn pair(shape: Shape, moving: bool, scalars: bool) -> Arc<Contact> {
 
 fn eval(effect: &dyn Effect, x: &[f64], want: Want) -> BlockValues {
     let rest = vec![0.0; x.len()];
+    let history = vec![0.0; effect.capabilities().history_size()];
     let rates = Rates::default();
-    let at = At { t: 0.0, dt: 1.0, x, v: &rest, a: &rest, old: &rest, history: &[], inputs: &[], rates };
+    let at = At { t: 0.0, dt: 1.0, x, v: &rest, a: &rest, old: &rest, history: &history, inputs: &[], rates };
     let mut out = BlockValues::new(effect.blocks().size(0));
     effect.eval(&at, 0, want, &mut out).expect("outside");
     out

@@ -15,4 +15,5 @@ mod rolling;
 mod setup;
 mod start;
 mod statics;
+mod sticking;
 mod surface;

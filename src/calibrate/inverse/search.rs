@@ -3,7 +3,8 @@
 //! f = ½‖w(ŷ(θ) − y)‖²/‖wy‖². The coordinates are those of [`super::determined`], u = u₀ + Bw: a step of w of length 1 changes the curve by its
 //! own size, so that the region is a sphere of curves and constants that compensate each other are no narrow valley; directions that are
 //! not searched have no part in B and stay as they were. In the region of radius Δ the step is that of Levenberg and Marquardt with
-//! the λ at which it reaches the boundary (Moré 1978), from one SVD. A constant at a bound that the step would cross is held there, and is let go
+//! the λ at which it reaches the boundary (Moré 1978), from one SVD, or at which no u changes by more than 1: what the curve hardly depends on at one state, as
+//! a time that is longer than the test, is not sent by one step to where it depends on it no more. A constant at a bound that the step would cross is held there, and is let go
 //! where the next one leads inside (projected Newton: Bertsekas, SIAM J. Control Optim. 20, 1982); a step that meets a bound ends on it. A forward
 //! solve that fails, constants that the scene cannot have, and those without a derivative are a wall: the step is taken back
 //! and the region shrinks. The search ends where a full
@@ -28,6 +29,8 @@ const ROUNDING: f64 = 1e-16;
 const RADIUS: f64 = 0.5;
 const LARGEST: f64 = 2.0;
 const NOTHING: f64 = 1e-9;
+/// Change of a coordinate by one step at most: of ln θ, or as a share of what a constant can change by \[–\]
+const LONGEST: f64 = 1.0;
 /// Steps that are tried
 const STEPS: usize = 40;
 /// Decrease over its prediction below which the region shrinks, and above which it grows
@@ -145,8 +148,10 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
             DVector::from_fn(sigma.len(), |k, _| one(k))
         };
         let full: f64 = (0..sigma.len()).filter(|k| sigma[*k] > blind).map(|k| 0.5 * pull[k] * pull[k]).sum();
-        let w = shortened(&part, sigma.max(), radius);
-        let mut change = &free * right.transpose() * &w;
+        let back = &free * right.transpose();
+        let fits = |w: &DVector<f64>| w.norm() <= radius && (&back * w).amax() <= LONGEST;
+        let w = shortened(&part, &fits, sigma.max());
+        let mut change = back * &w;
         // Rounding of the product must not move what is held: it would count as leaving its bound again
         (0..p).filter(|k| bound[*k] != 0).for_each(|k| change[k] = 0.0);
         // The part of the way on which no bound is met, and constants at a bound that it would leave
@@ -164,25 +169,22 @@ fn step(coordinates: &Coordinates, u: &DVector<f64>, point: &Point, size: f64, r
     }
 }
 
-/// The step of the smallest λ whose norm is within the radius, by bisection to 1 %.
-fn shortened(part: &dyn Fn(f64) -> DVector<f64>, largest: f64, radius: f64) -> DVector<f64> {
+/// The step of the smallest λ that `fits`, by bisection to 1 % of λ.
+fn shortened(part: &dyn Fn(f64) -> DVector<f64>, fits: &dyn Fn(&DVector<f64>) -> bool, largest: f64) -> DVector<f64> {
     let whole = part(0.0);
-    if whole.norm() <= radius {
+    if fits(&whole) {
         return whole;
     }
     let (mut low, mut high) = (0.0_f64, largest * largest);
-    while part(high).norm() > radius {
+    while !fits(&part(high)) {
         (low, high) = (high, 4.0 * high);
     }
-    loop {
+    while high > 1.01 * low && high > 1e-12 * largest * largest {
         let middle = if low > 0.0 { (low * high).sqrt() } else { 1e-3 * high };
-        let found = part(middle);
-        if found.norm() > radius {
-            low = middle;
-        } else if found.norm() > 0.99 * radius || high - middle <= 1e-12 * high {
-            return found;
-        } else {
-            high = middle;
+        match fits(&part(middle)) {
+            true => high = middle,
+            false => low = middle,
         }
     }
+    part(high)
 }

@@ -1,22 +1,30 @@
 //! Coulomb friction of the points of a contact: |F_t| ≤ μ N, opposite to the sliding.
 //!
-//! With the sliding over the step u = (I − nnᵀ) Σ_k s_k (z_k − z_k^old) and a smooth start of it, F_t = −μ N f(|u|/ε) u/|u|
-//! with f of [`friction`](crate::system::friction). A point sticks while f < 1: it creeps by less than ε in a step.
+//! As in plasticity, the sliding has an elastic part, which the friction holds, and a permanent one (Simo & Laursen, Comput. Struct. 42, 1992; Wriggers,
+//! Computational Contact Mechanics, 2nd ed. 2006, ch. 5). With the elastic slip at the end of the step, if nothing of it becomes permanent,
+//!
+//! ```text
+//! u = (I − nnᵀ) (ε e + Σ_k s_k (z_k − z_k^old))      F_t = −μ N f(|u|/ε) u/|u|      e' = u/max(ε, |u|)
+//! ```
+//!
+//! with f of [`friction`](crate::system::friction). A point sticks while f < 1: under a load that stays it is displaced by less than ε, and comes back when
+//! the load is taken away. e is kept over ε, so that the force stays where ε changes with the step. It is zero without a normal force.
 //! s are the shares of the material in contact. Of a ball this is the spot −r n, as it was turned at the start of the step: the force has
 //! a moment about the centre, and a ball rolls, with an error of second order in the angle of a step.
 //! ε = stick velocity · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
-//! Energy: what the step dissipates, Σ F_t·u. Limits: a load slowly moves what sticks; isotropic; no viscosity.
+//! Energy: the work of friction over the step, F_t·Δu; the part that is stored elastically, at most μ N ε of a point, comes back.
+//! Limits: where several sides of an obstacle press on a point, it has one elastic slip, across the sum of their forces; isotropic; no viscosity.
 
 use super::placement::displacement;
 use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
-use crate::system::friction::regularised;
+use crate::system::friction::{HISTORY, regularised};
 use crate::system::{
-    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, UnsymmetricTangent,
-    Want,
+    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, HistoryVariables,
+    UnsymmetricTangent, Want,
 };
 use std::sync::Arc;
 
@@ -25,9 +33,9 @@ use std::sync::Arc;
 pub struct Coulomb {
     /// μ \[–\]
     pub coefficient: f64,
-    /// Of a point that sticks, at most \[m/s\]
+    /// Elastic slip of a point, at most, over the length of a dynamic step \[m/s\]
     pub stick_velocity: f64,
-    /// The same over a static step \[m\]
+    /// Elastic slip of a point in statics, at most \[m\]
     pub slip: f64,
 }
 
@@ -38,12 +46,19 @@ impl Coulomb {
     }
 
     /// Adds ∂F_t/∂N ∂N/∂x of a point that is pressed, which is not symmetric, to a block of `n` unknowns that begins with `nodes`.
-    fn add_unsymmetric(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, out: &mut BlockValues) {
+    fn add_unsymmetric(
+        &self,
+        at: &At,
+        (nodes, slip): (&[u32], Vec3),
+        press: &NormalForce,
+        n: usize,
+        out: &mut BlockValues,
+    ) {
         let epsilon = self.threshold(at.dt);
         if epsilon == 0.0 {
             return;
         }
-        let u = sliding(at, nodes, press);
+        let u = press.across(&(slip * epsilon + sliding(at, nodes, press)));
         let (ratio, _) = regularised(u.norm(), epsilon);
         let part = u * press.normal.transpose() * (-self.coefficient * ratio * press.stiffness);
         for (k, sk) in press.sliding.iter().enumerate() {
@@ -55,17 +70,27 @@ impl Coulomb {
         }
     }
 
-    /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`.
-    pub fn add(&self, at: &At, nodes: &[u32], press: &NormalForce, n: usize, want: Want, out: &mut BlockValues) {
+    /// Adds what resists the sliding of a point that is pressed, to a block of `n` unknowns that begins with `nodes`; `slip`: its elastic slip over ε at the
+    /// start of the step.
+    pub fn add(
+        &self,
+        at: &At,
+        (nodes, slip): (&[u32], Vec3),
+        press: &NormalForce,
+        n: usize,
+        want: Want,
+        out: &mut BlockValues,
+    ) {
         let epsilon = self.threshold(at.dt);
         // No time has passed, and nothing slides.
         if epsilon == 0.0 {
             return;
         }
-        let u = sliding(at, nodes, press);
+        let sliding = press.across(&sliding(at, nodes, press));
+        let u = press.across(&slip) * epsilon + sliding;
         let (limit, size) = (self.coefficient * press.force, u.norm());
         let (ratio, slope) = regularised(size, epsilon);
-        out.energy += limit * ratio * size * size;
+        out.energy += limit * ratio * u.dot(&sliding);
         for (k, s) in press.sliding.iter().enumerate() {
             (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
         }
@@ -83,13 +108,39 @@ impl Coulomb {
             }
         }
     }
+
+    /// The elastic slip over ε of a point at the end of a step, which had `slip` at its start: across the sum of the forces, by the sliding along the largest
+    /// one. Zero where nothing presses.
+    pub fn advance<'a>(
+        &self,
+        at: &At,
+        presses: impl Iterator<Item = (&'a [u32], &'a NormalForce)>,
+        slip: Vec3,
+    ) -> Vec3 {
+        let (mut sum, mut largest) = (Vec3::zeros(), None::<(&[u32], &NormalForce)>);
+        for (nodes, press) in presses {
+            sum += press.normal * press.force;
+            if largest.is_none_or(|(_, other)| press.force.abs() > other.force.abs()) {
+                largest = Some((nodes, press));
+            }
+        }
+        let (Some((nodes, press)), Some(normal)) = (largest, sum.try_normalize(0.0)) else { return Vec3::zeros() };
+        let epsilon = self.threshold(at.dt);
+        let sliding = if epsilon == 0.0 { Vec3::zeros() } else { sliding(at, nodes, press) / epsilon };
+        let u = slip + sliding;
+        let u = u - normal * normal.dot(&u);
+        u / u.norm().max(1.0)
+    }
 }
 
-/// (I − nnᵀ) Σ_k s_k (z_k − z_k^old)
+/// Elastic slip over ε of point `b` at the start of a step, by the history of the friction.
+pub fn elastic_slip(at: &At, b: usize) -> Vec3 {
+    Vec3::from_column_slice(&at.history[HISTORY * b..][..HISTORY])
+}
+
+/// Σ_k s_k (z_k − z_k^old)
 fn sliding(at: &At, nodes: &[u32], press: &NormalForce) -> Vec3 {
-    let u: Vec3 =
-        nodes.iter().zip(&press.sliding).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum();
-    u - press.normal * press.normal.dot(&u)
+    nodes.iter().zip(&press.sliding).map(|(&k, s)| (displacement(at.x, k) - displacement(at.old, k)) * *s).sum()
 }
 
 pub struct ContactFriction {
@@ -127,24 +178,50 @@ impl Effect for ContactFriction {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
+        let (point, n) = ((self.blocks().nodes(b), elastic_slip(at, b)), self.blocks().size(b));
         for press in self.presses(at, b) {
-            self.law.add(at, nodes, &press, n, want, out);
+            self.law.add(at, point, &press, n, want, out);
         }
         Ok(())
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
         let active: Option<&dyn ActiveBlocks> = if self.pressing.reach() < f64::INFINITY { Some(self) } else { None };
-        Capabilities { active, unsymmetric: Some(self), on_contact_points: true, ..Capabilities::default() }
+        Capabilities {
+            active,
+            unsymmetric: Some(self),
+            on_contact_points: true,
+            history: Some(self),
+            friction_of: Some(&self.contact().name),
+            ..Capabilities::default()
+        }
+    }
+}
+
+impl HistoryVariables for ContactFriction {
+    fn size(&self) -> usize {
+        HISTORY
+    }
+
+    fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        let (presses, nodes) = (self.presses(at, b), self.blocks().nodes(b));
+        let slip = self.law.advance(at, presses.iter().map(|press| (nodes, press)), elastic_slip(at, b));
+        new.copy_from_slice(slip.as_slice());
+        Ok(())
+    }
+
+    fn advance_all(&self, at: &At, new: &mut [f64], caches: &mut Caches) -> Result<(), EvalError> {
+        let near = self.active(at, caches);
+        new.fill(0.0);
+        near.into_iter().try_for_each(|b| self.advance(at, b as usize, &mut new[HISTORY * b as usize..][..HISTORY]))
     }
 }
 
 impl UnsymmetricTangent for ContactFriction {
     fn eval(&self, at: &At, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
+        let (point, n) = ((self.blocks().nodes(b), elastic_slip(at, b)), self.blocks().size(b));
         for press in self.presses(at, b) {
-            self.law.add_unsymmetric(at, nodes, &press, n, out);
+            self.law.add_unsymmetric(at, point, &press, n, out);
         }
         Ok(())
     }

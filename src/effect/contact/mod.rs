@@ -78,6 +78,11 @@ impl NormalForce {
         let (normal, shares) = (pair.normal / size, pair.shares(own));
         Self { force: first * size, normal, sliding: shares.clone(), shares, stiffness: second * size * size }
     }
+
+    /// The part of a vector across the normal.
+    fn across(&self, v: &Vec3) -> Vec3 {
+        v - self.normal * self.normal.dot(v)
+    }
 }
 
 /// A response that exerts normal forces on points.

@@ -14,6 +14,7 @@
 use super::friction::Coulomb;
 use super::placement::Pair;
 use super::{Contact, NormalForce, NormalForces};
+use crate::system::friction::HISTORY;
 use crate::system::{
     At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError, Want,
 };
@@ -51,6 +52,7 @@ impl Multiplier {
             normal: pair.normal,
             force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
             friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
+            history: HISTORY * b,
             potential: None,
         }
     }

@@ -7,6 +7,7 @@ use super::placement::Pair;
 use super::shape::{Shape, Witness};
 use super::{Contact, NormalForce, NormalForces};
 use crate::math::tensor::{Mat3, Vec3};
+use crate::system::friction::HISTORY;
 use crate::system::{
     ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, ContactPotential, Effect,
     EnergyRole, EvalError, MotionLimit, StepLimit, Want,
@@ -123,6 +124,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
                     normal: pair.normal,
                     force: self.response.potential(pair.gap).map_or(0.0, |[_, first, _]| -first * point.area),
                     friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
+                    history: HISTORY * b as usize,
                     potential: Some((&self.response, point.area)),
                 }
             }));

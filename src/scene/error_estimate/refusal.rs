@@ -3,6 +3,7 @@
 use crate::scene::error::hint;
 use crate::scene::{Scene, SceneError};
 use crate::solve::{Integrator, TimeSpan};
+use crate::system::Capabilities;
 
 /// Reason why a run has no error estimate.
 #[derive(Debug, thiserror::Error)]
@@ -75,7 +76,8 @@ pub fn path_dependence(scene: &Scene) -> Option<String> {
     if let Some((k, span)) = scene.spans.iter().enumerate().find(|(_, span)| !is_static(span)) {
         return Some(format!("stage {} ({})", k + 1, span.integrator.name()));
     }
-    if let Some(effect) = scene.system.effects.iter().find(|e| e.capabilities().history.is_some()) {
+    let remembers = |c: Capabilities| c.history.is_some() && c.friction_of.is_none();
+    if let Some(effect) = scene.system.effects.iter().find(|e| remembers(e.capabilities())) {
         return Some(format!("the effect {}", effect.name()));
     }
     if let Some(cable) = scene.cables.iter().find(|c| c.friction) {

@@ -1,18 +1,25 @@
 //! Coulomb friction between surfaces: that of [`friction`](crate::effect::contact::friction) on every term.
+//!
+//! The elastic slip is kept for each point of either surface, and is that of all terms of the point. Limits: terms of two edges have none.
 
 use super::pressed::PressedSurfaces;
 use super::terms::Term;
-use crate::effect::contact::friction::Coulomb;
+use crate::effect::contact::NormalForce;
+use crate::effect::contact::friction::{Coulomb, elastic_slip};
+use crate::math::tensor::Vec3;
+use crate::system::friction::HISTORY;
 use crate::system::{
-    At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, TransientBlocks, TransientCoupling,
-    Want,
+    ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, Effect, EnergyRole, EvalError, HistoryVariables,
+    TransientBlocks, TransientCoupling, Want,
 };
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 pub struct SurfaceFriction {
     name: String,
     pub pressing: Arc<PressedSurfaces>,
     law: Coulomb,
+    /// One without unknowns for each point, which has the history of it
     blocks: Blocks,
 }
 
@@ -25,14 +32,32 @@ struct FrictionTerms<'a> {
 
 impl SurfaceFriction {
     pub fn new(name: String, pressing: Arc<PressedSurfaces>, law: Coulomb) -> Self {
-        Self { name, pressing, law, blocks: Blocks::new(std::iter::empty()) }
+        let points = pressing.surfaces.point_count();
+        Self { name, pressing, law, blocks: Blocks::new(std::iter::repeat_n(&[][..], points)) }
+    }
+
+    /// Block of the point of a term; none of two edges.
+    fn block(&self, term: &Term) -> Option<usize> {
+        let (pass, point) = term.point?;
+        Some(if pass == 0 { 0 } else { self.pressing.surfaces.first().points.len() } + point as usize)
     }
 
     /// Adds the friction of a term to a block of its nodes.
     pub fn add(&self, at: &At, term: &Term, want: Want, out: &mut BlockValues) {
         // A term that is taken away again, next to a concave edge, takes its friction away too.
         let Some(press) = self.pressing.normal_force(at.x, term) else { return };
-        self.law.add(at, &term.distance.nodes, &press, 3 * term.distance.nodes.len(), want, out);
+        let (nodes, slip) = (&term.distance.nodes[..], self.block(term).map_or(Vec3::zeros(), |b| elastic_slip(at, b)));
+        self.law.add(at, (nodes, slip), &press, 3 * nodes.len(), want, out);
+    }
+
+    /// Terms of points at a state with the forces that they exert, block after block.
+    fn presses<'a>(&self, at: &At, terms: &'a [Term]) -> BTreeMap<usize, Vec<(&'a [u32], NormalForce)>> {
+        let mut of_blocks = BTreeMap::<usize, Vec<(&[u32], NormalForce)>>::new();
+        for term in terms {
+            let (Some(b), Some(press)) = (self.block(term), self.pressing.normal_force(at.x, term)) else { continue };
+            of_blocks.entry(b).or_default().push((&term.distance.nodes, press));
+        }
+        of_blocks
     }
 }
 
@@ -54,7 +79,46 @@ impl Effect for SurfaceFriction {
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { semidefinite: true, transient: Some(self), ..Capabilities::default() }
+        Capabilities {
+            semidefinite: true,
+            transient: Some(self),
+            active: Some(self),
+            history: Some(self),
+            friction_of: Some(&self.pressing.surfaces.name),
+            ..Capabilities::default()
+        }
+    }
+}
+
+impl ActiveBlocks for SurfaceFriction {
+    /// None: those of points have no unknowns.
+    fn active(&self, _: &At, _: &mut Caches) -> Vec<u32> {
+        Vec::new()
+    }
+}
+
+impl HistoryVariables for SurfaceFriction {
+    fn size(&self) -> usize {
+        HISTORY
+    }
+
+    fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        let terms = self.pressing.surfaces.terms(at.x, &mut Caches::default());
+        let own: Vec<Term> = terms.iter().filter(|term| self.block(term) == Some(b)).cloned().collect();
+        let presses = self.presses(at, &own).remove(&b).unwrap_or_default();
+        let slip = self.law.advance(at, presses.iter().map(|(nodes, press)| (*nodes, press)), elastic_slip(at, b));
+        new.copy_from_slice(slip.as_slice());
+        Ok(())
+    }
+
+    fn advance_all(&self, at: &At, new: &mut [f64], caches: &mut Caches) -> Result<(), EvalError> {
+        let terms = self.pressing.surfaces.terms(at.x, caches);
+        new.fill(0.0);
+        for (b, presses) in self.presses(at, &terms) {
+            let slip = self.law.advance(at, presses.iter().map(|(nodes, press)| (*nodes, press)), elastic_slip(at, b));
+            new[HISTORY * b..][..HISTORY].copy_from_slice(slip.as_slice());
+        }
+        Ok(())
     }
 }
 

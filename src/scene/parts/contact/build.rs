@@ -75,7 +75,8 @@ fn build_contact(
     let cell = cell_size(builder, place, spec, bodies)?;
     let scales = ContactScales::new(builder, place, spec, (cell, stiffest(builder)))?;
     let ContactScales { distance, modulus, friction: law, .. } = scales;
-    let named = |of: ContactSides| NamedContact { name: spec.name.clone(), response: spec.response, scales, of };
+    let named =
+        |of: ContactSides| NamedContact { name: spec.name.clone(), response: spec.response, scales, of, history: 0..0 };
     if let ShapeSpec::Region { region } = &spec.obstacle {
         let barrier = Barrier { distance, stiffness: modulus / distance };
         return build_surfaces(builder, place, spec, region, (barrier, law)).map(named);

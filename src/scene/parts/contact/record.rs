@@ -12,6 +12,7 @@ use crate::scene::parts::contact::spec::ResponseSpec;
 use crate::scene::recorder::{Moment, Recorder};
 use crate::system::{At, BlockValues, Caches, Effect, Want};
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A contact of the system, for what is recorded.
@@ -20,6 +21,8 @@ pub struct NamedContact {
     pub response: ResponseSpec,
     pub scales: ContactScales,
     pub(in crate::scene) of: ContactSides,
+    /// Of its elastic slips in the history of a state, once the system is built
+    pub(in crate::scene) history: Range<usize>,
 }
 
 /// The two sides of a contact.
@@ -126,6 +129,11 @@ impl NamedContact {
         }
     }
 
+    /// The inputs of its friction from those of the system.
+    fn inputs<'a>(&self, at: &At<'a>) -> At<'a> {
+        At { history: &at.history[self.history.clone()], ..*at }
+    }
+
     /// Sums over the points of its region; friction is there where a step led to the state. What a surface does to itself has the sum 0.
     fn moment(&self, x: &[f64], step: Option<&At>) -> Sums {
         let (forces, force) = self.sums(x, step);
@@ -152,6 +160,8 @@ impl NamedContact {
 
     /// The same, and the whole force on the region.
     fn sums(&self, x: &[f64], step: Option<&At>) -> (Vec<(usize, Vec3)>, Vec3) {
+        let own = step.map(|at| self.inputs(at));
+        let step = own.as_ref();
         match &self.of {
             ContactSides::Points { pressing, friction, .. } => {
                 let forces = forces(&**pressing, friction.as_deref(), x, step);
@@ -164,6 +174,8 @@ impl NamedContact {
 
     /// \[3 × nodes\] forces at the nodes \[N\].
     pub fn nodal(&self, x: &[f64], step: Option<&At>, nodes: &mut [f64]) {
+        let own = step.map(|at| self.inputs(at));
+        let step = own.as_ref();
         match &self.of {
             ContactSides::Points { pressing, friction, .. } => {
                 for (b, force) in forces(&**pressing, friction.as_deref(), x, step) {
