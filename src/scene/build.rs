@@ -267,8 +267,7 @@ impl Scene {
         }
         check_start(builder, spec.start.as_ref())?;
         let mut probes = build_probes(builder, &spec.probes)?;
-        probes.append(&mut builder.gathered.recorders);
-        probes.extend(own_recorders);
+        probes.extend(builder.gathered.recorders.drain(..).chain(own_recorders));
         note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
         check_stages(builder, &spec.stages)?;

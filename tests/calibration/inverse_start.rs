@@ -158,7 +158,7 @@ fn constants_without_a_derivative_are_no_wrong_input() {
 /// search comes to the constants that the other starts lead to.
 #[test]
 fn a_search_steps_back_from_shares_of_almost_one() {
-    let start = with(SCENE, &[(STIFFNESS, 25e3), (SHARE, 0.1), (TIME, 0.3)]);
+    let start = with(SCENE, &[(STIFFNESS, 35e3), (SHARE, 0.1), (TIME, 0.4)]);
     let c = found(&start, &[STIFFNESS, SHARE, TIME], &measured(&with(SCENE, &[]), 1e-3), 1e-4);
     println!("{:?}: {} solves, {} failed", c.constants, c.solves, c.failed);
     assert!(c.failed > 0, "the start is too near");
@@ -185,16 +185,21 @@ fn a_start_next_to_the_end_is_checked_on_the_other_side() {
     assert!(reached.is_ok_and(|reached| reached.iter().all(|r| *r)));
 }
 
-/// Starts of half the stiffness and up to four times the time lead to the constants that the data tell: no step sends a time to where the data are silent about it.
+/// Starts of half the stiffness and up to four times the time lead to the constants that the data tell, also by way of times that are too short for the
+/// data to say anything: 1e-3 of the values, a third of the standard deviation of the stiffness, and 1e-2 of the others, a fifth of that of the time.
 #[test]
 fn far_starts_of_three_unknowns_lead_to_the_same_constants() {
     let data = measured(&with(SCENE, &[]), 1e-3);
-    for stiffness in [20e3, 25e3, 30e3, 35e3] {
-        for time in [0.2, 0.3, 0.4] {
-            let start = with(SCENE, &[(STIFFNESS, stiffness), (SHARE, 0.1), (TIME, time)]);
-            let c = found(&start, &[STIFFNESS, SHARE, TIME], &data, 1e-4);
-            let values: Vec<f64> = c.constants.iter().map(|f| f.value).collect();
-            println!("{stiffness} Pa, {time} s: {:?} at {values:?}, {} solves, {} failed", c.end, c.solves, c.failed);
+    let near = found(&with(SCENE, &[]), &[STIFFNESS, SHARE, TIME], &data, 1e-4);
+    for (stiffness, time) in [(20e3, 0.3), (25e3, 0.4), (30e3, 0.3), (30e3, 0.4), (35e3, 0.3)] {
+        let start = with(SCENE, &[(STIFFNESS, stiffness), (SHARE, 0.1), (TIME, time)]);
+        let c = found(&start, &[STIFFNESS, SHARE, TIME], &data, 1e-4);
+        let values: Vec<f64> = c.constants.iter().map(|f| f.value).collect();
+        println!("{stiffness} Pa, {time} s: {:?} at {values:?}, {} solves, {} failed", c.end, c.solves, c.failed);
+        assert!(c.settled(), "{stiffness} Pa, {time} s: {:?}", c.end);
+        for ((f, truth), bound) in c.constants.iter().zip(&near.constants).zip([1e-3, 1e-2, 1e-2]) {
+            assert!(f.interval.is_some(), "{}: no interval", f.key);
+            assert!((f.value / truth.value - 1.0).abs() < bound, "{}: {} for {}", f.key, f.value, truth.value);
         }
     }
 }

@@ -14,6 +14,7 @@ mod model;
 mod objective;
 mod offset;
 mod profile;
+mod rounds;
 mod scatter;
 mod search;
 mod unknown;
@@ -39,7 +40,7 @@ use determined::{Coordinates, Searched};
 use model::Answer;
 use nalgebra::DVector;
 use objective::{Objective, Point};
-use search::search;
+use rounds::{rounds, search_again};
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 
@@ -48,8 +49,6 @@ const ROUNDING: f64 = 1e-7;
 /// Searches with the weights of a robust loss, and the change of a weight that ends them
 const REWEIGHTED: usize = 12;
 const SAME: f64 = 1e-3;
-/// Searches along directions that were chosen anew
-const ROUNDS: usize = 20;
 /// Part of a change of an unknown alone that was never searched, times their number, from which on it was left at its start: of one direction that
 /// was not searched these parts add up to 1 \[–\]
 const LEFT: f64 = 0.9;
@@ -204,7 +203,7 @@ fn find(
     let accuracy = settings.accuracy.max(ROUNDING);
     let point = with_offsets(objective, point)?;
     let mut shares = vec![0.0; start.len()];
-    let mut found = rounds(objective, unknown, accuracy, point, until, &mut shares)?;
+    let mut found = search_again(objective, unknown, accuracy, point, until, &mut shares)?;
     if settings.loss == Loss::Huber {
         let base = objective.weights.clone();
         for _ in 0..REWEIGHTED {
@@ -222,32 +221,6 @@ fn find(
     let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
     let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
     Ok(Answered { found, coordinates, start, gauge, open, left })
-}
-
-/// Searches along the directions that are determined, then along those that the residuals of each answer tell, until they lead nowhere else.
-/// `shares`: the largest part so far of a change of each unknown alone that was searched.
-fn rounds(
-    objective: &mut Objective,
-    unknown: &[Unknown],
-    accuracy: f64,
-    start: Point,
-    until: Option<Instant>,
-    shares: &mut [f64],
-) -> Result<search::Found, Failure> {
-    let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
-    let mut which = Searched::Determined { accuracy };
-    let mut found = search::Found { bound: vec![0; start.values.len()], point: start, end: End::Stuck };
-    for round in 0..=ROUNDS {
-        let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, which);
-        shares.iter_mut().zip(coordinates.shares()).for_each(|(most, share)| *most = most.max(*share));
-        let before = found.point.values.clone();
-        found = search(objective, &coordinates, found.point, until)?;
-        if found.end == End::OutOfTime || (round > 0 && found.point.values == before) {
-            return Ok(found);
-        }
-        which = Searched::Told { accuracy, curves: &curves };
-    }
-    Ok(search::Found { end: End::Stuck, ..found })
 }
 
 /// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.

@@ -66,6 +66,8 @@ pub struct Objective<'a> {
     /// ‖wy‖ over all
     pub size: f64,
     pub watch: &'a mut dyn SearchWatch,
+    /// Smallest misfit that the watch was told of, with these weights
+    least: f64,
     pub solves: usize,
     pub failed: usize,
 }
@@ -82,7 +84,7 @@ impl<'a> Objective<'a> {
         let size = squares.map(|(y, w)| (y * w).powi(2)).sum::<f64>().sqrt();
         let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
         let offsets = curves.iter().enumerate().flat_map(asked).collect();
-        Ok(Self { curves, offsets, weights, size, watch, solves: 0, failed: 0 })
+        Ok(Self { curves, offsets, weights, size, watch, least: f64::INFINITY, solves: 0, failed: 0 })
     }
 
     /// Constants that the curves share.
@@ -179,8 +181,18 @@ impl<'a> Objective<'a> {
         self.curves.iter().map(one).collect()
     }
 
+    /// Tells the watch of a step of a search, where it is better than all before.
+    pub fn tell(&mut self, point: &Point) {
+        let misfit = point.residual.norm();
+        if misfit < self.least {
+            self.least = misfit;
+            self.watch.better(&point.values);
+        }
+    }
+
     /// Weights of a robust loss at these residuals; returns the largest change of a weight, relative.
     pub fn reweigh(&mut self, base: &[Vec<f64>], point: &Point) -> f64 {
+        self.least = f64::INFINITY;
         let p = self.constants();
         let mut change = 0.0_f64;
         for (of, curve) in self.curves.iter().enumerate() {

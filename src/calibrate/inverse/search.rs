@@ -108,7 +108,7 @@ pub fn search(
                 }
                 if ratio > 0.0 {
                     (point, u) = (next, next_u);
-                    objective.watch.better(&point.values);
+                    objective.tell(&point);
                 }
             }
             Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => return Err(failure),
