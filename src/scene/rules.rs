@@ -28,7 +28,7 @@ impl Refusal {
 type Rule = fn(&SceneSpec, &[TimeSpan]) -> Option<Refusal>;
 
 /// All rules, in the order in which they are checked.
-const RULES: [Rule; 11] = [
+const RULES: [Rule; 12] = [
     time_error_in_statics,
     time_error_of_corrections,
     rates_in_statics,
@@ -36,6 +36,7 @@ const RULES: [Rule; 11] = [
     friction_of_cables_along_an_arc,
     undamped_rule_with_exact_constraints,
     undamped_rule_with_rigid_bodies,
+    undamped_rule_with_friction,
     free_body_in_statics,
     contact_along_an_arc,
     corrections_without_multipliers,
@@ -119,6 +120,13 @@ fn undamped_rule_with_rigid_bodies(spec: &SceneSpec, spans: &[TimeSpan]) -> Opti
     );
     let remedy =
         "take \"bdf2\", or generalised_alpha with rho well below 1 and a short dt, or set force = true in newmark";
+    undamped(spec, spans, &why, remedy)
+}
+
+fn undamped_rule_with_friction(spec: &SceneSpec, spans: &[TimeSpan]) -> Option<Refusal> {
+    let (k, contact) = spec.contacts.iter().enumerate().find(|(_, c)| c.friction > 0.0)?;
+    let why = format!("rings with friction (contact {}, {}): what sticks is held elastically", k + 1, contact.name);
+    let remedy = "take \"bdf2\" or generalised_alpha with rho < 1, or set force = true in newmark";
     undamped(spec, spans, &why, remedy)
 }
 

@@ -100,6 +100,9 @@ impl Equations {
         let start = Instant::now();
         let mut history = std::mem::take(&mut next.history);
         let result = step.system.advance(&step.at(next), &mut history, &mut self.sums);
+        if step.integrator.is_one_iteration() {
+            step.system.forget_elastic_slips(&mut history);
+        }
         next.history = history;
         self.assembly_time += start.elapsed();
         result.map_err(Failure::Eval)

@@ -337,6 +337,7 @@ mod tests {
             force: 0.0,
             friction: Some((1.0, 1e-9)),
             history: 0,
+            turn: Matrix3::identity(),
             potential: None,
         };
         let mut contacts = Contacts {

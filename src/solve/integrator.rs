@@ -73,6 +73,12 @@ impl Integrator {
         matches!(self, Self::ImplicitEuler { linearised: true } | Self::FreeMotion { .. })
     }
 
+    /// One iteration with the tangent at the start of the step, where friction has to be that of sticking: linearised at a point that has slid, its force would
+    /// not answer to the motion.
+    pub fn is_one_iteration(self) -> bool {
+        matches!(self, Self::ImplicitEuler { linearised: true })
+    }
+
     /// Members of the Newmark family need the acceleration at the start.
     pub fn needs_initial_acceleration(self) -> bool {
         self.alpha().is_some()

@@ -2,7 +2,7 @@
 
 use super::Caches;
 use super::friction::HISTORY;
-use crate::math::tensor::Vec3;
+use crate::math::tensor::{Mat3, Vec3};
 
 /// A potential of a contact point per area, which decreases with the distance from the obstacle.
 pub trait ContactPotential: Send + Sync {
@@ -31,6 +31,8 @@ pub struct ContactPoint<'a> {
     pub friction: Option<(f64, f64)>,
     /// Place of its elastic slip in the history of the friction; from [`System::contact_points`](super::System::contact_points), in that of the state
     pub history: usize,
+    /// How the obstacle has turned since the start of the step, and the elastic slip with it
+    pub turn: Mat3,
     /// The potential of the normal force with the area of the point \[m²\]; without one, contact is unilateral
     pub potential: Option<(&'a dyn ContactPotential, f64)>,
 }
@@ -45,10 +47,9 @@ impl ContactPoint<'_> {
     pub fn elastic_slip(&self, history: &[f64]) -> Vec3 {
         let epsilon = self.friction.map_or(0.0, |(_, epsilon)| epsilon);
         if epsilon == 0.0 {
-            Vec3::zeros()
-        } else {
-            Vec3::from_column_slice(&history[self.history..][..HISTORY]) * epsilon
+            return Vec3::zeros();
         }
+        self.turn * Vec3::from_column_slice(&history[self.history..][..HISTORY]) * epsilon
     }
 
     /// Σ_k s_k z_k of displacements \[m\], with shares of the nodes: its `shares` or its `sliding`.

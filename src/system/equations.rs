@@ -253,6 +253,12 @@ impl System {
         Some(self.history_of(e))
     }
 
+    /// Takes the elastic slips of all contacts from a history of the state.
+    pub fn forget_elastic_slips(&self, history: &mut [f64]) {
+        let frictions = (0..self.effects.len()).filter(|&e| self.effects[e].capabilities().friction_of.is_some());
+        frictions.for_each(|e| history[self.history_of(e)].fill(0.0));
+    }
+
     /// The histories at the end of the accepted step `at` into `new`, which holds those at its start.
     pub fn advance(&self, at: &At, new: &mut [f64], sums: &mut Assembled) -> Result<(), EvalError> {
         for (e, effect) in self.effects.iter().enumerate() {

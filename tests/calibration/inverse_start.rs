@@ -203,3 +203,20 @@ fn far_starts_of_three_unknowns_lead_to_the_same_constants() {
         }
     }
 }
+
+/// A search that goes on from values about which the data are silent, where an earlier one was interrupted, leaves them as the whole search does.
+#[test]
+fn a_search_that_goes_on_leaves_silent_values() {
+    let data = measured(&with(SCENE, &[]), 1e-3);
+    let start = with(SCENE, &[(STIFFNESS, 30e3), (SHARE, 0.1), (TIME, 0.3)]);
+    let model = modelled(&start, &[STIFFNESS, SHARE, TIME]);
+    let curve = ObservedCurve { name: "made".into(), model, measured: data, offsets: vec![] };
+    let settings = Settings { accuracy: 1e-4, ..Settings::new(Weighting::Absolute) };
+    let silent = [44.19e3, 0.01, 2e-4];
+    let (c, _) = calibrate(vec![curve], &settings, Some(&silent), &mut |_: Progress| true)
+        .unwrap_or_else(|_| panic!("no answer"));
+    println!("{:?}: {:?}", c.end, c.constants);
+    for (f, truth) in c.constants.iter().zip([40e3, 0.25, 0.1]) {
+        assert!(f.interval.is_some() && (f.value / truth - 1.0).abs() < 0.05, "{}: {} for {truth}", f.key, f.value);
+    }
+}

@@ -138,3 +138,61 @@ fn a_sphere_that_slides_or_spins_comes_to_roll() {
         }
     }
 }
+
+/// A ball that rolls in a groove of 90°, on two planes at ±45°, keeps its energy: at ω = √2 v/r both spots are at rest. Of a spot as it was turned at the start of a
+/// step rω²Δt/2 is a speed across the planes, against which friction takes a third in 0.3 s.
+#[test]
+fn a_ball_that_rolls_in_a_groove_keeps_its_energy() {
+    let sqrt2 = 2f64.sqrt();
+    let plane = |name: &str, side: f64, response: &str| {
+        format!(
+            r#"
+[[contact]]
+name = "{name}"
+region = "ball"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0, {side}, 1] }}
+response = "{response}"
+friction = 0.3
+distance = "0.02 mm"
+"#
+        )
+    };
+    for response in RESPONSES {
+        for dt in [4.0, 2.0] {
+            let height = sqrt2 * (1e3 * RADIUS + if response == "barrier" { Body::Sphere.gap() } else { 0.0 });
+            let text = format!(
+                r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "ball"
+shape = {}
+density = "1000 kg/m^3"
+gravity = {{ direction = [0, 0, -1], acceleration = "{GRAVITY} m/s^2" }}
+velocity = ["0.2 m/s", "0 m/s", "0 m/s"]
+spin = ["0 rad/s", "{} rad/s", "0 rad/s"]
+{}{}
+[[stage]]
+integrator = "bdf2"
+duration = "0.3 s"
+dt = "{dt} ms"
+[[probe]]
+kind = "energy"
+[numerics]
+max_iterations = 200
+"#,
+                Body::Sphere.shape(0.0, height),
+                sqrt2 * 0.2 / RADIUS,
+                plane("one", 1.0, response),
+                plane("two", -1.0, response),
+            );
+            let run = run(&scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text));
+            assert_eq!(run.status, Status::Converged, "{response}, {dt} ms");
+            let kinetic = column(&run, "kinetic_J");
+            let kept = kinetic[kinetic.len() - 1] / kinetic[0];
+            println!("{response}, {dt} ms: {kept} of the energy");
+            assert!((kept - 1.0).abs() < 0.02, "{response}, {dt} ms: {kept} of the energy");
+        }
+    }
+}

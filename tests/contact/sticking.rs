@@ -197,6 +197,127 @@ region = "body"
     }
 }
 
+/// A dynamic stage begins with the force that friction held at the end of a static one: nothing moves by more than the elastic slip of a step.
+#[test]
+fn a_dynamic_stage_goes_on_from_a_static_one() {
+    let inertia = "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\nmass = \"lumped\"\n";
+    for integrator in [
+        "\"bdf2\"",
+        "\"implicit_euler\"",
+        "{ kind = \"generalised_alpha\", rho = 0.8 }",
+        "{ kind = \"generalised_alpha\", rho = 0.0 }",
+        "{ kind = \"newmark\", beta = 0.3025, gamma = 0.6 }",
+    ] {
+        for response in RESPONSES {
+            let stage = format!("[[stage]]\nintegrator = {integrator}\nduration = \"20 ms\"\ndt = \"1 ms\"\n{inertia}");
+            let run = run(&sheared(response, "[[0, 0], [1, 0], [2, 0.5], [4, 0.5]]", 5, &stage));
+            assert_eq!(run.status, Status::Converged, "{integrator}, {response}");
+            let force = &column(&run, "floor_force_x_N")[20..];
+            let change = force.iter().fold(0.0, |m: f64, f| m.max((f / force[0] - 1.0).abs()));
+            println!("{integrator}, {response}: {} N, changes by {change:e}", force[0]);
+            assert!(change < 1e-4, "{integrator}, {response}: the force changes by {change:e}");
+        }
+    }
+}
+
+/// One iteration a step finds the rest of a viscous cube on a slope that friction holds, with the component of its weight along it.
+#[test]
+fn linearised_steps_come_to_rest() {
+    let phi = 0.5f64.atan();
+    for response in ["penalty", "barrier"] {
+        for dt in [1.0, 0.2] {
+            let text = format!(
+                r#"{CUBE}
+[[effect]]
+kind = "viscous_damping"
+region = "body"
+eta = "100 Pa s"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [{}, 0, {}]
+acceleration = "9.81 m/s^2"
+[[contact]]
+name = "slope"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.03 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = 0.8
+[[stage]]
+integrator = "implicit_euler_linearised"
+duration = "0.2 s"
+dt = "{dt} ms"
+"#,
+                phi.sin(),
+                -phi.cos()
+            );
+            let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+            let (force, weight) = (last(&run, "slope_force_x_N"), 9.81e-3 * phi.sin());
+            println!("{response}, {dt} ms: {force} N for {weight} N");
+            assert!((force / -weight - 1.0).abs() < 0.01, "{response}, {dt} ms: {force} N for {weight} N");
+        }
+    }
+}
+
+/// A block that is pressed and sheared on a box, which turns with its top about the normal: the force of friction turns along, and neither grows nor decays.
+#[test]
+fn what_sticks_turns_with_the_obstacle() {
+    let angle = "{ kind = \"ramp\", from = \"0 deg\", to = \"720 deg\", start = \"2 s\", end = \"3 s\" }";
+    let along = |of: &str| {
+        let formula = format!("0.5*min(max(t-1,0),1)*{of}({}*max(t-2,0))", 4.0 * std::f64::consts::PI);
+        format!("{{ kind = \"expression\", formula = \"{formula}\", unit = \"mm\" }}")
+    };
+    for response in ["penalty", "multiplier"] {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "prescribed"
+region = "zmax"
+rotation = {{ axis = [0, 0, 1], about = ["10 mm", "10 mm", "0 mm"], angle = {angle} }}
+translation = [{}, {}, {{ kind = "ramp", from = "0 mm", to = "-1 mm", end = "1 s" }}]
+[[contact]]
+name = "table"
+region = "zmin"
+obstacle = {{ kind = "box", min = ["-30 mm", "-30 mm", "-20 mm"], max = ["50 mm", "50 mm", "-0.02 mm"] }}
+motion = {{ turn = {{ axis = [0, 0, 1], about = ["10 mm", "10 mm", "0 mm"], angle = {angle} }} }}
+response = "{response}"
+friction = 0.5
+[[stage]]
+integrator = "static"
+duration = "2 s"
+dt = "0.1 s"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "{} s"
+[numerics]
+max_iterations = 100
+"#,
+            along("cos"),
+            along("sin"),
+            1.0 / 72.0
+        );
+        let run = run(&scene(block(4, 4, 4, 0.02, 0.02, 0.02, Order::Linear), &text));
+        assert_eq!(run.status, Status::Converged, "{response}");
+        let [x, y] = ["table_force_x_N", "table_force_y_N"].map(|name| column(&run, name));
+        let (start, end) = (x[20].hypot(y[20]), x[92].hypot(y[92]));
+        let lag = (y[92].atan2(x[92]) - y[20].atan2(x[20])).to_degrees();
+        println!("{response}: {start} N, after two turns {end} N, {lag}° behind");
+        assert!((end / start - 1.0).abs() < 1e-4 && lag.abs() < 0.01, "{response}: {start} N, {end} N, {lag}°");
+    }
+}
+
 /// The elastic slip is part of a saved state: a run that goes on while something sticks has the bits of the whole run.
 #[test]
 fn a_restart_has_the_bits_of_the_whole_run() {

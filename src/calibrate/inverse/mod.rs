@@ -120,6 +120,7 @@ pub fn calibrate(
         places[k].is_some_and(|i| identified.estimates[i].std_error.is_finite())
             && !coordinates.is_open(k, settings.accuracy)
     };
+    objective.end_telling();
     let ends = match settings.profile && end == End::Settled {
         true => {
             let spread = |v: &[f64]| places.iter().map(|i| i.map_or(f64::INFINITY, |i| v[i])).collect();
@@ -182,20 +183,19 @@ fn find(
     let mut stated: Vec<f64> = unknown.iter().map(|u| u.start).collect();
     stated.resize(unknown.len() + objective.offsets.len(), 0.0);
     let gauge = settings.gauge.and_then(|g| gauge::fit(&curve.model, &curve.measured, settings.weighting, g));
-    let mut start = match from.filter(|v| v.len() == stated.len() && v.iter().all(|x| x.is_finite())) {
-        Some(values) => values.to_vec(),
-        None => {
-            let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
-            stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect()
-        }
+    let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
+    let mut first: Vec<f64> = stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect();
+    let within = |values: &mut [f64]| {
+        values.iter_mut().zip(unknown).for_each(|(value, u)| *value = value.clamp(u.bounds[0], u.bounds[1]));
     };
-    for (value, u) in start.iter_mut().zip(unknown) {
-        *value = value.clamp(u.bounds[0], u.bounds[1]);
-    }
+    within(&mut first);
+    let kept = from.filter(|v| v.len() == stated.len() && v.iter().all(|x| x.is_finite()));
+    let mut start = kept.map_or(first.clone(), <[f64]>::to_vec);
+    within(&mut start);
     let point = match objective.at(&start) {
         // Constants of the gauge length that the scene cannot take
         Err(Failure::Constants(_) | Failure::Run(_)) if start != stated => {
-            start = stated;
+            (start, first) = (stated.clone(), stated);
             objective.at(&start)?
         }
         point => point?,
@@ -203,7 +203,7 @@ fn find(
     let accuracy = settings.accuracy.max(ROUNDING);
     let point = with_offsets(objective, point)?;
     let mut shares = vec![0.0; start.len()];
-    let mut found = search_again(objective, unknown, accuracy, point, until, &mut shares)?;
+    let mut found = search_again(objective, unknown, accuracy, (point, &first), until, &mut shares)?;
     if settings.loss == Loss::Huber {
         let base = objective.weights.clone();
         for _ in 0..REWEIGHTED {

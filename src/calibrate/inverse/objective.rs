@@ -66,7 +66,7 @@ pub struct Objective<'a> {
     /// ‖wy‖ over all
     pub size: f64,
     pub watch: &'a mut dyn SearchWatch,
-    /// Smallest misfit that the watch was told of, with these weights
+    /// Smallest misfit so far, with these weights
     least: f64,
     pub solves: usize,
     pub failed: usize,
@@ -181,6 +181,11 @@ impl<'a> Objective<'a> {
         self.curves.iter().map(one).collect()
     }
 
+    /// The point at which a search begins: only what is better is told.
+    pub fn begin_at(&mut self, point: &Point) {
+        self.least = self.least.min(point.residual.norm());
+    }
+
     /// Tells the watch of a step of a search, where it is better than all before.
     pub fn tell(&mut self, point: &Point) {
         let misfit = point.residual.norm();
@@ -188,6 +193,11 @@ impl<'a> Objective<'a> {
             self.least = misfit;
             self.watch.better(&point.values);
         }
+    }
+
+    /// The answer is found: searches about it are not told.
+    pub fn end_telling(&mut self) {
+        self.least = 0.0;
     }
 
     /// Weights of a robust loss at these residuals; returns the largest change of a weight, relative.

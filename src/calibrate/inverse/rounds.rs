@@ -1,4 +1,4 @@
-//! Searches one after the other: along directions that are chosen anew at each answer, and once more where one came to where the data say nothing.
+//! Searches one after the other: along directions that are chosen anew at each answer, and a second time if the first one ended where the data say nothing.
 
 use super::Unknown;
 use super::determined::{Coordinates, Searched};
@@ -10,41 +10,68 @@ use std::time::Instant;
 /// Searches along directions that were chosen anew
 const ROUNDS: usize = 20;
 /// Part of a change of an unknown alone that the curves determine, below which they say nothing about it \[–\]
-const SILENT: f64 = 0.5;
+const SILENT: f64 = 0.25;
+/// Share of the misfit by which a second answer is better than the first one \[–\]
+const BETTER: f64 = 1e-6;
 
-/// As [`rounds`]. Where the curves determine an unknown at the start and say nothing about it at the answer, such as a time that has become shorter than
-/// their resolution, the misfit may have a lower minimum elsewhere: a second search begins with that unknown at its start and the others at the answer, and
-/// the better one of the two counts.
+/// As [`rounds`]. Where the curves determine an unknown at the `first` values and say nothing about it at the answer, such as a time that has become shorter
+/// than their resolution, the misfit may have a lower minimum elsewhere: a second search begins with that unknown at its first value and the others at the
+/// answer, and the better one of the two counts. The first values are those of the file or the gauge length, also where a search goes on from others.
 pub(super) fn search_again(
     objective: &mut Objective,
     unknown: &[Unknown],
     accuracy: f64,
-    start: Point,
+    (start, first): (Point, &[f64]),
     until: Option<Instant>,
     shares: &mut [f64],
 ) -> Result<search::Found, Failure> {
     let laws = &objective.curves[0].model.spec.laws;
-    let is_silent = |point: &Point, size: f64| {
-        let which = Searched::Determined { accuracy };
-        let shares = Coordinates::new(unknown, laws, point, size, which).shares().to_vec();
-        shares.into_iter().map(|share| share < SILENT).collect::<Vec<bool>>()
+    let size = objective.size;
+    let is_silent = |point: &Point| -> Vec<bool> {
+        let coordinates = Coordinates::new(unknown, laws, point, size, Searched::Determined { accuracy });
+        coordinates.shares().iter().map(|share| *share < SILENT).collect()
     };
-    let (values, at_start) = (start.values.clone(), is_silent(&start, objective.size));
+    let at_start = (start.values == first).then(|| is_silent(&start));
     let found = rounds(objective, unknown, accuracy, start, until, shares)?;
-    let at_answer = is_silent(&found.point, objective.size);
-    let is_lost = |k: &usize| at_answer[*k] && !at_start[*k];
-    let lost: Vec<usize> = (0..values.len()).filter(is_lost).collect();
-    if lost.is_empty() || found.end == End::OutOfTime {
+    let at_answer = is_silent(&found.point);
+    if !at_answer.contains(&true) || found.end == End::OutOfTime {
         return Ok(found);
     }
-    let mut back = found.point.values.clone();
-    lost.iter().for_each(|&k| back[k] = values[k]);
-    let again = match objective.at(&back) {
-        Ok(point) => rounds(objective, unknown, accuracy, point, until, shares)?,
-        Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => return Err(failure),
-        Err(Failure::Constants(_) | Failure::Run(_)) => return Ok(found),
+    let is_over = || until.is_some_and(|until| Instant::now() > until);
+    let at_start = match at_start {
+        Some(known) => known,
+        None if is_over() => return Ok(search::Found { end: End::OutOfTime, ..found }),
+        None => match ended(objective.at(first))? {
+            Some(point) => is_silent(&point),
+            None => return Ok(found),
+        },
     };
-    Ok(if again.point.residual.norm() < found.point.residual.norm() { again } else { found })
+    let mut back = found.point.values.clone();
+    (0..back.len()).filter(|&k| at_answer[k] && !at_start[k]).for_each(|k| back[k] = first[k]);
+    if back == found.point.values {
+        return Ok(found);
+    }
+    if is_over() {
+        return Ok(search::Found { end: End::OutOfTime, ..found });
+    }
+    let Some(point) = ended(objective.at(&back))? else { return Ok(found) };
+    let mut own = shares.to_vec();
+    let again = rounds(objective, unknown, accuracy, point, until, &mut own)?;
+    if again.point.residual.norm() < (1.0 - BETTER) * found.point.residual.norm() {
+        shares.copy_from_slice(&own);
+        return Ok(again);
+    }
+    let end = if again.end == End::OutOfTime { End::OutOfTime } else { found.end };
+    Ok(search::Found { end, ..found })
+}
+
+/// A forward solve; none of values that the scene cannot have.
+fn ended(solve: Result<Point, Failure>) -> Result<Option<Point>, Failure> {
+    match solve {
+        Ok(point) => Ok(Some(point)),
+        Err(failure @ (Failure::Input(_) | Failure::Interrupted)) => Err(failure),
+        Err(Failure::Constants(_) | Failure::Run(_)) => Ok(None),
+    }
 }
 
 /// Searches along the directions that are determined, then along those that the residuals of each answer tell, until they lead nowhere else.
@@ -58,6 +85,7 @@ pub(super) fn rounds(
     shares: &mut [f64],
 ) -> Result<search::Found, Failure> {
     let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
+    objective.begin_at(&start);
     let mut which = Searched::Determined { accuracy };
     let mut found = search::Found { bound: vec![0; start.values.len()], point: start, end: End::Stuck };
     for round in 0..=ROUNDS {

@@ -3,8 +3,8 @@
 //! f = ½‖w(ŷ(θ) − y)‖²/‖wy‖². The coordinates are those of [`super::determined`], u = u₀ + Bw: a step of w of length 1 changes the curve by its
 //! own size, so that the region is a sphere of curves and constants that compensate each other are no narrow valley; directions that are
 //! not searched have no part in B and stay as they were. In the region of radius Δ the step is that of Levenberg and Marquardt with
-//! the λ at which it reaches the boundary (Moré 1978), from one SVD, or at which no u changes by more than 1: what the curve hardly depends on at one state, as
-//! a time that is longer than the test, is not sent by one step to where it depends on it no more. A constant at a bound that the step would cross is held there, and is let go
+//! the λ at which it reaches the boundary (Moré 1978), from one SVD, or at which no u changes by more than 1,
+//! so that one step does not send a time to where the curve no longer depends on it. A constant at a bound that the step would cross is held there, and is let go
 //! where the next one leads inside (projected Newton: Bertsekas, SIAM J. Control Optim. 20, 1982); a step that meets a bound ends on it. A forward
 //! solve that fails, constants that the scene cannot have, and those without a derivative are a wall: the step is taken back
 //! and the region shrinks. The search ends where a full
@@ -176,7 +176,7 @@ fn shortened(part: &dyn Fn(f64) -> DVector<f64>, fits: &dyn Fn(&DVector<f64>) ->
         return whole;
     }
     let (mut low, mut high) = (0.0_f64, largest * largest);
-    while !fits(&part(high)) {
+    while high.is_finite() && !fits(&part(high)) {
         (low, high) = (high, 4.0 * high);
     }
     while high > 1.01 * low && high > 1e-12 * largest * largest {

@@ -8,14 +8,15 @@
 //! ```
 //!
 //! with f of [`friction`](crate::system::friction). A point sticks while f < 1: under a load that stays it is displaced by less than ε, and comes back when
-//! the load is taken away. e is kept over ε, so that the force stays where ε changes with the step. It is zero without a normal force.
-//! s are the shares of the material in contact. Of a ball this is the spot −r n, as it was turned at the start of the step: the force has
+//! the load is taken away. e is kept over ε, so that the force stays where ε changes with the step. It turns with the obstacle, and is zero without a normal
+//! force.
+//! s are the shares of the material in contact. Of a ball this is the spot −r n, as it is turned in the mean over the step: the force has
 //! a moment about the centre, and a ball rolls, with an error of second order in the angle of a step.
 //! ε = stick velocity · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
-//! Energy: the work of friction over the step, F_t·Δu; the part that is stored elastically, at most μ N ε of a point, comes back.
+//! Energy: F_t·Δu of the step, with the force at its end: of what is stored elastically at most μ N ε of a point counts as dissipated in each cycle.
 //! Limits: where several sides of an obstacle press on a point, it has one elastic slip, across the sum of their forces; isotropic; no viscosity.
 
 use super::placement::displacement;
@@ -54,10 +55,10 @@ impl Coulomb {
         n: usize,
         out: &mut BlockValues,
     ) {
-        let epsilon = self.threshold(at.dt);
-        if epsilon == 0.0 {
+        if at.is_start() {
             return;
         }
+        let epsilon = self.threshold(at.dt);
         let u = press.across(&(slip * epsilon + sliding(at, nodes, press)));
         let (ratio, _) = regularised(u.norm(), epsilon);
         let part = u * press.normal.transpose() * (-self.coefficient * ratio * press.stiffness);
@@ -81,11 +82,8 @@ impl Coulomb {
         want: Want,
         out: &mut BlockValues,
     ) {
-        let epsilon = self.threshold(at.dt);
-        // No time has passed, and nothing slides.
-        if epsilon == 0.0 {
-            return;
-        }
+        // Where no time has passed nothing slides, and the force is that of the elastic slip, whatever ε will be.
+        let epsilon = if at.is_start() { 1.0 } else { self.threshold(at.dt) };
         let sliding = press.across(&sliding(at, nodes, press));
         let u = press.across(&slip) * epsilon + sliding;
         let (limit, size) = (self.coefficient * press.force, u.norm());
@@ -94,7 +92,7 @@ impl Coulomb {
         for (k, s) in press.sliding.iter().enumerate() {
             (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
         }
-        if want < Want::Tangent {
+        if want < Want::Tangent || at.is_start() {
             return;
         }
         let along = u.try_normalize(0.0).unwrap_or(Vec3::zeros());
@@ -125,9 +123,7 @@ impl Coulomb {
             }
         }
         let (Some((nodes, press)), Some(normal)) = (largest, sum.try_normalize(0.0)) else { return Vec3::zeros() };
-        let epsilon = self.threshold(at.dt);
-        let sliding = if epsilon == 0.0 { Vec3::zeros() } else { sliding(at, nodes, press) / epsilon };
-        let u = slip + sliding;
+        let u = slip + sliding(at, nodes, press) / self.threshold(at.dt);
         let u = u - normal * normal.dot(&u);
         u / u.norm().max(1.0)
     }
@@ -154,6 +150,11 @@ impl ContactFriction {
         self.pressing.contact()
     }
 
+    /// Elastic slip over ε of point `b` at the start of a step, turned with the obstacle.
+    fn slip(&self, at: &At, b: usize) -> Vec3 {
+        self.contact().obstacle.turn([at.x, at.old]) * elastic_slip(at, b)
+    }
+
     /// The normal forces on point `b`, with the shares of the material in contact.
     fn presses(&self, at: &At, b: usize) -> Vec<NormalForce> {
         let mut presses = self.pressing.normal_forces(at.x, b);
@@ -178,7 +179,7 @@ impl Effect for ContactFriction {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        let (point, n) = ((self.blocks().nodes(b), elastic_slip(at, b)), self.blocks().size(b));
+        let (point, n) = ((self.blocks().nodes(b), self.slip(at, b)), self.blocks().size(b));
         for press in self.presses(at, b) {
             self.law.add(at, point, &press, n, want, out);
         }
@@ -205,7 +206,7 @@ impl HistoryVariables for ContactFriction {
 
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         let (presses, nodes) = (self.presses(at, b), self.blocks().nodes(b));
-        let slip = self.law.advance(at, presses.iter().map(|press| (nodes, press)), elastic_slip(at, b));
+        let slip = self.law.advance(at, presses.iter().map(|press| (nodes, press)), self.slip(at, b));
         new.copy_from_slice(slip.as_slice());
         Ok(())
     }
@@ -219,7 +220,7 @@ impl HistoryVariables for ContactFriction {
 
 impl UnsymmetricTangent for ContactFriction {
     fn eval(&self, at: &At, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        let (point, n) = ((self.blocks().nodes(b), elastic_slip(at, b)), self.blocks().size(b));
+        let (point, n) = ((self.blocks().nodes(b), self.slip(at, b)), self.blocks().size(b));
         for press in self.presses(at, b) {
             self.law.add_unsymmetric(at, point, &press, n, out);
         }

@@ -168,7 +168,8 @@ impl Contact {
     }
 
     /// s of the material in contact at point `b` along the `normal`, which points away from the obstacle: of a ball the spot −r n on it as it
-    /// was turned at the start of the step, and what is there of the obstacle at x; of a point of a surface the `shares` of the point.
+    /// is turned in the mean over the step, so that it neither rises nor sinks, and what is there of the obstacle at x; of a point of a surface the `shares` of
+    /// the point.
     fn contact_shares(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> Vec<f64> {
         let point = &self.points[b];
         if point.carrier.is_none() {
@@ -177,7 +178,7 @@ impl Contact {
         let arm = -normal.normalize() * point.radius;
         let spot = self.obstacle.at(x).place(&(self.position(x, b) + arm));
         let of_obstacle = self.obstacle.body.iter().flat_map(|body| body.weights(&spot)).map(|w| -w);
-        point.weights_at(old, &arm).into_iter().chain(of_obstacle).collect()
+        point.weights_at([x, old], &arm).into_iter().chain(of_obstacle).collect()
     }
 
     /// Distance of point `b` at displacement x \[m\], negative inside.

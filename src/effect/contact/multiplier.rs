@@ -53,6 +53,7 @@ impl Multiplier {
             force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
             friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             history: HISTORY * b,
+            turn: self.contact.obstacle.turn([x, old]),
             potential: None,
         }
     }

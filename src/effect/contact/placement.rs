@@ -108,6 +108,12 @@ impl Obstacle {
         Placed { obstacle: self, p0: p[0], inverse, shrink }
     }
 
+    /// A A_old⁻¹: how the obstacle turns from displacement `old` to x.
+    pub(super) fn turn(&self, [x, old]: [&[f64]; 2]) -> Mat3 {
+        let back = self.body.as_ref().and_then(|body| Some((body, body.gradient_of(old).try_inverse()?)));
+        back.map_or(Mat3::identity(), |(body, back)| body.gradient_of(x) * back)
+    }
+
     /// No point of the obstacle moves further than this with dx \[m\].
     pub(super) fn speed(&self, dx: &[f64]) -> f64 {
         let Some(body) = &self.body else { return 0.0 };

@@ -34,11 +34,12 @@ impl SurfacePoint {
         Self { at, nodes, weights, area, radius: 0.0, carrier: None }
     }
 
-    /// N_a of the material that lies at `arm` from the point, where the nodes have this displacement.
-    pub(super) fn weights_at(&self, x: &[f64], arm: &Vec3) -> Vec<f64> {
+    /// N_a of the material that lies at `arm` from the point in the mean of two displacements of the nodes.
+    pub(super) fn weights_at(&self, displacements: [&[f64]; 2], arm: &Vec3) -> Vec<f64> {
         let Some(frame) = &self.carrier else { return self.weights.clone() };
         // A collapsed body has no material elsewhere than in its centre.
-        let turned = frame.gradient(&frame.positions(x)).try_inverse().map_or(Vec3::zeros(), |back| back * arm);
+        let back = |x: &[f64]| frame.gradient_of(x).try_inverse().map_or(Vec3::zeros(), |back| back * arm);
+        let turned = displacements.map(back).iter().sum::<Vec3>() / 2.0;
         frame.weights(&(self.at + turned)).to_vec()
     }
 }

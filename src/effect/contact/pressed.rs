@@ -125,6 +125,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
                     force: self.response.potential(pair.gap).map_or(0.0, |[_, first, _]| -first * point.area),
                     friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
                     history: HISTORY * b as usize,
+                    turn: obstacle.turn([x, old]),
                     potential: Some((&self.response, point.area)),
                 }
             }));

@@ -21,7 +21,7 @@ pub struct NamedContact {
     pub response: ResponseSpec,
     pub scales: ContactScales,
     pub(in crate::scene) of: ContactSides,
-    /// Of its elastic slips in the history of a state, once the system is built
+    /// Range of its elastic slips in the history of a state; set once the system is built
     pub(in crate::scene) history: Range<usize>,
 }
 

@@ -30,7 +30,7 @@ pub struct ContactSpec {
     pub modulus: Option<Modulus>,
     /// Largest elastic slip of a point that sticks, over the length of a dynamic step; a thousandth of the size of the body per second if absent
     pub stick_velocity: Option<Speed>,
-    /// The same over a static step; a thousandth of the mean size of the cells at the region if absent
+    /// Largest elastic slip of a point that sticks, in statics; a thousandth of the mean size of the cells at the region if absent
     pub slip: Option<Length>,
 }
 
