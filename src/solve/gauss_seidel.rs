@@ -112,7 +112,7 @@ impl<'a> Contacts<'a> {
         if point.friction.is_some() {
             let one = perpendicular(&(point.normal / size));
             for along in [one, point.normal.cross(&one) / size] {
-                self.h.push(row(&point.sliding, &along));
+                self.h.push(row(&point.spot, &along));
                 self.free.push(along.dot(&displacement));
             }
         }
@@ -331,6 +331,7 @@ mod tests {
         let point = ContactPoint {
             nodes: vec![],
             shares: vec![],
+            spot: vec![],
             sliding: vec![],
             gap: -1.0,
             normal: Vec3::z(),

@@ -19,7 +19,9 @@ pub struct ContactPoint<'a> {
     pub nodes: Vec<u32>,
     /// s: the distance changes by Σ_k s_k m·dz_k
     pub shares: Vec<f64>,
-    /// s of the material in contact: it slides by Σ_k s_k dz_k across the normal
+    /// s of the material in contact: friction acts on it, and it slides on by Σ_k s_k dz_k across the normal
+    pub spot: Vec<f64>,
+    /// s of it over the step so far
     pub sliding: Vec<f64>,
     /// d \[m\]
     pub gap: f64,
@@ -52,7 +54,7 @@ impl ContactPoint<'_> {
         self.turn * Vec3::from_column_slice(&history[self.history..][..HISTORY]) * epsilon
     }
 
-    /// Σ_k s_k z_k of displacements \[m\], with shares of the nodes: its `shares` or its `sliding`.
+    /// Σ_k s_k z_k of displacements \[m\], with shares of the nodes: its `shares`, its `spot` or its `sliding`.
     pub fn motion(&self, shares: &[f64], z: &[f64]) -> Vec3 {
         let of_node = |n: u32| Vec3::from_column_slice(&z[3 * n as usize..][..3]);
         self.nodes.iter().zip(shares).map(|(&n, s)| of_node(n) * *s).sum()

@@ -10,8 +10,8 @@
 //! with f of [`friction`](crate::system::friction). A point sticks while f < 1: under a load that stays it is displaced by less than ε, and comes back when
 //! the load is taken away. e is kept over ε, so that the force stays where ε changes with the step. It turns with the obstacle, and is zero without a normal
 //! force.
-//! s are the shares of the material in contact. Of a ball this is the spot −r n, as it is turned in the mean over the step: the force has
-//! a moment about the centre, and a ball rolls, with an error of second order in the angle of a step.
+//! s are the shares of the material in contact. Of a ball this is the spot −r n: the force acts where it is at the end of the step, with a moment about the
+//! centre, so that a ball rolls; it slides as it is turned in the mean over the step, with an error of second order in the angle of a step.
 //! ε = stick velocity · Δt in dynamics, and a length in statics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
@@ -62,7 +62,7 @@ impl Coulomb {
         let u = press.across(&(slip * epsilon + sliding(at, nodes, press)));
         let (ratio, _) = regularised(u.norm(), epsilon);
         let part = u * press.normal.transpose() * (-self.coefficient * ratio * press.stiffness);
-        for (k, sk) in press.sliding.iter().enumerate() {
+        for (k, sk) in press.spot.iter().enumerate() {
             for (l, sl) in press.shares.iter().enumerate() {
                 for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
                     out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * part[(i, j)];
@@ -89,7 +89,7 @@ impl Coulomb {
         let (limit, size) = (self.coefficient * press.force, u.norm());
         let (ratio, slope) = regularised(size, epsilon);
         out.energy += limit * ratio * u.dot(&sliding);
-        for (k, s) in press.sliding.iter().enumerate() {
+        for (k, s) in press.spot.iter().enumerate() {
             (0..3).for_each(|i| out.r[3 * k + i] += limit * ratio * s * u[i]);
         }
         if want < Want::Tangent || at.is_start() {
@@ -98,8 +98,8 @@ impl Coulomb {
         let along = u.try_normalize(0.0).unwrap_or(Vec3::zeros());
         let plane = Mat3::identity() - press.normal * press.normal.transpose();
         let stiff = (plane * ratio + along * along.transpose() * (slope - ratio)) * limit;
-        for (k, sk) in press.sliding.iter().enumerate() {
-            for (l, sl) in press.sliding[..=k].iter().enumerate() {
+        for (k, sk) in press.spot.iter().enumerate() {
+            for (l, sl) in press.spot[..=k].iter().enumerate() {
                 for (i, j) in (0..9).map(|e| (e / 3, e % 3)) {
                     out.k[(3 * k + i) * n + 3 * l + j] += sk * sl * stiff[(i, j)];
                 }
@@ -159,7 +159,8 @@ impl ContactFriction {
     fn presses(&self, at: &At, b: usize) -> Vec<NormalForce> {
         let mut presses = self.pressing.normal_forces(at.x, b);
         for press in &mut presses {
-            press.sliding = self.contact().contact_shares([at.x, at.old], b, &press.normal, &press.shares);
+            [press.spot, press.sliding] =
+                self.contact().contact_shares([at.x, at.old], b, &press.normal, &press.shares);
         }
         presses
     }

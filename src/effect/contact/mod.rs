@@ -66,6 +66,8 @@ pub struct NormalForce {
     /// s of the nodes of the block
     pub shares: Vec<f64>,
     /// s of the material in contact, by which friction acts: other than those of the point where this is the centre of a ball
+    pub spot: Vec<f64>,
+    /// s of the material in contact, by which it slides over the step
     pub sliding: Vec<f64>,
     /// −∂N/∂d, where d is the distance along the normal \[N/m\]
     pub stiffness: f64,
@@ -76,7 +78,8 @@ impl NormalForce {
     fn new(pair: &Pair, own: &[f64], (first, second): (f64, f64)) -> Self {
         let size = pair.normal.norm();
         let (normal, shares) = (pair.normal / size, pair.shares(own));
-        Self { force: first * size, normal, sliding: shares.clone(), shares, stiffness: second * size * size }
+        let (spot, sliding) = (shares.clone(), shares.clone());
+        Self { force: first * size, normal, spot, sliding, shares, stiffness: second * size * size }
     }
 
     /// The part of a vector across the normal.
@@ -167,18 +170,19 @@ impl Contact {
         p.nodes.iter().zip(&p.weights).map(|(&node, w)| displacement(dx, node) * *w).sum()
     }
 
-    /// s of the material in contact at point `b` along the `normal`, which points away from the obstacle: of a ball the spot −r n on it as it
-    /// is turned in the mean over the step, so that it neither rises nor sinks, and what is there of the obstacle at x; of a point of a surface the `shares` of
-    /// the point.
-    fn contact_shares(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> Vec<f64> {
+    /// s of the material in contact at point `b` along the `normal`, which points away from the obstacle: by which friction acts at x, and by which it slides over
+    /// the step from `old`. Of a ball this is the spot −r n on it, and what is there of the obstacle at x; it slides as it is turned in the mean over the step, so
+    /// that it neither rises nor sinks. Of a point of a surface both are the `shares` of the point.
+    fn contact_shares(&self, [x, old]: [&[f64]; 2], b: usize, normal: &Vec3, shares: &[f64]) -> [Vec<f64>; 2] {
         let point = &self.points[b];
         if point.carrier.is_none() {
-            return shares.to_vec();
+            return [shares.to_vec(), shares.to_vec()];
         }
         let arm = -normal.normalize() * point.radius;
         let spot = self.obstacle.at(x).place(&(self.position(x, b) + arm));
-        let of_obstacle = self.obstacle.body.iter().flat_map(|body| body.weights(&spot)).map(|w| -w);
-        point.weights_at([x, old], &arm).into_iter().chain(of_obstacle).collect()
+        let of_obstacle: Vec<f64> =
+            self.obstacle.body.iter().flat_map(|body| body.weights(&spot)).map(|w| -w).collect();
+        [[x, x], [x, old]].map(|states| [&point.weights_at(states, &arm)[..], &of_obstacle].concat())
     }
 
     /// Distance of point `b` at displacement x \[m\], negative inside.

@@ -44,9 +44,11 @@ impl Multiplier {
     fn point(&self, [x, old]: [&[f64]; 2], dt: f64, b: usize) -> ContactPoint<'_> {
         let pair = self.pair(x, b);
         let shares = pair.shares(&self.contact.points[b].weights);
+        let [spot, sliding] = self.contact.contact_shares([x, old], b, &pair.normal, &shares);
         ContactPoint {
             nodes: self.contact.blocks().nodes(b).to_vec(),
-            sliding: self.contact.contact_shares([x, old], b, &pair.normal, &shares),
+            spot,
+            sliding,
             shares,
             gap: pair.gap,
             normal: pair.normal,

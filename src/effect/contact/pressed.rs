@@ -116,9 +116,11 @@ impl<R: Response> ContactPoints for Pressed<R> {
             found.extend(witnesses.iter().map(|witness| {
                 let pair = placed.pair(&at, witness, point.radius);
                 let shares = pair.shares(&point.weights);
+                let [spot, sliding] = self.contact.contact_shares([x, old], b as usize, &pair.normal, &shares);
                 ContactPoint {
                     nodes: self.contact.blocks().nodes(b as usize).to_vec(),
-                    sliding: self.contact.contact_shares([x, old], b as usize, &pair.normal, &shares),
+                    spot,
+                    sliding,
                     shares,
                     gap: pair.gap,
                     normal: pair.normal,

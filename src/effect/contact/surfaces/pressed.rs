@@ -90,6 +90,7 @@ impl PressedSurfaces {
             stiffness: second * bluntness,
             normal: term.distance.normal(),
             shares: term.distance.shares.clone(),
+            spot: term.distance.shares.clone(),
             sliding: term.distance.shares.clone(),
         })
     }
