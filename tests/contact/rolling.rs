@@ -88,7 +88,7 @@ max_iterations = 200
 }
 
 /// On a slope of 20°: 5/7 g sin θ where friction is enough to roll, g (sin θ − μ cos θ) where μ is less than 2/7 tan θ. The step turns the sphere
-/// by up to 0.05, whose square over six is 4e-4, and it sticks with a creep of less than 0.1 mm/s, 2e-4 of its speed.
+/// by up to 0.05, whose square over six is 4e-4.
 #[test]
 fn a_sphere_rolls_or_slides_down_a_slope() {
     let slope = 20f64.to_radians();
