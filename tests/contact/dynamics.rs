@@ -1,7 +1,7 @@
 //! Contact in dynamics: sliding and sticking, impacts and drops that do not cross.
 
 use crate::common::{Random, column, run, run_with_states, scene};
-use crate::setup::{CUBE, RESPONSES};
+use crate::setup::{CUBE, RESPONSES, SLOPE, cube_on_slope};
 use durometer::math::tensor::Vec3;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -12,34 +12,10 @@ use durometer::solve::Status;
 /// a = g (sin φ − μ cos φ), which BDF2 integrates exactly; with 0.49 it slides, with 0.51 it stays.
 #[test]
 fn a_cube_slides_on_a_slope_or_sticks() {
-    let (g, phi) = (9.81, 0.5f64.atan());
+    let (g, phi) = (9.81, SLOPE.atan());
     let path = |response: &str, mu: f64| {
-        let text = format!(
-            r#"{CUBE}
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1000 kg/m^3"
-direction = [{}, 0, {}]
-acceleration = "9.81 m/s^2"
-[[contact]]
-name = "slope"
-region = "zmin"
-obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.01 mm"], normal = [0, 0, 1] }}
-response = "{response}"
-friction = {mu}
-[[stage]]
-integrator = "bdf2"
-duration = "0.4 s"
-dt = "5 ms"
-[[probe]]
-kind = "position"
-region = "body"
-"#,
-            phi.sin(),
-            -phi.cos()
-        );
-        let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+        let stage = "[[stage]]\nintegrator = \"bdf2\"\nduration = \"0.4 s\"\ndt = \"5 ms\"\n";
+        let run = run(&cube_on_slope(response, mu, 0.01, stage));
         assert_eq!(run.status, Status::Converged, "{response} {mu}");
         println!(
             "{response} {mu}: {} iterations in {} steps, {} cuts",

@@ -1,7 +1,7 @@
 //! Free motion, then one correction: what it has in common with the equilibrium of the monolithic loop, and what it loses.
 
 use crate::common::{column, largest, run, scene};
-use crate::setup::{CUBE, last};
+use crate::setup::{CUBE, SLOPE, VISCOUS, cube_on_slope, last};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::Run;
@@ -15,42 +15,15 @@ const MONOLITHIC: &str = "integrator = \"implicit_euler\"";
 /// acceleration exactly, and so the second difference of the way.
 #[test]
 fn a_cube_slides_on_a_slope_or_sticks() {
-    let (g, phi) = (9.81, 0.5f64.atan());
+    let (g, phi) = (9.81, SLOPE.atan());
     let mut ways = Vec::new();
     for steps in [1, 4] {
         let path = |mu: f64| {
-            let text = format!(
-                r#"{CUBE}
-[[effect]]
-kind = "viscous_damping"
-region = "body"
-eta = "100 Pa s"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1000 kg/m^3"
-direction = [{}, 0, {}]
-acceleration = "9.81 m/s^2"
-[[contact]]
-name = "slope"
-region = "zmin"
-obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0, 0, 1] }}
-response = "multiplier"
-friction = {mu}
-[[stage]]
-{CORRECTED}
-integration_steps = {steps}
-duration = "0.4 s"
-dt = "{} ms"
-[[probe]]
-kind = "position"
-region = "body"
-"#,
-                phi.sin(),
-                -phi.cos(),
+            let stage = format!(
+                "[[stage]]\n{CORRECTED}\nintegration_steps = {steps}\nduration = \"0.4 s\"\ndt = \"{} ms\"\n",
                 5 * steps
             );
-            let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+            let run = run(&cube_on_slope("multiplier", mu, 0.0, &format!("{VISCOUS}{stage}")));
             assert_eq!(run.status, Status::Converged, "μ = {mu}");
             assert!(run.contact_forces > std::time::Duration::ZERO, "the time of the sweeps is not counted");
             (column(&run, "body_x_m"), last(&run, "slope_force_z_N"))

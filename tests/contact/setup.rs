@@ -31,6 +31,39 @@ pub fn last(run: &Run, name: &str) -> f64 {
     *column(run, name).last().expect("a row")
 }
 
+/// tan φ of [`cube_on_slope`] \[–\]
+pub const SLOPE: f64 = 0.5;
+
+/// A cube of 10 mm on a slope, as gravity that is inclined, so many mm above it, with its place as `body_x_m`.
+pub fn cube_on_slope(response: &str, friction: f64, gap: f64, rest: &str) -> Scene {
+    let (sin, cos) = SLOPE.atan().sin_cos();
+    let text = format!(
+        r#"{CUBE}
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [{sin}, 0, {}]
+acceleration = "9.81 m/s^2"
+[[contact]]
+name = "slope"
+region = "zmin"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "{} mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = {friction}
+[[probe]]
+kind = "position"
+region = "body"
+{rest}
+"#,
+        -cos, -gap
+    );
+    scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text)
+}
+
+/// A viscosity of the body.
+pub const VISCOUS: &str = "[[effect]]\nkind = \"viscous_damping\"\nregion = \"body\"\neta = \"100 Pa s\"\n";
+
 /// A soft block of 20 × 20 × 10 mm that is held at its bottom, with these contacts, in static steps of a quarter of a second.
 pub fn soft_block(seconds: f64, contacts: &str) -> Scene {
     let text = format!(

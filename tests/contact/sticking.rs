@@ -1,7 +1,7 @@
 //! Friction that holds: what sticks stays where it is, however long and in however many steps, and returns when the load is taken away.
 
 use crate::common::{Random, column, run, scene};
-use crate::setup::{CUBE, RESPONSES, last};
+use crate::setup::{RESPONSES, SLOPE, VISCOUS, cube_on_slope, last};
 use durometer::effect::contact::friction::{ContactFriction, Coulomb};
 use durometer::effect::contact::penalty::Penalty;
 use durometer::effect::contact::placement::Obstacle;
@@ -154,38 +154,13 @@ fn what_sticks_returns() {
 /// loops. It has moved by less than ε and its own shear before.
 #[test]
 fn a_cube_on_a_slope_does_not_creep() {
-    let phi = 0.5f64.atan();
     for (integrator, response) in
         [("bdf2", 0), ("bdf2", 1), ("bdf2", 2), ("implicit_euler", 2), ("implicit_euler_corrected", 2)]
     {
         for dt in [5.0, 1.0] {
             let response = RESPONSES[response];
-            let text = format!(
-                r#"{CUBE}
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1000 kg/m^3"
-direction = [{}, 0, {}]
-acceleration = "9.81 m/s^2"
-[[contact]]
-name = "slope"
-region = "zmin"
-obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.001 mm"], normal = [0, 0, 1] }}
-response = "{response}"
-friction = 0.51
-[[stage]]
-integrator = "{integrator}"
-duration = "2 s"
-dt = "{dt} ms"
-[[probe]]
-kind = "position"
-region = "body"
-"#,
-                phi.sin(),
-                -phi.cos()
-            );
-            let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+            let stage = format!("[[stage]]\nintegrator = \"{integrator}\"\nduration = \"2 s\"\ndt = \"{dt} ms\"\n");
+            let run = run(&cube_on_slope(response, 0.51, 0.001, &stage));
             assert_eq!(run.status, Status::Converged, "{integrator} {response}");
             let x = column(&run, "body_x_m");
             let epsilon = 1e-3 * 0.01 * 3f64.sqrt() * 1e-3 * dt;
@@ -224,36 +199,11 @@ fn a_dynamic_stage_goes_on_from_a_static_one() {
 /// linearised onset of sliding, 2y for 2y − y² with y = 0.31, leaves out of it, 16 %.
 #[test]
 fn linearised_steps_come_to_rest() {
-    let phi = 0.5f64.atan();
+    let phi = SLOPE.atan();
     for response in ["penalty", "barrier"] {
         for dt in [1.0, 0.2] {
-            let text = format!(
-                r#"{CUBE}
-[[effect]]
-kind = "viscous_damping"
-region = "body"
-eta = "100 Pa s"
-[[effect]]
-kind = "gravity"
-region = "body"
-density = "1000 kg/m^3"
-direction = [{}, 0, {}]
-acceleration = "9.81 m/s^2"
-[[contact]]
-name = "slope"
-region = "zmin"
-obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "-0.03 mm"], normal = [0, 0, 1] }}
-response = "{response}"
-friction = 0.8
-[[stage]]
-integrator = "implicit_euler_linearised"
-duration = "0.2 s"
-dt = "{dt} ms"
-"#,
-                phi.sin(),
-                -phi.cos()
-            );
-            let run = run(&scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Linear), &text));
+            let stage = "[[stage]]\nintegrator = \"implicit_euler_linearised\"\nduration = \"0.2 s\"";
+            let run = run(&cube_on_slope(response, 0.8, 0.03, &format!("{VISCOUS}{stage}\ndt = \"{dt} ms\"\n")));
             let (force, weight) = (column(&run, "slope_force_x_N"), 9.81e-3 * phi.sin());
             let [before, end] = [force[force.len() - 2], force[force.len() - 1]];
             println!("{response}, {dt} ms: {before} N, then {end} N, for {weight} N");
