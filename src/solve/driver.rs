@@ -143,7 +143,10 @@ impl<'a> Driver<'a> {
                 StepOutcome::Failed(status) => return ControlFlow::Break(self.reached(state).unwrap_or(status)),
             };
             let (integrator, solution) = (span.integrator, solved.solution);
-            let past = std::mem::replace(state, solved.next);
+            let mut past = std::mem::replace(state, solved.next);
+            if solution.anew {
+                integrator.forget(&mut past);
+            }
             self.totals.add(&solution);
             self.totals.coarse += usize::from(solved.coarse);
             self.steps.prediction.remember(state);

@@ -16,7 +16,8 @@ pub enum Integrator {
     /// Implicit Euler with corrections by contact, `corrected_steps`, for comparison: so many integration steps
     /// in each step of the time grid
     FreeMotion { integration_steps: usize },
-    /// Backward differentiation of second order with variable steps, on x and on v; the first step is implicit Euler
+    /// Backward differentiation of second order with variable steps, on x and on v; implicit Euler in the first step, and where it
+    /// [forgot](Integrator::forget) the steps before
     Bdf2,
     /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q,
     /// (1 − α_m) qₙ₊₁ + α_m qₙ = (1 − α_f) aₙ₊₁ + α_f aₙ, equilibrium and constraints hold exactly at tₙ₊₁.
@@ -115,6 +116,15 @@ impl Integrator {
         }
     }
 
+    /// Takes the steps before it from a state, so that a rule of several steps begins anew there. False if the rule has none to forget.
+    pub(super) fn forget(self, state: &mut State) -> bool {
+        let forgets = self == Self::Bdf2 && !state.memory.is_empty();
+        if forgets {
+            state.memory.clear();
+        }
+        forgets
+    }
+
     /// ∂v/∂x and ∂a/∂x of a step of length `dt` from `past`.
     pub fn rates(self, past: &State, dt: f64) -> Rates {
         if let Some(Alpha { am, af, beta, gamma }) = self.alpha() {
@@ -122,7 +132,7 @@ impl Integrator {
         }
         match self {
             Self::Static | Self::ArcLength { .. } => Rates::default(),
-            Self::Bdf2 if past.dt > 0.0 => {
+            Self::Bdf2 if !past.memory.is_empty() => {
                 let w = dt / past.dt;
                 let c = (1.0 + 2.0 * w) / (1.0 + w) / dt;
                 Rates { cv: c, ca: c * c }
@@ -148,7 +158,7 @@ impl Integrator {
                 v.fill(0.0);
                 a.fill(0.0);
             }
-            Self::Bdf2 if past.dt > 0.0 => {
+            Self::Bdf2 if !past.memory.is_empty() => {
                 let w = dt / past.dt;
                 let (c, c0, c1) = ((1.0 + 2.0 * w) / (1.0 + w) / dt, (1.0 + w) / dt, w * w / (1.0 + w) / dt);
                 let (x1, v1) = past.memory.split_at(n);
@@ -183,7 +193,7 @@ impl Integrator {
         let dt = next.t - past.t;
         let (share, now, before) = match self.alpha() {
             Some(Alpha { am, af, beta, .. }) => (beta + 0.5 * (am - af) - 1.0 / 6.0, &next.memory, Some(&past.memory)),
-            None if self == Self::Bdf2 && past.dt > 0.0 => {
+            None if self == Self::Bdf2 && !past.memory.is_empty() => {
                 let w = dt / past.dt;
                 ((1.0 + w).powi(2) / (6.0 * w * (1.0 + 2.0 * w)), &next.a, Some(&past.a))
             }

@@ -60,7 +60,15 @@ impl NonlinearSolver {
     pub(super) fn no_solution_yet(&self) -> Solution {
         let unstable_modes = self.linear.factor.multigrid().is_none().then_some(0);
         let projected = self.equations.sums.projected;
-        Solution { iterations: 0, correction: None, unstable_modes, regularised: false, shift: 0.0, projected }
+        Solution {
+            iterations: 0,
+            correction: None,
+            unstable_modes,
+            regularised: false,
+            shift: 0.0,
+            projected,
+            anew: false,
+        }
     }
 
     /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation. On the iterative path they

@@ -93,6 +93,9 @@ impl<'a> Differentiator<'a> {
         if landed(step, next) {
             return Err(Failure::Landing);
         }
+        if step.past.memory.is_empty() {
+            self.changes.iter_mut().for_each(|change| change.memory.clear());
+        }
         if self.rests(&at, next)? {
             // At rest nothing changes, and the body need not be held by what comes later.
             self.residuals.iter_mut().for_each(|residual| residual.fill(0.0));

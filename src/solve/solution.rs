@@ -14,6 +14,8 @@ pub struct Solution {
     pub regularised: bool,
     /// The last such shift, as a share of the diagonal \[–\]; 0 without one
     pub shift: f64,
+    /// Whether the rule began anew with this step, at an impact
+    pub anew: bool,
     /// Whether negative eigenvalues of blocks of the tangent were removed
     pub projected: bool,
 }

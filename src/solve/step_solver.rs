@@ -25,14 +25,31 @@ impl<'a> StepSolver<'a> {
         Self { system, solver, settings, points: &[], prediction: Prediction::default(), mass: None }
     }
 
-    /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,
-    /// then, if that is unstable already, with tangents as they are, then with projected ones.
+    /// One step to time `t`. At an [impact of a rigid body](super::impact) a rule of several steps begins anew.
     pub(super) fn solve(
         &mut self,
         integrator: Integrator,
         state: &State,
         t: f64,
     ) -> Result<(State, Solution), Failure> {
+        let (mut next, mut solution) = self.solve_by(integrator, state, t)?;
+        if !self.is_impact(integrator, state, &next) {
+            return Ok((next, solution));
+        }
+        let mut anew = state.clone();
+        if integrator.forget(&mut anew) {
+            let spent = solution.iterations;
+            (next, solution) = self.solve_by(integrator, &anew, t)?;
+            solution.iterations += spent;
+            solution.anew = true;
+        }
+        integrator.forget(&mut next);
+        Ok((next, solution))
+    }
+
+    /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,
+    /// then, if that is unstable already, with tangents as they are, then with projected ones.
+    fn solve_by(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solution), Failure> {
         let dt = t - state.t;
         let landed = self.landed(integrator, state, t)?;
         let state = landed.as_ref().unwrap_or(state);

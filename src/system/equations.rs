@@ -238,6 +238,11 @@ impl System {
         any
     }
 
+    /// Nodes of each body that turns without strain.
+    pub fn turning_bodies(&self) -> impl Iterator<Item = &[u32]> {
+        self.effects.iter().filter(|e| e.capabilities().turning.is_some()).map(|e| e.blocks().nodes(0))
+    }
+
     /// The largest share of the motion dx from x that all effects admit; None if all of it is admissible.
     pub fn max_step(&self, x: &[f64], dx: &[f64], caches: &mut Caches) -> Option<(&str, MotionLimit)> {
         let limits = self.effects.iter().filter_map(|e| {

@@ -102,12 +102,11 @@ impl HistoryVariables for SurfaceFriction {
         HISTORY
     }
 
+    /// The block of all: which terms a point has is known once all terms are.
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
-        let terms = self.pressing.surfaces.terms(at.x, &mut Caches::default());
-        let own: Vec<Term> = terms.iter().filter(|term| self.block(term) == Some(b)).cloned().collect();
-        let presses = self.presses(at, &own).remove(&b).unwrap_or_default();
-        let slip = self.law.advance(at, presses.iter().map(|(nodes, press)| (*nodes, press)), elastic_slip(at, b));
-        new.copy_from_slice(slip.as_slice());
+        let mut all = vec![0.0; HISTORY * self.blocks.len()];
+        self.advance_all(at, &mut all, &mut Caches::default())?;
+        new.copy_from_slice(&all[HISTORY * b..][..HISTORY]);
         Ok(())
     }
 
