@@ -12,8 +12,7 @@
 //!
 //! Source: restarts of multistep methods at discontinuities, Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I* (1993), §II.6.
 
-use super::Integrator;
-use super::step_solver::StepSolver;
+use super::{Integrator, Step};
 use crate::system::State;
 
 /// Share of the velocity of a body that an impact changes at least \[–\]. Below it, at most its square of the energy is that of the motion across.
@@ -21,21 +20,19 @@ const ABRUPT: f64 = 0.2;
 /// Motion that such a change makes in a step, as a share of the length of the body \[–\]; below it the body rests.
 const STILL: f64 = 1e-6;
 
-impl StepSolver<'_> {
-    /// Whether a rigid body has hit something in the step from `past` to `next`, by a rule that remembers steps; not in the first step of a stage.
-    pub(super) fn is_impact(&self, integrator: Integrator, past: &State, next: &State) -> bool {
-        if integrator != Integrator::Bdf2 || past.dt == 0.0 {
-            return false;
-        }
-        let dt = next.t - past.t;
-        let still = STILL * self.solver.equations.length;
-        let is_hit = |nodes: &[u32]| {
-            let dofs = || nodes.iter().flat_map(|&node| 3 * node as usize..3 * node as usize + 3);
-            let largest = |of: &dyn Fn(usize) -> f64| dofs().fold(0.0, |most: f64, i| most.max(of(i).abs()));
-            let change = dt * largest(&|i| next.a[i] - past.a[i]);
-            let speed = largest(&|i| next.v[i]).max(largest(&|i| past.v[i]));
-            change > ABRUPT * speed && dt * change > still
-        };
-        self.system.turning_bodies().any(is_hit)
+/// Whether a rigid body has hit something in the step to `next`, by a rule that remembers steps, in a body of this length \[m\]; not in the first step of a
+/// stage.
+pub(super) fn is_impact(step: &Step, next: &State, length: f64) -> bool {
+    let Step { system, integrator, past, dt } = *step;
+    if integrator != Integrator::Bdf2 || past.dt == 0.0 {
+        return false;
     }
+    let is_hit = |nodes: &[u32]| {
+        let dofs = || nodes.iter().flat_map(|&node| 3 * node as usize..3 * node as usize + 3);
+        let largest = |of: &dyn Fn(usize) -> f64| dofs().fold(0.0, |most: f64, i| most.max(of(i).abs()));
+        let change = dt * largest(&|i| next.a[i] - past.a[i]);
+        let speed = largest(&|i| next.v[i]).max(largest(&|i| past.v[i]));
+        change > ABRUPT * speed && dt * change > STILL * length
+    };
+    system.turning_bodies().any(is_hit)
 }

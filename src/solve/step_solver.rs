@@ -1,6 +1,7 @@
 //! Solves single steps: initial values, fallbacks, time error.
 
 use super::contact_check;
+use super::impact::is_impact;
 use super::prediction::Prediction;
 use super::start::Start;
 use super::step_settings::StepSettings;
@@ -33,7 +34,8 @@ impl<'a> StepSolver<'a> {
         t: f64,
     ) -> Result<(State, Solution), Failure> {
         let (mut next, mut solution) = self.solve_by(integrator, state, t)?;
-        if !self.is_impact(integrator, state, &next) {
+        let step = Step { system: self.system, integrator, past: state, dt: t - state.t };
+        if !is_impact(&step, &next, self.solver.equations.length) {
             return Ok((next, solution));
         }
         let mut anew = state.clone();

@@ -224,6 +224,53 @@ max_iterations = 200
     }
 }
 
+/// A rigid box and a rigid cylinder tumble on a floor by BDF2: nothing gives them energy, and they come to rest on the side on which implicit Euler lays
+/// them, at every step.
+#[test]
+fn what_tumbles_comes_to_rest() {
+    let box_ = r#"{ kind = "box", min = ["90 mm", "-10 mm", "15 mm"], max = ["110 mm", "10 mm", "45 mm"] }"#;
+    let cylinder = r#"{ kind = "cylinder", from = ["80 mm", "0 mm", "30 mm"], to = ["120 mm", "0 mm", "45 mm"], radius = "8 mm" }"#;
+    for (shape, rest) in [(box_, 0.015), (cylinder, 0.008)] {
+        for (response, dt) in RESPONSES.into_iter().flat_map(|response| [0.5, 1.0, 2.0].map(|dt| (response, dt))) {
+            let text = format!(
+                r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "body"
+shape = {shape}
+density = "1000 kg/m^3"
+spin = ["3 rad/s", "5 rad/s", "1 rad/s"]
+gravity = {{ direction = [0, 0, -1], acceleration = "9.81 m/s^2" }}
+[[contact]]
+name = "floor"
+region = "body"
+obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = 0.3
+[[stage]]
+integrator = "bdf2"
+duration = "0.8 s"
+dt = "{dt} ms"
+[[probe]]
+kind = "energy"
+"#
+            );
+            let run = run(&scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text));
+            assert_eq!(run.status, Status::Converged, "{response} {dt} ms: {}", run.status);
+            let (z, force, energy) = (column(&run, "body_z_m"), column(&run, "floor_force_z_N"), energies(&run));
+            let fallen = column(&run, "work_J").iter().fold(0.0, |m: f64, w| m.max(*w));
+            let created = energy.iter().fold(0.0, |m: f64, e| m.max(e - energy[0])) / fallen;
+            let late = &force[force.len() * 7 / 8..];
+            let (last, mean) = (z[z.len() - 1], late.iter().sum::<f64>() / late.len() as f64);
+            println!("{response} {dt} ms: energy {created}, rests at {last} m with {mean} N");
+            assert!(created < 1e-2, "{response} {dt} ms: energy {created}");
+            assert!((last - rest).abs() < 0.2e-3, "{response} {dt} ms: at {last} m");
+        }
+    }
+}
+
 /// A drop of a small block on an obstacle, from a random place at a random speed; the least gap during the motion.
 fn drop_on(obstacle: &str, random: &mut Random) -> (Status, f64) {
     let mut v = || random.around(3.0);

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// The remedy for energy from nothing.
-const REMEDY: &str = "shorten dt, or take \"bdf2\" or \"implicit_euler\"; where bodies hit each other or an obstacle, \"implicit_euler\"";
+const REMEDY: &str = "shorten dt, or take \"bdf2\" or \"implicit_euler\"; where deformable bodies hit each other or an obstacle, \"implicit_euler\"";
 
 /// Energy of a dynamic stage that nothing has put in
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq)]
