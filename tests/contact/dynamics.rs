@@ -238,14 +238,14 @@ fn what_tumbles_comes_to_rest() {
 kind = "fixed"
 region = "body"
 [[rigid]]
-name = "body"
+name = "brick"
 shape = {shape}
 density = "1000 kg/m^3"
 spin = ["3 rad/s", "5 rad/s", "1 rad/s"]
 gravity = {{ direction = [0, 0, -1], acceleration = "9.81 m/s^2" }}
 [[contact]]
 name = "floor"
-region = "body"
+region = "brick"
 obstacle = {{ kind = "floor", point = ["0 mm", "0 mm", "0 mm"], normal = [0, 0, 1] }}
 response = "{response}"
 friction = 0.3
@@ -259,7 +259,7 @@ kind = "energy"
             );
             let run = run(&scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text));
             assert_eq!(run.status, Status::Converged, "{response} {dt} ms: {}", run.status);
-            let (z, force, energy) = (column(&run, "body_z_m"), column(&run, "floor_force_z_N"), energies(&run));
+            let (z, force, energy) = (column(&run, "brick_z_m"), column(&run, "floor_force_z_N"), energies(&run));
             let fallen = column(&run, "work_J").iter().fold(0.0, |m: f64, w| m.max(*w));
             let created = energy.iter().fold(0.0, |m: f64, e| m.max(e - energy[0])) / fallen;
             let late = &force[force.len() * 7 / 8..];
