@@ -146,7 +146,9 @@ impl Constraint for Segment {
                 bounded_multiplier(all, c, LinearFunction::gap(all, self.places(c).1, self.rope.total()), *most)
             }
             Pull::Tension(tension) => {
-                let equation = LinearFunction::multiplier(all, c, tension.at(all.now).max(0.0));
+                let mut equation = LinearFunction::multiplier(all, c, tension.at(all.now).max(0.0));
+                // A tension that is rounding, as at the end of a cosine, is as good as none.
+                equation.scale += FAINT * all.force;
                 vec![LawPiece { equation, inequalities: Vec::new() }]
             }
         }

@@ -91,7 +91,8 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let mut out = vec![];
     let mut encoder = png::Encoder::new(&mut out, map.width(), map.height());
     encoder.set_color(png::ColorType::Rgb);
-    encoder.set_compression(png::Compression::Best);
+    // The best one saves a tenth, and takes most of the time of a report
+    encoder.set_compression(png::Compression::Default);
     // Large areas of one colour are best left as they are
     encoder.set_filter(png::FilterType::NoFilter);
     encoder.set_pixel_dims(Some(png::PixelDimensions { xppu: PER_METRE, yppu: PER_METRE, unit: png::Unit::Meter }));

@@ -11,7 +11,7 @@ use super::name::is_column;
 use super::numerics::check_numerics;
 use super::output::check_output;
 use super::parts::constraints::{
-    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, note_constraints,
+    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, note_constraints, note_vacuum,
 };
 use super::parts::contact::{NamedContact, build_contacts};
 use super::parts::effects::{EffectSpec, build_effects, no_limit, note_effects};
@@ -259,6 +259,9 @@ impl Scene {
         build_effects(builder, &spec.effects)?;
         let (cables, cavities) = build_constraints(builder, &spec.constraints, carriers)?;
         let (rigids, mut contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
+        if contacts.iter().all(|contact| contact.points().is_some()) {
+            note_vacuum(builder, &cavities);
+        }
         check_elastic(builder, &spec.effects, own_effects.is_empty())?;
         builder.effects.extend(own_effects);
         check_tied(builder, spec.start.is_some())?;

@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, [`Limit`]s, counts; calls the [`StepObserver`] |
 //! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, grows again |
-//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`, of impacts `landing`, `impact`) and fallbacks, what contact asks of a solution (`contact_check`); `diagnosis` and `limit_points` name the reason of a failure |
+//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`, of impacts `landing`) and fallbacks, what contact asks of a solution (`contact_check`); `diagnosis` and `limit_points` name the reason of a failure |
 //! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact_correction` with `gauss_seidel`, or `equilibrium_path` for arc length | the iterations; `convergence` holds the acceptance test, `equations` the error it sees, `globalisation` the length along a direction |
 //! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
 //!
@@ -31,7 +31,6 @@ mod failure;
 mod free_motions;
 mod gauss_seidel;
 mod globalisation;
-mod impact;
 mod integrator;
 mod iteration;
 mod lagged_factor;

@@ -1,7 +1,6 @@
 //! Solves single steps: initial values, fallbacks, time error.
 
 use super::contact_check;
-use super::impact::is_impact;
 use super::prediction::Prediction;
 use super::start::Start;
 use super::step_settings::StepSettings;
@@ -26,26 +25,28 @@ impl<'a> StepSolver<'a> {
         Self { system, solver, settings, points: &[], prediction: Prediction::default(), mass: None }
     }
 
-    /// One step to time `t`. At an [impact of a rigid body](super::impact) a rule of several steps begins anew.
+    /// One step to time `t`. Where a rigid body [hits](StepSolver::hits) something, a rule of several steps begins anew, if it can.
     pub(super) fn solve(
         &mut self,
         integrator: Integrator,
         state: &State,
         t: f64,
     ) -> Result<(State, Solution), Failure> {
-        let (mut next, mut solution) = self.solve_by(integrator, state, t)?;
-        let step = Step { system: self.system, integrator, past: state, dt: t - state.t };
-        if !is_impact(&step, &next, self.solver.equations.length) {
-            return Ok((next, solution));
+        let hits = self.hits(integrator, state, t);
+        let mut anew = None;
+        if hits && !state.memory.is_empty() {
+            let mut past = state.clone();
+            integrator.forget(&mut past);
+            anew = self.solve_by(integrator, &past, t).ok();
         }
-        let mut anew = state.clone();
-        if integrator.forget(&mut anew) {
-            let spent = solution.iterations;
-            (next, solution) = self.solve_by(integrator, &anew, t)?;
-            solution.iterations += spent;
-            solution.anew = true;
+        let ends_anew = anew.is_some() || state.memory.is_empty();
+        let (mut next, solution) = match anew {
+            Some((next, solution)) => (next, Solution { anew: true, ..solution }),
+            None => self.solve_by(integrator, state, t)?,
+        };
+        if hits && ends_anew {
+            integrator.forget(&mut next);
         }
-        integrator.forget(&mut next);
         Ok((next, solution))
     }
 

@@ -271,6 +271,65 @@ kind = "energy"
     }
 }
 
+/// A rigid ball by BDF2 with steps of 1 ms: its start, its contact, and the highest point after it hit something, above that place \[m\].
+fn rebound(start: &str, contact: &str) -> f64 {
+    let text = format!(
+        r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "zmin"
+[[rigid]]
+name = "ball"
+{start}
+density = "1000 kg/m^3"
+gravity = {{ direction = [0, 0, -1], acceleration = "9.81 m/s^2" }}
+[[contact]]
+name = "contact"
+{contact}
+friction = 0
+[[stage]]
+integrator = "bdf2"
+duration = "0.12 s"
+dt = "1 ms"
+"#
+    );
+    let run = run(&scene(block(3, 3, 2, 0.04, 0.04, 0.01, Order::Linear), &text));
+    assert_eq!(run.status, Status::Converged, "{contact}: {}", run.status);
+    let z = column(&run, "ball_z_m");
+    let lowest = (0..z.len()).min_by(|a, b| z[*a].total_cmp(&z[*b])).expect("rows");
+    z[lowest..].iter().fold(0.0, |m: f64, other| m.max(other - z[lowest]))
+}
+
+/// An impact is told by the velocity towards the obstacle: a ball that flies across it fast does not rebound either, whatever the direction.
+#[test]
+fn an_impact_does_not_depend_on_the_motion_across() {
+    for [x, y] in [[0.0, 0.0], [5.0, 0.0], [3.535_533_9, 3.535_533_9], [-20.0, 0.0]] {
+        for response in RESPONSES {
+            let start = format!(
+                "shape = {{ kind = \"sphere\", center = [\"100 mm\", \"0 mm\", \"15 mm\"], radius = \"10 mm\" }}\nvelocity = [\"{x} m/s\", \"{y} m/s\", \"0 m/s\"]"
+            );
+            let floor = "region = \"ball\"\nobstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"0 mm\"], normal = [0, 0, 1] }";
+            let height = rebound(&start, &format!("{floor}\nresponse = \"{response}\""));
+            println!("{response}, {x} and {y} m/s: rebound {height} m");
+            assert!(height < 0.05 * 5e-3, "{response}, {x} and {y} m/s: {height} m of 5 mm");
+        }
+    }
+}
+
+/// A ball of 4.2 g rebounds from a soft pad, which takes 6 ms to throw it back: BDF2 goes on, and loses no more than a fifth of the height of steps of
+/// 0.1 ms, 12 mm.
+#[test]
+fn a_soft_pad_throws_a_ball_back() {
+    for response in RESPONSES {
+        let start = "shape = { kind = \"sphere\", center = [\"20 mm\", \"20 mm\", \"22 mm\"], radius = \"10 mm\" }\nvelocity = [\"0 m/s\", \"0 m/s\", \"-0.5 m/s\"]";
+        let pad =
+            format!("region = \"zmax\"\nobstacle = {{ kind = \"rigid\", body = \"ball\" }}\nresponse = \"{response}\"");
+        let height = rebound(start, &pad);
+        println!("{response}: rebound {height} m");
+        assert!(height > 0.8 * 12e-3, "{response}: {height} m");
+    }
+}
+
 /// A drop of a small block on an obstacle, from a random place at a random speed; the least gap during the motion.
 fn drop_on(obstacle: &str, random: &mut Random) -> (Status, f64) {
     let mut v = || random.around(3.0);

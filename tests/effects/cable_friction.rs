@@ -63,6 +63,31 @@ fn ended(scene: &Scene) -> Run {
     result
 }
 
+/// The tension of a raised cosine ends at a rounding of its amplitude, 4e-32 N, which is none.
+#[test]
+fn a_tension_may_come_back_to_zero() {
+    let drive = r#"{ kind = "tension", signal = { kind = "raised_cosine", amplitude = "1 N", frequency = "2 Hz" } }"#;
+    for friction in ["friction = 0", "friction = 0.3"] {
+        let run = ended(&beam(&[bent(friction, drive)], "0.05 s", Order::Linear));
+        for (t, tension) in column(&run, "t_s").iter().zip(column(&run, "cable_tension_N")) {
+            let given = 0.5 * (1.0 - (4.0 * std::f64::consts::PI * t).cos());
+            assert!((tension - given).abs() < 1e-9, "{friction}: {tension} N for {given} N at {t} s");
+        }
+    }
+}
+
+/// A law without the geometric stiffness of its stress is named under forces that turn with the body.
+#[test]
+fn a_law_that_does_not_turn_has_a_note() {
+    let drive = r#"{ kind = "tension", signal = "1 N" }"#;
+    for (law, noted) in [("linear", true), ("corotational", false), ("neo_hookean", false)] {
+        let text = beam(&[bent("", drive)], "0.5 s", Order::Linear).text.replace("neo_hookean", law);
+        let scene = scene(block(2, 1, 1, 0.1, 0.015, 0.015, Order::Linear), &text);
+        let of_law = format!("rubber is {law}, and the force of cable turns with the body");
+        assert_eq!(scene.notes.iter().any(|note| note.starts_with(&of_law)), noted, "{law}: {:?}", scene.notes);
+    }
+}
+
 fn angles(line: &[durometer::math::tensor::Vec3]) -> Vec<f64> {
     let turn = |w: &[durometer::math::tensor::Vec3]| (w[1] - w[0]).angle(&(w[2] - w[1]));
     line.windows(3).map(turn).collect()

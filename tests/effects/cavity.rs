@@ -10,6 +10,7 @@ use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::curved::octant;
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
+use durometer::scene::SceneBuilder;
 use durometer::solve::{AcceptedStep, Driver, Integrator, Status, StepSettings, TimeSpan};
 use durometer::system::{At, Constraint, Prescribed, Rates, State, System, Want};
 use std::f64::consts::PI;
@@ -427,6 +428,24 @@ fn what_holds_a_rim_balances_the_pressure() {
             assert!(off < 1e-8 * force.abs(), "{order:?}, {kind}: {found:?} against {expected:?}");
         }
     }
+}
+
+/// A rim that slides along four planes may be free along them, or held; where it is moved, nothing says what closes the volume.
+#[test]
+fn a_rim_that_is_moved_along_several_planes_holds_no_volume() {
+    let sides = [("xmin", "x"), ("xmax", "x"), ("ymin", "y"), ("ymax", "y")].map(|(side, k)| held(side, k)).concat();
+    let moved = "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmin\"\ncomponents = \"z\"\ndisplacement = { kind = \"ramp\", from = \"0 mm\", to = \"1 mm\", end = \"1 s\" }\n";
+    let of = |held: &str, drive: &str| {
+        // The lower side may follow the rim
+        let text = pressed(held, drive, &soft());
+        let text = text.replace("region = \"zmin\"\n", "region = \"zmin\"\ncomponents = \"xy\"\n");
+        let builder = SceneBuilder::parse(&text).unwrap_or_else(|e| panic!("{e}"));
+        builder.mesh(block(3, 3, 3, 0.04, 0.05, 0.06, Order::Linear)).build().map_err(|e| e.to_string())
+    };
+    let volume = r#"{ kind = "volume", signal = { kind = "ramp", from = "0 ml", to = "2 ml", end = "1 s" } }"#;
+    assert!(of(&sides, volume).is_ok());
+    let said = of(&format!("{sides}{moved}"), volume).err().expect("refused");
+    assert!(said.contains("is open, and its rim is free, or moved, at (") && said.contains("no volume"), "{said}");
 }
 
 /// Derivatives of the reactions of a rim that slides in four planes, and so changes what they carry.

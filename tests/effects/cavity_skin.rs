@@ -291,6 +291,26 @@ fn bad_skins_are_refused_with_a_place() {
     assert!(said.contains("has the body inside of it"), "{said}");
 }
 
+/// Facets that belong to two cavities, and more air than there is, are refused; a vacuum, which lets walls through each other, has a note.
+#[test]
+fn what_a_cavity_cannot_hold_is_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    write(&folder.path().join("air.obj"), &other_wall([4, 1]));
+    let of = |cavity: &str| scene(folder.path(), bar(1, Order::Linear), cavity);
+    let inner = |drive: &str| format!("region = \"inner\"\n{drive}");
+    let said = of(&inner(&VOLUME.replace("300 mm^3", "-1600 mm^3"))).err().expect("refused");
+    assert!(said.contains("1.6000 ml are taken out at t = 1.0000 s, and the cavity holds 1.5360 ml"), "{said}");
+    assert!(of(&inner(&VOLUME.replace("300 mm^3", "-1500 mm^3"))).is_ok());
+    let twice = format!("{}\n[[constraint]]\nkind = \"cavity\"\nname = \"other\"\n{}", inner(PRESSURE), inner(VOLUME));
+    let said = of(&twice).err().expect("refused");
+    assert!(said.contains("facets are those of cavity too, and the pressures would add up there"), "{said}");
+    let vacuum = of(&inner(&PRESSURE.replace("8 kPa", "-8 kPa"))).expect("a scene");
+    let note = |scene: &Scene| {
+        scene.notes.iter().any(|n| n.contains("cavity is under a vacuum of 8.0000 kPa at t = 1.0000 s"))
+    };
+    assert!(note(&vacuum) && !note(&of(&inner(PRESSURE)).expect("a scene")), "{:?}", vacuum.notes);
+}
+
 /// The public pneumatic finger and the surface that belongs to it.
 #[test]
 #[ignore = "reads public data outside of the project, from the folder that DUROMETER_SHARED names"]

@@ -15,6 +15,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::held_rim::HeldRim;
 use crate::scene::kind::by_kind;
+use crate::scene::protocol::extremes;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::scene::signal::SignalSpec;
 use crate::system::{Gradient, State};
@@ -87,19 +88,23 @@ pub struct NamedCavity {
     pub name: String,
     pub cavity: Arc<Cavity>,
     pub drive: Drive,
+    /// Facets of its wall, ascending; none of a skin that lies on none
+    pub(super) facets: Vec<u32>,
 }
 
-/// A cavity with its load or its row. To be called when everything that is held is known.
+/// A cavity with its load or its row, next to those before it. To be called when everything that is held is known.
 pub(in crate::scene) fn build_cavity(
     builder: &mut Builder,
     place: &str,
     spec: &CavitySpec,
+    before: &[NamedCavity],
 ) -> Result<NamedCavity, SceneError> {
     let CavitySpec { name, drive, open, .. } = spec;
     builder.check_name(place, name)?;
     let body = builder.body.clone();
     let mesh = &body.mesh;
     let (surface, wall) = wall(builder, place, name, (spec.region.as_deref(), spec.skin.as_deref()))?;
+    check_shared(builder, place, &wall, before)?;
     let rim = wall.rim(mesh);
     let planes = check_rim(builder, place, (surface, *open, drive), mesh, &rim)?;
     let Some(field) = volume_field(wall.middle(mesh), planes.as_ref().unwrap_or(&Planes::default())) else {
@@ -132,6 +137,9 @@ pub(in crate::scene) fn build_cavity(
         }
         CavityDriveSpec::Volume { signal } => {
             let growth = builder.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
+            if rim.is_empty() {
+                check_growth(builder, place, &growth, rest)?;
+            }
             // The sphere of this area holds more than any other surface
             let scale = wall.area(mesh).powf(1.5) / (6.0 * PI.sqrt());
             builder.constraints.push(Box::new(CavityVolume { cavity: cavity.clone(), growth, rest, scale }));
@@ -141,15 +149,66 @@ pub(in crate::scene) fn build_cavity(
     if planes.is_some() && !rim.is_empty() {
         builder.gathered.rims.push(HeldRim { rim: CavityRim::new(mesh, &rim, field), drive: drive.clone() });
     }
-    Ok(NamedCavity { name: name.clone(), cavity, drive })
+    let mut facets = if let Wall::Facets(facets) = wall { facets } else { Vec::new() };
+    facets.sort_unstable();
+    Ok(NamedCavity { name: name.clone(), cavity, drive, facets })
+}
+
+/// Refuses a wall that an earlier cavity has too: the two pressures would add up there.
+fn check_shared(builder: &Builder, place: &str, wall: &Wall, before: &[NamedCavity]) -> Result<(), SceneError> {
+    let Wall::Facets(facets) = wall else { return Ok(()) };
+    let shared = |other: &NamedCavity| facets.iter().filter(|f| other.facets.binary_search(f).is_ok()).count();
+    match before.iter().map(|other| (other, shared(other))).find(|(_, shared)| *shared > 0) {
+        None => Ok(()),
+        Some((other, shared)) => {
+            let fact = format!(
+                "{shared} of its {} facets are those of {} too, and the pressures would add up there",
+                facets.len(),
+                other.name
+            );
+            Err(builder.content(place, fact, "give each cavity facets of its own, or keep one with the sum"))
+        }
+    }
+}
+
+/// Notes a vacuum: nothing but a contact keeps the walls of a cavity apart.
+pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavity]) {
+    for NamedCavity { name, drive, .. } in cavities {
+        let Drive::Prescribed(pressure) = drive else { continue };
+        let ((t, least), _) = extremes(pressure, &builder.spans);
+        if !pressure.has_inputs() && least < 0.0 {
+            let note = format!(
+                "{name} is under a vacuum of {:.4} kPa at t = {t:.4} s: its walls pass through each other unless a [[contact]] keeps them apart",
+                -least / 1e3
+            );
+            builder.notes.push(note);
+        }
+    }
+}
+
+/// Refuses a closed cavity that is emptied of more than it holds. A signal that is decided during the run is not checked here.
+fn check_growth(builder: &Builder, place: &str, growth: &Signal, rest: f64) -> Result<(), SceneError> {
+    if growth.has_inputs() {
+        return Ok(());
+    }
+    let ((t, least), _) = extremes(growth, &builder.spans);
+    // A signal without a value is refused with its formula.
+    if -least < rest || !least.is_finite() {
+        return Ok(());
+    }
+    let fact =
+        format!("{:.4} ml are taken out at t = {t:.4} s, and the cavity holds {:.4} ml", -least * 1e6, rest * 1e6);
+    Err(builder.content(place, fact, "take out less: its walls would pass through each other"))
 }
 
 /// Levels of the planes x, y, z = const in which a rim slides \[m\].
 type Planes = [Vec<f64>; 3];
 
-/// The planes in which a rim slides that is not held; where it is free.
+/// The planes in which a rim slides that is not held; where it is free, or moved along several of them, which no volume is known of.
 fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Planes, Vec3> {
     let held = |node: u32, k: u32| builder.motion(3 * node + k);
+    let is_moved = |node: u32| (0..3).any(|k| held(node, k).is_some_and(|motion| *motion != Signal::Constant(0.0)));
+    let moved = rim.iter().flatten().find(|node| is_moved(**node)).map(|node| mesh.points[*node as usize]);
     let mut planes = Planes::default();
     for edge in rim {
         if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
@@ -169,7 +228,10 @@ fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Pla
             planes[k].push(at[k]);
         }
     }
-    Ok(planes)
+    match moved {
+        Some(at) if planes.iter().map(Vec::len).sum::<usize>() > 1 => Err(at),
+        _ => Ok(planes),
+    }
 }
 
 /// May this surface be driven so? The planes of its rim, none where the rim is free.

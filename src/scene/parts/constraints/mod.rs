@@ -14,6 +14,7 @@ pub use cable::{
     CableDriveSpec, CableEvent, CableSpec, Condition, GuideFile, GuidesSpec, NamedCable, PullPointSpec, RingSpec,
 };
 pub(in crate::scene) use cable::{CableLog, pulling};
+pub(in crate::scene) use cavity::note_vacuum;
 pub use cavity::{CavityDriveSpec, CavitySpec, NamedCavity};
 pub use drive::Drive;
 pub use fixed::FixedSpec;
@@ -101,10 +102,26 @@ pub(in crate::scene) fn build_constraints(
                 let fact = format!("another cable or cavity is called \"{name}\" too");
                 return Err(builder.content(&place, fact, "give each a `name` of its own"));
             }
-            cavities.push(build_cavity(builder, &place, cavity)?);
+            let built = build_cavity(builder, &place, cavity, &cavities)?;
+            cavities.push(built);
         }
     }
+    note_law(builder, &cables, &cavities);
     Ok((cables, cavities))
+}
+
+/// Notes a law whose stress does not turn with the body under forces that do: the stiffness of the forces lacks that of the stress which they cause, and with
+/// which it is in balance.
+fn note_law(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavity]) {
+    let law =
+        builder.gathered.laws.iter().find(|l| !l.law.info().objective).map(|l| (l.name.clone(), l.law.info().name));
+    let force = cables.first().map(|c| &c.name).into_iter().chain(cavities.first().map(|c| &c.name)).next();
+    if let (Some((law, kind)), Some(force)) = (law, force) {
+        builder.notes.push(format!(
+            "{law} is {kind}, and the force of {force} turns with the body: deflections are wrong by about the load over the buckling load of the body, also \
+             at small rotations; corotational has the stiffness that is missing"
+        ));
+    }
 }
 
 /// Notes on the constraints of a scene; returns a reason why the answer has no limit as h → 0, if there is one.
