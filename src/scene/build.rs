@@ -6,6 +6,7 @@ use super::compare::{MeasuredData, read_measured};
 use super::control::{Controls, build_controls};
 use super::cover::check_cover;
 use super::error::{SceneError, hint, part};
+use super::held::note_free_motions;
 use super::identity::simulated;
 use super::name::is_column;
 use super::numerics::check_numerics;
@@ -259,14 +260,11 @@ impl Scene {
         build_effects(builder, &spec.effects)?;
         let (cables, cavities) = build_constraints(builder, &spec.constraints, carriers)?;
         let (rigids, mut contacts) = build_contacts(builder, &spec.rigids, &spec.contacts)?;
-        if contacts.iter().all(|contact| contact.points().is_some()) {
-            note_vacuum(builder, &cavities);
-        }
         check_elastic(builder, &spec.effects, own_effects.is_empty())?;
         builder.effects.extend(own_effects);
         check_tied(builder, spec.start.is_some())?;
         if !is_variant {
-            note_stability(builder);
+            note_limits(builder, &cables, &cavities, &contacts);
         }
         check_start(builder, spec.start.as_ref())?;
         let mut probes = build_probes(builder, &spec.probes)?;
@@ -349,6 +347,17 @@ impl Scene {
             return Ok(());
         }
         Err(format!("the scene records no \"{name}\"; {}", hint(name, &columns[1..])))
+    }
+}
+
+/// Notes where laws become unstable, what no contact keeps apart, and how a body may move that nothing else holds.
+fn note_limits(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavity], contacts: &[NamedContact]) {
+    note_stability(builder);
+    if contacts.iter().all(|contact| contact.points().is_some()) {
+        note_vacuum(builder, cavities);
+    }
+    if cables.is_empty() && contacts.is_empty() && builder.tied.is_empty() {
+        note_free_motions(builder);
     }
 }
 

@@ -270,6 +270,11 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
+    /// Dofs whose motion is prescribed, ascending.
+    pub(super) fn held_dofs(&self) -> impl Iterator<Item = usize> {
+        self.prescribed.keys().map(|dof| *dof as usize)
+    }
+
     /// The motion prescribed for a dof.
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)

@@ -69,6 +69,7 @@ mod features;
 mod fields;
 mod fixture;
 mod grid;
+mod held;
 mod held_rim;
 mod identity;
 mod import;

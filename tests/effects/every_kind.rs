@@ -160,12 +160,12 @@ drive = { kind = "tension", signal = { kind = "ramp", from = "0 N", to = "5 kN",
 [[constraint]]
 kind = "cavity"
 name = "by_pressure"
-region = "xmin"
+region = "low"
 drive = { kind = "pressure", signal = { kind = "ramp", from = "0 kPa", to = "20 kPa", end = "1 s" } }
 [[constraint]]
 kind = "cavity"
 name = "by_volume"
-region = "xmin"
+region = "high"
 drive = { kind = "volume", signal = "10 ml" }
 [[stage]]
 integrator = "bdf2"
@@ -212,6 +212,8 @@ body = "block"
 [mesh.regions]
 lower = {{ kind = "box", min = ["-1 m", "-1 m", "-1 m"], max = ["2 m", "2 m", "0.7 m"], pick = "cells", rule = "all" }}
 upper = {{ kind = "complement", of = ["lower"] }}
+low = {{ kind = "box", min = ["-0.1 m", "-1 m", "-1 m"], max = ["0.1 m", "2 m", "0.7 m"], pick = "facets", rule = "all" }}
+high = {{ kind = "difference", of = ["xmin", "low"] }}
 [[effect]]
 kind = "stiffness_damping"
 region = "body"
@@ -582,7 +584,7 @@ fn momentum_balances() {
                 // A translation t changes the cones over an open surface by −⅓ t·∫n dA; so does −t of their origin.
                 "by_pressure" => {
                     let volume = |o: Vec3| {
-                        Cavity::new("c".into(), mesh, &mesh.regions["xmin"].facets, VolumeField::cones(o)).volume(&x)
+                        Cavity::new("c".into(), mesh, &scene.regions["low"].facets, VolumeField::cones(o)).volume(&x)
                     };
                     let area = Vec3::from_fn(|k, _| 3.0 * (volume(Vec3::ith(k, 1.0)) - volume(Vec3::zeros())));
                     (area / 3.0 * effect.intensity(TIME.into()), false)

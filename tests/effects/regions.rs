@@ -1,7 +1,7 @@
 //! Regions of a scene: rules at the border of a place, sets, components, layers near a surface, and what is refused.
 
 use crate::common::tools;
-use durometer::mesh::Region;
+use durometer::mesh::{Order, Region, structured};
 use durometer::scene::{Scene, SceneBuilder};
 use std::path::Path;
 
@@ -254,4 +254,33 @@ dt = "1 s"
     }
     let error = scene("").err().expect("no rule").to_string();
     assert!(error.contains("763 cells") && error.contains("625") && error.contains(": 9)"), "{error}");
+}
+
+/// A body whose supports leave rigid motions free has a note that counts them; one that is held at three points has none.
+#[test]
+fn motions_that_supports_leave_free_are_noted() {
+    let held = |regions: &[(&str, &str)]| {
+        let tables = regions.iter().map(|(region, components)| {
+            format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{region}\"\ncomponents = \"{components}\"\n")
+        });
+        let text = format!(
+            "[mesh]\nbody = \"block\"\n[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"1 MPa\"\nnu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n{}\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n[[probe]]\nkind = \"position\"\nregion = \"xmax\"\n",
+            tables.collect::<String>()
+        );
+        let scene = crate::common::scene(structured::block(2, 2, 2, 0.02, 0.02, 0.02, Order::Linear), &text);
+        scene.notes.iter().find(|note| note.starts_with("what is held leaves")).cloned()
+    };
+    let free = |count: usize, found: Option<String>| {
+        let start = format!("what is held leaves {count} of the six rigid motions free");
+        assert!(found.as_ref().is_some_and(|note| note.starts_with(&start)), "{count}: {found:?}");
+    };
+    free(3, held(&[("zmin", "z")]));
+    free(1, held(&[("zmin", "z"), ("ymin", "y")]));
+    assert!(
+        held(&[("zmin", "z"), ("ymin", "y")])
+            .is_some_and(|note| note.contains("moves along (1, 0, 0)") || note.contains("moves along (-1, 0, 0)"))
+    );
+    assert_eq!(held(&[("zmin", "z"), ("ymin", "y"), ("xmin", "x")]), None);
+    assert_eq!(held(&[("xmin", "xyz")]), None);
 }
