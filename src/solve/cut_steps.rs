@@ -76,7 +76,7 @@ impl<'a> StepStrategy<'a> for CutSteps {
             Ok(solved) => solved,
             Err(why) => return self.cut(steps, state, t, why),
         };
-        self.excess = steps.time_error(integrator, state, &next);
+        self.excess = steps.time_error(integrator, state, &next, solution.anew);
         let most = self.most_cuts(&steps.settings);
         if self.excess > 1.0 && self.cuts < most {
             let more = integrator.cuts_for(self.excess / SAFE).ceil().min(f64::from(MOST_CUTS)) as u32;

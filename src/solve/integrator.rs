@@ -16,8 +16,8 @@ pub enum Integrator {
     /// Implicit Euler with corrections by contact, `corrected_steps`, for comparison: so many integration steps
     /// in each step of the time grid
     FreeMotion { integration_steps: usize },
-    /// Backward differentiation of second order with variable steps, on x and on v; implicit Euler in the first step, and where it
-    /// [forgot](Integrator::forget) the steps before
+    /// Backward differentiation of second order with variable steps, on x and on v; implicit Euler in the first step, and at impacts
+    /// of rigid bodies, where it begins anew
     Bdf2,
     /// Generalised-α in the form of Arnold & Brüls (2007), eqs. 6–9: with the algorithmic acceleration q,
     /// (1 − α_m) qₙ₊₁ + α_m qₙ = (1 − α_f) aₙ₊₁ + α_f aₙ, equilibrium and constraints hold exactly at tₙ₊₁.
@@ -116,13 +116,11 @@ impl Integrator {
         }
     }
 
-    /// Takes the steps before it from a state, so that a rule of several steps begins anew there. False if the rule has none to forget.
-    pub(super) fn forget(self, state: &mut State) -> bool {
-        let forgets = self == Self::Bdf2 && !state.memory.is_empty();
-        if forgets {
+    /// Takes the steps before it from a state, so that a rule of several steps begins anew there.
+    pub(super) fn forget(self, state: &mut State) {
+        if self == Self::Bdf2 {
             state.memory.clear();
         }
-        forgets
     }
 
     /// ∂v/∂x and ∂a/∂x of a step of length `dt` from `past`.

@@ -118,8 +118,9 @@ impl<'a> StepSolver<'a> {
         self.solver.unstable_modes(step, step.past, false).is_some_and(|modes| modes > 0)
     }
 
-    /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for.
-    pub(super) fn time_error(&self, integrator: Integrator, past: &State, next: &State) -> f64 {
+    /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for. A rule that began `anew` with it is implicit Euler there.
+    pub(super) fn time_error(&self, integrator: Integrator, past: &State, next: &State, anew: bool) -> f64 {
+        let integrator = if anew { Integrator::ImplicitEuler { linearised: false } } else { integrator };
         let Some(allowed) = self.settings.time_error.filter(|_| !integrator.is_static()) else { return 0.0 };
         let dofs = &self.system.dofs;
         let moving: Vec<u32> = dofs.free.iter().copied().filter(|&dof| dof < dofs.displacements).collect();
