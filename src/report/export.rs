@@ -91,7 +91,7 @@ pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
     let mut out = vec![];
     let mut encoder = png::Encoder::new(&mut out, map.width(), map.height());
     encoder.set_color(png::ColorType::Rgb);
-    // The best one saves a tenth, and takes most of the time of a report
+    // The best one saves a seventh, and takes most of the time of a report
     encoder.set_compression(png::Compression::Default);
     // Large areas of one colour are best left as they are
     encoder.set_filter(png::FilterType::NoFilter);

@@ -178,7 +178,7 @@ pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavi
         let ((t, least), _) = extremes(pressure, &builder.spans);
         if !pressure.has_inputs() && least < 0.0 {
             let note = format!(
-                "{name} is under a vacuum of {:.4} kPa at t = {t:.4} s: its walls pass through each other unless a [[contact]] keeps them apart",
+                "{name} is under a vacuum of {:.4} kPa at t = {t:.4} s: its walls may pass through each other unless a [[contact]] keeps them apart",
                 -least / 1e3
             );
             builder.notes.push(note);
