@@ -40,34 +40,25 @@ const MANY: usize = 500;
 /// Motions of a step, by the velocities and accelerations at its start, within which a rigid body is going to hit something.
 const AHEAD: f64 = 1.5;
 
-impl StepSolver<'_> {
+impl<'a> StepSolver<'a> {
     /// The state from which a step of the rule to `t` begins instead, where points would land in the step.
     pub(super) fn landed(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<Option<State>, Failure> {
         let system = self.system;
         if !integrator.needs_initial_acceleration() || system.with_contact_points().next().is_none() {
             return Ok(None);
         }
-        let dt = t - state.t;
-        let mut motion: Vec<f64> = state.v.iter().map(|v| dt * v).collect();
-        let step = Step { system, integrator, past: state, dt };
-        for (dof, value) in step.targets(&State { t, ..state.clone() }) {
-            motion[dof] = value - state.x[dof];
-        }
-        let size = motion.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        let slow = (SLOW * size).max(STILL * self.solver.equations.length);
-        let caches = &mut self.solver.equations.sums.caches;
-        let points = system.contact_points([&state.x, &state.x], dt, MARGIN * size, caches);
-        let mut landing: Vec<ContactPoint> = points.into_iter().flatten().collect();
-        landing.retain(|point| room(point, &motion) < -slow);
+        let approach = self.approach(integrator, state, t, (1.0, 0.0));
+        let mut landing = self.points_near(&approach, state);
+        landing.retain(|point| approach.passes(point));
         if landing.is_empty() {
             return Ok(None);
         }
         let mass = self.mass(state)?;
-        let mut landed = state.clone();
+        let (mut landed, mut approach) = (state.clone(), approach);
         for points in landing.chunks(MANY) {
-            for (z, p) in impulses(mass, system, points, (&motion, size, dt))? {
-                landed.v.iter_mut().zip(&z).for_each(|(v, z)| *v += z * p / dt);
-                motion.iter_mut().zip(&z).for_each(|(d, z)| *d += z * p);
+            for (z, p) in impulses(mass, system, points, &approach)? {
+                landed.v.iter_mut().zip(&z).for_each(|(v, z)| *v += z * p / approach.dt);
+                approach.motion.iter_mut().zip(&z).for_each(|(d, z)| *d += z * p);
             }
         }
         Ok(Some(landed))
@@ -81,15 +72,6 @@ impl StepSolver<'_> {
             return false;
         }
         let bodies: BTreeSet<u32> = system.turning_bodies().flatten().copied().collect();
-        let dt = t - state.t;
-        let way = |(v, a): (&f64, &f64)| AHEAD * dt * (v + 0.5 * dt * a);
-        let mut motion: Vec<f64> = state.v.iter().zip(&state.a).map(way).collect();
-        let step = Step { system, integrator, past: state, dt };
-        for (dof, value) in step.targets(&State { t, ..state.clone() }) {
-            motion[dof] = AHEAD * (value - state.x[dof]);
-        }
-        let size = motion.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-        let slow = (SLOW * size).max(STILL * self.solver.equations.length);
         let is_free = |node: u32| (0..3).any(|i| system.dofs.equation[3 * node as usize + i] != Dofs::FIXED);
         let is_rigid = |point: &ContactPoint| {
             let mut moving = point
@@ -101,18 +83,36 @@ impl StepSolver<'_> {
             moving.peek().is_some() && moving.all(|(node, _)| bodies.contains(node))
         };
         let anew = state.memory.is_empty();
-        let caches = &mut self.solver.equations.sums.caches;
-        let points = system.contact_points([&state.x, &state.x], dt, MARGIN * size, caches);
-        let mut hit: Vec<ContactPoint> = points.into_iter().flatten().collect();
-        hit.retain(|point| room(point, &motion) < -slow && (anew || point.gap >= point.reach()) && is_rigid(point));
+        let approach = self.approach(integrator, state, t, (AHEAD, 0.5));
+        let mut hit = self.points_near(&approach, state);
+        hit.retain(|point| approach.passes(point) && (anew || point.gap >= point.reach()) && is_rigid(point));
         if hit.is_empty() {
             return false;
         }
         let Ok(mass) = self.mass(state) else { return true };
-        let is_stopped = |points| {
-            impulses(mass, system, points, (&motion, size, dt)).map_or(true, |all| all.iter().any(|(_, p)| *p > 0.0))
-        };
+        let is_stopped =
+            |points| impulses(mass, system, points, &approach).map_or(true, |all| all.iter().any(|(_, p)| *p > 0.0));
         hit.chunks(MANY).any(is_stopped)
+    }
+
+    /// Motion over `ahead` steps to `t` by the velocity, and by so much of Δt times the acceleration at its start; of what is prescribed, that of the step.
+    fn approach(&self, integrator: Integrator, state: &State, t: f64, (ahead, accelerated): (f64, f64)) -> Approach {
+        let dt = t - state.t;
+        let way = |(v, a): (&f64, &f64)| ahead * dt * (v + accelerated * dt * a);
+        let mut motion: Vec<f64> = state.v.iter().zip(&state.a).map(way).collect();
+        let step = Step { system: self.system, integrator, past: state, dt };
+        for (dof, value) in step.targets(&State { t, ..state.clone() }) {
+            motion[dof] = ahead * (value - state.x[dof]);
+        }
+        let size = motion.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        Approach { slow: (SLOW * size).max(STILL * self.solver.equations.length), motion, size, dt }
+    }
+
+    /// The contact points that it may bring to their obstacles.
+    fn points_near(&mut self, approach: &Approach, state: &State) -> Vec<ContactPoint<'a>> {
+        let caches = &mut self.solver.equations.sums.caches;
+        let margin = MARGIN * approach.size;
+        self.system.contact_points([&state.x, &state.x], approach.dt, margin, caches).into_iter().flatten().collect()
     }
 
     /// M with its factor, made at first use.
@@ -122,6 +122,24 @@ impl StepSolver<'_> {
             self.mass = Some(Start::new(self.solver.linear.method.clone(), self.system, &rest, &rest.a)?);
         }
         Ok(self.mass.as_mut().expect("it was made"))
+    }
+}
+
+/// Where a step is going to carry the points.
+struct Approach {
+    /// Of all dofs \[m\]
+    motion: Vec<f64>,
+    /// Its largest component \[m\]
+    size: f64,
+    /// How far a point may move beyond its obstacle \[m\]
+    slow: f64,
+    /// Of the step \[s\]
+    dt: f64,
+}
+
+impl Approach {
+    fn passes(&self, point: &ContactPoint) -> bool {
+        room(point, &self.motion) < -self.slow
     }
 }
 
@@ -148,7 +166,7 @@ fn impulses(
     mass: &mut Start,
     system: &System,
     points: &[ContactPoint],
-    (motion, size, dt): (&[f64], f64, f64),
+    Approach { motion, size, dt, .. }: &Approach,
 ) -> Result<Vec<(Vec<f64>, f64)>, Failure> {
     let mut response = |point: &ContactPoint| {
         let mut against = vec![0.0; motion.len()];

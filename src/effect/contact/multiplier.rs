@@ -1,14 +1,15 @@
 //! Contact as complementarity, 0 ≤ d ⟂ λ ≥ 0 at every point, solved with the equilibrium.
 //!
 //! With a scalar y for each point and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods Appl.
-//! Mech. Eng. 92 (1991), §3,
+//! Mech. Eng. 92 (1991), §3, with a small yielding ε ([`YIELDING`]),
 //!
 //! ```text
-//! L = Σ_q ½ c (max(0, y − d)² − y²)      r_k = −c max(0, y − d) s_k m      r_y = c (max(0, y − d) − y)
+//! L = Σ_q ½ c ((1 − ε) max(0, y − d)² − y²)      r_k = −c (1 − ε) max(0, y − d) s_k m      r_y = c ((1 − ε) max(0, y − d) − y)
 //! ```
 //!
-//! is stationary where d = 0 and λ ≥ 0, or λ = 0 and d ≥ 0. Newton's method on it is an active set: points with y > d are held.
+//! is stationary where d = −ε (y − d) and λ ≥ 0, or λ = 0 and d ≥ 0. Newton's method on it is an active set: points with y > d are held.
 //! The multiplier is a force at a node, so that any uniform stress comes out. c is numerics: the answer does not depend on it.
+//! More points than a rigid body has motions, as the corners of a box on a floor, share its weight with the least sum of squares.
 //! Limits: the force has a step where the active set changes. A step that passes through a thin obstacle is not seen.
 
 use super::friction::Coulomb;
@@ -21,6 +22,10 @@ use crate::system::{
 use std::sync::Arc;
 use std::time::Instant;
 
+/// ε, the depth at a point that is pressed, as a share of N/c \[–\]: without it, forces of points that a rigid body presses on more than
+/// one way have no unique values, and the tangent has no inverse.
+const YIELDING: f64 = 1e-9;
+
 pub struct Multiplier {
     pub contact: Arc<Contact>,
     /// c \[N/m\]
@@ -30,6 +35,11 @@ pub struct Multiplier {
 }
 
 impl Multiplier {
+    /// N over y − d of a point that is pressed \[N/m\]
+    fn pressed_stiffness(&self) -> f64 {
+        (1.0 - YIELDING) * self.stiffness
+    }
+
     fn scalar(&self, x: &[f64], b: usize) -> f64 {
         x[self.contact.blocks().scalars(b)[0] as usize]
     }
@@ -52,7 +62,7 @@ impl Multiplier {
             shares,
             gap: pair.gap,
             normal: pair.normal,
-            force: self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0),
+            force: self.pressed_stiffness() * (self.scalar(x, b) - pair.gap).max(0.0),
             friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             history: HISTORY * b,
             turn: self.contact.obstacle.turn([x, old]),
@@ -75,13 +85,13 @@ impl Effect for Multiplier {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        let c = self.stiffness;
+        let (c, pressed) = (self.stiffness, self.pressed_stiffness());
         let y = self.scalar(at.x, b);
         let n = self.contact.blocks().size(b);
         let pair = self.pair(at.x, b);
         let held = (y - pair.gap).max(0.0);
-        out.energy = 0.5 * c * (held * held - y * y);
-        out.r[n - 1] = c * (held - y);
+        out.energy = 0.5 * (pressed * held * held - c * y * y);
+        out.r[n - 1] = pressed * held - c * y;
         if held == 0.0 {
             if want == Want::Tangent {
                 out.k[n * n - 1] = -c;
@@ -89,10 +99,11 @@ impl Effect for Multiplier {
             return Ok(());
         }
         let own = &self.contact.points[b].weights;
-        pair.add(own, (-c * held, c), n, want, out);
+        pair.add(own, (-pressed * held, pressed), n, want, out);
         if want == Want::Tangent {
+            out.k[n * n - 1] = -YIELDING * c;
             for (k, s) in pair.shares(own).iter().enumerate() {
-                (0..3).for_each(|i| out.k[(n - 1) * n + 3 * k + i] = -c * s * pair.normal[i]);
+                (0..3).for_each(|i| out.k[(n - 1) * n + 3 * k + i] = -pressed * s * pair.normal[i]);
             }
         }
         Ok(())
@@ -117,12 +128,12 @@ impl ContactPoints for Multiplier {
         points
     }
 
-    /// held = y − d is N/c where there is a force, and y = 0 where there is none and the point is not inside.
+    /// y − d is N/c(1 − ε) where there is a force, and y = 0 where there is none and the point is not inside.
     fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
         for (b, force) in forces.iter().enumerate() {
             let gap = self.contact.gap(x, b);
             x[self.contact.blocks().scalars(b)[0] as usize] =
-                if *force > 0.0 { gap + force / self.stiffness } else { gap.min(0.0) };
+                if *force > 0.0 { gap + force / self.pressed_stiffness() } else { gap.min(0.0) };
         }
         self.contact.search(caches).count([0, 0, forces.iter().filter(|f| **f > 0.0).count()]);
     }
@@ -148,7 +159,7 @@ impl NormalForces for Multiplier {
 
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let pair = self.pair(x, b);
-        let force = self.stiffness * (self.scalar(x, b) - pair.gap).max(0.0);
+        let force = self.pressed_stiffness() * (self.scalar(x, b) - pair.gap).max(0.0);
         let press = (force > 0.0).then(|| {
             // N depends on the multiplier as much as on the distance.
             NormalForce::new(&pair, &self.contact.points[b].weights, (force, 0.0))
