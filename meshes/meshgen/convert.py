@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus
+from . import abaqus, nastran
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -48,12 +48,7 @@ def read(path: Path, format: str) -> Blocks:
     if format == "abaqus":
         with prepared(path, format) as readable:
             return abaqus.read(path, readable)
-    try:
-        return by_meshio(path, format)
-    except BadRequest:
-        if format != "nastran":
-            raise
-        return by_gmsh(path, format)  # It takes files without BEGIN BULK
+    return by_meshio(path, format)
 
 
 def load(path: Path, format: str):
@@ -67,7 +62,9 @@ def load(path: Path, format: str):
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
         try:
             # Not meshio.read, which prints what is wrong and exits
-            return meshio._helpers.reader_map[format](readable)
+            return meshio._helpers.reader_map[format](nastran.bulk(path, readable) if format == "nastran" else readable)
+        except BadRequest:
+            raise
         except ModuleNotFoundError as error:
             package = str(error.name)
             raise refuse(f"the package {package} is missing", f"install it: .venv/bin/python -m pip install {package}") from None
@@ -113,8 +110,10 @@ def by_meshio(path: Path, format: str) -> Blocks:
     if unknown:
         raise BadRequest(f"{path.name} has cells of the kind {', '.join(sorted(unknown))}", "write it with tetrahedra or hexahedra")
     points = np.asarray(raw.points, float)
-    if points.ndim != 2 or points.shape[1] != 3:
+    if len(points) and (points.ndim != 2 or points.shape[1] != 3):
         raise BadRequest(f"{path.name} has points of dimension {points.shape[-1]}", "a body has three")
+    if np.any(raw.point_data.get("nastran:ref", 0)):
+        raise BadRequest(f"{path.name} has nodes in a coordinate system of their own (CP)", "write all nodes in the basic system, CP = 0")
     cells = []
     for block in raw.cells:
         rows = np.asarray(block.data, int)
@@ -160,8 +159,7 @@ def for_gmsh(path: Path, format: str):
     A file with another ending gmsh runs as a script, which may call other programs."""
     with prepared(path, format) as readable, tempfile.TemporaryDirectory() as folder:
         data = readable.read_bytes()
-        of_content = next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv")
-        copy = Path(folder) / ("mesh" + (".bdf" if format == "nastran" else of_content))
+        copy = Path(folder) / ("mesh" + next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv"))
         copy.write_bytes(data)
         yield copy
 
@@ -188,7 +186,8 @@ def by_gmsh(path: Path, format: str) -> Blocks:
                 owner.append((dim, entity))
         found = {}
         for dim, group in gmsh.model.getPhysicalGroups():
-            name = gmsh.model.getPhysicalName(dim, group) or f"{('point', 'curve', 'facets', 'cells')[dim]}_{group}"
+            # MED fills names up with blanks
+            name = gmsh.model.getPhysicalName(dim, group).strip() or f"{('point', 'curve', 'facets', 'cells')[dim]}_{group}"
             members = {(dim, int(e)) for e in gmsh.model.getEntitiesForPhysicalGroup(dim, group)}
             masks = [np.full(len(rows), of in members) for (_, rows), of in zip(cells, owner)]
             found[name] = [old | new for old, new in zip(found[name], masks)] if name in found else masks

@@ -53,10 +53,13 @@ def soup(corners: np.ndarray) -> tuple:
 
 
 def read_stl(path: Path) -> tuple:
-    """Binary if the length fits the number of triangles in the header, otherwise ASCII, whatever the first word is."""
+    """Binary if the length fits the number of triangles in the header, otherwise ASCII, whatever the first word is.
+
+    Some programs fill up the end of a binary file: zeros, or bytes that are too few for another triangle."""
     data = path.read_bytes()
     count = int.from_bytes(data[80:84], "little") if len(data) >= 84 else -1
-    if len(data) == 84 + RECORD.itemsize * count:
+    end = 84 + RECORD.itemsize * count
+    if 84 <= end <= len(data) and (len(data) - end < RECORD.itemsize or not any(data[end:])):
         return soup(np.frombuffer(data, RECORD, count, 84)["corners"].astype(float))
     text = data.decode("latin-1").lower()
     if "facet" not in text or "\0" in text:

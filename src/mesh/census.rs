@@ -37,6 +37,10 @@ pub fn census(name: &Path, path: &Path, reader: Reader) -> Result<Census, MeshEr
     let raw = raw(name, path, reader)?;
     let mut used = vec![false; raw.points.len()];
     raw.cell_nodes.iter().for_each(|&i| used[i as usize] = true);
+    if raw.cells.is_empty() {
+        // A surface, of which the body is made
+        raw.facets.iter().flat_map(|facet| &facet.corners).for_each(|&i| used[i as usize] = true);
+    }
     let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
     let places: Vec<Vec3> =
         raw.points.iter().zip(&used).filter(|(p, used)| **used && finite(p)).map(|(p, _)| *p).collect();

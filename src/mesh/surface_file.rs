@@ -52,20 +52,28 @@ pub fn read_surface(path: &Path, unit_m: f64) -> Result<Surface, MeshError> {
     Ok(surface)
 }
 
-/// Binary files have 84 + 50 n bytes, independently of their header.
+/// Binary files have 84 + 50 n bytes, independently of their header, or some more where it is no text.
 fn stl(data: &[u8]) -> Result<Surface, String> {
     let count = data.get(80..84).map(|b| u32::from_le_bytes(b.try_into().expect("four bytes")) as usize);
-    let corners: Vec<[f32; 3]> = match count.filter(|n| data.len() == 84 + 50 * n) {
-        Some(_) => {
+    let is_text = data.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    // Padding, and no triangle that the header does not count
+    let is_padding = |rest: &[u8]| rest.len() < 50 || rest.iter().all(|byte| *byte == 0);
+    let is_binary = |n: &usize| {
+        data.len() == 84 + 50 * n || !is_text && data.get(84 + 50 * n..).is_some_and(is_padding)
+    };
+    let corners: Vec<[f32; 3]> = match count.filter(is_binary) {
+        Some(n) => {
             let number = |b: &[u8]| f32::from_le_bytes(b.try_into().expect("four bytes"));
             // After the normal come three corners, then two bytes
             let triangle = |t: &[u8]| [12, 24, 36].map(|at| [0, 4, 8].map(|k| number(&t[at + k..at + k + 4])));
-            data[84..].chunks_exact(50).flat_map(triangle).collect()
+            data[84..84 + 50 * n].chunks_exact(50).flat_map(triangle).collect()
         }
         None => {
             let text = String::from_utf8_lossy(data);
-            let lines = (1..).zip(text.lines()).filter_map(|(n, l)| Some((n, l.trim().strip_prefix("vertex")?)));
+            let vertex = |line: &str| line.get(..6).is_some_and(|word| word.eq_ignore_ascii_case("vertex"));
+            let lines = (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| vertex(line));
             lines
+                .map(|(n, line)| (n, &line[6..]))
                 .map(|(n, rest)| three(rest).ok_or(format!("line {n} has no three coordinates")))
                 .collect::<Result<_, _>>()?
         }
@@ -131,7 +139,8 @@ mod tests {
             t.iter().for_each(|p| ascii += &format!("  vertex {} {} {}\n", p[0], p[1], p[2]));
         }
         let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1/1 2/1/3 3 -1\n";
-        for surface in [stl(&binary), stl(ascii.as_bytes()), obj(quad)] {
+        let (padded, capitals) = ([&binary[..], b"pad."].concat(), ascii.to_uppercase());
+        for surface in [stl(&binary), stl(&padded), stl(ascii.as_bytes()), stl(capitals.as_bytes()), obj(quad)] {
             let surface = surface.expect("a square");
             assert_eq!((surface.points.len(), surface.triangles.len()), (4, 2));
             assert!((surface.areas().iter().sum::<f64>() - 1.0).abs() < 1e-15);

@@ -14,7 +14,7 @@ import numpy as np
 from meshgen import bodies
 from meshgen.__main__ import serve
 
-CAD = ("step", "brep")
+CAD = ("step", "brep", "iges")
 UNITS = {"mm": 1e-3, "cm": 1e-2, "m": 1.0}
 
 

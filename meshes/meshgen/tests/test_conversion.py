@@ -6,8 +6,11 @@ import json
 import os
 from pathlib import Path
 
+import gmsh
 import meshio
 import numpy as np
+
+from meshgen import convert
 
 from .common import Case, read_msh
 
@@ -182,11 +185,72 @@ class Conversion(Case):
             write("pipe.inp", "pipe")
             self.reject("cannot read pipe: it is not a regular file", "pipe.inp", "abaqus")
 
+    def of_gmsh(self, *names: str) -> None:
+        """Two boxes side by side, with groups of cells and facets, as gmsh writes them."""
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        model = gmsh.model
+        model.occ.fragment([(3, model.occ.addBox(0, 0, 0, 1, 1, 1)), (3, model.occ.addBox(1, 0, 0, 1, 1, 1))], [])
+        model.occ.synchronize()
+        for dim, tags, number, name in ((3, [1], 1, "soft"), (3, [2], 2, "hard part"), (2, [1], 3, "root")):
+            model.addPhysicalGroup(dim, tags, number, name)
+        model.mesh.generate(3)
+        gmsh.option.setNumber("Mesh.SaveElementTagType", 2)  # The groups
+        for name in names:
+            gmsh.write(self.path(name))
+        gmsh.finalize()
+
+    def test_nastran(self):
+        self.of_gmsh("gmsh.bdf")
+        text = Path(self.path("gmsh.bdf")).read_text()
+        self.assertNotIn("BEGIN BULK", text)
+        lines = text.splitlines()
+        first = next(i for i, line in enumerate(lines) if line.startswith("CTETRA"))
+        head = "ID A,B\nSOL 101\nCEND\nBegin bulk\n"
+        whole = {"same.bdf": text, "head.bdf": head + text, "small.bdf": text.lower(), "windows.bdf": text.replace("\n", "\r\n")}
+        for name, content in whole.items():
+            Path(self.path(name)).write_text(content, newline="")
+            blocks = convert.read(Path(self.path(name)), "nastran")
+            cells = sum(len(rows) for kind, rows in blocks.cells if kind == 4)
+            self.assertEqual(cells, text.count("CTETRA"), name)
+            self.assertEqual(set(blocks.sets), {"cells_1", "cells_2", "facets_3"}, name)
+            self.assertEqual(sum(map(sum, (blocks.sets["cells_1"] + blocks.sets["cells_2"]))), cells, name)
+        for name, content in {
+            "cut.bdf": "\n".join(lines[: first + 5]),
+            "bulk.bdf": "BEGIN BULK\n" + "\n".join(lines[: first + 5]),
+            "comment.bdf": "BEGIN BULK\n" + "\n".join([*lines[: first + 5], "$ ENDDATA"]),
+            "begin.bdf": "$ a comment\nBEGIN BULK\n\n",
+            "before.bdf": "ENDDATA\nBEGIN BULK\n",
+        }.items():
+            Path(self.path(name)).write_text(content)
+            self.reject("its last line must be ENDDATA", name, "nastran")
+        Path(self.path("empty.bdf")).write_text("BEGIN BULK\nENDDATA\n")
+        self.reject("holds no cells", "empty.bdf", "nastran")
+        for words, old, new in (
+            ("line 3: INCLUDE is not read", lines[2], "INCLUDE 'more.bdf'"),
+            ("elements in wide fields", lines[first], "CTETRA* 1               1               1               2"),
+            ("coordinate system of their own (CP)", lines[1], lines[1][:16] + "1       " + lines[1][24:]),
+        ):
+            Path(self.path("other.bdf")).write_text(text.replace(old, new))
+            self.reject(words, "other.bdf", "nastran")
+
+    def test_names_of_groups(self):
+        self.of_gmsh("a.med", "a.inp")
+        for name, format in (("a.med", "gmsh"), ("a.inp", "abaqus")):
+            blocks = convert.read(Path(self.path(name)), format)
+            counts = {group: sum(int(mask.sum()) for mask in masks) for group, masks in blocks.sets.items()}
+            cells = sum(len(rows) for kind, rows in blocks.cells if kind == 4)
+            hard = "hard part" if "hard part" in counts else "hard_part"
+            self.assertLessEqual({"soft", hard, "root"}, set(counts), name)
+            self.assertEqual(counts["soft"] + counts[hard], cells, name)
+            self.assertEqual(counts["root"], sum(int(mask.sum()) for (kind, _), mask in zip(blocks.cells, blocks.sets["root"]) if kind == 2))
+            self.assertGreater(counts["root"], 0, name)
+
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
         for name in ("a.geo", "b.fem"):
             Path(self.path(name)).write_text(script)
-            self.reject("holds no cells", name, "nastran")
+            self.reject("its last line must be ENDDATA", name, "nastran")
         Path(self.path("c.geo")).write_text("    -1\n" + script)
         self.reject("holds no cells", "c.geo", "gmsh")
         self.assertFalse(Path(self.path("run")).exists())

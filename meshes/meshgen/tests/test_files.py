@@ -45,6 +45,49 @@ class Files(Case):
         Path(self.path("cut.step")).write_text(Path(self.path("part.step")).read_text()[:2000])
         self.reject("cut.step", "cut.step", size={"length": 0.003})
 
+    def store(self, name: str, *bodies: tuple) -> None:
+        """Boxes (x, y, z, dx, dy, dz) and balls (x, y, z, radius), as they are, in a CAD file."""
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        for body in bodies:
+            (gmsh.model.occ.addBox if len(body) == 6 else gmsh.model.occ.addSphere)(*body)
+        gmsh.model.occ.synchronize()
+        gmsh.write(self.path(name))
+        gmsh.finalize()
+
+    def test_iges(self):
+        self.export("part.step", "part.iges")
+        size = {"length": 0.003}
+        volume = (30 * 20 * 10 - np.pi * 25 * 10) * 1e-9
+        for name in ("part.iges", "part.step", "part.iges"):
+            manifest = self.take(name, size=size, order=2)
+            self.covers_boundary(manifest)
+            self.assertEqual(set(manifest["regions"]), {"body"} | {f"face_{i}" for i in range(1, 8)})
+            self.assertAlmostEqual(manifest["volume_cad_m3"] / volume, 1, delta=1e-6)
+            self.assertAlmostEqual(manifest["volume_m3"] / volume, 1, delta=1e-3)
+        self.reject("states its own unit", "part.iges", unit=1.0, size=size)
+        self.store("touch.iges", (0, 0, 0, 60, 10, 10), (60, 0, 0, 40, 10, 10))
+        self.reject("two faces at one place, (60, 0, 0) to (60, 10, 10) mm", "touch.iges", size=size)
+        self.store("apart.iges", (0, 0, 0, 60, 10, 10), (70, 0, 0, 40, 10, 10))
+        self.reject("export STEP, which holds solids", "apart.iges", size=size)
+
+    def test_solids_that_overlap(self):
+        size, long = {"length": 0.003}, (0, 0, 0, 60, 10, 10)
+        for ending in ("step", "brep"):
+            self.store(f"overlap.{ending}", long, (50, 0, 0, 50, 10, 10))
+            self.reject("solids 1 and 2 of 2 share 1000 mm³ within (50, 0, 0) to (60, 10, 10) mm", f"overlap.{ending}", size=size)
+        self.store("inside.step", long, (20, 2, 2, 4, 4, 4))
+        self.reject("share 64 mm³ within (20, 2, 2) to (24, 6, 6) mm", "inside.step", size=size)
+        self.store("twice.step", long, (80, 0, 0, 10, 10, 10), long)
+        self.reject("solids 1 and 3 of 3 share 6000 mm³", "twice.step", size=size)
+        for name, other in (("touch", (60, 0, 0, 40, 10, 10)), ("apart", (70, 0, 0, 40, 10, 10)), ("corner", (60, 10, 10, 40, 10, 10))):
+            self.store(f"{name}.step", long, other)
+            manifest = self.take(f"{name}.step", size=size)
+            self.assertAlmostEqual(manifest["volume_m3"] * 1e9 / (6000 + 4000), 1, delta=1e-9, msg=name)
+            self.assertEqual({name for name in manifest["regions"] if name.startswith("vol")}, {"volume_1", "volume_2"})
+        self.store("tangent.step", (0, 0, 0, 5), (10, 0, 0, 5))
+        self.assertAlmostEqual(self.take("tangent.step", size=size)["volume_cad_m3"] * 1e9 / (2 * np.pi / 6 * 1000), 1, delta=1e-6)
+
     def test_thin_walls(self):
         gmsh.initialize([], False, False)
         occ = gmsh.model.occ

@@ -63,6 +63,16 @@ class Surfaces(Case):
         answer = self.volume(part, expected, **request)
         self.assertIn(words, "; ".join(answer["repairs"]))
 
+    def test_bytes_after_a_binary_stl(self):
+        binary_stl(self.path("a.stl"), box(size=(10, 10, 10)))
+        whole = Path(self.path("a.stl")).read_bytes()
+        for rest in (bytes(4), b"end.", bytes(512 - len(whole) % 512)):
+            Path(self.path("a.stl")).write_bytes(whole + rest)
+            self.assertAlmostEqual(self.take()["volume_cad_m3"] * 1e6, 1, delta=1e-6)
+        for wrong in (whole + whole[-50:], whole[:-1]):
+            Path(self.path("a.stl")).write_bytes(wrong)
+            self.reject("neither a complete binary nor an ASCII STL")
+
     def test_hollow(self):
         for hollow in (HOLLOW, joined(box(size=(12, 12, 12)), reversed_(moved(box(size=(6, 6, 6)), (3, 3, 3))))):
             answer = self.volume(hollow, 12**3 - 6**3, file="hollow.stl")

@@ -1,0 +1,251 @@
+"""Text of Abaqus input: nodes, elements, sets and surfaces by the parts and instances in which they stand."""
+
+import stat
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from .errors import BadRequest
+
+# Beginning of the name of an element -> (gmsh's kind, nodes); hybrid, reduced and modified elements have further letters.
+# As plane elements (CPS…) gmsh writes the facets of a solid.
+ELEMENTS = {
+    "C3D4": (4, 4), "C3D10": (11, 10), "C3D8": (5, 8), "C3D6": (6, 6), "C3D5": (7, 5), "C3D20": (17, 20), "C3D15": (18, 15), "C3D27": (12, 27),
+    "S3": (2, 3), "STRI3": (2, 3), "M3D3": (2, 3), "SFM3D3": (2, 3), "R3D3": (2, 3), "S4": (3, 4), "M3D4": (3, 4), "SFM3D4": (3, 4),
+    "R3D4": (3, 4), "T3D2": (1, 2), "B31": (1, 2), "CPS3": (2, 3), "CPS4": (3, 4), "CPS6": (9, 6), "M3D6": (9, 6), "SFM3D6": (9, 6), "STRI65": (9, 6),
+}  # fmt: skip
+# Keywords whose data lines may be in the file of their INPUT=; the program knows the same
+WITH_INPUT = ("node", "element", "nset", "elset", "surface")
+
+# Keyword -> kind of the set to which its data lines add, and the option with its name
+SETS = {
+    "node": ("node_sets", "nset"), "nset": ("node_sets", "nset"), "element": ("element_sets", "elset"), "elset": ("element_sets", "elset"),
+    "surface": ("surfaces", "name"),
+}  # fmt: skip
+# Keywords that make or move nodes and elements
+GENERATORS = ("system", "ncopy", "ngen", "nfill", "nmap", "elcopy", "elgen")
+WHOLE = "write the file with all its nodes and elements, as Abaqus/CAE does"
+
+# Limits of *INCLUDE and of INPUT=, which are those of the program too; a file that is included twice counts twice
+MOST_LEVELS = 16
+MOST_FILES = 1000
+MOST_BYTES = 4 << 30
+
+
+@dataclass(frozen=True)
+class NodesOf:
+    """The nodes of an element set, as a member of a node set."""
+
+    elements: str
+
+
+@dataclass
+class Part:
+    """Nodes and elements by their labels, sets and surfaces by their names in small letters.
+
+    Members of sets are (instance, member): a label, a range of labels of which some may be missing, a name of a set, or NodesOf. The
+    instance is empty for what is in the same place. Surfaces have (member, face)."""
+
+    nodes: dict = field(default_factory=dict)
+    elements: dict = field(default_factory=dict)  # label -> (kind, labels of its nodes)
+    passed: set = field(default_factory=set)  # labels of elements without volume that are no facets
+    node_sets: dict = field(default_factory=dict)
+    element_sets: dict = field(default_factory=dict)
+    surfaces: dict = field(default_factory=dict)
+
+    def copy(self) -> "Part":
+        """A part to which more can be added."""
+        sets = ({name: list(members) for name, members in of.items()} for of in (self.node_sets, self.element_sets, self.surfaces))
+        return Part(dict(self.nodes), dict(self.elements), set(self.passed), *sets)
+
+
+@dataclass
+class Instance:
+    """A part where the assembly has it, with what is defined in the instance itself."""
+
+    name: str
+    part: Part
+    lines: list = field(default_factory=list)
+
+    def place(self, points: np.ndarray) -> np.ndarray:
+        """The translation, then the rotation about an axis through two points [degrees]."""
+        if self.lines:
+            points = points + np.array(self.lines[0][:3])
+        if len(self.lines) > 1:
+            a, b, angle = np.array(self.lines[1][:3]), np.array(self.lines[1][3:6]), np.radians(self.lines[1][6])
+            u = (b - a) / np.linalg.norm(b - a)
+            v = points - a
+            points = a + v * np.cos(angle) + np.cross(u, v) * np.sin(angle) + np.outer(v @ u, u) * (1 - np.cos(angle))
+        return points
+
+
+class Reader:
+    """The state of reading: the part, instance or assembly that keywords refer to."""
+
+    def __init__(self, path: Path, content: Path):
+        self.path = path
+        self.content = content  # where the text of the file itself is read
+        self.open: list = []  # the file that is read, after those that include it
+        self.files = self.bytes = 0
+        self.model = Part()  # what is in no part and no instance: everything, or the sets of the assembly
+        self.parts: dict = {}
+        self.instances: dict = {}
+        self.spelling: dict = {}  # names in small letters -> as they are spelled first
+        self.scope = self.model
+        self.inside = None  # an instance whose lines of placement follow
+        self.kind = None  # keyword and options that data lines belong to
+        self.members: list = []  # those of the set to which data lines add
+        self.pending: list = []
+
+    def fail(self, number: int, fact: str, hint: str = "the file is damaged, write it again") -> BadRequest:
+        return BadRequest(f"cannot read {self.path.name}: line {number}: {fact}", hint)
+
+    def text(self, path: Path) -> str:
+        """The text of a file; pipes and devices, which may have no end, are refused before they are opened."""
+        source = self.content if path == self.path else path
+        try:
+            about = source.stat()
+            if not stat.S_ISREG(about.st_mode):
+                raise BadRequest(f"cannot read {path.name}: it is not a regular file", "give a file, not a pipe, a device or a folder")
+            self.bytes += about.st_size
+            if self.bytes > MOST_BYTES:
+                raise BadRequest(f"{self.path.name} and the files that it includes have more than {MOST_BYTES >> 20} MiB", "give a smaller mesh")
+            return source.read_text("utf-8-sig")
+        except UnicodeDecodeError as error:
+            raise BadRequest(f"cannot read {path.name}: it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
+        except OSError as error:
+            raise BadRequest(f"cannot read {path.name}: {error.strerror}", "give the included file too") from None
+
+    def read(self, path: Path) -> None:
+        """All lines of a file and of those that it includes."""
+        if path in self.open:
+            names = " → ".join(file.name for file in [*self.open, path])
+            raise BadRequest(f"cannot read {self.path.name}: files include each other: {names}", "remove one *INCLUDE of them")
+        if len(self.open) == MOST_LEVELS or self.files == MOST_FILES:
+            fact = f"more than {MOST_LEVELS} levels of *INCLUDE, or more than {MOST_FILES} included files"
+            raise BadRequest(f"cannot read {self.path.name}: {fact}", "write the mesh into fewer files")
+        self.files += 1
+        self.open.append(path)
+        self.lines(self.text(path))
+        self.open.pop()
+
+    def lines(self, text: str) -> None:
+        """Keywords with their data lines."""
+        keyword, number = "", 0
+        for number, line in enumerate(text.split("\n"), 1):
+            line = line.strip()
+            if not line or line.startswith("**"):
+                continue
+            if line.startswith("*") or keyword:
+                keyword += line
+                if not keyword.endswith(","):
+                    self.start(keyword, number)
+                    keyword = ""
+                continue
+            try:
+                self.data([word.strip() for word in line.rstrip(",").split(",")])
+            except (ValueError, IndexError) as error:
+                raise self.fail(number, f"{line[:40]!r} does not fit *{(self.kind or ['?'])[0]} ({error})") from None
+        if self.pending:
+            raise self.fail(number, "the last element has too few nodes")
+
+    def start(self, line: str, number: int) -> None:
+        """A keyword line."""
+        name, *options = [word.strip() for word in line[1:].split(",")]
+        given = {}
+        for option in filter(None, options):
+            key, _, value = option.partition("=")
+            given[key.strip().lower()] = value.strip().strip('"')
+        word = " ".join(name.lower().split())
+        if self.pending:
+            raise self.fail(number, "the element before has too few nodes")
+        self.kind = (word, given)
+        self.members = self.set_of(word, given)
+        if word in GENERATORS:
+            raise self.fail(number, f"*{word.upper()} is not read", WHOLE)
+        if word == "part":
+            self.scope = self.parts[given.get("name", "").lower()] = Part()
+        elif word in ("end part", "assembly", "end instance", "end assembly"):
+            self.inside, self.scope = None, self.model
+        elif word == "instance":
+            part = self.parts.get(given.get("part", "").lower())
+            if part is None:
+                raise self.fail(number, f"there is no part {given.get('part', '')}")
+            name = given.get("name", "")
+            self.inside = self.instances[name.lower()] = Instance(name, part.copy())
+            self.scope = self.inside.part
+        elif word == "node" and given.get("system", "R").upper() not in ("R", "C"):
+            raise self.fail(number, f"*NODE, SYSTEM={given['system']} is not read", "write the nodes in rectangular or cylindrical coordinates")
+        elif word == "nset" and given.get("elset"):
+            self.members.append((given.get("instance", ""), NodesOf(given["elset"])))
+        elif word == "include":
+            if not given.get("input"):
+                raise self.fail(number, "*INCLUDE names no file", "add INPUT= with its name")
+            self.read(self.path.parent / given["input"])
+        elif word == "element":
+            self.element = self.element_kind(given.get("type", "").upper(), number)
+        if word in WITH_INPUT and given.get("input"):
+            self.read(self.path.parent / given["input"])
+
+    def set_of(self, word: str, given: dict) -> list:
+        """The members of the set that a keyword names, which may be new; a list of no set without a name.
+
+        Names that differ in capital letters only are one."""
+        kind, option = SETS.get(word, ("", ""))
+        name = given.get(option)
+        if not name or word == "surface" and given.get("type", "ELEMENT").upper() != "ELEMENT":
+            return []
+        self.spelling.setdefault(name.lower(), name)
+        return getattr(self.scope, kind).setdefault(name.lower(), [])
+
+    def element_kind(self, name: str, number: int) -> tuple | None:
+        """gmsh's kind and the number of nodes; none of elements that have no volume and are no facets."""
+        for start in sorted(ELEMENTS, key=len, reverse=True):
+            rest = name[len(start) :]
+            if name.startswith(start) and not rest[:1].isdigit():
+                return ELEMENTS[start]
+        if "C3D" in name:
+            raise self.fail(number, f"elements of the type {name} are not read", "write it with C3D4, C3D10, C3D6 or C3D8")
+        return None
+
+    def data(self, words: list) -> None:
+        """A data line."""
+        word, given = self.kind or ("", {})
+        scope = self.scope
+        if word == "instance":
+            self.inside.lines.append([float(x) for x in words])
+        elif word == "node":
+            label = int(words[0])
+            if len(words) < 4:
+                raise ValueError("three coordinates are wanted")
+            x, y, z = (float(x or 0) for x in words[1:4])
+            if given.get("system", "").upper() == "C":
+                x, y = x * np.cos(np.radians(y)), x * np.sin(np.radians(y))
+            scope.nodes[label] = [x, y, z]
+            self.members.append(("", label))
+        elif word == "element" and self.element:
+            self.pending += [int(w) for w in words if w]
+            kind, count = self.element
+            if len(self.pending) > count + 1:
+                raise ValueError(f"{count} nodes are wanted")
+            if len(self.pending) == count + 1:
+                label, *nodes = self.pending
+                scope.elements[label] = (kind, nodes)
+                self.members.append(("", label))
+                self.pending = []
+        elif word == "element" and words[0].isdigit():
+            scope.passed.add(int(words[0]))  # And first nodes of further lines, which does no harm
+        elif word in ("nset", "elset"):
+            instance, labels = given.get("instance", ""), [member_of(w) for w in words if w]
+            if "generate" in given:
+                first, last, step = ([int(label) for label in labels] + [1])[:3]
+                labels = [range(first, last + 1, step)]
+            self.members += [(instance, label) for label in labels]
+        elif word == "surface":
+            self.members.append((member_of(words[0]), words[1].upper() if len(words) > 1 else ""))
+
+
+def member_of(word: str) -> int | str:
+    """A label, or the name of a set as it is spelled."""
+    return int(word) if word.isdigit() else word.replace('"', "")

@@ -1,0 +1,111 @@
+"""Abaqus input with instances, sets of sets and generated nodes: every member is found, or the file is refused."""
+
+from pathlib import Path
+
+import numpy as np
+
+from meshgen import convert
+from meshgen.blocks import Blocks
+from meshgen.errors import BadRequest
+
+from .common import Case
+
+NODES = "*Node\n 1, 0, 0, 0\n 2, 1, 0, 0\n 3, 0, 1, 0\n 4, 0, 0, 1\n 5, 1, 1, 1\n"
+TETS = "*Element, type=C3D4\n 1, 1, 2, 3, 4\n 2, 2, 3, 4, 5\n"
+SETS = "*Nset, nset=Root\n 1, 2, 3\n*Elset, elset=all, generate\n 1, 2, 1\n"
+PART = f"*Heading\n*Part, name=P\n{NODES}{TETS}{SETS}*End Part\n*Assembly, name=A\n*Instance, name=P-1, part=P\n*End Instance\n"
+TWO = PART + "*Instance, name=P-2, part=P\n 0, 0, 5\n*End Instance\n"
+END = "*End Assembly\n"
+
+
+class Abaqus(Case):
+    def read(self, text: str) -> Blocks:
+        Path(self.path("a.inp")).write_text(text)
+        return convert.read(Path(self.path("a.inp")), "abaqus")
+
+    def sizes(self, text: str) -> dict:
+        """Members of all sets, those of cells and facets with their kind."""
+        blocks = self.read(text)
+        of_cells = {name: {kind: int(m.sum()) for (kind, _), m in zip(blocks.cells, masks) if m.any()} for name, masks in blocks.sets.items()}
+        return of_cells | {name: len(nodes) for name, nodes in blocks.node_sets.items()}
+
+    def refuse(self, words: str, text: str) -> None:
+        with self.assertRaises(BadRequest) as caught:
+            self.read(text)
+        self.assertIn(words, caught.exception.error)
+        self.assertTrue(caught.exception.hint)
+
+    def test_independent_instances(self):
+        alone = f"*Part, name=P\n*End Part\n*Assembly, name=A\n*Instance, name=P-1, part=P\n{NODES}{TETS}{SETS}*End Instance\n"
+        blocks = self.read(alone + END)
+        self.assertEqual((len(blocks.points), len(blocks.cells[0][1])), (5, 2))
+        self.assertEqual(self.sizes(alone + END), {"Root": 3, "all": {4: 2}})
+        both = PART + f"*Instance, name=Q-1, part=Q\n 0, 0, 9\n{NODES}{TETS}*End Instance\n{END}"
+        both = "*Part, name=Q\n*End Part\n" + both
+        blocks = self.read(both)
+        self.assertEqual((len(blocks.points), len(blocks.cells[0][1])), (10, 4))
+        self.assertEqual(blocks.points[:, 2].max(), 10)
+        # What stands in one instance of a part is not in the others
+        tip = "*Nset, nset=Tip\n 5\n*End Instance\n"
+        self.assertEqual(self.sizes(TWO.replace(" 0, 0, 5\n*End Instance\n", f" 0, 0, 5\n{tip}") + END), {"Root": 6, "all": {4: 4}, "Tip": 1})
+
+    def test_sets_of_the_assembly(self):
+        text = TWO + "".join(
+            [
+                "*Nset, nset=clamp, instance=P-1\n Root, 4\n",
+                "*Nset, nset=dotted\n P-2.Root, P-2.5, P-1.1\n",
+                "*Nset, nset=of_sets\n clamp, dotted\n",
+                "*Nset, nset=several, instance=P-1, generate\n 1, 3\n*Nset, nset=several, instance=P-2\n 1\n",
+                "*Nset, nset=of_cells, elset=half\n",
+                "*Elset, elset=half\n P-1.all\n",
+                "*Elset, elset=later\n half, P-2.1\n",
+                "*Surface, type=ELEMENT, name=low\n P-1.all, S1\n P-2.2, S4\n later, S2\n",
+                "*Surface, name=quoted\n \"P-1\".\"all\", S1\n",
+            ]
+        )
+        expected = {"clamp": 4, "dotted": 5, "of_sets": 4 + 4, "several": 4, "of_cells": 5, "half": {4: 2}, "later": {4: 3}}
+        expected |= {"low": {2: 2 + 1 + 3}, "quoted": {2: 2}, "Root": 6, "all": {4: 4}}
+        self.assertEqual(self.sizes(text + END), expected)
+
+    def test_a_name_of_the_assembly(self):
+        text = TWO + "*Nset, nset=root, instance=P-2\n 5\n" + END
+        self.assertEqual(self.sizes(text), {"Root": 1, "P-1.Root": 3, "P-2.Root": 3, "all": {4: 4}})
+
+    def test_members_that_are_missing(self):
+        for words, more in (
+            ("node set a refers to node set gone, which is not there", "*Nset, nset=a\n gone\n"),
+            ("node set a refers to node set all, which is not in P-1", "*Nset, nset=a, instance=P-1\n all\n"),
+            ("node set a refers to node 77, which is not in P-2", "*Nset, nset=a\n P-2.77\n"),
+            ("element set a refers to element 3, which is not in P-1", "*Elset, elset=a, instance=P-1\n 1, 3\n"),
+            ("element set a refers to element set P-3.all, which is not there", "*Elset, elset=a\n P-3.all\n"),
+            ("element set a refers to instance P-3, which is not there", "*Elset, elset=a, instance=P-3\n 1\n"),
+            ("surface a refers to element set Root, which", "*Surface, name=a\n P-1.Root, S1\n"),
+            ("node set b refers to node set gone", "*Nset, nset=b\n a\n*Nset, nset=a\n gone\n"),
+        ):
+            self.refuse(words, TWO + more + END)
+        # Labels that are generated may have gaps, and reference points and springs are no part of the mesh
+        more = "*Node, nset=point\n 1, 9, 9, 9\n*Nset, nset=a, instance=P-1, generate\n 1, 1000000000, 2\n*Nset, nset=held\n point, a\n"
+        self.assertEqual(self.sizes(TWO + more + END), {"point": 0, "a": 3, "held": 3, "Root": 6, "all": {4: 4}})
+        self.assertEqual(len(self.read(TWO + more + END).points), 10)
+        springs = f"{NODES}{TETS}*Element, type=SPRINGA, elset=springs\n 8, 1, 2\n*Elset, elset=some\n 1, 8\n*Elset, elset=most\n springs, some\n"
+        self.assertEqual(self.sizes(springs), {"springs": {}, "some": {4: 1}, "most": {4: 1}})
+
+    def test_sets_of_each_other(self):
+        text = NODES + TETS + "*Nset, nset=a\n b, 1\n*Nset, nset=b\n a, c, 2\n*Nset, nset=c\n c, 3\n"
+        self.assertEqual(self.sizes(text), {"a": 3, "b": 3, "c": 1})
+        doubled = "".join(f"*Nset, nset=s{i}\n s{i + 1}, s{i + 1}\n" for i in range(200)) + "*Nset, nset=s200\n 4\n"
+        self.assertEqual(self.sizes(f"{NODES}{TETS}{doubled}")["s0"], 1)
+
+    def test_capital_letters(self):
+        text = f"{NODES}{TETS}*NSET, NSET=Root\n 1\n*NSET, NSET=ROOT\n 2\n*Elset, elset=Some\n 1\n*Elset, elset=SOME\n 2\n"
+        text += "*Surface, name=Top\n SOME, S1\n*Surface, name=TOP\n 2, S2\n*Nset, nset=other\n rOOt, 3\n"
+        self.assertEqual(self.sizes(text), {"Root": 2, "Some": {4: 2}, "Top": {2: 3}, "other": 3})
+
+    def test_coordinates(self):
+        points = self.read(f"*Node, system=C\n 1, 2, 90, 3\n 2, 2, 0, 3\n 3, 2, 180., 3\n 4, 0, 30, 4\n*Node, SYSTEM=R\n 5, 1, 90, 3\n{TETS}").points
+        np.testing.assert_allclose(points, [[0, 2, 3], [2, 0, 3], [-2, 0, 3], [0, 0, 4], [1, 90, 3]], atol=1e-12)
+        self.refuse("line 1: *NODE, SYSTEM=S is not read", NODES.replace("*Node", "*Node, SYSTEM=S") + TETS)
+
+    def test_generated_meshes(self):
+        for keyword in ("SYSTEM", "NCOPY", "NGEN", "NFILL", "NMAP", "ELCOPY", "ELGEN"):
+            self.refuse(f"line 7: *{keyword} is not read", f"{NODES}*{keyword.capitalize()}, x=1\n 1, 2, 3\n{TETS}")
