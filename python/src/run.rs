@@ -362,6 +362,8 @@ impl Run {
             keys: keys.to_vec(),
             rows: vec![vec![found.values.clone()]],
             errors: vec![found.errors.clone()],
+            // Of an adjoint solution they are not known: the value is the least that they can be
+            terms: vec![found.values.iter().map(|value| value.abs()).collect()],
             column_sizes: vec![weighted],
             key_sizes: keys.iter().map(|key| key.value(&table).map_or(0.0, |value| value.si().abs())).collect(),
             stopped: None,

@@ -214,6 +214,10 @@ pub enum FitError {
     ShortSpecimen { file: String, rows: usize },
     #[error("{}: {message}", path.display())]
     LawFile { path: PathBuf, message: String },
-    #[error("{}: holds no law file of a law that can be fitted; give a folder with law files as `durometer fit` writes them", path.display())]
-    NoLaws { path: PathBuf },
+    #[error(
+        "{}: holds no law file that can be listed; give a folder with law files as `durometer fit` or `durometer laws import` writes them{}{skipped}",
+        path.display(),
+        if skipped.is_empty() { "" } else { "\n" }
+    )]
+    NoLaws { path: PathBuf, skipped: String },
 }

@@ -114,8 +114,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         modes,
     };
     result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
-    let patterns = patterns.unwrap_or_else(|| vec![answer.pattern]);
-    result.warnings.extend(systematic(&patterns, misfit.rms_relative).or_else(|| unequal(&result)));
+    let patterned = systematic(&patterns.unwrap_or_else(|| vec![answer.pattern]), misfit.rms_relative);
+    result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));
     result.warnings.extend(no_repeat(&fitted));
     result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));
     Ok(result)

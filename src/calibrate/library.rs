@@ -1,13 +1,17 @@
 //! A library of law files: each with its constants, their intervals, the range of its data, its stability, and its stiffness.
 //!
-//! The stiffness of a fitted law is that of an incompressible material, so that laws of different kinds can be compared: the shear modulus μ₀ at rest, and
-//! the nominal stress in uniaxial tension at λ = 2, which suppliers call the 100 % modulus.
+//! The stiffness of a law that is fitted as incompressible is that of an incompressible material, so that laws of different kinds can be compared: the shear modulus μ₀ at rest,
+//! and the nominal stress in uniaxial tension at λ = 2, which suppliers call the 100 % modulus. Foams, laws that are not fitted, and laws given by other constants than those of
+//! a fit have the stiffness and the volume change of their file. Ogden's constants are those of Ogden's convention, whatever the one of the file.
 
 use super::constant_format::within;
-use super::judgement::certificate::certificate;
+use super::judgement::certificate::{StableRange, certificate, ranges};
+use super::model::unit;
 use super::{FitError, Mode, Model, read_law_file};
-use crate::material::registry;
+use crate::material::registry::{self, Given};
+use crate::material::{LoadCase, Parameter};
 use crate::math::units::{self, Dimension};
+use crate::storage::{self, TEXT_LIMIT};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -36,8 +40,12 @@ pub struct ListedLaw {
     pub stress_at_2: f64,
     /// λ = 2 was within the data
     pub measured_at_2: bool,
-    /// Stretches in uniaxial tension over which the law is materially stable, as far as 1.5 times the data and at least 3 \[–\]
+    /// Stretches over which the law is materially stable in uniaxial, equibiaxial and planar tests alike, as far as principal stretches of 1.5 times the data and at least 3 \[–\]
     pub stable: [f64; 2],
+    /// Mode that ends the stable stretches at their lower and upper end; `None` where no mode does within the examined range
+    pub stable_modes: [Option<&'static str>; 2],
+    /// Range of stability of every mode
+    pub stability: Vec<StableRange>,
     /// Number of warnings of the fit
     pub warnings: usize,
     /// Table from which the constants come
@@ -45,8 +53,34 @@ pub struct ListedLaw {
     pub source: Option<String>,
 }
 
-/// The fitted laws among the TOML files of a folder and its folders, by file. Refuses a folder without any; other TOML files are passed over.
-pub fn library(folder: &Path) -> Result<Vec<ListedLaw>, FitError> {
+/// The law files of a folder.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Library {
+    pub laws: Vec<ListedLaw>,
+    /// Files with a law, or with errors, that are not listed, and why
+    pub skipped: Vec<(PathBuf, String)>,
+    /// TOML files of something else, which have no key `law`
+    pub others: Vec<PathBuf>,
+}
+
+/// The laws among the TOML files of a folder and its folders, by file. Refuses a folder without any.
+pub fn library(folder: &Path) -> Result<Library, FitError> {
+    let mut found = Library { laws: vec![], skipped: vec![], others: vec![] };
+    for path in toml_files(folder)? {
+        match listed(&path) {
+            Ok(law) => found.laws.push(law),
+            Err(_) if is_other(&path) => found.others.push(path),
+            Err(reason) => found.skipped.push((path, reason)),
+        }
+    }
+    if found.laws.is_empty() {
+        return Err(FitError::NoLaws { path: folder.into(), skipped: found.passed_over(folder) });
+    }
+    Ok(found)
+}
+
+/// TOML files of a folder and its folders, in order.
+fn toml_files(folder: &Path) -> Result<Vec<PathBuf>, FitError> {
     let mut found = vec![];
     let mut folders = vec![folder.to_path_buf()];
     while let Some(at) = folders.pop() {
@@ -55,79 +89,152 @@ pub fn library(folder: &Path) -> Result<Vec<ListedLaw>, FitError> {
             if path.is_dir() && !path.is_symlink() {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == "toml") {
-                found.extend(listed(&path));
+                found.push(path);
             }
         }
     }
-    if found.is_empty() {
-        return Err(FitError::NoLaws { path: folder.into() });
-    }
-    found.sort_by(|a, b| a.file.cmp(&b.file));
+    found.sort();
     Ok(found)
 }
 
-/// `None` of a file that is no law file, or whose law has no form for fits.
-fn listed(path: &Path) -> Option<ListedLaw> {
-    let (table, provenance) = read_law_file(path).ok()?;
-    let (entry, values, _) = registry::given(&table).ok()?;
-    let form = entry.fit?;
-    let named = |q: &crate::material::Parameter| values.get(q.name).copied();
-    let given: Vec<f64> = form.parameters.iter().map_while(named).collect();
-    let terms = form
-        .term_counts
-        .iter()
-        .copied()
-        .find(|n| Model::new(entry.info.name, Some(*n)).is_ok_and(|m| m.parameters().len() == given.len()))?;
-    let model = Model::new(entry.info.name, Some(terms)).ok()?;
-    let ratios: Vec<f64> = model.poisson_keys().filter_map(|k| values.get(&k).copied()).collect();
-    // Terms of different ratios are no fit of this program
-    if ratios.windows(2).any(|w| w[0] != w[1]) {
-        return None;
-    }
-    let model = ratios.first().map_or(model, |nu| model.with_poisson(*nu));
-    // Ogden's constants are those of the fit in its own convention only
-    let other = table.get("convention").is_some_and(|c| c.as_str() != Some("ogden"));
-    let pascal = |v: &toml::Value| match v {
-        toml::Value::String(text) => units::parse(text, Dimension::PRESSURE).ok(),
-        toml::Value::Float(x) => Some(*x),
-        toml::Value::Integer(n) => Some(*n as f64),
-        _ => None,
+/// Whether this is a TOML file without a law.
+fn is_other(path: &Path) -> bool {
+    let table = storage::read_text(path, TEXT_LIMIT).ok().and_then(|text| text.parse::<toml::Table>().ok());
+    table.is_some_and(|table| !table.contains_key("law"))
+}
+
+/// A law with its constants as they are listed, and its stiffness and stability.
+struct Described {
+    constants: Vec<(&'static Parameter, f64)>,
+    shear_modulus: f64,
+    stress_at_2: f64,
+    stability: Vec<StableRange>,
+}
+
+/// The law of a file, or why it has none that can be listed.
+fn listed(path: &Path) -> Result<ListedLaw, String> {
+    // The error of a file names it again
+    let own = |e: FitError| match e {
+        FitError::LawFile { message, .. } => message,
+        other => other.to_string(),
     };
+    let (table, provenance) = read_law_file(path).map_err(own)?;
+    let mut given = registry::given(&table).map_err(|e| e.to_string())?;
+    // An interval of μ in another convention is none of the μ that is listed, which depends on α too
+    let converted = given.0.to_own_convention.is_some_and(|convert| convert(&mut given.1, &mut given.2));
     let pair = |v: &toml::Value| {
         let [a, b] = v.as_array()?.as_slice() else { return None };
         Some([pascal(a)?, pascal(b)?])
     };
-    let constant = |(q, value): (&crate::material::Parameter, &f64)| ListedConstant {
-        symbol: q.symbol,
-        value: *value,
-        unit: super::model::unit(q),
-        interval: provenance.get(&format!("{}_interval", q.name)).and_then(pair),
-    };
     // Of a whole specimen, whose parts stretch from rest to the largest value
     let reached = || provenance.get("largest_stretch").and_then(toml::Value::as_float).map(|largest| [1.0, largest]);
     let fitted_stretch = provenance.get("fitted_stretch").and_then(pair).or_else(reached);
-    let modulus = model.stress(&given, Mode::Uniaxial, 1.0 + 1e-6) / (2e-6 * (1.0 + model.nu));
     let reach = fitted_stretch.map_or(2.0, |[low, high]| high.max(1.0 / low));
-    let stable = certificate(model, &given, modulus, reach).into_iter().find(|r| r.mode == "uniaxial")?;
-    let stress = model.stress(&given, Mode::Uniaxial, 2.0);
+    let described = match fitted(&given) {
+        Some((model, values)) => incompressible(model, &values, reach)?,
+        None => as_given(&given, reach)?,
+    };
+    let constant = |(q, value): (&'static Parameter, f64)| ListedConstant {
+        symbol: q.symbol,
+        value,
+        unit: unit(q),
+        interval: provenance
+            .get(&format!("{}_interval", q.name))
+            .and_then(pair)
+            .filter(|_| !converted || q.dimension != Dimension::PRESSURE),
+    };
+    let (stable, stable_modes) = common(&described.stability);
     let text = |key: &str| provenance.get(key).and_then(|v| v.as_str()).map(String::from);
-    (!other).then(|| ListedLaw {
+    Ok(ListedLaw {
         file: path.into(),
-        law: model.name(),
-        constants: model.parameters().iter().zip(&given).map(constant).collect(),
+        law: given.0.info.name,
+        constants: described.constants.into_iter().map(constant).collect(),
         fitted_stretch,
-        shear_modulus: modulus,
-        stress_at_2: if stress.is_finite() { stress } else { f64::INFINITY },
+        shear_modulus: described.shear_modulus,
+        stress_at_2: if described.stress_at_2.is_finite() { described.stress_at_2 } else { f64::INFINITY },
         measured_at_2: fitted_stretch.is_some_and(|[low, high]| low <= 2.0 && high >= 2.0),
-        stable: [stable.below.unwrap_or(stable.looked[0]), stable.above.unwrap_or(stable.looked[1])],
+        stable,
+        stable_modes,
+        stability: described.stability,
         warnings: provenance.get("warnings").and_then(|w| w.as_array()).map_or(0, Vec::len),
         data: text("data"),
         source: text("source"),
     })
 }
 
-/// The laws as a table of text, one line each.
-pub fn library_text(laws: &[ListedLaw], folder: &Path) -> String {
+/// A pressure \[Pa\], or a number.
+fn pascal(v: &toml::Value) -> Option<f64> {
+    match v {
+        toml::Value::String(text) => units::parse(text, Dimension::PRESSURE).ok(),
+        toml::Value::Float(x) => Some(*x),
+        toml::Value::Integer(n) => Some(*n as f64),
+        _ => None,
+    }
+}
+
+/// The model and the constants of a law that has those of an incompressible fit.
+fn fitted((entry, values, _): &Given) -> Option<(Model, Vec<f64>)> {
+    let form = entry.fit.filter(|form| !form.compressible)?;
+    let given = form.parameters.iter().filter(|q| values.contains_key(q.name)).count();
+    let models = form.term_counts.iter().filter_map(|n| Model::new(entry.info.name, Some(*n)).ok());
+    let model = models.into_iter().find(|m| m.parameters().len() == given)?;
+    let constants = model.parameters().iter().map(|q| values.get(q.name).copied()).collect::<Option<_>>()?;
+    Some((model, constants))
+}
+
+/// The law as an incompressible material.
+fn incompressible(model: Model, values: &[f64], reach: f64) -> Result<Described, String> {
+    let shear_modulus = model.stress(values, Mode::Uniaxial, 1.0 + 1e-6) / 3e-6;
+    let stability = certificate(model, values, shear_modulus, reach);
+    if stability.is_empty() {
+        return Err(format!("its constants make no law: the shear modulus at rest is {shear_modulus:.4} Pa"));
+    }
+    let stress_at_2 = model.stress(values, Mode::Uniaxial, 2.0);
+    let constants = model.parameters().iter().zip(values.iter().copied()).collect();
+    Ok(Described { constants, shear_modulus, stress_at_2, stability })
+}
+
+/// The law with the volume change of its file.
+fn as_given((entry, values, options): &Given, reach: f64) -> Result<Described, String> {
+    let law = entry.build(values, options).map_err(|e| e.to_string())?;
+    let keys = entry.keys.iter().filter_map(|q| Some((q, values.get(q.name).copied()?)));
+    let at_2 = LoadCase::Uniaxial.state(law.as_ref(), 2.0);
+    Ok(Described {
+        constants: keys.collect(),
+        shear_modulus: law.small_strain().mu,
+        stress_at_2: at_2.map_or(f64::INFINITY, |s| s.stress),
+        stability: ranges(law.as_ref(), reach),
+    })
+}
+
+/// Stretches over which the law is stable in every mode with a stretch, and the modes that end them.
+fn common(stability: &[StableRange]) -> ([f64; 2], [Option<&'static str>; 2]) {
+    // Simple shear has the principal stretches of the planar mode
+    let modes = || stability.iter().filter(|r| r.mode != Mode::SimpleShear.name());
+    let end = |r: &StableRange, lost: Option<f64>, looked: f64| (lost.unwrap_or(looked), lost.map(|_| r.mode));
+    let low = modes().map(|r| end(r, r.below, r.looked[0])).max_by(|a, b| a.0.total_cmp(&b.0));
+    let high = modes().map(|r| end(r, r.above, r.looked[1])).min_by(|a, b| a.0.total_cmp(&b.0));
+    let (low, high) = (low.unwrap_or((1.0, None)), high.unwrap_or((1.0, None)));
+    ([low.0, high.0], [low.1, high.1])
+}
+
+impl Library {
+    /// The files that are not listed, a line each with the reason; those of something else in one line. Empty where there are none.
+    pub fn passed_over(&self, folder: &Path) -> String {
+        let name = |path: &Path| path.strip_prefix(folder).unwrap_or(path).display().to_string();
+        let mut lines: Vec<String> =
+            self.skipped.iter().map(|(p, reason)| format!("not listed: {}: {reason}", name(p))).collect();
+        if !self.others.is_empty() {
+            let names: Vec<String> = self.others.iter().map(|p| name(p)).collect();
+            lines.push(format!("not listed, without a key `law`: {}", names.join(", ")));
+        }
+        lines.join("\n")
+    }
+}
+
+/// The laws as a table of text, one line each, and the files that are not listed.
+pub fn library_text(library: &Library, folder: &Path) -> String {
+    let laws = &library.laws;
     let head = [
         "law file",
         "law",
@@ -135,9 +242,14 @@ pub fn library_text(laws: &[ListedLaw], folder: &Path) -> String {
         "fitted λ",
         "μ₀ [kPa]",
         "P at λ = 2 [kPa]",
-        "stable λ",
+        "stable λ (all modes)",
         "warnings",
     ];
+    let stable = |l: &ListedLaw| {
+        let end =
+            |k: usize| format!("{:.2}{}", l.stable[k], l.stable_modes[k].map_or(String::new(), |m| format!(" ({m})")));
+        format!("{} to {}", end(0), end(1))
+    };
     let row = |l: &ListedLaw| {
         let constant = |c: &ListedConstant| {
             let (factor, unit, n) = within(c.value, c.unit, c.interval);
@@ -155,7 +267,7 @@ pub fn library_text(laws: &[ListedLaw], folder: &Path) -> String {
             l.fitted_stretch.map_or("–".into(), range),
             format!("{:.1}", 1e-3 * l.shear_modulus),
             format!("{:.1}{mark}", 1e-3 * l.stress_at_2),
-            range(l.stable),
+            stable(l),
             l.warnings.to_string(),
         ]
     };
@@ -170,5 +282,8 @@ pub fn library_text(laws: &[ListedLaw], folder: &Path) -> String {
     if laws.iter().any(|l| !l.measured_at_2) {
         text += "* extrapolated: the data do not reach λ = 2\n";
     }
-    text
+    if laws.iter().any(|l| l.stable_modes != [None, None]) {
+        text += "A mode in brackets loses material stability at that stretch; the other ends are those that were examined\n";
+    }
+    text + &library.passed_over(folder)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{FitError, Mode, Sample};
+use super::{FitError, Mode, Partner, Sample};
 use crate::material::parameter::{LawSpecError, Parameter, Values};
 use crate::material::{Choice, FitForm, FitTerms, Law, LawEntry, laws};
 use crate::math::units::Dimension;
@@ -128,11 +128,25 @@ impl Model {
 
     /// The compressible law of scenes with these constants \[SI\] and κ \[Pa\], which a law that is fitted as compressible has already.
     pub fn law(&self, values: &[f64], kappa: f64) -> Result<Box<dyn Law>, LawSpecError> {
+        self.law_with(values, Partner::Kappa(kappa), None)
+    }
+
+    /// The same with ν or κ and a volumetric part, quadratic unless it is chosen.
+    pub fn law_with(
+        &self,
+        values: &[f64],
+        partner: Partner,
+        volumetric: Option<&str>,
+    ) -> Result<Box<dyn Law>, LawSpecError> {
         let named = self.parameters().iter().map(|p| p.name.to_string()).zip(values.iter().copied());
-        let kappa = (!self.form.compressible).then(|| ("kappa".to_string(), kappa));
-        let values: Values = named.chain(kappa).chain(self.poisson_keys().map(|k| (k, self.nu))).collect();
+        let partner = (!self.form.compressible).then(|| match partner {
+            Partner::Nu(nu) => ("nu".to_string(), nu),
+            Partner::Kappa(kappa) => ("kappa".to_string(), kappa),
+        });
+        let values: Values = named.chain(partner).chain(self.poisson_keys().map(|k| (k, self.nu))).collect();
+        let chosen = volumetric.unwrap_or("quadratic");
         let options: BTreeMap<_, _> =
-            self.volumetric().map(|c| (c.name.to_string(), "quadratic".to_string())).into_iter().collect();
+            self.volumetric().map(|c| (c.name.to_string(), chosen.to_string())).into_iter().collect();
         self.law.build(&values, &options)
     }
 }

@@ -1,6 +1,7 @@
 //! The answer of a fit.
 
 use super::constant_format::{stress_unit, stretch_text};
+use super::judgement::compressibility::Written;
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
 use super::{
@@ -19,6 +20,7 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
     let degrees = if *free == 1 { "1 degree".into() } else { format!("{free} degrees") };
     let size = match weighting {
         _ if matches!(model, ErrorModel::Unequal { .. }) => "whose size changes with the stress",
+        _ if errors.sizes.is_some() => "of another size in each curve",
         Weighting::Absolute => "of one size",
         Weighting::Relative => "in proportion to the stress",
         Weighting::Noise => "of one size in each mode",
@@ -168,10 +170,19 @@ impl FitResult {
         storage::write(path, (text + "\n").as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
     }
 
+    /// This fit as a law of scenes.
+    pub fn written(&self, model: Model) -> Written<'_> {
+        let values = self.parameters.iter().map(|e| e.value).collect();
+        Written { model, values, fitted: &self.residuals, volumetric: self.volumetric.as_deref() }
+    }
+
     /// Lines that a scene adds to the law file that it includes, each with its other options: the data determine none of them.
     pub fn scene_lines(&self) -> Vec<String> {
         let Ok(model) = Model::new(self.law, Some(self.terms)) else { return vec![] };
-        let partner = (!model.form.compressible && self.partner.is_none()).then(|| "nu = 0.49 (or kappa)".to_string());
+        let partner = (!model.form.compressible && self.partner.is_none()).then(|| {
+            let nu = self.written(model).enough().map_or("…".to_string(), |nu| nu.to_string());
+            format!("nu = {nu} (or kappa)")
+        });
         let volumetric = model.volumetric().filter(|_| self.volumetric.is_none());
         let words = |c: &Choice| format!("{} = \"{}\" (or {})", c.name, c.options[0], c.options[1..].join(", "));
         partner.into_iter().chain(volumetric.map(words)).collect()

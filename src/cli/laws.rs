@@ -77,11 +77,12 @@ enum Action {
 pub fn main(args: Args) -> CommandResult {
     match args.action {
         Action::List { folder, json } => {
-            let laws = library(&files::brought(&folder)?)?;
+            let found = library(&files::brought(&folder)?)?;
             if json {
-                say!("{}", serde_json::to_string_pretty(&laws)?);
+                say!("{}", serde_json::to_string_pretty(&found.laws)?);
+                found.passed_over(&folder).lines().for_each(|line| tell!("{line}"));
             } else {
-                say!("{}", library_text(&laws, &folder).trim_end());
+                say!("{}", library_text(&found, &folder).trim_end());
             }
             Ok(Outcome::Complete)
         }

@@ -61,6 +61,10 @@ impl PointStress for Elastic {
         let at = |q| Ok(self.law.eval(&self.points.deformation_gradient(x, b, q), Want::Residual)?.p);
         (0..self.points.points()).map(at).collect()
     }
+
+    fn has_small_strains(&self) -> bool {
+        !self.law.info().objective
+    }
 }
 
 impl Stressed for Elastic {

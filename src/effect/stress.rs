@@ -13,6 +13,10 @@ pub trait PointStress: Send + Sync {
     fn points(&self) -> &Arc<CellPoints>;
     /// P \[Pa\] at the points of block `b`, as in the residual.
     fn stress(&self, x: &[f64], b: usize) -> Result<Vec<Mat3>, LawError>;
+    /// Whether the law is one of small strains, by which P is the stress of the place as well.
+    fn has_small_strains(&self) -> bool {
+        false
+    }
 }
 
 /// An elastic effect of a law, with its derivatives by the constants.

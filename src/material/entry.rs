@@ -42,6 +42,8 @@ pub struct LawEntry {
     pub sample: &'static [f64],
     /// How the law is fitted to homogeneous tests; None for a law that is not fitted
     pub fit: Option<FitForm>,
+    /// Turns constants of another convention into those that are fitted, and says whether they were of another one
+    pub to_own_convention: Option<fn(&mut Values, &mut BTreeMap<String, String>) -> bool>,
     make: Make,
     pub(super) rates: Rates,
 }
@@ -55,7 +57,7 @@ impl LawEntry {
         build: Build,
         rates: Rates,
     ) -> Self {
-        Self { info, keys, sample, fit: None, make: Make::Function(build), rates }
+        Self { info, keys, sample, fit: None, to_own_convention: None, make: Make::Function(build), rates }
     }
 
     /// A law whose `make` is known at run time only, such as one that another language declares. It is kept as long as the process.
@@ -66,7 +68,15 @@ impl LawEntry {
         make: impl Fn(&Values, &Chosen) -> Result<Box<dyn Law>, LawSpecError> + Send + Sync + 'static,
         rates: Rates,
     ) -> Self {
-        Self { info, keys, sample, fit: None, make: Make::Closure(Box::leak(Box::new(make))), rates }
+        Self {
+            info,
+            keys,
+            sample,
+            fit: None,
+            to_own_convention: None,
+            make: Make::Closure(Box::leak(Box::new(make))),
+            rates,
+        }
     }
 
     /// A law of two elastic constants, any two of E, ν, μ, λ, κ. The example has E = 100 kPa and ν = 0.4.
@@ -79,6 +89,13 @@ impl LawEntry {
     #[must_use]
     pub const fn with_fit(mut self, fit: FitForm) -> Self {
         self.fit = Some(fit);
+        self
+    }
+
+    /// This law with the conversion of its constants into one convention.
+    #[must_use]
+    pub const fn with_conversion(mut self, convert: fn(&mut Values, &mut BTreeMap<String, String>) -> bool) -> Self {
+        self.to_own_convention = Some(convert);
         self
     }
 

@@ -27,6 +27,7 @@ use super::volumetric::{CHOICE, Volumetric};
 use super::{moduli, spectral};
 use crate::math::tensor::Mat3;
 use crate::math::units::Dimension;
+use std::collections::BTreeMap;
 
 /// Largest number of terms.
 pub const TERMS: usize = 4;
@@ -53,6 +54,7 @@ pub const KEYS: &[Parameter] = &[
     alpha("alpha4", "α₄"),
 ];
 
+/// Keys of μ_n and α_n of each term.
 const PAIRS: [(&str, &str); TERMS] = [("mu1", "alpha1"), ("mu2", "alpha2"), ("mu3", "alpha3"), ("mu4", "alpha4")];
 
 pub static INFO: LawInfo = LawInfo {
@@ -78,7 +80,9 @@ pub static INFO: LawInfo = LawInfo {
 };
 
 /// The law in the registry.
-pub const ENTRY: LawEntry = Split::<Ogden>::entry(KEYS, &[200e3, 10e3, 3.0, -8e3, -4.0, 2e3, 1.0]).with_fit(FIT);
+pub const ENTRY: LawEntry = Split::<Ogden>::entry(KEYS, &[200e3, 10e3, 3.0, -8e3, -4.0, 2e3, 1.0])
+    .with_fit(FIT)
+    .with_conversion(to_own_convention);
 
 /// The incompressible law in tests with homogeneous deformation.
 const FIT: FitForm = FitForm {
@@ -99,6 +103,27 @@ pub(super) const POWERS: ShapedTerm = ShapedTerm {
     grid: &[-12.0, -8.0, -5.0, -3.0, -2.0, -1.0, 0.6, 1.3, 2.0, 3.0, 4.5, 6.5, 9.0, 13.0, 18.0],
     factor: |_| (1.0, 0.0),
 };
+
+/// μ_n of μ_n/α_n \[Pa\], of the factor of a term in another convention.
+fn own_factor(convention: &str, mu: f64, alpha: f64) -> f64 {
+    match convention {
+        "abaqus" => 2.0 * mu / alpha,
+        "febio" => mu / alpha,
+        _ => mu,
+    }
+}
+
+/// Turns the μ_n of another convention into those of Ogden's; false where they are that already.
+fn to_own_convention(values: &mut Values, options: &mut BTreeMap<String, String>) -> bool {
+    let own = "ogden".to_string();
+    let given = options.insert("convention".into(), own.clone()).unwrap_or(own.clone());
+    for (mu, alpha) in PAIRS {
+        if let (Some(m), Some(a)) = (values.get(mu).copied(), values.get(alpha).copied()) {
+            values.insert(mu.into(), own_factor(&given, m, a));
+        }
+    }
+    given != own
+}
 
 /// Constants of W.
 #[derive(Clone, Copy, Debug)]
@@ -158,11 +183,7 @@ impl Part for Ogden {
             }
             law.given[n] = mu;
             law.alpha[n] = alpha;
-            law.mu[n] = match convention {
-                "abaqus" => 2.0 * mu / alpha,
-                "febio" => mu / alpha,
-                _ => mu,
-            };
+            law.mu[n] = own_factor(convention, mu, alpha);
         }
         Ok(law)
     }

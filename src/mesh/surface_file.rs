@@ -58,9 +58,8 @@ fn stl(data: &[u8]) -> Result<Surface, String> {
     let is_text = data.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     // Padding, and no triangle that the header does not count
     let is_padding = |rest: &[u8]| rest.len() < 50 || rest.iter().all(|byte| *byte == 0);
-    let is_binary = |n: &usize| {
-        data.len() == 84 + 50 * n || !is_text && data.get(84 + 50 * n..).is_some_and(is_padding)
-    };
+    let is_binary =
+        |n: &usize| data.len() == 84 + 50 * n || !is_text && data.get(84 + 50 * n..).is_some_and(is_padding);
     let corners: Vec<[f32; 3]> = match count.filter(is_binary) {
         Some(n) => {
             let number = |b: &[u8]| f32::from_le_bytes(b.try_into().expect("four bytes"));

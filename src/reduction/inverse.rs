@@ -4,6 +4,7 @@
 //! change among many is the one of the smallest shares. Where the search from the present inputs ends short of the targets, as at rest, where an angle without
 //! a sign has no derivative, it begins again from other places of the ranges. Limits: a local search from each of them.
 
+use super::inputs::Input;
 use super::twin::{StepError, Twin, TwinState};
 use nalgebra::{DMatrix, DVector};
 
@@ -44,29 +45,41 @@ const DAMPING_MOST: f64 = 1e8;
 const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
 
 /// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes. A model that moves takes one step in time,
-/// at whose end the targets are met.
+/// at whose end the targets are met, with inputs that change by no more than in the runs that it is made of.
 ///
 /// # Errors
 ///
 /// [`StepError`] where the model has no equilibrium at the present inputs.
 pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> {
-    let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
+    let ranges = reachable(twin);
     let present: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
     let from = twin.dt().map(|_| twin.save());
     let from = from.as_ref();
-    let mut best = search(twin, targets, from, present)?;
+    let mut best = search(twin, targets, from, &ranges, present)?;
     for share in STARTS {
         if best.met {
             break;
         }
         let start = ranges.iter().map(|r| r[0] + share * (r[1] - r[0])).collect();
-        if let Ok(other) = search(twin, targets, from, start) {
+        if let Ok(other) = search(twin, targets, from, &ranges, start) {
             let iterations = best.iterations + other.iterations;
             best = Reached { iterations, ..if other.distance < best.distance { other } else { best } };
         }
     }
     go(twin, from, &best.inputs)?;
     Ok(best)
+}
+
+/// The ranges of the inputs; of a model that moves, within one step from the present ones.
+fn reachable(twin: &Twin) -> Vec<[f64; 2]> {
+    let model = twin.model();
+    let within = |(k, (input, present)): (usize, (&Input, &f64))| {
+        let [low, high] = input.range;
+        let present = present.clamp(low, high);
+        let most = model.dynamics.as_ref().map_or(f64::INFINITY, |dynamics| dynamics.changes[k]);
+        [low.max(present - most), high.min(present + most)]
+    };
+    model.inputs.iter().zip(twin.inputs()).enumerate().map(within).collect()
 }
 
 /// A step to these inputs, always from the same state in time where there is one.
@@ -82,9 +95,9 @@ fn search(
     twin: &mut Twin,
     targets: &[Target],
     from: Option<&TwinState>,
+    ranges: &[[f64; 2]],
     mut inputs: Vec<f64>,
 ) -> Result<Reached, StepError> {
-    let ranges: Vec<[f64; 2]> = twin.model().inputs.iter().map(|i| i.range).collect();
     let (n, m) = (ranges.len(), targets.len());
     go(twin, from, &inputs)?;
     let left = |twin: &Twin| {

@@ -141,7 +141,11 @@ fn surface_census(file: &Path) -> Option<Census> {
 /// The unit that makes the body as large as soft robots are, and why it was chosen.
 fn guessed_unit(format: &Format, census: Option<&Census>) -> (String, String) {
     let Some(census) = census else {
-        let reason = if format.name == "BREP" { "usual for CAD" } else { "the file states its own unit" };
+        let reason = match format.reader {
+            Reader::Cad(_) if format.name == "BREP" => "usual for CAD",
+            Reader::Cad(_) => "the file states its own unit",
+            _ => "usual for CAD, the file states none; check it",
+        };
         return ("mm".into(), reason.into());
     };
     let diagonal = (census.bounds.1 - census.bounds.0).norm();

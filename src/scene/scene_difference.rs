@@ -119,6 +119,10 @@ struct Family<'a> {
 }
 
 impl Variants for Family<'_> {
+    fn size(&self) -> f64 {
+        self.size
+    }
+
     fn systems(&self, step: usize) -> Option<(f64, &[System])> {
         self.at_step(step).map(|built| (built.h, &built.systems[..]))
     }

@@ -1,6 +1,7 @@
 //! Derivatives of the rows of a run, computed in the same pass.
 
 use super::build::Scene;
+use super::column::unit;
 use super::extreme_rows::{ExtremeRow, ExtremeRows};
 use super::parameter_key::ParameterKey;
 use super::sensitivity::{RowDerivatives, Sensitivity, StepEnd};
@@ -22,6 +23,9 @@ pub struct Sensitivities {
     pub rows: Vec<Vec<Vec<f64>>>,
     /// \[columns × keys\] largest estimated error of a derivative over the rows, zero where it is exact
     pub errors: Vec<Vec<f64>>,
+    /// \[columns × keys\] largest sum over the rows of the sizes of the terms that a derivative is the sum of: of a reaction those of the
+    /// nodes. It is far above the derivative where they cancel
+    pub terms: Vec<Vec<f64>>,
     /// \[columns\] largest value over the rows, of all columns of the same unit
     pub column_sizes: Vec<f64>,
     /// \[keys\] size of the value of a key \[SI\], 0 where its derivative is exact
@@ -39,7 +43,8 @@ pub struct Sensitivities {
 
 /// Error of a derivative, relative to its largest value over the rows, from which on it is called doubtful.
 pub const DOUBTFUL: f64 = 1e-6;
-/// Change of a column, relative to its largest value, by that error and a change of the key of its own size, below which it does not matter.
+/// Error below which a derivative does not matter: relative to the terms that it is the sum of, and as a change of the column over a change of the key by
+/// its own size, relative to the largest value.
 const NEGLIGIBLE: f64 = 1e-9;
 
 impl Sensitivities {
@@ -55,11 +60,14 @@ impl Sensitivities {
         self.keys.iter().enumerate().filter(move |(k, _)| is_idle(*k)).map(|(_, key)| key)
     }
 
-    /// Column, key and relative error of the derivatives whose estimated error is above 1e-6 of their largest value, where the column depends on
-    /// the key by more than rounding.
+    /// Column, key and relative error of the derivatives whose estimated error is above 1e-6 of their largest value, where it is more than rounding:
+    /// more than 1e-9 of the terms of the derivative, and of the column over a change of the key by its own size.
     pub fn doubtful(&self) -> Vec<(&str, &ParameterKey, f64)> {
         let largest = |c: usize, k: usize| self.rows.iter().map(|row| row[c][k].abs()).fold(0.0, f64::max);
-        let matters = |c: usize, k: usize| self.errors[c][k] * self.key_sizes[k] > NEGLIGIBLE * self.column_sizes[c];
+        let matters = |c: usize, k: usize| {
+            let error = self.errors[c][k];
+            error > NEGLIGIBLE * self.terms[c][k] && error * self.key_sizes[k] > NEGLIGIBLE * self.column_sizes[c]
+        };
         let pairs = (0..self.columns.len()).flat_map(|c| (0..self.keys.len()).map(move |k| (c, k)));
         let of = |(c, k): (usize, usize)| (&*self.columns[c], &self.keys[k], self.errors[c][k] / largest(c, k));
         pairs.filter(|(c, k)| matters(*c, *k)).map(of).filter(|(_, _, error)| *error > DOUBTFUL).collect()
@@ -152,6 +160,7 @@ impl<'a> SensitivityRecorder<'a> {
         let (columns, keys) = (sensitivity.columns(), keys.to_vec());
         let mut sensitivities = Sensitivities {
             errors: vec![vec![0.0; keys.len()]; columns.len()],
+            terms: vec![vec![0.0; keys.len()]; columns.len()],
             column_sizes: vec![0.0; columns.len()],
             key_sizes: sensitivity.key_sizes(),
             columns,
@@ -197,9 +206,10 @@ impl<'a> SensitivityRecorder<'a> {
         }
         let factor = &self.sensitivity.solver.factor;
         let (factorisations, solves) = (factor.count, factor.solves);
-        let unit = |name: &str| name.rsplit('_').next().unwrap_or_default().to_string();
+        // All but the time and the iterations
+        let measured = 1..columns.len() - 1;
         let size = |name: &String| {
-            let alike = (0..columns.len()).filter(|c| unit(&columns[*c]) == unit(name));
+            let alike = measured.clone().filter(|c| unit(&columns[*c]) == unit(name));
             alike.flat_map(|c| rows.iter().map(move |row| row[c])).fold(0.0_f64, |m, v| m.max(v.abs()))
         };
         let column_sizes = self.sensitivities.columns.iter().map(size).collect();
@@ -214,7 +224,7 @@ impl<'a> SensitivityRecorder<'a> {
         for ExtremeRow { row, integrator, past, now, residual, memory } in extremes.into_rows() {
             let end = StepEnd { integrator, past: &past, now: &now, residual: &residual, memory: &memory };
             let Some(found) = self.timed(now.t, |sensitivity| sensitivity.step(&end, true)) else { continue };
-            self.sensitivities.note_errors(found.errors);
+            self.sensitivities.note_quality(&found);
             self.sensitivities.rows[row] = found.values;
         }
     }
@@ -236,16 +246,18 @@ impl<'a> SensitivityRecorder<'a> {
 }
 
 impl Sensitivities {
-    fn add(&mut self, RowDerivatives { values, errors }: RowDerivatives) {
-        self.rows.push(values);
-        self.note_errors(errors);
+    fn add(&mut self, row: RowDerivatives) {
+        self.note_quality(&row);
+        self.rows.push(row.values);
     }
 
-    /// Takes the errors at one row \[columns × keys\] into account.
-    fn note_errors(&mut self, errors: Vec<Vec<f64>>) {
-        for (most, error) in self.errors.iter_mut().flatten().zip(errors.into_iter().flatten()) {
-            // A value that is not a number is no derivative, and has no error
-            *most = most.max(error);
+    /// Takes the errors and the terms at one row into account.
+    fn note_quality(&mut self, row: &RowDerivatives) {
+        for (most, of_row) in [(&mut self.errors, &row.errors), (&mut self.terms, &row.terms)] {
+            for (most, value) in most.iter_mut().flatten().zip(of_row.iter().flatten()) {
+                // A value that is not a number is no derivative, and has neither
+                *most = most.max(*value);
+            }
         }
     }
 }

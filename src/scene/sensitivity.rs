@@ -34,10 +34,11 @@ pub(super) struct StepEnd<'a> {
     pub memory: &'a [f64],
 }
 
-/// Derivatives of the columns at one row, and estimates of their errors, both \[columns × keys\].
+/// Derivatives of the columns at one row, estimates of their errors, and the sizes of the terms that they are sums of, all \[columns × keys\].
 pub(super) struct RowDerivatives {
     pub values: Vec<Vec<f64>>,
     pub errors: Vec<Vec<f64>>,
+    pub terms: Vec<Vec<f64>>,
 }
 
 impl<'a> Sensitivity<'a> {
@@ -101,24 +102,25 @@ impl<'a> Sensitivity<'a> {
         let recorders = self.scene.with_memories(now.memory).filter(|(r, _)| r.is_differentiable());
         let gradients: Vec<Option<Gradient>> =
             recorders.flat_map(|(r, memory)| r.gradients(now.body, now.state, memory)).collect();
-        let along = |gradient: &Option<Gradient>, change: &State, reaction: &[f64]| {
-            gradient.as_ref().map_or(f64::NAN, |g| g.along(change, reaction))
-        };
-        let (mut values, mut errors) = (vec![vec![]; gradients.len()], vec![vec![]; gradients.len()]);
+        let none = vec![vec![]; gradients.len()];
+        let mut row = RowDerivatives { values: none.clone(), errors: none.clone(), terms: none };
         let mut all = self.solver.changes.iter().zip(reactions);
         for difference in &self.differences {
             let own: Vec<(&State, &Vec<f64>)> = all.by_ref().take(if difference.is_some() { 2 } else { 1 }).collect();
             let explicit = difference.as_ref().map(|scenes| scenes.columns(now));
             for (c, gradient) in gradients.iter().enumerate() {
-                let of = |k: usize| {
+                let terms = |k: usize| {
                     let (change, reaction) = own[k];
-                    along(gradient, change, reaction) + explicit.as_ref().map_or(0.0, |columns| columns[k][c])
+                    let of_state = gradient.as_ref().map(|g| g.terms(change, reaction));
+                    of_state.map(|terms| terms.chain([explicit.as_ref().map_or(0.0, |columns| columns[k][c])]))
                 };
-                values[c].push(of(0));
-                errors[c].push(if explicit.is_some() { (of(1) - of(0)).abs() } else { 0.0 });
+                let value = |k: usize| terms(k).map_or(f64::NAN, Iterator::sum);
+                row.values[c].push(value(0));
+                row.errors[c].push(if explicit.is_some() { (value(1) - value(0)).abs() } else { 0.0 });
+                row.terms[c].push(terms(0).map_or(f64::NAN, |terms| terms.map(f64::abs).sum()));
             }
         }
-        RowDerivatives { values, errors }
+        row
     }
 }
 

@@ -45,7 +45,7 @@ pub(super) struct StressField<'a> {
 }
 
 impl<'a> StressField<'a> {
-    /// σ = P Fᵀ/J of the effects at the displacements `x`; effects that share a cell add up.
+    /// σ = P Fᵀ/J of the effects at the displacements `x`, σ = P of a law of small strains; effects that share a cell add up.
     pub fn new(mesh: &'a TetMesh, effects: &[&dyn PointStress], x: &[f64]) -> Self {
         let mut cells = vec![CellStress::default(); mesh.cell_count()];
         for (number, effect) in effects.iter().enumerate() {
@@ -57,7 +57,7 @@ impl<'a> StressField<'a> {
                 cell.effects.push(number);
                 for (q, p) in stress.iter().enumerate() {
                     let f = points.deformation_gradient(x, b, q);
-                    let sigma = p * f.transpose() / f.determinant();
+                    let sigma = if effect.has_small_strains() { *p } else { p * f.transpose() / f.determinant() };
                     match cell.points.get_mut(q) {
                         Some(point) => point.2 += sigma,
                         None => {

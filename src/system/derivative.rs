@@ -12,7 +12,11 @@ pub struct ParameterDerivative {
 }
 
 /// Adds the change of the residual by the perturbed inputs, at fixed x, to `r` \[unknowns\].
+///
+/// Nodes that follow others change as those do. What moves them in addition at another θ, the change of their weights, is in ∂r/∂θ.
 pub fn add_residual_derivative(system: &System, at: &At, by: &Perturbation, r: &mut [f64]) -> Result<(), EvalError> {
+    let [v, a, old] = [by.v, by.a, by.old].map(|field| system.ties.completed(field));
+    let by = &Perturbation { v: &v, a: &a, old: &old, ..*by };
     for (e, effect) in system.effects.iter().enumerate() {
         if let Some(past) = effect.capabilities().past {
             let (at, by) = (system.inputs_of(e, at), perturbation_of(system, e, by));

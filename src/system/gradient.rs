@@ -21,10 +21,14 @@ impl Gradient {
 
     /// Change of J with a change of the state and \[3 × nodes\] of the reactions.
     pub fn along(&self, change: &State, reaction: &[f64]) -> f64 {
-        let sum = |weights: &[(u32, f64)], values: &[f64]| -> f64 {
-            weights.iter().map(|(dof, weight)| weight * values[*dof as usize]).sum()
-        };
-        let of_multipliers: f64 = self.lambda.iter().map(|(c, weight)| weight * change.lambda[*c]).sum();
-        sum(&self.x, &change.x) + of_multipliers + sum(&self.reaction, reaction)
+        self.terms(change, reaction).sum()
+    }
+
+    /// Terms of which that change is the sum.
+    pub fn terms<'g>(&'g self, change: &'g State, reaction: &'g [f64]) -> impl Iterator<Item = f64> + 'g {
+        let of_x = self.x.iter().map(|(dof, weight)| weight * change.x[*dof as usize]);
+        let of_multipliers = self.lambda.iter().map(|(c, weight)| weight * change.lambda[*c]);
+        let of_reactions = self.reaction.iter().map(|(dof, weight)| weight * reaction[*dof as usize]);
+        of_x.chain(of_multipliers).chain(of_reactions)
     }
 }

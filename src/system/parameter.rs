@@ -5,6 +5,10 @@ use super::{Assembled, At, ConstraintKind, EvalError, ParameterDerivative, Syste
 use crate::math::difference::{by_best_step, derivatives, disagreement};
 use std::sync::Arc;
 
+/// Change of a gap over a change of θ by its own size below which its error is not relative to it \[of the scale of the constraint\]: that of a rigid part
+/// changes with the square of an angle, and is rounding next to its terms.
+const LEAST_GAP: f64 = 1e-2;
+
 /// A parameter of a system: by effects in closed form, by systems at other values of θ, or by both, where θ enters in two ways.
 pub struct Parameter<'a> {
     terms: Vec<ParameterDerivative>,
@@ -106,6 +110,8 @@ impl<'a> Parameter<'a> {
 
 /// Systems with the equations of one system at nine values of θ, for each of several steps.
 pub trait Variants: Send + Sync {
+    /// Size of θ, of which the steps are shares.
+    fn size(&self) -> f64;
     /// For the step of an index in [`STEPS`](crate::math::difference::STEPS): its size, and the [variants](super::SystemParts::variant) in the order of
     /// [`PLACES`](crate::math::difference::PLACES); none where there is no system at one of these values. Some index has them.
     fn systems(&self, step: usize) -> Option<(f64, &[System])>;
@@ -131,10 +137,16 @@ impl<'a> SystemDifference<'a> {
             let of = |place: usize| values(&systems[place], at, lambda, sums).map(EquationChange::flat);
             Some(derivatives(h, of))
         };
+        let size = variants.size();
         let [gaps, limits, motion] = ends(system);
         let error = |[a, b]: &[Vec<f64>; 2]| {
-            let parts = [0..gaps, gaps..limits, limits..motion, motion..a.len()];
-            parts.into_iter().map(|part| disagreement(&a[part.clone()], &b[part])).fold(0.0, f64::max)
+            let parts = [0..gaps, limits..motion, motion..a.len()];
+            let of_parts = parts.into_iter().map(|part| disagreement(&a[part.clone()], &b[part]));
+            let of_gaps = system.constraints.iter().zip(gaps..limits).map(|(constraint, c)| {
+                let least = LEAST_GAP * constraint.scale() / size;
+                disagreement(&[a[c], least], &[b[c], least])
+            });
+            of_parts.chain(of_gaps).fold(0.0, f64::max)
         };
         let found = by_best_step(derive, error).expect("variants for some step")?;
         Ok(found.map(|all| EquationChange::from_flat(all, system)))
@@ -157,16 +169,11 @@ impl<'a> SystemDifference<'a> {
 
 /// The equations of a system at a state, in which the nodes that follow others are where the system puts them.
 fn values(system: &System, at: &At, lambda: &[f64], sums: &mut Assembled) -> Result<EquationChange, EvalError> {
-    let completed = |field: &[f64]| {
-        let mut field = field.to_vec();
-        system.ties.complete(&mut field);
-        field
-    };
     let mut out = EquationChange::zero(system);
     if system.ties.is_empty() {
         system.assemble(at, lambda, Want::Residual, None, sums)?;
     } else {
-        let [x, v, a, old] = [at.x, at.v, at.a, at.old].map(completed);
+        let [x, v, a, old] = [at.x, at.v, at.a, at.old].map(|field| system.ties.completed(field));
         system.assemble(&At { x: &x, v: &v, a: &a, old: &old, ..*at }, lambda, Want::Residual, None, sums)?;
         for dof in system.ties.nodes().flat_map(|node| 3 * node as usize..3 * node as usize + 3) {
             out.motion[dof] = x[dof];

@@ -6,9 +6,10 @@
 
 use super::{
     At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, ConstraintValues, Effect, EnergyRole, EvalError,
-    LawPiece, Means, Want,
+    LawPiece, Means, PastDerivative, Perturbation, Want,
 };
 use crate::math::signal::Clock;
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -45,6 +46,15 @@ impl Ties {
                 x[3 * node as usize + i] = followed.iter().map(|&(k, w)| w * x[3 * k as usize + i]).sum();
             }
         }
+    }
+
+    /// A field \[unknowns\] with the nodes that follow others where they belong.
+    pub fn completed<'f>(&self, field: &'f [f64]) -> Cow<'f, [f64]> {
+        let mut field = Cow::Borrowed(field);
+        if !self.is_empty() {
+            self.complete(field.to_mut());
+        }
+        field
     }
 
     /// An effect on the nodes that are followed.
@@ -203,9 +213,23 @@ impl Effect for TiedEffect {
     fn intensity(&self, now: Clock) -> f64 {
         self.inner.intensity(now)
     }
-    /// Blocks of several sizes are not evaluated together, and derivatives by the past are not followed.
+    /// Blocks of several sizes are not evaluated together.
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { means: self.part.means.as_ref(), batched: None, past: None, ..self.inner.capabilities() }
+        let inner = self.inner.capabilities();
+        let past = inner.past.map(|_| self as &dyn PastDerivative);
+        Capabilities { means: self.part.means.as_ref(), batched: None, past, ..inner }
+    }
+}
+
+impl PastDerivative for TiedEffect {
+    /// Tᵀ times that of the effect, of directions that are completed.
+    fn along(&self, at: &At, by: &Perturbation, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
+        let Some(past) = self.inner.capabilities().past else { return Ok(()) };
+        let n = self.inner.blocks().size(b);
+        self.part.eval((b, n), Want::Residual, out, |own| past.along(at, by, b, own))
+    }
+    fn advance_along(&self, at: &At, by: &Perturbation, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        self.inner.capabilities().past.map_or(Ok(()), |past| past.advance_along(at, by, b, new))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Coverage of the 95 % intervals where the errors grow with the stress, where weights follow from the data, where modes lie in files of their own, and where specimens
+//! Coverage of the 95 % intervals where the errors grow with the stress, where they differ between modes, where weights follow from the data, where modes lie in files of their own, and where specimens
 //! end at different stretches; and what is said of each.
 //!
 //! Of 200 draws with probability 0.95 the standard deviation is 1.54 %: accepted are 95 − 3 % and two of them, 88.9 % or more. Half-widths are compared with the scatter of the
@@ -31,6 +31,8 @@ struct Noise {
     outliers: (f64, f64),
     /// Correlation of neighbours
     rho: f64,
+    /// Factors of the standard deviation of each curve; none: one size
+    curves: &'static [f64],
 }
 
 struct Case {
@@ -60,14 +62,15 @@ impl Case {
         let files = 1 + self.curves.iter().map(|c| c.3).max().expect("a curve");
         let levels: Vec<f64> = (0..files).map(|_| 1.0 + self.noise.level * random.normal()).collect();
         let mut samples = vec![];
-        for (mode, end, rows, specimen) in &self.curves {
+        for (place, (mode, end, rows, specimen)) in self.curves.iter().enumerate() {
+            let own = self.noise.curves.get(place).copied().unwrap_or(1.0);
             let mut before = random.normal();
             for k in 0..*rows {
                 let stretch = 1.02 + (end - 1.02) * k as f64 / (rows - 1) as f64;
                 let law = levels[*specimen] * self.model().stress(self.values, *mode, stretch);
                 let rho = self.noise.rho;
                 before = rho * before + (1.0 - rho * rho).sqrt() * random.normal();
-                let error = (self.noise.size + self.noise.relative * law.abs()) * before;
+                let error = own * (self.noise.size + self.noise.relative * law.abs()) * before;
                 let (part, factor) = self.noise.outliers;
                 let stress = (law + error) * if random.unit() < part { factor } else { 1.0 };
                 let line = samples.len() as u64 + 2;
@@ -106,8 +109,9 @@ impl Case {
         let counts = Counts {
             constants: (0..self.values.len()).map(of).collect(),
             correlated: percent(&|r| matches!(r.errors, ErrorModel::Correlated { .. })),
-            unequal: percent(&|r| matches!(r.errors, ErrorModel::Unequal { .. })),
+            unequal: percent(&|r| matches!(r.errors, ErrorModel::Unequal { .. } | ErrorModel::UnequalCurves { .. })),
             hint: percent(&|r| r.warnings.contains(&FitWarning::Unequal)),
+            apart: percent(&|r| r.warnings.iter().any(|w| matches!(w, FitWarning::UnequalCurves { .. }))),
             pattern: percent(&|r| r.warnings.iter().any(|w| matches!(w, FitWarning::Systematic { .. }))),
         };
         println!("{name}: {counts:?}");
@@ -133,6 +137,7 @@ struct Counts {
     correlated: f64,
     unequal: f64,
     hint: f64,
+    apart: f64,
     pattern: f64,
 }
 
@@ -204,6 +209,39 @@ fn errors_that_grow_with_the_stress_are_seen() {
     found.hold(2.3);
     // 5 % and two standard deviations of 200 draws
     assert!(found.unequal <= 8.1 && found.hint <= 6.0, "{found:?}");
+}
+
+/// Modes whose errors differ in size, with equal weights: s²(JᵀJ)⁻¹ covered 77 % (C01, 20:1), 79 % (5:1) and 87 % (three modes), and called 24 % of the independent errors correlated; of
+/// correlated ones 71 %. A mode of 15 data points decides some intervals, which have as few degrees of freedom: their half-widths are above two standard deviations.
+#[test]
+fn modes_with_errors_of_their_own_size_cover() {
+    const MOONEY: &[f64] = &[15e3, 5e3];
+    let pair = || vec![(Mode::Uniaxial, 3.0, 60, 0), (Mode::Equibiaxial, 1.4, 15, 0)];
+    let three = || vec![(Mode::Uniaxial, 2.5, 25, 0), (Mode::Equibiaxial, 1.8, 25, 0), (Mode::Planar, 2.2, 25, 0)];
+    let sized = |size: f64, curves: &'static [f64]| Noise { size, curves, ..Noise::default() };
+    let cases = [
+        ("20:1", pair(), sized(100.0, &[1.0, 20.0])),
+        ("5:1", pair(), sized(400.0, &[1.0, 5.0])),
+        ("1:5", pair(), sized(400.0, &[5.0, 1.0])),
+        ("2:20:5", three(), sized(100.0, &[2.0, 20.0, 5.0])),
+        ("5:1, correlated", pair(), Noise { rho: 0.6, ..sized(400.0, &[1.0, 5.0]) }),
+    ];
+    for (name, curves, noise) in cases {
+        let case = Case::new("mooney_rivlin", MOONEY, curves, noise);
+        let found = case.study(&format!("errors of modes, {name}"));
+        found.hold(2.5);
+        assert!(found.apart >= 80.0 && (noise.rho > 0.0 || found.correlated <= 15.0), "{found:?}");
+        let r = case.fit(case.samples(1));
+        assert!(r.to_string().contains("--weight noise divides each mode by its noise"), "{r}");
+        let weighted =
+            Case { weighting: Weighting::Noise, ..case }.study(&format!("errors of modes by their noise, {name}"));
+        let covers = noise.rho > 0.0 || weighted.constants.iter().all(|c| c.covered >= LEAST && c.wide <= 2.4);
+        assert!(covers && weighted.apart == 0.0, "{weighted:?}");
+    }
+    // 5 % and two standard deviations of 200 draws
+    let even = Case::new("mooney_rivlin", MOONEY, pair(), sized(1e3, &[])).study("errors of modes, 1:1");
+    even.hold(2.4);
+    assert!(even.apart <= 8.1, "{even:?}");
 }
 
 fn modes(rows: usize, repeats: &[usize; 3]) -> Vec<Curve> {

@@ -19,6 +19,7 @@ mod inverse;
 mod inverse_keys;
 mod inverse_start;
 mod inverse_study;
+mod law_library;
 mod neo_hookean;
 mod prony;
 mod volume;

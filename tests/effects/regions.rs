@@ -256,6 +256,37 @@ dt = "1 s"
     assert!(error.contains("763 cells") && error.contains("625") && error.contains(": 9)"), "{error}");
 }
 
+/// Of two blocks one is held: the other one has a note with its place, also where it is held in part; none where both are held.
+#[test]
+fn a_part_that_nothing_holds_is_noted() {
+    let mut mesh = structured::block(2, 2, 2, 0.02, 0.02, 0.02, Order::Linear);
+    let mut other = structured::block(2, 2, 2, 0.02, 0.02, 0.02, Order::Linear);
+    other.points.iter_mut().for_each(|p| p.x += 0.05);
+    let first = mesh.points.len() as u32;
+    mesh.points.extend(other.points);
+    mesh.cells.extend(other.cells.iter().map(|node| node + first));
+    mesh.facets.clear();
+    mesh.regions.retain(|name, _| name == "body");
+    let cells = mesh.cell_count() as u32;
+    mesh.regions.get_mut("body").expect("the cells").cells = (0..cells).collect();
+    let notes = |region: &str, components: &str| {
+        let text = format!(
+            "[mesh]\nbody = \"blocks\"\n[mesh.regions.one]\nkind = \"box\"\nmin = [\"-1 mm\", \"-1 mm\", \"-1 mm\"]\nmax = [\"1 mm\", \"21 mm\", \"21 mm\"]\npick = \"nodes\"\n\
+             [mesh.regions.two]\nkind = \"box\"\nmin = [\"49 mm\", \"-1 mm\", \"-1 mm\"]\nmax = [\"51 mm\", \"21 mm\", \"21 mm\"]\npick = \"nodes\"\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"1 MPa\"\nnu = 0.3\n[[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[constraint]]\nkind = \"fixed\"\nregion = \"one\"\n[[constraint]]\nkind = \"fixed\"\nregion = \"{region}\"\ncomponents = \"{components}\"\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n[[probe]]\nkind = \"position\"\nregion = \"two\"\n"
+        );
+        let scene = crate::common::scene(mesh.clone(), &text);
+        scene.notes.iter().filter(|note| note.contains("its place is arbitrary")).cloned().collect::<Vec<_>>()
+    };
+    let [note] = &notes("one", "xyz")[..] else { panic!("one note") };
+    assert!(note.starts_with("no constraint holds the part of the body around (60, 10, 10) mm"), "{note}");
+    let [note] = &notes("two", "x")[..] else { panic!("one note") };
+    assert!(note.starts_with("what is held of the part around (60, 10, 10) mm leaves 3 of the six"), "{note}");
+    assert!(notes("two", "xyz").is_empty());
+}
+
 /// A body whose supports leave rigid motions free has a note that counts them; one that is held at three points has none.
 #[test]
 fn motions_that_supports_leave_free_are_noted() {

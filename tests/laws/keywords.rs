@@ -286,8 +286,8 @@ fn calculix_computes_the_same_stresses() {
 #[test]
 fn law_files_are_listed_and_compared() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
-    let laws = library(&folder).expect("the project has law files");
-    let of = |name: &str| laws.iter().find(|l| l.file.ends_with(name)).unwrap_or_else(|| panic!("{name}"));
+    let found = library(&folder).expect("the project has law files");
+    let of = |name: &str| found.laws.iter().find(|l| l.file.ends_with(name)).unwrap_or_else(|| panic!("{name}"));
     let neo = of("treloar-1944/neo-hookean.toml");
     let mu = neo.constants[0].value;
     // P = μ(λ − λ⁻²)
@@ -302,7 +302,7 @@ fn law_files_are_listed_and_compared() {
     assert!(ecoflex.measured_at_2 && ecoflex.fitted_stretch.is_some_and(|[a, b]| a == 1.0 && b > 3.0), "{ecoflex:?}");
     let file = std::fs::read_to_string(folder.join("silicones/ecoflex-00-30.toml")).expect("committed");
     assert!(file.contains("warnings") && !file.contains("dragon-skin") && !file.contains("Dragon Skin"), "{file}");
-    let text = library_text(&laws, &folder);
+    let text = library_text(&found, &folder);
     assert!(text.contains("treloar-1944/gent.toml") && text.contains("the data do not reach λ = 2"), "{text}");
     let empty = tempfile::tempdir().expect("a temporary folder");
     let message = library(empty.path()).expect_err("no law").to_string();

@@ -54,6 +54,21 @@ law = "rubber"
 softening = { r = 2, m = "0 Pa", beta = 0.1 }
 "#;
 
+/// The law of small strains: what its field says is C:ε, symmetric and μγ, at a shear of 50 %.
+#[test]
+fn the_stress_of_small_strains_is_symmetric() {
+    let linear = CUBE.replace("neo_hookean_split", "linear").replace("volumetric = \"quadratic\"\n", "");
+    let stage = "[[stage]]\nintegrator = \"static\"\nduration = \"0.5 s\"\ndt = \"0.5 s\"\n";
+    let scene = scene(block(1, 1, 2, 0.01, 0.01, 0.01, Order::Linear), &format!("{linear}{stage}"));
+    let mut fields = Vec::new();
+    run_with_states(&scene, &mut |state: &State| fields = scene.fields(state, &[FieldSpec::Stress]));
+    let of_cells = fields.iter().find(|field| field.values.len() == 9 * scene.body.mesh.cell_count());
+    for sigma in of_cells.expect("a stress of each cell").values.chunks_exact(9) {
+        let expected = [0.0, 0.0, 5e4, 0.0, 0.0, 0.0, 5e4, 0.0, 0.0];
+        assert!(sigma.iter().zip(expected).all(|(own, right)| (own - right).abs() < 1e-3), "{sigma:?}");
+    }
+}
+
 /// The mean of J σ_xz over the cells, which have one volume, is the force by the area: virtual work of a displacement along x in proportion to z, where y
 /// and z are held everywhere. J is within γ²μ/κ = 5e-3 of 1, at every state of loading, unloading and relaxation.
 #[test]

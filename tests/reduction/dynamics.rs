@@ -362,6 +362,15 @@ fn sensitivities_of_a_step_are_those_of_differences() {
     let found = reach(&mut twin, &[target]).expect("a step");
     assert!(found.met && (twin.values()[1] - wanted).abs() <= target.tolerance, "{found:?}");
     assert!((twin.time().expect("it moves") - time - 5e-3).abs() < 1e-12);
+    // A target that no step reaches: inputs change by no more than in the runs of the training, and the bars stay
+    twin.restore(&start);
+    let present = twin.inputs().to_vec();
+    let far = Target { value: 1e3 * wanted, ..target };
+    let nearest = reach(&mut twin, &[far]).expect("a step");
+    let most = &model.dynamics.as_ref().expect("it moves").changes;
+    let changes = nearest.inputs.iter().zip(&present).map(|(to, from)| (to - from).abs());
+    assert!(!nearest.met && changes.zip(most).all(|(change, most)| change <= most * (1.0 + 1e-12)), "{nearest:?}");
+    assert!(twin.bars().iter().all(|bar| bar.is_finite()));
 }
 
 /// 1 000 sequences of 12 random inputs, half of them up to twice the ranges away: each step ends, with finite numbers or with a reason, and says whether the

@@ -5,7 +5,9 @@ mod common;
 
 mod adjoint;
 mod contacts;
+mod doubtful;
 mod in_time;
 mod inexact_laws;
+mod rigid_parts;
 mod statics;
 mod to_keys;

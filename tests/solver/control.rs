@@ -596,7 +596,7 @@ fn the_python_controller_reaches_its_goal() {
     assert_eq!(csv, std::fs::read_to_string(again.join("scene.csv")).expect("written"));
 }
 
-/// Garbage, silence, death, a wrong name: a message with the line, and the rows so far.
+/// Garbage, silence, death, a wrong name, two answers: a message with the line, and the rows so far.
 #[test]
 fn a_controller_that_fails_leaves_the_rows_so_far() {
     if python_is_missing() {
@@ -610,6 +610,10 @@ fn a_controller_that_fails_leaves_the_rows_so_far() {
         ("print('{\"signals\": {\"cable\": 1}}')", "it may not set \"cable\"; did you mean `cable_shortening_m`?"),
         ("print('{\"signals\": {\"cable_shortening_m\": \"much\"}}')", "\"cable_shortening_m\" is \"much\""),
         ("print('{\"signal\": {}}')", "unknown field `signal`"),
+        (
+            "print('{}\\n{\"signals\": {}}', flush=True)\nsys.stdin.readline()",
+            "wrote at t = 0.500000 s: {\"signals\": {}}: nothing had asked for this line",
+        ),
     ]
     .into_iter()
     .enumerate()
@@ -627,7 +631,8 @@ fn a_controller_that_fails_leaves_the_rows_so_far() {
         assert_eq!(code, Some(3), "{does}: {error}");
         assert!(error.contains(says), "{does}: {error}");
         let csv = std::fs::read_to_string(out.join("scene.csv")).expect("partial results");
-        assert_eq!(csv.lines().count(), 3, "{does}: header, the state at rest and one step");
+        let steps = 1 + usize::from(does.contains("\\n{"));
+        assert_eq!(csv.lines().count(), 2 + steps, "{does}: header, the state at rest and the steps");
     }
     for (arguments, says) in [
         (&["--set", CONTROLLED][..], "waits for a controller"),

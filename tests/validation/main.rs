@@ -6,4 +6,5 @@ mod intervals;
 mod markers;
 mod motion;
 mod motion_files;
+mod repeats;
 mod tracks;

@@ -45,7 +45,7 @@ class Abaqus(Case):
         blocks = self.read(both)
         self.assertEqual((len(blocks.points), len(blocks.cells[0][1])), (10, 4))
         self.assertEqual(blocks.points[:, 2].max(), 10)
-        # What stands in one instance of a part is not in the others
+        # A set in one instance of a part is not in the others
         tip = "*Nset, nset=Tip\n 5\n*End Instance\n"
         self.assertEqual(self.sizes(TWO.replace(" 0, 0, 5\n*End Instance\n", f" 0, 0, 5\n{tip}") + END), {"Root": 6, "all": {4: 4}, "Tip": 1})
 

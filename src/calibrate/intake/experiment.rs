@@ -176,7 +176,7 @@ impl Experiment {
 
 /// Alternatives of several tables: those without this one are taken as they are.
 fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
-    use Treatment::{EveryRow, LastLoading, WithoutToe, WithoutZero};
+    use Treatment::{EveryRow, LastLoading, WithHold, WithoutToe, WithoutZero};
     let of = |treatment: Treatment| {
         let own = |e: &Experiment| e.alternatives.iter().find(|a| a.treatment == treatment).cloned();
         let unasked = parts.iter().filter_map(own).map(|a| a.unasked).reduce(|a, b| a || b)?;
@@ -189,7 +189,7 @@ fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
         }
         Some(Alternative { treatment, unasked, samples: all })
     };
-    [WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
+    [WithHold, WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
 }
 
 /// Characters in which the column names are sought first

@@ -5,7 +5,7 @@
 //! reaches L or 1/L, simple shear with principal stretches L and 1/L.
 
 use crate::calibrate::Model;
-use crate::material::{LoadCase, StabilityLimit, material_stability};
+use crate::material::{Law, LoadCase, StabilityLimit, material_stability};
 use serde::Serialize;
 
 /// Range of one mode of deformation in which the law is stable (Drucker).
@@ -47,11 +47,15 @@ pub fn range(case: LoadCase, l: f64) -> [f64; 2] {
 
 /// The stable ranges of all load cases. `modulus`: the Neo-Hookean modulus of the data \[Pa\]. Empty where the constants make no law (a shear modulus that is not positive).
 pub fn certificate(model: Model, values: &[f64], modulus: f64, largest: f64) -> Vec<StableRange> {
-    let Ok(law) = model.law(values, 1e5 * modulus) else { return vec![] };
+    model.law(values, 1e5 * modulus).map_or(vec![], |law| ranges(law.as_ref(), largest))
+}
+
+/// The stable ranges of all load cases of a law, as it is. `largest`: stretch of the data.
+pub fn ranges(law: &dyn Law, largest: f64) -> Vec<StableRange> {
     let top = (1.5 * largest).max(3.0);
     let one = |(case, mode): (LoadCase, &'static str)| {
         let looked = range(case, top);
-        let found = material_stability(law.as_ref(), case, looked).ok()?;
+        let found = material_stability(law, case, looked).ok()?;
         let amount = |limit: Option<StabilityLimit>| limit.map(|l| l.amount);
         Some(StableRange { mode, looked, below: amount(found.below), above: amount(found.above) })
     };

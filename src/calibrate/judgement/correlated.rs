@@ -110,13 +110,17 @@ struct At {
     pairs: DMatrix<f64>,
 }
 
-/// Model, most likely ρ, covariance of the directions `u` and degrees of freedom, of `p` constants; `None` where the errors are not correlated.
+/// Model, most likely ρ, covariance of directions and degrees of freedom.
+pub type Correlated = (ErrorModel, f64, DMatrix<f64>, usize);
+
+/// Of `p` constants, by their residual across the directions `u`; the covariance is that of the sums of errors along the columns `along`. `None` where the errors are not correlated.
 pub fn correlated(
     u: &DMatrix<f64>,
     residual: &DVector<f64>,
     curves: &[Vec<usize>],
     p: usize,
-) -> Option<(ErrorModel, f64, DMatrix<f64>, usize)> {
+    along: &DMatrix<f64>,
+) -> Option<Correlated> {
     let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
     let products = Products::new(&z, curves);
     let n = u.nrows() as f64;
@@ -140,7 +144,7 @@ pub fn correlated(
     }
     let weight = |one: &At| (one.log - likely.log).exp() * one.wide;
     let sum: f64 = grid.iter().map(weight).sum();
-    let (mut covariance, mut mean) = (DMatrix::zeros(u.ncols(), u.ncols()), 0.0);
+    let (mut covariance, mut mean) = (DMatrix::zeros(along.ncols(), along.ncols()), 0.0);
     let mut effective = 0.0;
     for one in &grid {
         let share = weight(one) / sum;
@@ -148,7 +152,7 @@ pub fn correlated(
         effective += share * n * (1.0 - one.rho) / (1.0 + one.rho);
         if share > NONE {
             let whole = residual.norm_squared() / (n - one.pairs.trace()).max(1.0);
-            covariance += &one.pairs * (share * one.s2.max(whole));
+            covariance += spread(along, curves, one.rho) * (share * one.s2.max(whole));
         }
     }
     let free = (effective - p as f64).max(1.0) as usize;

@@ -3,6 +3,7 @@
 use super::correlated::correlated;
 use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
+use super::unequal::Sizes;
 use crate::calibrate::Sample;
 use nalgebra::{DMatrix, DVector};
 
@@ -19,22 +20,28 @@ pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
 
 /// The errors by curves that are lists of rows.
 pub fn of_curves(jacobian: &DMatrix<f64>, residual: &DVector<f64>, curves: &[Vec<usize>], rounding: bool) -> Errors {
-    of_curves_along(&directions(jacobian), residual, curves, rounding)
+    of_curves_along(&directions(jacobian), residual, curves, rounding, None)
 }
 
-/// The errors by curves that are lists of rows, along directions that are known.
+/// The errors by curves that are lists of rows, along directions that are known. Correlated errors have the `sizes`, where there are such.
 pub fn of_curves_along(
     directions: &Directions,
     residual: &DVector<f64>,
     curves: &[Vec<usize>],
     rounding: bool,
+    sizes: Option<&Sizes>,
 ) -> Errors {
     let p = directions.by.nrows();
     let free = residual.len().saturating_sub(p);
     let smooth = if rounding { 0.0 } else { smooth(residual, curves) };
-    let found = if rounding || free < 2 { None } else { correlated(&directions.u, residual, curves, p) };
+    let found = match sizes {
+        _ if rounding || free < 2 => None,
+        Some(sizes) => sizes.correlated(directions, residual, curves),
+        None => correlated(&directions.u, residual, curves, p, &directions.u),
+    };
     if let Some((model, rho, k, free)) = found {
-        return directions.errors(model, &k, free, rho, smooth);
+        let errors = directions.errors(model, &k, free, rho, smooth);
+        return Errors { sizes: sizes.map(Sizes::deviations), ..errors };
     }
     let s2 = if free > 0 { residual.norm_squared() / free as f64 } else { f64::INFINITY };
     let seen = directions.u.ncols();

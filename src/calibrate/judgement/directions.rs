@@ -31,7 +31,7 @@ impl Directions {
     pub fn errors(&self, model: ErrorModel, k: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
         let root = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| c.max(0.0).sqrt()).collect::<Vec<f64>>();
         let covariance = &self.by * k * self.by.transpose();
-        Errors { model, deviations: root(&covariance), plain: self.plain(), free, rho, smooth, covariance }
+        Errors { model, deviations: root(&covariance), plain: self.plain(), free, rho, smooth, sizes: None, covariance }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Models of the errors of the data points, and the standard errors of the constants by them.
 
-use nalgebra::DMatrix;
+use crate::math::statistics::extent;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -15,6 +16,11 @@ pub enum ErrorModel {
     Unequal {
         /// Larger at large stresses
         grow: bool,
+    },
+    /// Of every data point alone, of another size in each curve
+    UnequalCurves {
+        /// Largest standard deviation of a curve over the smallest one \[–\]
+        ratio: f64,
     },
     /// Of neighbours in order of loading
     Correlated {
@@ -45,6 +51,10 @@ impl fmt::Display for ErrorModel {
                 let side = if *grow { "larger" } else { "smaller" };
                 write!(f, "the errors of the data points are independent, and {side} at large stresses")
             }
+            Self::UnequalCurves { ratio } => write!(
+                f,
+                "the errors of the data points are independent, and up to {ratio:.1} times as large in one curve as in another"
+            ),
             Self::Specimens { specimens } => write!(f, "scatter between {specimens} specimens"),
             Self::Levels { specimens, repeats } => write!(
                 f,
@@ -68,6 +78,8 @@ pub struct Errors {
     pub rho: f64,
     /// ‖r‖ of what differs smoothly from the law: beyond the differences between neighbours, weighted as the residual
     pub smooth: f64,
+    /// Standard deviation of each data point up to a factor, that of its curve, where the data show that they differ \[–\]
+    pub sizes: Option<DVector<f64>>,
     /// Covariance of the constants, of the part that the data determine
     pub covariance: DMatrix<f64>,
 }
@@ -77,6 +89,12 @@ impl Errors {
     pub fn wider(&self, size: f64) -> f64 {
         let ratio = |(d, plain): (&f64, &f64)| if *plain > 0.0 && size > 0.0 { d / (size * plain) } else { 1.0 };
         self.deviations.iter().zip(&self.plain).map(ratio).filter(|r| r.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Largest standard deviation of a curve over the smallest one, where they differ \[–\]
+    pub fn ratio(&self) -> Option<f64> {
+        let [least, most] = extent(self.sizes.as_ref()?.iter().copied());
+        Some(most / least)
     }
 
     /// With the standard error of each constant multiplied by a factor.

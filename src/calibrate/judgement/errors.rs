@@ -8,14 +8,15 @@
 //!
 //! *Correlated*: Σᵢⱼ = σ²ρ^|i−j| between data points of one curve (specimen and mode) in order of loading ([`correlated`]).
 //!
-//! *Unequal*: independent, of a size that changes with the stress ([`unequal`]). *Independent*, else: s²(JᵀJ)⁻¹ with n − p degrees of freedom.
+//! *Unequal*: independent, of a size that changes with the stress, or of another one in each curve; where curves of different sizes are correlated, their rows are divided by
+//! them ([`Sizes`]). *Independent*, else: s²(JᵀJ)⁻¹ with n − p degrees of freedom.
 //!
 //! Limit: linearised at the answer.
 
 use super::clusters;
 use super::levels;
 use super::repeats::Repeats;
-use super::unequal::unequal;
+use super::unequal::Sizes;
 use crate::calibrate::Sample;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
@@ -40,16 +41,31 @@ pub fn of(
     let repeats = Repeats::of(samples);
     let (n, p) = jacobian.shape();
     if repeats.repeated.is_empty() || n <= p {
-        let found = of_curves_along(&directions, residual, &curves(samples), rounding);
-        let equal = found.model == ErrorModel::Independent && !rounding;
-        let other = if equal { unequal(&directions, residual, fitted, &found) } else { None };
-        return other.unwrap_or(found);
+        return of_one(&directions, (residual, rounding), fitted, &curves(samples));
     }
     if !repeats.single.is_empty() {
         return levels::between(&directions, (residual, rounding), fitted, samples, &repeats);
     }
     let specimens: Vec<usize> = samples.iter().map(|s| s.specimen).collect();
     between(&directions, (residual, rounding), Some(fitted), &specimens, &curves(samples))
+}
+
+/// The errors of the constants by the curves of one specimen.
+fn of_one(
+    directions: &Directions,
+    (residual, rounding): (&DVector<f64>, bool),
+    fitted: &DVector<f64>,
+    curves: &[Vec<usize>],
+) -> Errors {
+    let apart = if rounding { None } else { Sizes::of_curves(directions, residual, fitted, curves) };
+    let found = of_curves_along(directions, residual, curves, rounding, apart.as_ref());
+    if rounding || found.model != ErrorModel::Independent {
+        return found;
+    }
+    match apart.or_else(|| Sizes::over_stress(directions, residual, fitted)) {
+        Some(sizes) => sizes.independent(directions, residual, &found),
+        None => found,
+    }
 }
 
 /// Errors where the specimen of each row is given, in one mode; `curves` are lists of rows in order of loading. Columns that belong to one specimen, such as an offset of
@@ -64,7 +80,7 @@ pub fn of_specimens(
     let (n, p) = jacobian.shape();
     let directions = directions(jacobian);
     if specimen.iter().all(|k| *k == specimen[0]) || n <= p {
-        return of_curves_along(&directions, residual, curves, rounding);
+        return of_curves_along(&directions, residual, curves, rounding, None);
     }
     between(&directions, (residual, rounding), None, specimen, curves)
 }

@@ -42,7 +42,7 @@ pub fn between(
         let pull = u.select_rows(&own).transpose() * fitted.select_rows(&own);
         by_level += &pull * pull.transpose() * tau2;
     }
-    let noise = of_curves_along(directions, &alone, &curves(samples), rounding);
+    let noise = of_curves_along(directions, &alone, &curves(samples), rounding, None);
     let model = ErrorModel::Levels { specimens: specimens.len(), repeats: free };
     let level = directions.errors(model, &by_level, free, noise.rho, noise.smooth);
     let t = real_quantile(0.95, free as f64);

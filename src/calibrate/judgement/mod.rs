@@ -2,6 +2,7 @@
 
 pub(super) mod certificate;
 mod clusters;
+pub(super) mod compressibility;
 mod correlated;
 mod curve_errors;
 mod directions;

@@ -1,55 +1,147 @@
-//! Independent errors whose size changes with the stress: a test, and the covariance of the constants without one size of all.
+//! Independent or correlated errors that are not of one size: of each curve another one, or one that changes with the stress.
 //!
-//! *Test*: nR² of eᵢ² = rᵢ²/(1 − hᵢ) over |P̂ᵢ|, the stresses of the law, is χ² of one degree of freedom where the size does not change (Koenker, J. Econometrics 17,
-//! 1981, 107–112, the studentised form of Breusch & Pagan, 1979); hᵢ is the leverage uᵢᵀuᵢ. Taken at 5 %.
+//! *Curves* (a mode and direction of one specimen): nR² of eᵢ² = rᵢ²/(1 − hᵢ) over the means of the curves is χ² of one degree of freedom less than curves where all have one size
+//! (Koenker, J. Econometrics 17, 1981, 107–112, the studentised form of Breusch & Pagan, 1979); hᵢ is the leverage uᵢᵀuᵢ. Their variances are those of restricted likelihood for
+//! independent errors, s_k² = Σrᵢ²/Σ(1 − hᵢ) over curve k with r and h of least squares with the weights 1/s (Harville, J. Am. Stat. Assoc. 72, 1977, 320–338): the residual of
+//! equal weights in a quiet curve is the error of the constants by the noisy one, which is smooth and looks like a correlation.
+//!
+//! *Stress*: nR² of eᵢ² over |P̂ᵢ|, the stresses of the law, is χ² of one degree of freedom where the size does not change. Both tests are taken at 5 %; curves are told apart
+//! where they explain more of the eᵢ² than the stress does.
 //!
 //! *Covariance*: BDBᵀ with D = diag(eᵢ²), the HC2 of MacKinnon & White (J. Econometrics 29, 1985, 305–325), which is unbiased for errors of one size. Student's t has
 //! Satterthwaite's degrees of freedom (tr Γ)²/tr Γ² of each constant (Bell & McCaffrey, Survey Methodology 28, 2002, 169–181), Γ = A(I − H)S(I − H)A with
-//! A = diag(bᵢ/√(1 − hᵢ)), b the row of B and S the sizes that the line of the test gives.
+//! A = diag(bᵢ/√(1 − hᵢ)), b the row of B and S the sizes of the test. Errors that are correlated within curves of different sizes: [`super::correlated`] of the rows over their
+//! sizes.
 //!
-//! Limits: the size is one line over the stress in all modes; correlated errors are not tested.
+//! Limits: the stress is one line in all modes; the sizes of curves with fewer than four data points are one.
 
-use super::directions::Directions;
+use super::correlated::{Correlated, correlated};
+use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
-use crate::math::statistics::real_quantile;
+use crate::math::statistics::{extent, real_quantile};
 use nalgebra::{DMatrix, DVector};
 
-/// 95 % of χ² of one degree of freedom
-const CHANGES: f64 = 3.841;
-/// Data points beyond the constants that the test needs
+/// 95 % of χ² of one to five degrees of freedom: a specimen has at most six curves, four modes and two directions of a biaxial test
+const CHANGES: [f64; 5] = [3.841, 5.991, 7.815, 9.488, 11.070];
+/// Data points beyond the constants that the tests need
 const LEAST: usize = 8;
-/// Smallest size on the line, over the mean of the squares \[–\]
+/// Data points of a curve whose size is its own
+const OWN: usize = 4;
+/// Smallest size, over the mean of the squares \[–\]
 const SMALLEST: f64 = 1e-3;
 /// 1 − h of a data point that the constants follow, whose residual says nothing \[–\]
 const FOLLOWED: f64 = 1e-9;
+/// Rounds of the sizes of curves: each multiplies the error by about the leverage of a curve
+const ROUNDS: usize = 8;
 
-/// The errors of the constants, where the test finds that the size changes; `equal`: those of one size.
-pub fn unequal(
-    directions: &Directions,
-    residual: &DVector<f64>,
-    fitted: &DVector<f64>,
-    equal: &Errors,
-) -> Option<Errors> {
-    let u = &directions.u;
-    let n = u.nrows();
-    let left: Vec<f64> = u.row_iter().map(|row| 1.0 - row.norm_squared()).collect();
-    let square = |i: usize| if left[i] > FOLLOWED { residual[i].powi(2) / left[i] } else { 0.0 };
-    let squares = DVector::from_fn(n, |i, _| square(i));
-    let line = Line::of(&fitted.abs(), &squares)?;
-    if equal.free < LEAST || n as f64 * line.explained <= CHANGES {
-        return None;
+/// Sizes of the errors of the data points, squared, and what they follow.
+pub struct Sizes {
+    at: DVector<f64>,
+    model: ErrorModel,
+}
+
+impl Sizes {
+    /// One of each curve, where the test finds that they differ by more than the stress explains.
+    pub fn of_curves(
+        directions: &Directions,
+        residual: &DVector<f64>,
+        fitted: &DVector<f64>,
+        curves: &[Vec<usize>],
+    ) -> Option<Self> {
+        let (long, short): (Vec<_>, Vec<_>) = curves.iter().cloned().partition(|c| c.len() >= OWN);
+        let short = short.concat();
+        let groups: Vec<Vec<usize>> = long.into_iter().chain((!short.is_empty()).then_some(short)).collect();
+        let n = residual.len();
+        if groups.len() < 2 || n < directions.by.nrows() + LEAST {
+            return None;
+        }
+        let (squares, _) = squares(directions, residual);
+        let mean = squares.mean();
+        let of = |g: &Vec<usize>| g.iter().map(|i| squares[*i]).sum::<f64>() / g.len() as f64;
+        let between: f64 = groups.iter().map(|g| g.len() as f64 * (of(g) - mean).powi(2)).sum();
+        let explained = between / squares.add_scalar(-mean).norm_squared();
+        let limit = CHANGES.get(groups.len() - 2)?;
+        let by_stress = Line::of(&fitted.abs(), &squares).map_or(0.0, |line| line.explained);
+        if !(explained > by_stress && n as f64 * explained > *limit) {
+            return None;
+        }
+        let mut at = DVector::zeros(n);
+        groups.iter().for_each(|g| g.iter().for_each(|i| at[*i] = of(g).max(SMALLEST * mean)));
+        for _ in 0..ROUNDS {
+            let (u, rest) = weighed(&at, directions, residual);
+            for g in &groups {
+                let free: f64 = g.iter().map(|i| 1.0 - u.row(*i).norm_squared()).sum();
+                let sum: f64 = g.iter().map(|i| rest[*i].powi(2)).sum();
+                let factor = if free > FOLLOWED { sum / free } else { 1.0 };
+                g.iter().for_each(|i| at[*i] = (at[*i] * factor).max(SMALLEST.powi(2) * mean));
+            }
+        }
+        let [least, most] = extent(at.iter().copied());
+        Some(Self { at, model: ErrorModel::UnequalCurves { ratio: (most / least).sqrt() } })
     }
-    let covariance = u.transpose() * DMatrix::from_fn(n, u.ncols(), |i, k| squares[i] * u[(i, k)]);
-    let sizes = line.at.map(|s| s.max(SMALLEST * squares.mean()));
-    let t = real_quantile(0.95, equal.free as f64);
-    let factor = |row: usize| {
-        let b = u * directions.by.row(row).transpose();
-        let a2 = DVector::from_fn(n, |i, _| if left[i] > FOLLOWED { b[i].powi(2) / left[i] } else { 0.0 });
-        real_quantile(0.95, degrees(u, &a2, &sizes).clamp(1.0, equal.free as f64)) / t
-    };
-    let factors: Vec<f64> = (0..directions.by.nrows()).map(factor).collect();
-    let model = ErrorModel::Unequal { grow: line.slope > 0.0 };
-    Some(directions.errors(model, &covariance, equal.free, 0.0, equal.smooth).scaled(&factors))
+
+    /// A line over the stress, where the test finds that the size changes.
+    pub fn over_stress(directions: &Directions, residual: &DVector<f64>, fitted: &DVector<f64>) -> Option<Self> {
+        let (squares, _) = squares(directions, residual);
+        let line = Line::of(&fitted.abs(), &squares)?;
+        let n = residual.len();
+        if n < directions.by.nrows() + LEAST || n as f64 * line.explained <= CHANGES[0] {
+            return None;
+        }
+        let at = line.at.map(|s| s.max(SMALLEST * squares.mean()));
+        Some(Self { at, model: ErrorModel::Unequal { grow: line.slope > 0.0 } })
+    }
+
+    /// The standard deviations of the data points, up to a factor.
+    pub fn deviations(&self) -> DVector<f64> {
+        self.at.map(f64::sqrt)
+    }
+
+    /// The errors of the constants by independent errors of these sizes; `equal`: those of one size.
+    pub fn independent(&self, directions: &Directions, residual: &DVector<f64>, equal: &Errors) -> Errors {
+        let u = &directions.u;
+        let n = u.nrows();
+        let (squares, left) = squares(directions, residual);
+        let covariance = u.transpose() * DMatrix::from_fn(n, u.ncols(), |i, k| squares[i] * u[(i, k)]);
+        let t = real_quantile(0.95, equal.free as f64);
+        let factor = |row: usize| {
+            let b = u * directions.by.row(row).transpose();
+            let a2 = DVector::from_fn(n, |i, _| if left[i] > FOLLOWED { b[i].powi(2) / left[i] } else { 0.0 });
+            real_quantile(0.95, degrees(u, &a2, &self.at).clamp(1.0, equal.free as f64)) / t
+        };
+        let factors: Vec<f64> = (0..directions.by.nrows()).map(factor).collect();
+        let found = directions.errors(self.model, &covariance, equal.free, 0.0, equal.smooth).scaled(&factors);
+        let of_curves = matches!(self.model, ErrorModel::UnequalCurves { .. });
+        Errors { sizes: of_curves.then(|| self.deviations()), ..found }
+    }
+
+    /// The correlation of neighbours over their sizes, with the covariance of the directions of equal weights; `None` where there is none.
+    pub fn correlated(
+        &self,
+        directions: &Directions,
+        residual: &DVector<f64>,
+        curves: &[Vec<usize>],
+    ) -> Option<Correlated> {
+        let (u, rest) = weighed(&self.at, directions, residual);
+        let along = DMatrix::from_fn(u.nrows(), directions.u.ncols(), |i, k| self.at[i].sqrt() * directions.u[(i, k)]);
+        correlated(&u, &rest, curves, directions.by.nrows(), &along)
+    }
+}
+
+/// eᵢ² and 1 − hᵢ.
+fn squares(directions: &Directions, residual: &DVector<f64>) -> (DVector<f64>, Vec<f64>) {
+    let left: Vec<f64> = directions.u.row_iter().map(|row| 1.0 - row.norm_squared()).collect();
+    let square = |i: usize| if left[i] > FOLLOWED { residual[i].powi(2) / left[i] } else { 0.0 };
+    (DVector::from_fn(residual.len(), |i, _| square(i)), left)
+}
+
+/// Directions and residual of least squares with the weights 1/√at.
+fn weighed(at: &DVector<f64>, equal: &Directions, residual: &DVector<f64>) -> (DMatrix<f64>, DVector<f64>) {
+    let (n, p) = equal.u.shape();
+    let u = directions(&DMatrix::from_fn(n, p, |i, k| equal.u[(i, k)] / at[i].sqrt())).u;
+    let over = DVector::from_fn(n, |i, _| residual[i] / at[i].sqrt());
+    let rest = &over - &u * (u.transpose() * &over);
+    (u, rest)
 }
 
 /// A straight line through y over x.
@@ -95,7 +187,6 @@ fn degrees(u: &DMatrix<f64>, a2: &DVector<f64>, sizes: &DVector<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::calibrate::judgement::directions::directions;
 
     /// The degrees of freedom against Γ in full.
     #[test]

@@ -1,8 +1,9 @@
 //! Reasons not to take the answer of a fit at its word.
 
+use super::compressibility::{Change, UNNOTICED};
 use super::estimate::Direction;
 use crate::calibrate::constant_format::{number_text, probability_text, stress_text};
-use crate::calibrate::{Mode, Treatment};
+use crate::calibrate::{Mode, Partner, Treatment};
 use crate::wording;
 use serde::Serialize;
 use std::fmt;
@@ -21,8 +22,8 @@ pub enum FitWarning {
     Stiffness { mu_pa: f64, unit: String, instead: Option<&'static str> },
     /// From the audit log
     Data { message: String },
-    /// The compressible law is softer (or stiffer) in small tension than the data
-    Compressible { nu: f64, slope_relative: f64 },
+    /// The compressible law of the file is softer (or stiffer) than the fitted curve; `enough`: a ν by which it is not
+    Compressible { given: Partner, change: Change, enough: Option<f64> },
     /// The law file lacks a constant; `volumetric`: and the form of the volumetric part
     NoPartner { volumetric: bool },
     /// Directions that the data say nothing about, or hardly anything
@@ -47,6 +48,8 @@ pub enum FitWarning {
     NoRepeat { single: Vec<Mode>, repeated: Vec<Mode> },
     /// The errors are larger at large stresses, and every pascal has the same weight
     Unequal,
+    /// The errors of curves have different sizes, and every pascal has the same weight; largest standard deviation over the smallest one
+    UnequalCurves { ratio: f64 },
     /// An offset of the strain that was not fitted and would change the constants: slack, or misfit of the law
     Slack { mode: Mode, strain: f64, answer: String },
     /// Intervals of these constants contain zero: a law without them describes the data equally well
@@ -83,12 +86,7 @@ impl fmt::Display for FitWarning {
             }
             Self::Stiffness { mu_pa, unit, instead } => write_stiffness(f, *mu_pa, unit, *instead),
             Self::Data { message } => f.write_str(message),
-            Self::Compressible { nu, slope_relative } => write!(
-                f,
-                "with nu = {nu:.4} a compressible law has the stiffness 2(1 + nu)mu in small tension, {:.1} % off the 3 mu of \
-                 the data, which were taken as incompressible",
-                100.0 * slope_relative
-            ),
+            Self::Compressible { given, change, enough } => write_compressible(f, *given, change, *enough),
             Self::NoPartner { volumetric } => {
                 f.write_str(
                     "tests of an incompressible material do not give nu or kappa: the law file has neither, pass --nu or \
@@ -110,7 +108,9 @@ impl fmt::Display for FitWarning {
                  and compression, a membrane is under equibiaxial tension"
             ),
             Self::Outliers { lines } => write_outliers(f, lines),
-            Self::Specimen { .. } | Self::NoRepeat { .. } | Self::Unequal => self.write_scatter(f),
+            Self::Specimen { .. } | Self::NoRepeat { .. } | Self::Unequal | Self::UnequalCurves { .. } => {
+                self.write_scatter(f)
+            }
             Self::Slack { mode, strain, answer } => write_slack(f, *mode, *strain, answer),
             Self::MayBeZero { symbols } => write!(
                 f,
@@ -141,6 +141,30 @@ impl fmt::Display for FitWarning {
     }
 }
 
+/// The change of the stress by the given ν or κ.
+fn write_compressible(f: &mut fmt::Formatter<'_>, given: Partner, change: &Change, enough: Option<f64>) -> fmt::Result {
+    match given {
+        Partner::Nu(nu) => write!(f, "with nu = {}", number_text(nu)),
+        Partner::Kappa(kappa) => write!(f, "with kappa = {}", stress_text(kappa)),
+    }?;
+    let amount = if change.mode == Mode::SimpleShear.name() { "shear" } else { "stretch" };
+    let side = if change.relative < 0.0 { "softer" } else { "stiffer" };
+    write!(
+        f,
+        " the law is up to {:.1} % {side} than the fitted curve ({}, {amount} {:.2}), since the data were taken as incompressible",
+        100.0 * change.relative.abs(),
+        change.mode,
+        change.stretch
+    )?;
+    let within = 100.0 * UNNOTICED;
+    match enough {
+        Some(nu) => write!(f, "; nu = {nu} keeps its stresses within {within} % of the fit over these data"),
+        None => {
+            write!(f, "; even nu = 0.49999 does not keep its stresses within {within} % of the fit over these data")
+        }
+    }
+}
+
 impl FitWarning {
     /// Warnings about the scatter of data points and specimens.
     fn write_scatter(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -154,6 +178,11 @@ impl FitWarning {
             Self::Unequal => f.write_str(
                 "the errors of the data points grow with the stress, and the intervals account for it; --weight relative counts every per cent equally, which \
                  determines the constants better",
+            ),
+            Self::UnequalCurves { ratio } => write!(
+                f,
+                "the errors of one mode are {ratio:.1} times as large as those of another, and the intervals account for it; --weight noise divides each mode \
+                 by its noise, which determines the constants better"
             ),
             _ => Ok(()),
         }

@@ -1,6 +1,7 @@
 //! Which warnings a fit has.
 
 use super::certificate::lost;
+use super::compressibility::UNNOTICED;
 use super::estimate::Estimate;
 use super::misfit::{Misfit, Residual};
 use super::repeats::Repeats;
@@ -8,8 +9,8 @@ use super::warning::FitWarning;
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, Pattern};
 use crate::calibrate::{
-    AuditKind, ErrorModel, Experiment, FitResult, Loss, Mode, Model, Partner, Prediction, PredictionKind, Sample,
-    SolverCheck, Treatment, Weighting,
+    AuditKind, ErrorModel, Experiment, FitResult, Loss, Mode, Model, Prediction, PredictionKind, Sample, SolverCheck,
+    Treatment, Weighting,
 };
 use crate::material::FitTerms;
 use crate::math::statistics::{extent, median};
@@ -74,7 +75,7 @@ pub fn warnings(
     found.extend(doubts.map(|e| FitWarning::Data { message: e.message.clone() }));
     let lateral = result.poisson.iter().flat_map(|p| p.doubts.iter().cloned());
     found.extend(lateral.map(|message| FitWarning::Data { message }));
-    found.extend(compressible(result, model, shear));
+    found.extend(compressible(result, model));
     found
 }
 
@@ -87,10 +88,12 @@ pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning>
     found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative })
 }
 
-/// Errors that grow with the stress, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
-pub fn unequal(result: &FitResult) -> Option<FitWarning> {
-    let grow = result.errors == ErrorModel::Unequal { grow: true };
-    (grow && result.weighting == Weighting::Absolute).then_some(FitWarning::Unequal)
+/// Errors that grow with the stress or have another size in each mode, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
+/// `ratio`: largest standard deviation of a curve over the smallest one, where they differ.
+pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
+    let grow = (result.errors == ErrorModel::Unequal { grow: true }).then_some(FitWarning::Unequal);
+    let apart = ratio.filter(|_| result.modes.len() > 1).map(|ratio| FitWarning::UnequalCurves { ratio });
+    grow.or(apart).filter(|_| result.weighting == Weighting::Absolute)
 }
 
 /// Modes of one specimen in tests of several.
@@ -204,23 +207,18 @@ fn outliers(rows: &[Residual]) -> Option<FitWarning> {
     (!lines.is_empty()).then_some(FitWarning::Outliers { lines })
 }
 
-/// Relative change of the stiffness in tension by lateral stress below which there is no warning \[–\]
-const STIFFNESS_CHANGE: f64 = 0.01;
-
-/// A compressible law with the fitted shear modulus μ has E = 2(1 + ν)μ in tension where the data, taken as incompressible, had 3μ.
-fn compressible(result: &FitResult, model: Model, mu: Option<f64>) -> Option<FitWarning> {
+/// The law of the file, or of the scene that completes it, follows the fitted curve only as far as it is incompressible.
+fn compressible(result: &FitResult, model: Model) -> Option<FitWarning> {
     if model.form.compressible {
         return None;
     }
-    let needs_volumetric = model.volumetric().is_some() && result.volumetric.is_none();
-    let nu = match (result.partner, mu) {
-        (None, _) => return Some(FitWarning::NoPartner { volumetric: needs_volumetric }),
-        (Some(Partner::Nu(nu)), _) => nu,
-        (Some(Partner::Kappa(kappa)), Some(mu)) => (3.0 * kappa - 2.0 * mu) / (2.0 * (3.0 * kappa + mu)),
-        (Some(Partner::Kappa(_)), None) => return None,
+    let Some(given) = result.partner else {
+        let volumetric = model.volumetric().is_some() && result.volumetric.is_none();
+        return Some(FitWarning::NoPartner { volumetric });
     };
-    let slope_relative = 2.0 * (1.0 + nu) / 3.0 - 1.0;
-    (slope_relative.abs() > STIFFNESS_CHANGE).then_some(FitWarning::Compressible { nu, slope_relative })
+    let written = result.written(model);
+    let change = written.change(given).filter(|c| c.relative.abs() > UNNOTICED)?;
+    Some(FitWarning::Compressible { given, change, enough: written.enough() })
 }
 
 /// Shear moduli of rubbers \[Pa\], from the softest silicones to nearly hard compounds

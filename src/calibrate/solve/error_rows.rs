@@ -1,5 +1,6 @@
 //! The rows of a fit from which the errors of its constants follow.
 
+use crate::calibrate::judgement::identify::across;
 use nalgebra::{DMatrix, DVector};
 
 /// Jacobian, residual and stresses of the law, weighted, whose errors are those of the data points.
@@ -25,6 +26,18 @@ impl ErrorRows {
             fitted: DVector::from_fn(law.len(), |i, _| weight[i] / share[i] * law[i]),
             jacobian: unshared(jacobian, share),
         }
+    }
+}
+
+impl ErrorRows {
+    /// The rows over the standard deviations of their errors, with the residual of least squares by these: with equal weights that of a quiet curve is the error of the
+    /// constants by a noisy one, which is smooth.
+    pub fn over(self, sizes: Option<&DVector<f64>>) -> Self {
+        let Some(sizes) = sizes else { return self };
+        let mut jacobian = self.jacobian;
+        jacobian.row_iter_mut().zip(sizes).for_each(|(mut row, size)| row /= *size);
+        let residual = across(&jacobian, &self.residual.component_div(sizes));
+        Self { jacobian, residual, fitted: self.fitted.component_div(sizes) }
     }
 }
 

@@ -232,7 +232,7 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     found.identified = identify::identify(&parameters, &values, &jacobian, &residual, size, 0.0, Some(&errors));
     found.offsets = found.identified.estimates.split_off(found.values.len());
     if tested && !rounding {
-        found.pattern = Pattern::of(samples, &rows, errors.rho);
+        found.pattern = Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.rho);
     }
     let others = std::mem::take(&mut found.others);
     let allowed = others.into_iter().filter(|o| is_allowed(setting, samples, &found, o, &errors));
@@ -263,6 +263,7 @@ pub fn pattern_beyond(setting: &LawSetting, samples: &[Sample], found: &LawFit, 
         Some(k) => columns[(i, k)],
     });
     let left = identify::across(&both, &own.residual);
-    let rho = errors::of(&both, &left, &own.fitted, samples, false).rho;
-    Pattern::of(samples, &ErrorRows { jacobian: both, residual: left, fitted: own.fitted }, rho)
+    let errors = errors::of(&both, &left, &own.fitted, samples, false);
+    let rows = ErrorRows { jacobian: both, residual: left, fitted: own.fitted };
+    Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.rho)
 }

@@ -8,6 +8,8 @@
 //! and a comes back by more than the range of as many normal errors, 2√(2 ln n) σ (David & Nagaraja, *Order Statistics*, 2003, ch. 10), σ from the median of
 //! |aₖ − ½(aₖ₋₁ + aₖ₊₁)|/√1.5 (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73, 1986).
 //!
+//! The end of a loading at which the stretch is held is none of it: [`super::hold`].
+//!
 //! Limits: rows out of order have no branches; a table has cycles only where branches of five rows or more hold four fifths of it; a loop of the size of the
 //! scatter is not found.
 
@@ -88,7 +90,7 @@ pub fn branches(samples: &[&Sample]) -> Vec<Branch> {
 }
 
 /// a = |ln λ| of every row.
-fn path(samples: &[&Sample]) -> Vec<f64> {
+pub fn path(samples: &[&Sample]) -> Vec<f64> {
     samples.iter().map(|s| s.stretch.ln().abs()).collect()
 }
 
@@ -98,7 +100,7 @@ fn reversal(a: &[f64]) -> f64 {
 }
 
 /// Range of the errors of a that differ from row to row.
-fn scatter(a: &[f64]) -> f64 {
+pub fn scatter(a: &[f64]) -> f64 {
     let bends: Vec<f64> = a.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).abs()).collect();
     if bends.is_empty() {
         return 0.0;
@@ -108,7 +110,7 @@ fn scatter(a: &[f64]) -> f64 {
 }
 
 /// Medians of each row and its neighbours.
-fn medians(a: &[f64]) -> Vec<f64> {
+pub fn medians(a: &[f64]) -> Vec<f64> {
     (0..a.len()).map(|k| if k == 0 || k + 1 == a.len() { a[k] } else { median(&a[k - 1..k + 2]) }).collect()
 }
 

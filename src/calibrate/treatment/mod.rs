@@ -2,6 +2,7 @@
 
 pub(super) mod condense;
 pub(super) mod cycle;
+pub(super) mod hold;
 pub(super) mod prepare;
 pub(super) mod rupture;
 
@@ -41,6 +42,8 @@ pub enum Treatment {
     WithoutSlack,
     LastLoading,
     EveryRow,
+    /// The data points of a hold at the end of the loading, too
+    WithHold,
 }
 
 impl Treatment {
@@ -51,6 +54,7 @@ impl Treatment {
             Self::WithoutSlack => "without slack",
             Self::LastLoading => "on the last loading",
             Self::EveryRow => "on every data point, unloading too",
+            Self::WithHold => "with the hold at the peak, whose relaxation `durometer prony` fits",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Treatment of the data points before a fit: order of time, choice of a loading, rupture, and on request zero of the stress and toe.
+//! Treatment of the data points before a fit: order of time, choice of a loading, its end at a hold or at rupture, and on request zero of the stress and toe.
 //!
 //! *Zero*: the mean stress of the first N data points is subtracted from every stress. *Toe*: the slack of a test piece before it carries. The
 //! straight line of least squares through the data points from the first of three in succession above the noise level p to the last one below 3p
@@ -9,6 +9,7 @@
 
 use super::condense;
 use super::cycle::{self, Cycle};
+use super::hold;
 use super::rupture::{self, Beginning};
 use super::{Alternative, Preparation, Treatment};
 use crate::calibrate::constant_format::stress_text;
@@ -31,17 +32,24 @@ impl Experiment {
         let chosen = asked.cycle.unwrap_or(Cycle::FirstLoading);
         let every = self.samples.clone();
         let loading = self.of_cycle(&every, chosen)?;
-        let picked = self.before_rupture(&loading, true);
+        let held = self.holds(&every, &loading, chosen, true);
+        let picked = self.before_rupture(&outside(&loading, &held), true);
         let taken = self.treat(&picked, asked.zero, asked.toe.as_deref(), true)?;
         let mut others = vec![];
         if loading.len() < every.len() {
             others.push((Treatment::EveryRow, asked.cycle.is_none(), every.clone(), asked.zero, asked.toe.as_deref()));
             let last = self.of_cycle(&every, Cycle::LastLoading)?;
-            let last = self.before_rupture(&last, false);
+            let held = self.holds(&every, &last, Cycle::LastLoading, false);
+            let last = self.before_rupture(&outside(&last, &held), false);
             if last != picked {
                 others.push((Treatment::LastLoading, asked.cycle.is_none(), last, asked.zero, asked.toe.as_deref()));
             }
-            self.log_cycles(&every, &loading, &asked);
+            self.log_cycles(&every, &loading, &held, &asked);
+        }
+        if !held.is_empty() {
+            let taken: HashSet<u64> = loading.iter().map(|s| s.line).chain(held.iter().copied()).collect();
+            let with: Vec<Sample> = every.iter().filter(|s| taken.contains(&s.line)).copied().collect();
+            others.push((Treatment::WithHold, false, with, asked.zero, asked.toe.as_deref()));
         }
         if asked.zero.is_some() {
             others.push((Treatment::WithoutZero, false, picked.clone(), None, asked.toe.as_deref()));
@@ -104,6 +112,30 @@ impl Experiment {
     /// Words on a group: the mode, and the specimen where there are several.
     fn group_name(&self, (specimen, mode): (usize, Mode)) -> String {
         if self.specimens.len() > 1 { format!("{mode} ({})", self.specimens[specimen]) } else { mode.to_string() }
+    }
+
+    /// Lines of the holds at the ends of the loadings, none where all data points were asked for.
+    fn holds(&mut self, every: &[Sample], loading: &[Sample], cycle: Cycle, log: bool) -> HashSet<u64> {
+        let mut gone = HashSet::new();
+        // Directions of a biaxial test are held at different stretches
+        let groups = self.groups().into_iter().filter(|g| cycle != Cycle::All && g.1 != Mode::Biaxial);
+        for group in groups.collect::<Vec<_>>() {
+            let (own, taken) = (of_group(every, group), of_group(loading, group));
+            let start = taken.first().and_then(|first| own.iter().position(|s| s.line == first.line));
+            let Some(hold) = start.and_then(|k| hold::at_the_end(&own, k..k + taken.len())) else { continue };
+            let lines: Vec<u64> = own[hold.rows].iter().map(|s| s.line).collect();
+            gone.extend(lines.iter().copied());
+            if log {
+                let message = format!(
+                    "{} data points of a hold at the peak: the stress relaxes by {:.1} % at constant stretch, which is no loading (`durometer prony` fits \
+                     relaxation; --cycle all takes them)",
+                    self.group_name(group),
+                    100.0 * hold.relaxed
+                );
+                self.audit.add(AuditKind::LeftOut, message, lines);
+            }
+        }
+        gone
     }
 
     /// Leaves out the data points after the rupture of each piece.
@@ -208,7 +240,7 @@ impl Experiment {
         Ok(found.into_iter().map(|k| samples[k]).collect())
     }
 
-    fn log_cycles(&mut self, every: &[Sample], picked: &[Sample], asked: &Preparation) {
+    fn log_cycles(&mut self, every: &[Sample], picked: &[Sample], held: &HashSet<u64>, asked: &Preparation) {
         let mut counts = vec![];
         for group in self.groups() {
             let own = of_group(every, group);
@@ -229,7 +261,8 @@ impl Experiment {
             }
         }
         let taken: HashSet<u64> = picked.iter().map(|s| s.line).collect();
-        let lines: Vec<u64> = every.iter().map(|s| s.line).filter(|l| !taken.contains(l)).collect();
+        let lines: Vec<u64> =
+            every.iter().map(|s| s.line).filter(|l| !taken.contains(l) && !held.contains(l)).collect();
         let what = match asked.cycle {
             Some(cycle) => format!("as asked, --cycle {cycle}"),
             None => "the first loading is fitted".into(),
@@ -320,6 +353,11 @@ fn restarts(samples: &[Sample], time: &HashMap<u64, f64>) -> Vec<(u64, bool)> {
     }
     let at_start = |s: &Sample| (s.stretch - samples[0].stretch).abs() <= START * (high - low);
     backs.iter().map(|k| (samples[*k].line, at_start(&samples[*k]))).collect()
+}
+
+/// The data points that are not on these lines.
+fn outside(samples: &[Sample], lines: &HashSet<u64>) -> Vec<Sample> {
+    samples.iter().filter(|s| !lines.contains(&s.line)).copied().collect()
 }
 
 fn is_of(s: &Sample, (specimen, mode): (usize, Mode)) -> bool {

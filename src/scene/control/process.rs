@@ -107,6 +107,11 @@ impl Process {
 
     fn ask<A: for<'a> Deserialize<'a>>(&mut self, message: &Value) -> Result<(A, String), ControlError> {
         let start = Instant::now();
+        // Else every later answer would be taken for that of the next message.
+        if let Ok(Ok(line)) = self.lines.try_recv() {
+            let fact = "nothing had asked for this line".to_string();
+            return Err(self.refuse(&line, fact, "answer each message with one line"));
+        }
         self.tell(message)?;
         let line = loop {
             match self.lines.recv_timeout(LOOK.min(self.timeout.saturating_sub(start.elapsed()))) {

@@ -4,14 +4,18 @@ use crate::math::statistics::mean;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, Analysis};
 use crate::study::kinds::validation::budget::{COVERAGE, Contribution, Groups, contributions, half_width};
-use crate::study::kinds::validation::findings::{FittedDatum, FoundConstant, Prediction, ValidationFindings};
+use crate::study::kinds::validation::consistency::Consistency;
+use crate::study::kinds::validation::findings::{
+    FittedDatum, FoundConstant, FoundScatter, Prediction, ValidationFindings,
+};
 use crate::study::kinds::validation::joint::{Problem, Response, Solution};
 use crate::study::kinds::validation::monte_carlo::{Draws, draws};
 use crate::study::kinds::validation::numerical::{Meshes, Numerical};
 use crate::study::kinds::validation::plan::{QuantityPlan, RecordPlan, UnknownPlan, ValidationPlan};
 use crate::study::kinds::validation::responses::{Target, shared_errors, shares, targets};
+use crate::study::kinds::validation::scatter::{Repeats, Scatter};
 use crate::study::kinds::validation::spec::Purpose;
-use crate::study::kinds::validation::words::{named, verdict, warn_of_fit};
+use crate::study::kinds::validation::words::{named, of_scatter, verdict, warn_of_fit, warn_of_scatter};
 use crate::study::store::results::Results;
 
 /// Seed of the simulated experiments.
@@ -35,7 +39,8 @@ pub fn analyse(results: &Results, plan: &ValidationPlan) -> Analysis<ValidationF
                 chi2: 0.0,
                 freedom: 0,
                 predictions: vec![],
-                sources: sources_of(plan),
+                sources: sources_of(plan, &[]),
+                scatter: vec![],
                 tracks: plan.tracks.clone(),
             }
         }
@@ -45,7 +50,10 @@ pub fn analyse(results: &Results, plan: &ValidationPlan) -> Analysis<ValidationF
 }
 
 fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) -> Result<ValidationFindings, String> {
-    let targets = targets(results, plan)?;
+    let repeats: Vec<Repeats> = plan.quantities.iter().map(|q| Repeats::of(&q.records)).collect();
+    let scatter = scatters(plan, &repeats);
+    warn_of_scatter(&scatter, warnings);
+    let targets = targets(results, plan, &repeats)?;
     let shared = shared_errors(plan);
     let sources = plan.inputs.len() + shared.len();
     let calibration: Vec<&Target> = targets.iter().filter(|t| t.record.purpose == Purpose::Calibration).collect();
@@ -53,7 +61,9 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     let values: Vec<f64> = calibration.iter().map(|t| mean(t.measured)).collect();
     let problem = Problem { constants: plan.unknowns.len(), sources, data };
     let solution = problem.solve(&values).map_err(|e| named(&e.to_string(), plan))?;
-    warn_of_fit(&solution, plan, warnings);
+    let consistency = Consistency::of(&problem, &solution);
+    let widened = consistency.birge();
+    warn_of_fit(&solution, &consistency, plan, warnings);
     let predicted: Vec<&Target> = targets.iter().filter(|t| t.record.purpose == Purpose::Prediction).collect();
     let responses: Vec<&Response> = predicted.iter().map(|t| &t.response).collect();
     let simulated = draws(&problem, &solution, &responses, SEED);
@@ -74,15 +84,9 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
         };
         let numerical = meshes.of((t.record, t.quantity), &t.response.surface, value, &again);
         let groups = Groups { sources: &source_groups, data: &data_groups, own: &t.groups };
-        let budget = contributions(&influence, &groups, solution.birge(), &numerical.deviations());
+        let budget = contributions(&influence, &groups, widened, &numerical.deviations());
         let simulated = simulated.as_ref().map(|all| &all[k]);
-        prediction(
-            t,
-            value + numerical.correction,
-            budget,
-            (influence.deviation(), simulated, solution.birge()),
-            numerical,
-        )
+        prediction(t, value + numerical.correction, budget, (influence.deviation(), simulated, widened), numerical)
     });
     let predictions: Vec<Prediction> = predictions.collect();
     let curved: Vec<String> =
@@ -100,18 +104,19 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
             .flat_map(|p| p.doubts.iter().map(|d| format!("{} of {}: {d}.", capital(&p.label), p.record_label))),
     );
     Ok(ValidationFindings {
-        constants: constants(plan, &solution),
+        constants: constants(plan, &solution, widened),
         fitted: calibration
             .iter()
             .zip(&values)
             .zip(&solution.residuals)
             .map(|((t, measured), r)| fitted(t, *measured, *r, &solution))
             .collect(),
-        widened: solution.birge(),
+        widened,
         chi2: solution.chi2,
         freedom: solution.freedom,
         predictions,
-        sources: sources_of(plan),
+        sources: sources_of(plan, &scatter),
+        scatter,
         tracks: plan.tracks.clone(),
     })
 }
@@ -176,10 +181,10 @@ fn prediction(
     }
 }
 
-fn constants(plan: &ValidationPlan, solution: &Solution) -> Vec<FoundConstant> {
+fn constants(plan: &ValidationPlan, solution: &Solution, widened: f64) -> Vec<FoundConstant> {
     let one = |(k, u): (usize, &UnknownPlan)| {
         let value = u.at(solution.xi[k]);
-        let half = COVERAGE * solution.birge() * solution.covariance[(k, k)].sqrt() * u.half();
+        let half = COVERAGE * widened * solution.covariance[(k, k)].sqrt() * u.half();
         FoundConstant {
             key: u.key.clone(),
             label: u.label.clone(),
@@ -204,13 +209,34 @@ fn fitted(t: &Target, measured: f64, residual: f64, solution: &Solution) -> Fitt
     }
 }
 
+/// Scatter of the quantities that have repeats.
+fn scatters(plan: &ValidationPlan, repeats: &[Repeats]) -> Vec<FoundScatter> {
+    let of = |q: &QuantityPlan, record: Option<String>, s: Scatter| FoundScatter {
+        quantity: q.label.clone(),
+        record,
+        unit: q.unit.clone(),
+        deviation: s.variance.sqrt(),
+        freedom: s.freedom,
+    };
+    let label = |name: &str| plan.records.iter().find(|r| r.name == name).map_or(name.into(), |r| r.label.clone());
+    let one = |(q, repeats): (&QuantityPlan, &Repeats)| {
+        let alone = repeats.alone().map(|(name, s)| of(q, Some(label(name)), s));
+        repeats.pooled.map(|s| of(q, None, s)).into_iter().chain(alone).collect::<Vec<_>>()
+    };
+    plan.quantities.iter().zip(repeats).flat_map(one).collect()
+}
+
 /// The terms of the budget with what they rest on.
-fn sources_of(plan: &ValidationPlan) -> Vec<(String, String, String)> {
+fn sources_of(plan: &ValidationPlan, scatter: &[FoundScatter]) -> Vec<(String, String, String)> {
     let inputs =
         plan.inputs.iter().map(|i| (format!("{} ({})", i.name, i.group), i.deviation.clone(), i.source.clone()));
     let mut all: Vec<(String, String, String)> = inputs.collect();
     for (q, record, group, deviation, source) in plan.quantities.iter().flat_map(of_tracks) {
         all.push((format!("{} of {record} ({group})", q.label), format!("{deviation:.3e}{}", space(&q.unit)), source));
+    }
+    for s in scatter {
+        let source = format!("scatter of single values between repeats, degrees of freedom: {}", s.freedom);
+        all.push((format!("{} (repeats)", of_scatter(s)), format!("{:.3e}{}", s.deviation, space(&s.unit)), source));
     }
     for q in &plan.quantities {
         for e in &q.errors {

@@ -16,8 +16,24 @@ pub struct ValidationFindings {
     pub predictions: Vec<Prediction>,
     /// Terms of the budget with their origin: (term, deviation, source)
     pub sources: Vec<(String, String, String)>,
+    /// Scatter of the repeats of quantities that have any
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub scatter: Vec<FoundScatter>,
     /// Audit of the tracks that values were measured in
     pub tracks: Vec<TracksPlan>,
+}
+
+/// Scatter of single values between repeats.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FoundScatter {
+    pub quantity: String,
+    /// The one record that has it; `None` of a scatter that records have in common
+    pub record: Option<String>,
+    pub unit: String,
+    /// \[unit\]
+    pub deviation: f64,
+    /// Degrees of freedom
+    pub freedom: usize,
 }
 
 /// A constant that the calibration records give.

@@ -12,7 +12,8 @@
 //! so that what calibration and prediction have in common, such as a length, cancels as far as it does in nature. Sources: Kennedy & O'Hagan,
 //! *J. R. Stat. Soc. B* 63, 2001 (with Gaussian errors and no discrepancy term); JCGM 100:2008 (GUM), 5.1 and H.3.
 //!
-//! Limit: the discrepancy of the model is not modelled; where the data scatter more than their errors say, [`Solution::birge`] widens the intervals.
+//! Limit: the discrepancy of the model is not modelled; where the data scatter more than their errors say, the intervals are
+//! [widened](crate::study::kinds::validation::consistency::Consistency::birge).
 
 use crate::study::kinds::validation::surface::Surface;
 use nalgebra::{DMatrix, DVector};
@@ -37,13 +38,25 @@ pub struct Response {
     pub inputs: Vec<usize>,
     /// Standard deviations of the independent errors of its measurement
     pub noise: Vec<f64>,
+    /// Scatter between repeats that is the last of them, where it is
+    pub scatter: Option<Estimated>,
     /// Sources that add to its measurement: (index, amount of one standard deviation)
     pub shared: Vec<(usize, f64)>,
 }
 
+/// A scatter that repeats estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimated {
+    /// Quantity, and which scatter of it: all data with the same one have it by the same repeats
+    pub pool: (usize, usize),
+    pub freedom: usize,
+    /// By which its deviation is widened for its few degrees of freedom
+    pub factor: f64,
+}
+
 impl Response {
     /// σ of the independent errors together.
-    fn sigma(&self) -> f64 {
+    pub fn sigma(&self) -> f64 {
         self.noise.iter().map(|s| s * s).sum::<f64>().sqrt()
     }
 
@@ -229,17 +242,13 @@ impl Solution {
         (value, Influence { sources, data, own: response.noise.clone() })
     }
 
-    /// Factor √(χ²/ν) by which the data scatter more than their errors say, where that is beyond chance; 1 elsewhere.
-    /// Source: Birge, *Phys. Rev.* 40, 1932.
-    pub fn birge(&self) -> f64 {
-        if self.is_consistent() { 1.0 } else { (self.chi2 / self.freedom as f64).sqrt() }
-    }
-
-    /// Whether χ² is below its 95 % quantile (Wilson & Hilferty, *PNAS* 17, 1931).
-    pub fn is_consistent(&self) -> bool {
-        let nu = self.freedom as f64;
-        let a = 2.0 / (9.0 * nu);
-        self.freedom == 0 || self.chi2 <= nu * (1.0 - a + 1.644_853_627 * a.sqrt()).powi(3)
+    /// χ² that errors of the data and of the sources leave, in standard deviations, with a response that is linear in constants and sources.
+    pub fn misfit(&self, problem: &Problem, errors: &[f64], sources: &[f64]) -> f64 {
+        let square = |all: &[f64]| all.iter().map(|e| e * e).sum::<f64>();
+        let weighted = errors.iter().zip(&problem.data).map(|(e, r)| e / r.sigma());
+        let mut right = self.jacobian.tr_mul(&DVector::from_iterator(errors.len(), weighted));
+        right.rows_mut(problem.constants, sources.len()).iter_mut().zip(sources).for_each(|(b, s)| *b += s);
+        square(errors) + square(sources) - right.dot(&(&self.covariance * &right))
     }
 }
 
@@ -255,7 +264,14 @@ mod tests {
     }
 
     fn response(surface: Surface, inputs: usize, sigma: f64, shared: Vec<(usize, f64)>) -> Response {
-        Response { surface, constants: vec![0], inputs: (0..inputs).collect(), noise: vec![sigma], shared }
+        Response {
+            surface,
+            constants: vec![0],
+            inputs: (0..inputs).collect(),
+            noise: vec![sigma],
+            scatter: None,
+            shared,
+        }
     }
 
     /// One datum, one constant, one input with influence h₁ on the datum and h₂ on the prediction: by hand,
@@ -301,22 +317,13 @@ mod tests {
         assert_eq!(problem.solve(&[1.0]).expect_err("flat"), JointError::Undetermined { constant: 0 });
     }
 
-    /// The share of true-model data whose χ² is called inconsistent is 5 %: 95 % quantiles of ν = 2, 10 from tables (5.991, 18.307).
+    /// Two equal data of one constant leave half the square of the difference of their errors, with a zero error that both share too.
     #[test]
-    fn the_quantile_of_chi_square_is_that_of_the_tables() {
-        let with = |chi2, freedom| Solution {
-            xi: vec![],
-            s: vec![],
-            covariance: DMatrix::zeros(0, 0),
-            jacobian: DMatrix::zeros(0, 0),
-            residuals: vec![],
-            chi2,
-            freedom,
-        };
-        // Wilson–Hilferty is within 1 % there
-        for (nu, quantile) in [(2, 5.991), (10, 18.307)] {
-            assert!(with(0.99 * quantile, nu).is_consistent() && !with(1.01 * quantile, nu).is_consistent());
-        }
-        assert_eq!(with(40.0, 10).birge(), 2.0);
+    fn errors_leave_their_difference() {
+        let at = || response(plane(0.0, 2.0, &[]), 0, 0.1, vec![(0, 0.3)]);
+        let (a, b) = (at(), at());
+        let problem = Problem { constants: 1, sources: 1, data: vec![&a, &b] };
+        let solution = problem.solve(&[0.3, 0.5]).expect("one constant");
+        assert!((solution.misfit(&problem, &[1.5, -0.5], &[0.7]) - 2.0).abs() < 1e-9);
     }
 }

@@ -3,15 +3,16 @@
 //! | Step | File |
 //! |---|---|
 //! | Keys of the study, its plan, its cases | [`spec`], [`plan`], [`expansion`], [`constants`], [`quantities`], [`design`] |
-//! | Measured values | [`measured`], [`tracks`], [`tracks_request`], [`field`] |
+//! | Measured values | [`measured`], [`tracks`], [`tracks_request`], [`field`], [`scatter`] |
 //! | A number from a run, with derivatives | [`evaluate`] |
 //! | Runs of a design as a function | [`surface`], [`responses`] |
-//! | Constants and predictions with all their sources of error | [`joint`], [`monte_carlo`], [`budget`] |
+//! | Constants and predictions with all their sources of error | [`joint`], [`consistency`], [`monte_carlo`], [`budget`] |
 //! | Error of mesh, time steps and surface | [`numerical`] |
 //! | Findings, verdict, page, files | [`analysis`], [`findings`], [`words`], [`report`], [`figures`], [`predictions`] |
 
 pub mod analysis;
 pub mod budget;
+pub mod consistency;
 pub mod constants;
 pub mod design;
 pub mod evaluate;
@@ -29,6 +30,7 @@ pub mod predictions;
 pub mod quantities;
 pub mod report;
 pub mod responses;
+pub mod scatter;
 pub mod spec;
 pub mod surface;
 pub mod tracks;

@@ -11,6 +11,9 @@ const DRAWS: usize = 1000;
 /// Share of the draws whose calibration may fail.
 const FAILING: f64 = 0.05;
 
+/// Draws of an upper quantile: that of 95 % is exceeded in 5 % ± √(0.05·0.95/2000) = 0.5 %.
+const DRAWS_OF_QUANTILE: usize = 2000;
+
 /// Errors of one prediction over all draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draws {
@@ -44,10 +47,24 @@ fn summary(mut errors: Vec<f64>) -> Draws {
     let n = errors.len() as f64;
     let mean = errors.iter().sum::<f64>() / n;
     let deviation = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
-    let quantile = |p: f64| {
-        let at = p * (n - 1.0);
-        let (k, share) = (at as usize, at.fract());
-        errors[k] + share * (errors[(k + 1).min(errors.len() - 1)] - errors[k])
-    };
-    Draws { deviation, ends: [quantile(0.025), quantile(0.975)] }
+    Draws { deviation, ends: [0.025, 0.975].map(|p| quantile(&errors, p)) }
+}
+
+/// Quantile of sorted values.
+fn quantile(sorted: &[f64], p: f64) -> f64 {
+    let at = p * (sorted.len() as f64 - 1.0);
+    let (k, share) = (at as usize, at.fract());
+    sorted[k] + share * (sorted[(k + 1).min(sorted.len() - 1)] - sorted[k])
+}
+
+/// Quantile of a number that is drawn.
+pub fn upper(p: f64, mut draw: impl FnMut() -> f64) -> f64 {
+    let mut all: Vec<f64> = (0..DRAWS_OF_QUANTILE).map(|_| draw()).collect();
+    all.sort_by(f64::total_cmp);
+    quantile(&all, p)
+}
+
+/// A draw of χ² with some degrees of freedom.
+pub fn chi_square(freedom: usize, random: &mut SplitMix) -> f64 {
+    (0..freedom).map(|_| random.normal().powi(2)).sum()
 }

@@ -1,9 +1,9 @@
 //! Responses of all records and quantities by the runs of their designs, with their measured values and the errors of these.
 
-use crate::math::statistics::variance;
 use crate::study::kinds::validation::evaluate::evaluate;
-use crate::study::kinds::validation::joint::Response;
+use crate::study::kinds::validation::joint::{Estimated, Response};
 use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan, RecordPlan, ValidationPlan};
+use crate::study::kinds::validation::scatter::{Repeats, Scatter};
 use crate::study::kinds::validation::surface::{Sample, Surface};
 use crate::study::store::results::Results;
 
@@ -17,12 +17,16 @@ pub struct Target<'a> {
     pub groups: Vec<String>,
 }
 
-/// Responses of all records and quantities, by the cases of their designs.
-pub fn targets<'a>(results: &Results, plan: &'a ValidationPlan) -> Result<Vec<Target<'a>>, String> {
+/// Responses of all records and quantities, by the cases of their designs. `repeats`: scatter of each quantity.
+pub fn targets<'a>(
+    results: &Results,
+    plan: &'a ValidationPlan,
+    repeats: &[Repeats],
+) -> Result<Vec<Target<'a>>, String> {
     let shared = shared_errors(plan);
     let mut all = vec![];
     for record in &plan.records {
-        for quantity in &plan.quantities {
+        for (place, (quantity, repeats)) in plan.quantities.iter().zip(repeats).enumerate() {
             let Some(measured) = quantity.records.get(&record.name) else { continue };
             let samples = samples(results, plan, record, quantity);
             let surface = Surface::fit(record.unknowns.len(), &samples)
@@ -32,10 +36,14 @@ pub fn targets<'a>(results: &Results, plan: &'a ValidationPlan) -> Result<Vec<Ta
                 noise.push(e.deviation);
                 groups.push(e.group.clone());
             }
-            if let Some(scatter) = scatter_of_mean(measured) {
-                noise.push(scatter);
+            // A record without repeats of its own scatters too, as one value
+            let scatter = repeats.in_record(&record.name).filter(|(_, s)| s.variance > 0.0);
+            if let Some((_, s)) = scatter {
+                noise.push(s.of_mean(measured.len()));
                 groups.push("repeats".into());
             }
+            let estimated =
+                |(k, s): (usize, Scatter)| Estimated { pool: (place, k), freedom: s.freedom, factor: s.factor() };
             let amount = |e: &ErrorPlan| {
                 let place = shared.iter().position(|(name, _)| e.shared.as_ref() == Some(name))?;
                 Some((plan.inputs.len() + place, e.deviation))
@@ -45,6 +53,7 @@ pub fn targets<'a>(results: &Results, plan: &'a ValidationPlan) -> Result<Vec<Ta
                 constants: record.unknowns.clone(),
                 inputs: record.inputs.iter().map(|(k, _)| *k).collect(),
                 noise,
+                scatter: scatter.map(estimated),
                 shared: quantity.errors_of(&record.name).filter_map(amount).collect(),
             };
             all.push(Target { record, quantity, response, measured, groups });
@@ -83,10 +92,4 @@ pub fn shared_errors(plan: &ValidationPlan) -> Vec<(String, String)> {
 pub fn shares(t: &Target) -> Vec<(String, f64)> {
     let total: f64 = t.response.noise.iter().map(|s| s * s).sum();
     t.groups.iter().map(|g| format!("constants: {g}")).zip(t.response.noise.iter().map(|s| s * s / total)).collect()
-}
-
-/// Standard deviation of the mean of repeats; `None` of a single value.
-fn scatter_of_mean(values: &[f64]) -> Option<f64> {
-    let variance = variance(values);
-    (values.len() > 1 && variance > 0.0).then(|| (variance / values.len() as f64).sqrt())
 }

@@ -2,7 +2,8 @@
 
 use crate::report::numbers::{capital, digits, space};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
-use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
+use crate::study::kinds::validation::consistency::Consistency;
+use crate::study::kinds::validation::findings::{FoundScatter, Prediction, ValidationFindings};
 use crate::study::kinds::validation::joint::Solution;
 use crate::study::kinds::validation::plan::ValidationPlan;
 
@@ -10,6 +11,8 @@ use crate::study::kinds::validation::plan::ValidationPlan;
 const SHOWN: usize = 4;
 /// Standard deviations by which data may move an input without a warning.
 const FAR: f64 = 2.0;
+/// Degrees of freedom of a scatter below which a verdict states them.
+const FEW: usize = 3;
 
 /// `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, of at most six terms.
 pub fn sentence(p: &Prediction) -> String {
@@ -54,7 +57,31 @@ pub fn verdict(found: &ValidationFindings) -> String {
     if found.predictions.len() > SHOWN {
         words.push(format!("{} more predictions are in the table.", found.predictions.len() - SHOWN));
     }
+    words.extend(found.scatter.iter().filter(|s| s.freedom < FEW && s.deviation > 0.0).map(|s| {
+        let degrees = if s.freedom == 1 { "1 degree".into() } else { format!("{} degrees", s.freedom) };
+        format!("The scatter of the {} is known with {degrees} of freedom only.", of_scatter(s))
+    }));
     words.join(" ")
+}
+
+/// The quantity that a scatter is of, with its record where it has one.
+pub fn of_scatter(s: &FoundScatter) -> String {
+    s.record.as_ref().map_or(s.quantity.clone(), |record| format!("{} of {record}", s.quantity))
+}
+
+/// Adds warnings of repeats that are all equal, and of a record that scatters more than the others of its quantity.
+pub fn warn_of_scatter(found: &[FoundScatter], warnings: &mut Vec<String>) {
+    for s in found {
+        let of = of_scatter(s);
+        if s.deviation == 0.0 {
+            let advice = "an error of the quantity has to contain the digits that are read";
+            warnings
+                .push(format!("All repeats of the {of} are equal, which tells nothing of their scatter: {advice}."));
+        } else if s.record.is_some() {
+            let fact = "more than those of its other records, beyond chance; this scatter counts there alone";
+            warnings.push(format!("The repeats of the {of} scatter by {:.2e}{}, {fact}.", s.deviation, space(&s.unit)));
+        }
+    }
 }
 
 /// The measurement that would narrow the interval of a prediction most.
@@ -73,7 +100,7 @@ pub fn advice(p: &Prediction) -> Option<String> {
 }
 
 /// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more than they may.
-pub fn warn_of_fit(solution: &Solution, plan: &ValidationPlan, warnings: &mut Vec<String>) {
+pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &ValidationPlan, warnings: &mut Vec<String>) {
     for (u, xi) in plan.unknowns.iter().zip(&solution.xi).filter(|(_, xi)| xi.abs() > 1.0) {
         warnings.push(format!(
             "{} ({}) is found at {:.4} {}, outside of its range {} to {}, where its response is extrapolated: widen the range.",
@@ -87,10 +114,10 @@ pub fn warn_of_fit(solution: &Solution, plan: &ValidationPlan, warnings: &mut Ve
             input.name
         ));
     }
-    if !solution.is_consistent() {
+    if !consistency.holds() {
         warnings.push(format!(
             "The calibration records scatter {:.1} times as much as their errors say (χ² = {:.1} with {} degrees of freedom): the model misses something, or errors are understated. All statistical parts of the intervals are widened by this factor.",
-            solution.birge(), solution.chi2, solution.freedom
+            consistency.birge(), consistency.chi2, consistency.freedom
         ));
     }
 }

@@ -1,0 +1,151 @@
+//! The end of a loading at which the stretch is held while the stress relaxes: those data points are no loading.
+//!
+//! With a = |ln λ|, each row as the median of itself and its neighbours, a hold begins at the first row from which on a stays within a band of its largest value in the loading.
+//! The band is the range of the errors of a, at least ½ % and at most 2 % of that value. Rows behind the loading count while they stay in the band: the extreme of a hold is
+//! one of its rows, by chance. The band holds a tenth of the rows of the loading or more, eight times as many as any other of its width beyond the first 5 % of a (else the test
+//! goes in steps, or the rows are dense), without a slope: the means of both its halves differ by less than a quarter of it (a sine that turns differs by half). And
+//! the stress relaxes: from the first to the last third its mean falls by ½ % and four standard errors or more, but not to less than half, which is a rupture.
+//!
+//! Limits: the band counts rows, whatever their times; a hold of few rows, with a drift of the stretch, or after other holds stays in the loading.
+
+use super::cycle::{medians, path, scatter};
+use crate::calibrate::Sample;
+use crate::math::statistics::mean;
+use std::ops::Range;
+
+/// Least and largest width of the band over the largest a \[–\]: what a machine holds a stretch to, and what a branch needs to come back
+const BAND: [f64; 2] = [0.005, 0.02];
+/// Rows of a hold at least, and their part of the rows of the loading \[–\]
+const ROWS: usize = 8;
+const PART: f64 = 0.1;
+/// How many times more rows it holds than another band
+const MORE: usize = 8;
+/// Part of the largest a up to which a test may dwell at its beginning \[–\]
+const BEGINNING: f64 = 0.05;
+/// Part of the band by which the means of its halves may differ \[–\]
+const FLAT: f64 = 0.25;
+/// Part of the stress that relaxes at least, and standard errors of its fall; part that stays \[–\]
+const RELAXED: f64 = 0.005;
+const ERRORS: f64 = 4.0;
+const STAYS: f64 = 0.5;
+
+/// A hold at the end of a loading.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Hold {
+    /// Its rows behind the one that reached the stretch: the loading ends before them
+    pub rows: Range<usize>,
+    /// Part of the stress that is gone in the last third of its rows \[–\]
+    pub relaxed: f64,
+}
+
+/// The hold at the end of a loading, rows of the samples in the order of the test; `None` where none is evident.
+pub fn at_the_end(samples: &[Sample], loading: Range<usize>) -> Option<Hold> {
+    let refs: Vec<&Sample> = samples.iter().collect();
+    let raw = path(&refs);
+    let a = medians(&raw);
+    let top = a[loading.clone()].iter().copied().fold(0.0, f64::max);
+    let band = scatter(&raw).clamp(BAND[0] * top, BAND[1] * top);
+    let inside = |k: &usize| a[*k] >= top - band;
+    let reached = loading.clone().rev().take_while(inside).last()?;
+    let end = (loading.end..a.len()).find(|k| !inside(k)).unwrap_or(a.len());
+    let (held, ramp) = (reached + 1..end, loading.start..reached);
+    let long = held.len() >= ROWS && held.len() as f64 >= PART * (end - loading.start) as f64;
+    if !long || held.len() < MORE * most_within(&a[ramp], band, BEGINNING * top) || !is_flat(&a[held.clone()], band) {
+        return None;
+    }
+    let stress: Vec<f64> = samples[held.clone()].iter().map(|s| s.stress.abs()).collect();
+    relaxed(&stress, samples[reached].stress.abs()).map(|relaxed| Hold { rows: held, relaxed })
+}
+
+/// Most of the values above the least one that lie within a band of this width.
+fn most_within(values: &[f64], band: f64, least: f64) -> usize {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|a| *a > least).collect();
+    sorted.sort_by(f64::total_cmp);
+    let within = |k: usize| sorted.partition_point(|a| *a <= sorted[k] + band) - k;
+    (0..sorted.len()).map(within).max().unwrap_or(0)
+}
+
+/// Whether the values have no slope within the band.
+fn is_flat(values: &[f64], band: f64) -> bool {
+    let (first, second) = values.split_at(values.len() / 2);
+    (mean(second) - mean(first)).abs() <= FLAT * band
+}
+
+/// The part of the stress that is gone at the end, over the one at the beginning, where it relaxes.
+fn relaxed(stress: &[f64], peak: f64) -> Option<f64> {
+    let third = stress.len() / 3;
+    let (first, last) = (mean(&stress[..third]), mean(&stress[stress.len() - third..]));
+    let noise = scatter_of_mean(stress, third);
+    let fall = first - last;
+    let relaxes = fall >= (RELAXED * first).max(ERRORS * noise) && last >= STAYS * first;
+    relaxes.then(|| 1.0 - last / peak.max(first))
+}
+
+/// Standard error of the difference of two means of this many values, by the difference of each value from its neighbours (Gasser, Sroka & Jennen-Steinmetz, Biometrika 73, 1986).
+fn scatter_of_mean(values: &[f64], count: usize) -> f64 {
+    let bends = values.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).powi(2) / 1.5);
+    (bends.sum::<f64>() / (values.len() - 2) as f64 * 2.0 / count as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Mode;
+
+    /// Data points of a law that loses this part of its stress in the rows at the largest stretch of the test so far.
+    fn test(stretches: impl Iterator<Item = f64>, part: f64) -> Vec<Sample> {
+        let (mut top, mut rows) = (1.0_f64, 0.0);
+        let sample = |stretch: f64| {
+            rows = if stretch > top + 1e-9 { 0.0 } else { rows + 1.0 };
+            top = top.max(stretch);
+            let kept = 1.0 - part * (1.0 - (-0.1 * rows as f64).exp());
+            let stress = 4e4 * (stretch - stretch.powi(-2)) * kept;
+            Sample { mode: Mode::Uniaxial, stretch, second: 1.0, stress, line: 1, specimen: 0 }
+        };
+        stretches.map(sample).collect()
+    }
+
+    fn up(rows: u32) -> impl Iterator<Item = f64> + Clone {
+        (0..rows).map(move |k| 1.0 + f64::from(k) / f64::from(rows - 1))
+    }
+
+    fn found(samples: &[Sample]) -> Option<usize> {
+        at_the_end(samples, 0..samples.len()).map(|h| h.rows.start)
+    }
+
+    #[test]
+    fn a_hold_ends_the_loading() {
+        let held = |n: usize| up(50).chain(std::iter::repeat_n(2.0, n));
+        let hold = at_the_end(&test(held(30), 0.2), 0..80).expect("30 rows of relaxation");
+        assert!(hold.rows == (50..80) && (hold.relaxed - 0.2).abs() < 0.02, "{hold:?}");
+        // The noise of a hold of 200 rows, whose largest value ends the branch in the fourth of them
+        let noise = (0..200).map(|k| 2.0 + 1e-4 * f64::from(k * 7919 % 200 - 100) / 100.0);
+        let noisy = test(up(50).chain(noise), 0.2);
+        assert_eq!(at_the_end(&noisy, 0..54).map(|h| h.rows.start), Some(50));
+        // A piece that was straightened or preloaded first dwells at the beginning
+        assert_eq!(found(&test(std::iter::repeat_n(1.01, 20).chain(held(30)), 0.2)), Some(70));
+        let pressed: Vec<Sample> = test(held(30), 0.2)
+            .into_iter()
+            .map(|s| Sample { stretch: 1.0 / s.stretch, stress: -s.stress, ..s })
+            .collect();
+        assert_eq!(found(&pressed), Some(50));
+    }
+
+    #[test]
+    fn other_ends_of_a_loading_are_no_hold() {
+        let none = |stretches: Vec<f64>, why: &str| assert_eq!(found(&test(stretches.into_iter(), 0.2)), None, "{why}");
+        none(up(50).collect(), "a loading");
+        none(up(3000).collect(), "dense rows");
+        none(up(50).chain([2.0; 5]).collect(), "the last row a few times");
+        none(vec![1.0, 1.2, 1.5, 2.0], "four rows");
+        none(up(6).flat_map(|l| [l; 20]).collect(), "a test in steps, each with its relaxation");
+        none((0..400).map(|k| 1.5 - 0.5 * (std::f64::consts::PI * f64::from(k) / 400.0).cos()).collect(), "a sine");
+        none(up(400).map(|l| 1.0 + (l - 1.0).powi(2)).collect(), "a slow start");
+        none(up(50).map(|l| 1.0 + (1.0 - (-8.0 * (l - 1.0)).exp())).collect(), "a machine that slows down");
+        let held = || up(50).chain(std::iter::repeat_n(2.0, 30));
+        assert_eq!(found(&test(held(), 0.0)), None, "an elastic piece, whose data points are all those of the law");
+        let torn = |(k, s): (usize, Sample)| Sample { stress: if k > 60 { 0.0 } else { s.stress }, ..s };
+        let torn: Vec<Sample> = test(held(), 0.0).into_iter().enumerate().map(torn).collect();
+        assert_eq!(found(&torn), None, "a rupture");
+    }
+}
