@@ -32,6 +32,9 @@ impl fmt::Debug for Make {
     }
 }
 
+/// Turns constants of another convention, with its option, into those of one convention; false where they are that already.
+pub type Convert = fn(&mut Values, &mut BTreeMap<String, String>) -> bool;
+
 /// The declaration of a law: its description, its constants, an example and the form in which it is fitted.
 #[derive(Clone, Copy, Debug)]
 pub struct LawEntry {
@@ -43,7 +46,7 @@ pub struct LawEntry {
     /// How the law is fitted to homogeneous tests; None for a law that is not fitted
     pub fit: Option<FitForm>,
     /// Turns constants of another convention into those that are fitted, and says whether they were of another one
-    pub to_own_convention: Option<fn(&mut Values, &mut BTreeMap<String, String>) -> bool>,
+    pub to_own_convention: Option<Convert>,
     make: Make,
     pub(super) rates: Rates,
 }
@@ -94,7 +97,7 @@ impl LawEntry {
 
     /// This law with the conversion of its constants into one convention.
     #[must_use]
-    pub const fn with_conversion(mut self, convert: fn(&mut Values, &mut BTreeMap<String, String>) -> bool) -> Self {
+    pub const fn with_conversion(mut self, convert: Convert) -> Self {
         self.to_own_convention = Some(convert);
         self
     }

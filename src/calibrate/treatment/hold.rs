@@ -98,7 +98,7 @@ mod tests {
         let sample = |stretch: f64| {
             rows = if stretch > top + 1e-9 { 0.0 } else { rows + 1.0 };
             top = top.max(stretch);
-            let kept = 1.0 - part * (1.0 - (-0.1 * rows as f64).exp());
+            let kept = 1.0 - part * (1.0 - (-0.1_f64 * rows).exp());
             let stress = 4e4 * (stretch - stretch.powi(-2)) * kept;
             Sample { mode: Mode::Uniaxial, stretch, second: 1.0, stress, line: 1, specimen: 0 }
         };
