@@ -256,7 +256,7 @@ fn a_ball_that_falls_comes_to_rest() {
 fn what_tumbles_comes_to_rest() {
     let box_ = r#"{ kind = "box", min = ["90 mm", "-10 mm", "15 mm"], max = ["110 mm", "10 mm", "45 mm"] }"#;
     let cylinder = r#"{ kind = "cylinder", from = ["80 mm", "0 mm", "30 mm"], to = ["120 mm", "0 mm", "45 mm"], radius = "8 mm" }"#;
-    let volumes = [12e-6, std::f64::consts::PI * 64e-6 * 0.0427_200_187];
+    let volumes = [12e-6, std::f64::consts::PI * 64e-6 * 0.042_720_018_7];
     for ((shape, rest), volume) in [(box_, 0.015), (cylinder, 0.008)].into_iter().zip(volumes) {
         let body = format!("shape = {shape}\nspin = [\"3 rad/s\", \"5 rad/s\", \"1 rad/s\"]");
         let cases = RESPONSES.into_iter().flat_map(|response| [0.5, 1.0, 2.0].map(|dt| (response, dt, "bdf2", 0.3)));
