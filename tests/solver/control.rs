@@ -612,7 +612,7 @@ fn a_controller_that_fails_leaves_the_rows_so_far() {
         ("print('{\"signal\": {}}')", "unknown field `signal`"),
         (
             "print('{}\\n{\"signals\": {}}', flush=True)\nsys.stdin.readline()",
-            "wrote at t = 0.500000 s: {\"signals\": {}}: nothing had asked for this line",
+            "wrote at t = 0.500000 s: {\"signals\": {}}\n  nothing had asked for this line",
         ),
     ]
     .into_iter()
