@@ -2,7 +2,9 @@
 
 use crate::common::Random;
 use crate::common::made::{case, fitted, models, options, samples, table, truth};
-use durometer::calibrate::{Mode, Model, Sample, SolverCheck, Weighting, fit_experiment};
+use durometer::calibrate::{
+    FitOptions, FitWarning, Mode, Model, Partner, Sample, SolverCheck, Weighting, fit_experiment,
+};
 use rayon::prelude::*;
 
 /// The stresses that are fitted are those of the scene's law with the same constants, its pressure eliminated from P and not from a closed
@@ -181,6 +183,11 @@ fn biaxial_and_shear_tables_give_the_constants_back() {
     for (e, t) in r.parameters.iter().zip(values) {
         assert!((e.value / t - 1.0).abs() < 1e-9 && e.std_error.is_finite(), "{e:?}");
     }
+    // The closed form of a compressible law at rest, 2(1 + ν)/3 − 1, where there is none between two stretches
+    let o = FitOptions { partner: Some(Partner::Nu(0.45)), ..options(model, &[Mode::Biaxial]) };
+    let told = fit_experiment(&e, &o).expect("fits").warnings;
+    let at_rest = |w: &FitWarning| matches!(w, FitWarning::Compressible { change, .. } if (change.relative + 1.0 / 30.0).abs() < 1e-12);
+    assert!(told.iter().any(at_rest), "{told:?}");
     let message = read("λ1,λ2,stress (kPa)\n1,1,1\n", Mode::Biaxial).expect_err("one stress").to_string();
     assert!(
         message.contains("needs two columns of stress or force") && message.contains("--stress-column-2"),

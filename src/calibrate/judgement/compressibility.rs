@@ -5,7 +5,8 @@
 
 use super::certificate::CASES;
 use super::misfit::Residual;
-use crate::calibrate::{Model, Partner};
+use crate::calibrate::{Mode, Model, Partner};
+use crate::material::Moduli;
 use crate::math::statistics::extent;
 use serde::Serialize;
 
@@ -23,7 +24,7 @@ const OFFERED: [f64; 7] = [0.49, 0.495, 0.499, 0.4995, 0.4999, 0.49995, 0.49999]
 pub struct Change {
     /// Largest one, as a share of the fitted stress at its stretch \[–\]
     pub relative: f64,
-    /// Mode and stretch (or shear) of the largest one
+    /// Mode and stretch of the largest one; simple shear keeps the volume, and has none
     pub mode: &'static str,
     pub stretch: f64,
 }
@@ -38,7 +39,7 @@ pub struct Written<'a> {
 }
 
 impl Written<'_> {
-    /// The largest change by this ν or κ; none where the law has no state to compare.
+    /// The largest change by this ν or κ; none where the law cannot be built. That at rest where no mode has a closed form, as between two unequal stretches.
     pub fn change(&self, partner: Partner) -> Option<Change> {
         let law = self.model.law_with(&self.values, partner, self.volumetric).ok()?;
         let mut largest: Option<Change> = None;
@@ -57,7 +58,10 @@ impl Written<'_> {
                 }
             }
         }
-        largest
+        largest.or_else(|| {
+            let Moduli { e, mu, .. } = law.small_strain();
+            Some(Change { relative: e / (3.0 * mu) - 1.0, mode: Mode::Uniaxial.name(), stretch: 1.0 })
+        })
     }
 
     /// The least of the offered Poisson's ratios that nobody notices over the fitted data.

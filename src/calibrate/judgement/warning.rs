@@ -147,11 +147,10 @@ fn write_compressible(f: &mut fmt::Formatter<'_>, given: Partner, change: &Chang
         Partner::Nu(nu) => write!(f, "with nu = {}", number_text(nu)),
         Partner::Kappa(kappa) => write!(f, "with kappa = {}", stress_text(kappa)),
     }?;
-    let amount = if change.mode == Mode::SimpleShear.name() { "shear" } else { "stretch" };
     let side = if change.relative < 0.0 { "softer" } else { "stiffer" };
     write!(
         f,
-        " the law is up to {:.1} % {side} than the fitted curve ({}, {amount} {:.2}), since the data were taken as incompressible",
+        " the law is up to {:.1} % {side} than the fitted curve ({}, stretch {:.2}), since the data were taken as incompressible",
         100.0 * change.relative.abs(),
         change.mode,
         change.stretch
