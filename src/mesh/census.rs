@@ -39,7 +39,7 @@ pub fn census(name: &Path, path: &Path, reader: Reader) -> Result<Census, MeshEr
     raw.cell_nodes.iter().for_each(|&i| used[i as usize] = true);
     if raw.cells.is_empty() {
         // A surface, of which the body is made
-        raw.facets.iter().flat_map(|facet| &facet.corners).for_each(|&i| used[i as usize] = true);
+        used.fill(true);
     }
     let finite = |p: &Vec3| p.iter().all(|x| x.is_finite());
     let places: Vec<Vec3> =
@@ -69,4 +69,22 @@ pub fn census(name: &Path, path: &Path, reader: Reader) -> Result<Census, MeshEr
         divisible: solids.iter().any(|s| !matches!(s, Solid::Tet4 | Solid::Tet10)),
         quadratic: solids.contains(&Solid::Tet10),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A surface has its bounds, and no node of it is superfluous.
+    #[test]
+    fn a_surface_has_bounds() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("surface.vtk");
+        let text = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0  80 0 0  0 20 0  0 0 15\n\
+                    CELLS 4 16\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\nCELL_TYPES 4\n5 5 5 5\n";
+        std::fs::write(&path, text).expect("writable");
+        let found = census(&path, &path, Reader::Vtk).expect("a surface");
+        assert_eq!((found.bounds, found.unused_nodes), ((Vec3::zeros(), Vec3::new(80.0, 20.0, 15.0)), 0));
+        assert_eq!(found.others, BTreeMap::from([("triangles", 4)]));
+    }
 }
