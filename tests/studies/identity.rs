@@ -234,6 +234,16 @@ impl Watch for Meddles<'_> {
     }
 }
 
+/// Keeps what is noted.
+#[derive(Default)]
+struct Notes(Mutex<Vec<String>>);
+
+impl Watch for Notes {
+    fn note(&self, case: &str, text: &str) {
+        self.0.lock().expect("no panic").push(format!("{case}: {text}"));
+    }
+}
+
 /// A case that is computed after a file has changed says so: other cases of the same run have the file of before.
 #[test]
 fn a_file_that_changes_during_a_run_is_noted() {
@@ -244,6 +254,21 @@ fn a_file_that_changes_during_a_run_is_noted() {
     run(&study, &keep.path().join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
     let notes = watch.notes.into_inner().expect("no panic");
     assert!(notes.iter().any(|note| note.contains("a file that it reads has changed")), "{notes:?}");
+}
+
+/// A case that is refused, as its study expects, was not computed: no file of it has changed.
+#[test]
+fn a_case_that_is_refused_has_no_changed_file() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/hard-cases/study.toml");
+    let study = Study::read(&file, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let (stop, watch) = (AtomicBool::new(false), Notes::default());
+    let only = Some(Only::from("finger-overpull-tet4-pull-110"));
+    let options = Options { jobs: 1, only, ..Options::new(&stop) };
+    let records = run(&study, keep.path(), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!((records.len(), records[0].status.as_str()), (1, "Refused"));
+    let notes = watch.0.into_inner().expect("no panic");
+    assert!(!notes.iter().any(|note| note.contains("has changed")), "{notes:?}");
 }
 
 /// A table of results that is not the one that was stored is computed again: deleted, cut off, or that of another case.

@@ -19,7 +19,7 @@ use crate::study::store::folder::{Store, StoreError, Stored};
 use crate::study::store::identity::{Identity, mesh_sha256};
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::outcome::refused;
-use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME};
+use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME, REFUSED};
 use crate::wording::first;
 use std::collections::{HashMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -250,7 +250,9 @@ fn prepare(
 
 /// Whether a result was computed from other files than there were when the run began.
 fn changed_meanwhile(before: Option<&Identity>, record: &CaseRecord) -> bool {
-    !record.broke() && before.is_some_and(|before| record.provenance.identity != *before)
+    // What was not computed names no files.
+    let computed = !record.broke() && record.status != REFUSED;
+    computed && before.is_some_and(|before| record.provenance.identity != *before)
 }
 
 /// The state that cases which run side by side share.
