@@ -250,7 +250,7 @@ fn prepare(
 
 /// Whether a result was computed from other files than there were when the run began.
 fn changed_meanwhile(before: Option<&Identity>, record: &CaseRecord) -> bool {
-    // What was not computed names no files.
+    // A case that was not computed names no files.
     let computed = !record.broke() && record.status != REFUSED;
     computed && before.is_some_and(|before| record.provenance.identity != *before)
 }
