@@ -1,7 +1,7 @@
 //! Contact as complementarity, 0 ≤ d ⟂ λ ≥ 0 at every point, solved with the equilibrium.
 //!
 //! With a scalar y for each point and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods Appl.
-//! Mech. Eng. 92 (1991), §3, with a small yielding ε ([`YIELDING`]),
+//! Mech. Eng. 92 (1991), §3, with a small yielding ε,
 //!
 //! ```text
 //! L = Σ_q ½ c ((1 − ε) max(0, y − d)² − y²)      r_k = −c (1 − ε) max(0, y − d) s_k m      r_y = c ((1 − ε) max(0, y − d) − y)
