@@ -1,5 +1,7 @@
 //! Files: read within a limit, written whole or not at all, known by their contents; the time of their records.
 
+pub mod reading;
+
 use sha2::{Digest, Sha256};
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result, Write};
@@ -17,7 +19,9 @@ const UNPACKED_RATIO: u64 = 24;
 
 /// The contents of a regular file of at most `limit` bytes. A pipe or a device, which may have no end, is refused.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
-    limited(open(path)?, limit)
+    let bytes = limited(open(path)?, limit)?;
+    reading::note(path, || sha256(&bytes));
+    Ok(bytes)
 }
 
 /// A regular file, to be read. A pipe without a writer would block when it is opened, so that its kind is asked for first.

@@ -39,6 +39,11 @@ pub fn first<T: Display>(items: &[T]) -> String {
     }
 }
 
+/// A number of things: "1 marker", "3 markers".
+pub fn count(n: usize, thing: &str) -> String {
+    if n == 1 { format!("1 {thing}") } else { format!("{n} {thing}s") }
+}
+
 /// Numbers of lines: "line 4", or "lines 4, 7 and 9 more".
 pub fn lines(numbers: &[u64]) -> String {
     format!("{} {}", if numbers.len() == 1 { "line" } else { "lines" }, first(numbers))

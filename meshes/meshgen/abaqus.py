@@ -71,7 +71,8 @@ class Sets:
         raise self.absent(f"{WORDS[kind][1]} {name}", scope, of)
 
     def absent(self, what: str, scope: str, of: str) -> BadRequest:
-        place = f"in {self.scopes[scope].name}" if scope else "there"
+        instance = self.scopes[scope]
+        place = f"in {instance.name if self.reader.instances else instance.part.name}" if scope else "there"
         return BadRequest(f"cannot read {self.reader.path.name}: {of} refers to {what}, which is not {place}", "define it, or remove it from the set")
 
     def all(self, kind: str):

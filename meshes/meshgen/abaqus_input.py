@@ -23,8 +23,11 @@ SETS = {
     "node": ("node_sets", "nset"), "nset": ("node_sets", "nset"), "element": ("element_sets", "elset"), "elset": ("element_sets", "elset"),
     "surface": ("surfaces", "name"),
 }  # fmt: skip
-# Keywords that make or move nodes and elements
-GENERATORS = ("system", "ncopy", "ngen", "nfill", "nmap", "elcopy", "elgen")
+# Keywords that make nodes and elements of others
+GENERATORS = ("ncopy", "ngen", "nfill", "nmap", "elcopy", "elgen")
+# Keywords at which another part, instance or assembly begins or ends; a coordinate system of nodes ends with it
+PLACES = ("part", "end part", "assembly", "end assembly", "instance", "end instance")
+FLAT = 1e-12  # sine of an angle below which directions are the same
 WHOLE = "write the file with all its nodes and elements, as Abaqus/CAE does"
 
 # Limits of *INCLUDE and of INPUT=, which are those of the program too; a file that is included twice counts twice
@@ -45,8 +48,9 @@ class Part:
     """Nodes and elements by their labels, sets and surfaces by their names in small letters.
 
     Members of sets are (instance, member): a label, a range of labels of which some may be missing, a name of a set, or NodesOf. The
-    instance is empty for what is in the same place. Surfaces have (member, face)."""
+    instance is empty for what is in the same place. Surfaces have (member, face). `name` is as the file spells it."""
 
+    name: str = ""
     nodes: dict = field(default_factory=dict)
     elements: dict = field(default_factory=dict)  # label -> (kind, labels of its nodes)
     passed: set = field(default_factory=set)  # labels of elements without volume that are no facets
@@ -57,7 +61,7 @@ class Part:
     def copy(self) -> "Part":
         """A part to which more can be added."""
         sets = ({name: list(members) for name, members in of.items()} for of in (self.node_sets, self.element_sets, self.surfaces))
-        return Part(dict(self.nodes), dict(self.elements), set(self.passed), *sets)
+        return Part(self.name, dict(self.nodes), dict(self.elements), set(self.passed), *sets)
 
 
 @dataclass
@@ -80,6 +84,43 @@ class Instance:
         return points
 
 
+@dataclass
+class System:
+    """The rectangular coordinate system in which nodes are given: the lines of *SYSTEM with the points a and b, and c.
+
+    a is the origin, b lies on the x-axis, c in the xy-plane on the side of the y-axis. Without c the z-axis stays as it is, without b all do."""
+
+    lines: list = field(default_factory=list)
+
+    def add(self, numbers: list) -> None:
+        """A data line, in which coordinates at the end may be left out."""
+        whole = 3 if self.lines or len(numbers) <= 3 else 6
+        if len(self.lines) == 2 or self.lines and len(self.lines[0]) == 3 or len(numbers) > whole:
+            raise ValueError("three or six coordinates, then three are wanted")
+        self.lines.append(numbers + [0.0] * (whole - len(numbers)))
+
+    def frame(self) -> tuple | None:
+        """The origin, and the axes as rows; none where nodes are given in the global system."""
+        if not self.lines:
+            return None
+        origin, b = np.array(self.lines[0][:3]), np.array(self.lines[0][3:])
+        if not len(b):
+            return origin, np.eye(3)
+        x = b - origin
+        if len(self.lines) > 1:
+            other = np.array(self.lines[1]) - origin
+            up = np.cross(x, other)
+            is_flat = np.linalg.norm(up) <= FLAT * np.linalg.norm(x) * np.linalg.norm(other)
+        else:
+            up = np.array([0.0, 0.0, 1.0])
+            is_flat = np.linalg.norm(x[:2]) <= FLAT * np.linalg.norm(x)
+            x[2] = 0
+        if is_flat:
+            raise ValueError("the points of *SYSTEM determine no axes")
+        x, up = x / np.linalg.norm(x), up / np.linalg.norm(up)
+        return origin, np.array([x, np.cross(up, x), up])
+
+
 class Reader:
     """The state of reading: the part, instance or assembly that keywords refer to."""
 
@@ -95,6 +136,8 @@ class Reader:
         self.scope = self.model
         self.inside = None  # an instance whose lines of placement follow
         self.kind = None  # keyword and options that data lines belong to
+        self.system = System()
+        self.frame = None  # of the nodes that follow
         self.members: list = []  # those of the set to which data lines add
         self.pending: list = []
 
@@ -164,8 +207,11 @@ class Reader:
         self.members = self.set_of(word, given)
         if word in GENERATORS:
             raise self.fail(number, f"*{word.upper()} is not read", WHOLE)
+        if word in PLACES:
+            self.system = System()
         if word == "part":
-            self.scope = self.parts[given.get("name", "").lower()] = Part()
+            name = given.get("name", "")
+            self.scope = self.parts[name.lower()] = Part(name)
         elif word in ("end part", "assembly", "end instance", "end assembly"):
             self.inside, self.scope = None, self.model
         elif word == "instance":
@@ -177,6 +223,8 @@ class Reader:
             self.scope = self.inside.part
         elif word == "node" and given.get("system", "R").upper() not in ("R", "C"):
             raise self.fail(number, f"*NODE, SYSTEM={given['system']} is not read", "write the nodes in rectangular or cylindrical coordinates")
+        elif word == "system":
+            self.system = System()
         elif word == "nset" and given.get("elset"):
             self.members.append((given.get("instance", ""), NodesOf(given["elset"])))
         elif word == "include":
@@ -185,6 +233,11 @@ class Reader:
             self.read(self.path.parent / given["input"])
         elif word == "element":
             self.element = self.element_kind(given.get("type", "").upper(), number)
+        if word == "node":
+            try:
+                self.frame = self.system.frame()
+            except ValueError as error:
+                raise self.fail(number, str(error), "give its origin, a point of its x-axis, and one off that axis") from None
         if word in WITH_INPUT and given.get("input"):
             self.read(self.path.parent / given["input"])
 
@@ -215,6 +268,8 @@ class Reader:
         scope = self.scope
         if word == "instance":
             self.inside.lines.append([float(x) for x in words])
+        elif word == "system":
+            self.system.add([float(x or 0) for x in words])
         elif word == "node":
             label = int(words[0])
             if len(words) < 4:
@@ -222,6 +277,9 @@ class Reader:
             x, y, z = (float(x or 0) for x in words[1:4])
             if given.get("system", "").upper() == "C":
                 x, y = x * np.cos(np.radians(y)), x * np.sin(np.radians(y))
+            if self.frame:
+                origin, axes = self.frame
+                x, y, z = (origin + np.array([x, y, z]) @ axes).tolist()
             scope.nodes[label] = [x, y, z]
             self.members.append(("", label))
         elif word == "element" and self.element:

@@ -23,6 +23,7 @@ class Geometry:
     volume    enclosed volume in mm³, where the CAD kernel does not know it (surfaces without CAD)
     rebuild   builds the same model again for an edge length in mm, where clearing the mesh would destroy it (surfaces without CAD)
     unions    further facet regions: name -> names of facet regions
+    dropped   faces of a file that bound no solid, in words
     """
 
     volumes: list
@@ -32,6 +33,7 @@ class Geometry:
     volume: float | None = None
     rebuild: Callable | None = None
     unions: dict = field(default_factory=dict)
+    dropped: list = field(default_factory=list)
 
     def clear_mesh(self, length: float | None = None) -> None:
         """Restore the geometry without a mesh, for the given edge length [mm]."""

@@ -3,14 +3,16 @@
 from pathlib import Path
 
 import gmsh
+import numpy as np
 
+from . import surface
 from .errors import BadRequest
-from .geometry import MM, Geometry, boundary_faces
+from .geometry import MM, SNAP, Geometry, boundary_faces
 from .request import Request
 
-# Options by which gmsh joins the faces of an IGES file into solids; the tolerance, in mm, is what such files round to.
-SEWING = {"Geometry.OCCSewFaces": 1, "Geometry.OCCMakeSolids": 1, "Geometry.Tolerance": 1e-3}
-MOST_OVERLAP = 1e-6  # share of the volume, below which solids touch
+# Options by which gmsh joins the faces of an IGES file at their edges; the tolerance, in mm, is what such files round to.
+SEWING = {"Geometry.OCCSewFaces": 1, "Geometry.Tolerance": 1e-3}
+MOST_OVERLAP = 1e-6  # share of the volume, below which solids touch, and up to which one that lies in another may stick out
 
 
 def read_geometry(request: Request) -> Geometry:
@@ -43,6 +45,7 @@ def read_cad(path: Path, format: str, scale: float) -> Geometry:
     load(path, format)
     if format == "iges" and not occ.getEntities(3):
         sew(path)
+    dropped = drop_sheets()
     volumes = occ.getEntities(3)
     if not volumes:
         hint = "export STEP, which holds solids" if format == "iges" else "export a solid"
@@ -50,13 +53,13 @@ def read_cad(path: Path, format: str, scale: float) -> Geometry:
     if len(volumes) > 1:
         check_apart(path, volumes, occ.fragment(volumes, [])[1])
     occ.synchronize()
-    return Geometry([tag for _, tag in gmsh.model.getEntities(3)], {})
+    return Geometry([tag for _, tag in gmsh.model.getEntities(3)], {}, dropped=dropped)
 
 
 def load(path: Path, format: str) -> None:
-    """Import a file into the current gmsh model."""
+    """Import a file into the current gmsh model, the solids first."""
     try:
-        gmsh.model.occ.importShapes(str(path), format=format)
+        gmsh.model.occ.importShapes(str(path), highestDimOnly=False, format=format)
     except Exception as error:
         raise BadRequest(f"cannot read {path.name}: {error}", "check that the file is complete") from None
 
@@ -71,6 +74,73 @@ def sew(path: Path) -> None:
     for name, value in before.items():
         gmsh.option.setNumber(name, value)
     check_faces(path)
+    make_solids()
+
+
+def make_solids() -> None:
+    """Solids of the closed shells: a shell inside an odd number of others is the wall of a cavity of the smallest of them."""
+    occ = gmsh.model.occ
+    occ.synchronize()
+    closed = [shell for shell in shells() if not gmsh.model.getBoundary([(2, face) for face in shell], combined=True, oriented=False)]
+    loops = [occ.addSurfaceLoop(shell) for shell in closed]
+    filled = [occ.addVolume([loop]) for loop in loops]
+    size = [abs(occ.getMass(3, tag)) for tag in filled]
+    around = [[b for b in range(len(filled)) if size[a] < size[b] and lies_in(filled[a], filled[b])] for a in range(len(filled))]
+    occ.remove([(3, tag) for tag in filled])
+    walls = {outer: [loops[outer]] for outer in range(len(filled)) if len(around[outer]) % 2 == 0}
+    for inner in range(len(filled)):
+        if inner not in walls:
+            walls[min(around[inner], key=lambda b: size[b])].append(loops[inner])
+    for solid in walls.values():
+        occ.addVolume(solid)
+    # The shell of a single face has a copy of it
+    occ.synchronize()
+    occ.remove(free([(2, face) for shell in closed for face in shell]))
+
+
+def shells() -> list:
+    """The faces of the model, by the shells in which they hang together by edges."""
+    faces = [tag for _, tag in gmsh.model.getEntities(2)]
+    owners = {}
+    for i, face in enumerate(faces):
+        for edge in gmsh.model.getAdjacencies(2, face)[1].tolist():
+            owners.setdefault(edge, []).append(i)
+    pairs = np.array([(of[0], other) for of in owners.values() for other in of], int).reshape(-1, 2)
+    shell = surface.components(len(faces), pairs)
+    return [[faces[i] for i in np.flatnonzero(shell == number)] for number in np.unique(shell)]
+
+
+def free(entities: list) -> list:
+    """Those that bound nothing."""
+    return [entity for entity in entities if not len(gmsh.model.getAdjacencies(*entity)[0])]
+
+
+def lies_in(inner: int, outer: int) -> bool:
+    """Whether a solid lies within another."""
+    occ = gmsh.model.occ
+    a, b = occ.getBoundingBox(3, inner), occ.getBoundingBox(3, outer)
+    if any(a[i] < b[i] - SNAP or a[i + 3] > b[i + 3] + SNAP for i in range(3)):
+        return False
+    copies = [occ.copy([(3, tag)]) for tag in (inner, outer)]
+    common = occ.intersect(*copies)[0]
+    shared = sum(abs(occ.getMass(*piece)) for piece in common if piece[0] == 3)
+    occ.remove(common, recursive=True)
+    return shared > (1 - MOST_OVERLAP) * abs(occ.getMass(3, inner))
+
+
+def drop_sheets() -> list:
+    """Remove faces, edges and points that belong to no solid; returns words about the faces."""
+    occ = gmsh.model.occ
+    told = []
+    occ.synchronize()
+    for dim in (2, 1, 0) if occ.getEntities(3) else ():
+        left = free(occ.getEntities(dim))
+        if left and dim == 2:
+            what = "a face bounds no solid and is" if len(left) == 1 else f"{len(left)} faces bound no solid and are"
+            told = [f"{what} left out, one from {box_text(occ.getBoundingBox(*left[0]))}; only solids are meshed"]
+        occ.remove(left)
+        occ.synchronize()
+    return told
 
 
 def check_faces(path: Path) -> None:

@@ -32,4 +32,4 @@ def generate(request: Request) -> tuple:
         else:
             driver = gmsh_driver
         mesh, notes = driver.mesh(request, geometry, volume)
-        return mesh, volume, geometry.paths, notes
+        return mesh, volume, geometry.paths, notes | ({"dropped": geometry.dropped} if geometry.dropped else {})

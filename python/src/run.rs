@@ -311,8 +311,10 @@ impl Run {
     ) -> PyResult<Self> {
         let (Done { run, seconds }, scene) = (done, &*built.scene);
         let record = outcome::record(scene, &run, seconds);
-        if let Some(found) = &record.solver.energy_from_nothing {
-            let text = CString::new(found.warning()).map_err(|e| input(&e.to_string(), ""))?;
+        let solver = &record.solver;
+        let collapsed = solver.collapsed_cavities.iter().map(|found| found.warning());
+        for warning in solver.energy_from_nothing.iter().map(|found| found.warning()).chain(collapsed) {
+            let text = CString::new(warning).map_err(|e| input(&e.to_string(), ""))?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
         }
         let record = serde_json::to_string(&record);

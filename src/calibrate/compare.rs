@@ -35,7 +35,7 @@ pub struct Compared {
     pub cross_mode: Option<f64>,
     /// The worse of the two
     pub score: Option<f64>,
-    /// Whether every constant has a finite interval
+    /// Whether every constant has a finite interval and a sign
     pub determined: bool,
     /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
     pub lost: Vec<(&'static str, f64)>,
@@ -109,10 +109,8 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         cross_mode,
         score,
         lost: lost(&stability, choice.stretch),
-        determined: headline(&setting, &choice.fitted, &whole, experiment, options)?
-            .0
-            .iter()
-            .all(Estimate::is_determined),
+        determined: !whole.mirrored
+            && headline(&setting, &choice.fitted, &whole, experiment, options)?.0.iter().all(Estimate::is_determined),
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::judgement::certificate::certificate;
 use super::judgement::measurement::{self, Stated};
+use super::judgement::mirrored::open_signs;
 use super::judgement::misfit::residuals;
 use super::judgement::specimen::scatter;
 use super::judgement::{no_repeat, predictions, slack_hint, systematic, unequal, validity, warnings};
@@ -45,8 +46,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let partner = options.partner.filter(|_| poisson.is_none()).map(|p| p.check()).transpose()?;
     let volumetric = options.volumetric.as_ref().map(|v| check_volumetric(model, v)).transpose()?;
     let (experiment, slack) = without_slack(experiment, options, model)?;
-    let experiment = &*experiment;
-    let choice = choose(experiment, options)?;
+    let choice = choose(&experiment, options)?;
     let setting = LawSetting { slack: slack.offsets.clone(), ..choice.setting(options, model)? };
     let Choice { modes, range, fitted, stretch } = choice;
     let is_fitted = |s: &Sample| modes.contains(&s.mode) && range.contains(s.stretch) && s.is_informative();
@@ -59,11 +59,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let known = |s: &Sample| s.is_informative() && stress(s).is_finite();
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
-    let range_dependence = range_dependence(experiment, &modes, range.from, &setting, &answer);
+    let range_dependence = range_dependence(&experiment, &modes, range.from, &setting, &answer);
     let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
     let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
-    let (parameters, stated) = headline(&setting, &fitted, &answer, experiment, options)?;
+    let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
     if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {
         answer.pattern = pattern_beyond(&setting, &fitted, &answer, &stated.columns);
     }
@@ -93,10 +93,11 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         degrees: answer.errors.free,
         interval_assumption: interval_assumption(&answer.errors, options.weighting, options.loss, &measurement),
         measurement,
-        slack: slack_estimates(&setting, &fitted, &answer, experiment, options),
+        slack: slack_estimates(&setting, &fitted, &answer, &experiment, options),
         scatter,
-        otherwise: otherwise(experiment, &setting, &fitted, &answer, is_fitted),
+        otherwise: otherwise(&experiment, &setting, &fitted, &answer, is_fitted),
         unidentified: answer.identified.directions.clone(),
+        open_signs: vec![],
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
         poisson,
@@ -113,12 +114,12 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         audit: experiment.audit.clone(),
         modes,
     };
-    result.warnings = warnings(&result, &answer, model, experiment, options.tolerance);
+    result.warnings = warnings(&result, &answer, model, &experiment, options.tolerance);
     let patterned = systematic(&patterns.unwrap_or_else(|| vec![answer.pattern]), misfit.rms_relative);
     result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));
     result.warnings.extend(no_repeat(&fitted));
     result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));
-    Ok(result)
+    Ok(open_signs(result, &answer, model))
 }
 
 /// The constants with the 95 % interval of the error model, by profile likelihood where the law is not linear in them, and of the stated errors of the

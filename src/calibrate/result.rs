@@ -19,7 +19,7 @@ pub fn interval_assumption(errors: &Errors, weighting: Weighting, loss: Loss, me
     let Errors { model, free, .. } = errors;
     let degrees = if *free == 1 { "1 degree".into() } else { format!("{free} degrees") };
     let size = match weighting {
-        _ if matches!(model, ErrorModel::Unequal { .. }) => "whose size changes with the stress",
+        _ if model.grows() || matches!(model, ErrorModel::Unequal { .. }) => "whose size changes with the stress",
         _ if errors.sizes.is_some() => "of another size in each curve",
         Weighting::Absolute => "of one size",
         Weighting::Relative => "in proportion to the stress",
@@ -140,6 +140,8 @@ pub struct FitResult {
     pub otherwise: Vec<Otherwise>,
     /// Directions that the data do not determine, or hardly
     pub unidentified: Vec<Direction>,
+    /// Symbols of constants that may have either sign: the fitted modes have the same stresses with both
+    pub open_signs: Vec<&'static str>,
     /// Range of material stability, by mode
     pub stability: Vec<StableRange>,
     pub partner: Option<Partner>,
@@ -188,9 +190,9 @@ impl FitResult {
         partner.into_iter().chain(volumetric.map(words)).collect()
     }
 
-    /// False where some constant has no finite interval
+    /// False where some constant has no finite interval, or no sign
     pub fn is_determined(&self) -> bool {
-        self.parameters.iter().all(Estimate::is_determined)
+        self.open_signs.is_empty() && self.parameters.iter().all(Estimate::is_determined)
     }
 
     /// `μ = … Pa [… , …]`, one per parameter
@@ -198,6 +200,9 @@ impl FitResult {
         let one = |(e, wide): (&Estimate, &[f64; 2])| {
             let head = format!("{} = {}", e.symbol, e.print(e.value));
             match (e.std_error.is_finite(), e.is_determined()) {
+                (true, true) if self.open_signs.contains(&e.symbol) => {
+                    format!("{head} (its sign is not determined by the data: 95 % interval {})", e.span(e.interval))
+                }
                 (true, true) if *wide == e.interval => format!("{head} (95 % interval {})", e.span(e.interval)),
                 (true, true) => {
                     format!("{head} (95 % interval {}; if used over this range {})", e.span(e.interval), e.span(*wide))
@@ -213,14 +218,17 @@ impl FitResult {
 impl fmt::Display for FitResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let modes: Vec<_> = self.modes.iter().map(|m| m.name()).collect();
+        let percent = |stretch: f64| stretch_text(100.0 * (stretch - 1.0));
         writeln!(
             f,
-            "{} on {} ({}), stretch {} to {}, {} data points",
+            "{} on {} ({}), stretch {} to {} (strain {} to {} %), {} data points",
             self.label,
             self.data,
             modes.join(" + "),
             stretch_text(self.stretch[0]),
             stretch_text(self.stretch[1]),
+            percent(self.stretch[0]),
+            percent(self.stretch[1]),
             self.rows
         )?;
         writeln!(f, "{}", self.answer())?;

@@ -5,7 +5,7 @@ use super::{body_figure, files, region_table};
 use durometer::math::units::{Dimension, shown};
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
-use durometer::scene::{Body, Scene, SceneSpec, read_scene};
+use durometer::scene::{Body, Scene, SceneSpec, limits_of_scene, read_scene};
 use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use durometer::study::run::task::Task;
@@ -266,6 +266,7 @@ fn describe(scene: &Scene) {
     }
     say!("records      {}", scene.columns().join("\n             "));
     scene.notes.iter().for_each(|note| say!("{:12} {note}", scene.kind_of_note(note)));
+    limits_of_scene(scene).iter().for_each(|(kind, limit)| say!("{kind:12} {limit}"));
     unused_regions(scene).iter().for_each(|name| say!("note         nothing uses the region {name}"));
     if let Some(why) = &scene.no_limit {
         say!("note         {why}: the answer has no limit as h → 0, a convergence study refuses its verdict");

@@ -6,7 +6,7 @@ use super::softening;
 use durometer::calibrate::softening::fit_softening;
 use durometer::calibrate::{
     Accuracy, Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, Sign, SlackChoice, StrainKind, StressKind,
-    StretchRange, Weighting, compare, fit,
+    StretchRange, UnknownMode, Weighting, compare, fit,
 };
 use durometer::math::units::{self, Dimension};
 use std::path::PathBuf;
@@ -53,8 +53,8 @@ pub struct Args {
     #[arg(long)]
     range: Option<StretchRange>,
     /// Mode to fit: uniaxial, equibiaxial, planar, simple_shear, biaxial; several times, or with commas, to fit several together
-    #[arg(long, visible_alias = "modes", value_delimiter = ',')]
-    mode: Vec<Mode>,
+    #[arg(long, visible_alias = "modes", value_delimiter = ',', value_parser = asked_mode)]
+    mode: Vec<AskedMode>,
     /// Error that has the same weight in every data point: a pascal (absolute), a per cent (relative), a standard deviation of its mode (noise)
     #[arg(long, visible_alias = "weighting", default_value = "absolute")]
     weight: Weighting,
@@ -164,6 +164,17 @@ pub struct Args {
     json: bool,
 }
 
+/// A mode as it was asked for.
+#[derive(Clone, Copy)]
+struct AskedMode {
+    mode: Mode,
+    compression: bool,
+}
+
+fn asked_mode(word: &str) -> Result<AskedMode, UnknownMode> {
+    Ok(AskedMode { mode: word.parse()?, compression: word.to_lowercase().contains("compression") })
+}
+
 pub fn main(args: Args) -> CommandResult {
     let csv = files::all_brought(&args.csv)?;
     let mut request = FitRequest::new(&csv[0], &args.law);
@@ -189,7 +200,8 @@ pub fn main(args: Args) -> CommandResult {
     }
     (request.preparation.cycle, request.preparation.zero, request.preparation.toe) = (args.cycle, args.zero, args.toe);
     request.options.noise = args.noise.map(|text| units::parse(&text, Dimension::PRESSURE)).transpose()?;
-    request.options.modes = args.mode;
+    request.columns.compression = args.mode.iter().any(|asked| asked.compression);
+    request.options.modes = args.mode.iter().map(|asked| asked.mode).collect();
     request.options.range = args.range;
     request.options.terms = args.terms;
     request.options.weighting = args.weight;

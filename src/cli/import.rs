@@ -1,12 +1,15 @@
 //! `durometer import FILE`
 
 use super::outcome::{CommandResult, Outcome};
+use durometer::math::tensor::Vec3;
+use durometer::math::units::shown;
 use durometer::mesh::TetMesh;
 use durometer::mesh::format::{has_name, recognise};
 use durometer::mesh::quality::Quality;
-use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, starter};
+use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, limits_of_mesh, starter};
 use durometer::solve::Status;
 use durometer::storage;
+use durometer::wording;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -43,7 +46,7 @@ pub fn main(args: Args) -> CommandResult {
     let mut import = Import::of(&args.file, args.unit.as_deref(), &mut |line| tell!("{line}"))?;
     content(&import);
     let imported = import.load(&mut |line| tell!("{line}"))?;
-    mesh(&imported);
+    mesh(&import, &imported);
     if let Some(out) = &args.scene {
         let text = starter(&import, &imported, out.parent().unwrap_or(Path::new("")));
         storage::write(out, text.as_bytes())
@@ -66,7 +69,8 @@ fn content(import: &Import) {
             say!("elements     {}", list(&found.others));
         }
         let (a, b) = found.bounds;
-        say!("bounds       ({}, {}, {}) to ({}, {}, {}) in units of the file", a.x, a.y, a.z, b.x, b.y, b.z);
+        let corner = |p: Vec3| wording::joined(&[p.x, p.y, p.z].map(shown));
+        say!("bounds       ({}) to ({}) in units of the file", corner(a), corner(b));
         for (count, what) in [
             (found.unused_nodes, "nodes belong to no cell; they are dropped"),
             (found.doubled_nodes, "nodes are at the place of another one; merge joins them"),
@@ -82,7 +86,7 @@ fn content(import: &Import) {
     for (needed, key) in [
         (spec.cells.is_some(), format!("cells = {}", spec.cells.unwrap_or(0))),
         (spec.split, "split = true".into()),
-        (spec.merge.is_some(), format!("merge = \"{:e} mm\"", spec.merge.map_or(0.0, |m| m.0 * 1e3))),
+        (spec.merge.is_some(), format!("merge = \"{:e} mm\"", spec.merge.map_or(0.0, |m| shown(m.0 * 1e3)))),
     ] {
         if needed {
             say!("needs        {key}");
@@ -91,7 +95,7 @@ fn content(import: &Import) {
 }
 
 /// Prints the mesh as a scene gets it.
-fn mesh(imported: &Imported) {
+fn mesh(import: &Import, imported: &Imported) {
     let mesh = &imported.body.mesh;
     let quality = Quality::of(mesh);
     say!(
@@ -118,6 +122,7 @@ fn mesh(imported: &Imported) {
     }
     imported.body.warnings.iter().for_each(|warning| say!("warning      {warning}"));
     imported.body.notes.iter().for_each(|note| say!("note         {note}"));
+    limits_of_mesh(mesh, &import.spec).iter().for_each(|(kind, limit)| say!("{kind:12} {limit}"));
 }
 
 /// Counts and sizes of a region.

@@ -4,9 +4,10 @@ use super::files;
 use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::quality::Quality;
-use durometer::scene::{Body, keep, read_scene};
+use durometer::scene::{Body, Scene, keep, limits_of_mesh, limits_of_scene, read_scene};
 use durometer::study::expand::Study;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Make (or find) the meshes of a scene or study and say how good they are
 ///
@@ -33,21 +34,23 @@ pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
     let scenes = if files::is_study(&file) {
         let cases = Study::read(&file, &changes)?.cases;
-        cases.into_iter().map(|c| (c.scene_file, c.spec.mesh)).collect()
+        cases.into_iter().map(|c| (c.scene_file, c.spec, c.text)).collect()
     } else {
-        vec![(file.clone(), read_scene(&file, &changes)?.0.mesh)]
+        let (spec, text) = read_scene(&file, &changes)?;
+        vec![(file.clone(), spec, text)]
     };
     let mut seen = Vec::new();
-    for (file, spec) in scenes {
+    for (file, scene, text) in scenes {
+        let spec = &scene.mesh;
         let key = format!("{spec:?}");
         if seen.contains(&key) {
             continue;
         }
         seen.push(key);
         if args.keep {
-            keep(&file, &spec, &MeshStore::find()?, &mut |line| tell!("{line}"))?;
+            keep(&file, spec, &MeshStore::find()?, &mut |line| tell!("{line}"))?;
         }
-        let body = Body::load(&file, &spec, &mut |line| tell!("{line}"))?;
+        let body = Arc::new(Body::load(&file, spec, &mut |line| tell!("{line}"))?);
         let (mesh, quality) = (&body.mesh, Quality::of(&body.mesh));
         say!(
             "{:28} {:>7} cells {:>6} nodes  h {:.3} mm  radius ratio min {:.3} mean {:.3}  dihedral {:.1}–{:.1}°",
@@ -60,6 +63,10 @@ pub fn main(args: Args) -> CommandResult {
             quality.dihedral_min_deg,
             quality.dihedral_max_deg
         );
+        // The scene says which nodes are held, if nothing is wrong with it
+        let built = Scene::build(&file, scene.clone(), text, body.clone());
+        let limits = built.map_or_else(|_| limits_of_mesh(mesh, spec), |scene| limits_of_scene(&scene));
+        limits.iter().for_each(|(kind, limit)| say!("{kind:12} {limit}"));
     }
     Ok(Outcome::Complete)
 }

@@ -15,7 +15,9 @@ mod compare;
 mod controls;
 mod doctor;
 mod drawing;
+mod earlier;
 mod engine;
+mod file_size;
 pub mod files;
 mod fit;
 mod import;
@@ -114,6 +116,7 @@ pub fn bring_files() {
 /// Does what the arguments say, of which the first is the name of the program, and returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     memory::keep_freed();
+    file_size::let_writes_fail();
     let code = match Cli::try_parse_from(arguments) {
         Ok(cli) => dispatch(cli.command),
         Err(told) => {
@@ -137,6 +140,7 @@ fn dispatch(command: Command) -> u8 {
     // Before any other thread starts: those that are told to stop keep what is finished
     if matches!(command, Command::Run(_) | Command::Robustness(_) | Command::Simulate(_) | Command::Plan(_)) {
         interrupt::stop_flag();
+        interrupt::set_up(false);
     }
     // A reader that closes the pipe (`| head`) ends the program quietly; a controller or the process of a case that ends must not.
     let talks = match &command {

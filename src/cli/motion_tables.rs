@@ -20,7 +20,8 @@ fn decimals(value: f64, digits: usize) -> String {
 pub fn states(found: &[Evaluation]) -> Table {
     let mut rows = vec![];
     for evaluation in found {
-        for c in &evaluation.curves {
+        // A curve without a state has no row
+        for c in evaluation.curves.iter().filter(|c| c.held.is_some() || c.last.is_some()) {
             let (factor, unit) = printed(&c.curve.name);
             let number =
                 |value: Option<f64>, digits: usize| value.map_or("–".into(), |v| decimals(factor * v, digits));

@@ -2,6 +2,8 @@
 
 use super::controls::{self, Chosen, ControlArgs, positive_time};
 use super::drawing::{Drawing, Drawn};
+use super::earlier::Earlier;
+use super::interrupt;
 use super::live;
 use super::outcome::{CommandResult, Outcome};
 use super::{bars::Bars, files};
@@ -14,7 +16,7 @@ use durometer::scene::control::Controller;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
     ParameterKey, Progress, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities,
-    SensitivityError, SensitivityRecorder, read_scene, refine,
+    SensitivityError, SensitivityRecorder, limits_of_scene, read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::storage;
@@ -127,10 +129,11 @@ pub fn main(args: Args) -> CommandResult {
     threads::use_threads(args.threads.unwrap_or_else(threads::available));
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
-    check_out(&args.out)?;
-    let (listener, stop) = (live::listen(args.live, args.port)?, super::interrupt::stop_flag());
+    let earlier = check_out(&args.out, &name)?;
+    let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
+    interrupt::set_up(true);
     let (scene, build_s) = build(&file, spec, text, body)?;
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
@@ -164,6 +167,7 @@ pub fn main(args: Args) -> CommandResult {
         partial.add(row)
     };
     let options = RunOptions {
+        on_sized: Some(&mut begins),
         on_row: Some(&mut rows),
         save_every: Some(save_every),
         restart: from,
@@ -187,7 +191,7 @@ pub fn main(args: Args) -> CommandResult {
     record.id.clone_from(&name);
     record.notes.extend(note);
     record.phases.build_s = build_s;
-    let (json, full) = replace(partial, &args.out, &scene, &run, &record)?;
+    let (json, full) = replace((partial, earlier), &args.out, &scene, &run, &record)?;
     states.end(&run);
     let errors =
         estimator.map(|estimator| estimate(estimator.stopped_by(stop.clone()), &args, &name, &run, &bars)).transpose();
@@ -210,9 +214,16 @@ fn own_times((wall, cpu): (f64, f64), run: &Run, waited: f64, drawn: &Drawn) -> 
     (wall - aside.0 - waited - drawn.wall, cpu - aside.1 - drawn.cpu)
 }
 
+/// Takes the end of the set-up, whatever memory the run is going to take: a signal ends the run from here on, which keeps its rows.
+fn begins(_: u64) -> bool {
+    interrupt::set_up(false);
+    true
+}
+
 fn print_notes(args: &Args, scene: &Scene) {
     if !args.json {
         scene.notes.iter().for_each(|note| tell!("{}: {note}", scene.kind_of_note(note)));
+        limits_of_scene(scene).iter().for_each(|(kind, limit)| tell!("{kind}: {limit}"));
     }
 }
 
@@ -249,15 +260,19 @@ fn build(
     Ok((scene, building.elapsed().as_secs_f64()))
 }
 
-/// Refuses a folder that cannot be written before anything is computed for it.
-fn check_out(out: &Path) -> Result<(), String> {
+/// Refuses a folder that cannot be written, or where another process runs under this name, before anything is computed for it. Returns the files of
+/// the run before.
+fn check_out(out: &Path, name: &str) -> Result<Earlier, Box<dyn std::error::Error>> {
     let remedy = "choose another folder with --out, or make room";
-    storage::writable_folder(out).map_err(|e| format!("{}: cannot be written: {e}; {remedy}", out.display()))
+    storage::writable_folder(out).map_err(|e| format!("{}: cannot be written: {e}; {remedy}", out.display()))?;
+    PartialSeries::check_free(out, name)?;
+    folder::Store::at(out).sweep();
+    Ok(Earlier::find(out, name))
 }
 
-/// Writes the results in place of the rows that were written as they came. Returns the record as JSON, and the failure that ended the rows.
+/// Writes the results in place of the rows that were written as they came, and of the files of the run before. Returns the record as JSON, and the failure that ended the rows.
 fn replace(
-    partial: PartialSeries,
+    (partial, earlier): (PartialSeries, Earlier),
     out: &Path,
     scene: &Scene,
     run: &Run,
@@ -267,6 +282,7 @@ fn replace(
     let kept = |e: Box<dyn std::error::Error>| format!("{e}; the rows of the run are in {}", rows.display());
     let json = write(out, &record.id, scene, run, record).map_err(kept)?;
     std::fs::remove_file(&rows).ok();
+    earlier.remove();
     Ok((json, full))
 }
 
@@ -319,7 +335,7 @@ fn mesh(
             print_refinement(step);
         }
     };
-    let stop = super::interrupt::stop_flag();
+    let stop = interrupt::stop_flag();
     bars.started(name);
     let mut watch = RefinementWatch {
         step: &mut follow,
@@ -450,6 +466,7 @@ fn write(
 fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
     record.solver.energy_from_nothing.iter().for_each(|found| tell!("warning: {}", found.warning()));
+    record.solver.collapsed_cavities.iter().for_each(|found| tell!("warning: {}", found.warning()));
     if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
         let scatter = l.pressure_scatter;
         tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");

@@ -75,7 +75,7 @@ struct ImportArgs {
     archive: PathBuf,
     /// Folder of the results; it is made if need be
     dir: PathBuf,
-    /// Where both have a result of a case and these differ, take that of the archive
+    /// Where both have a result of a case and these differ, take that of the archive, with its study
     #[arg(long)]
     replace: bool,
     /// Largest size of the unpacked archive in GiB
@@ -133,10 +133,14 @@ fn cleaned(args: &GcArgs) -> CommandResult {
 fn exported(args: &ExportArgs) -> CommandResult {
     let done = export(&args.dir, &args.archive)?;
     say!("{}: {} cases, {} files, {} bytes unpacked", args.archive.display(), done.cases, done.files, done.bytes);
+    if done.missing > 0 {
+        tell!("note: {} cases of the study have no result", done.missing);
+    }
     if !done.outdated.is_empty() {
         tell!("left out: {}: of other inputs than the study has now", done.outdated.join(", "));
     }
-    Ok(told(&done.damaged))
+    let told = told(&done.damaged);
+    Ok(if done.cases == 0 { Outcome::NotSound } else { told })
 }
 
 fn imported(args: &ImportArgs) -> CommandResult {

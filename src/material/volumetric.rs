@@ -28,6 +28,15 @@ impl VolumetricKind {
         Self::ALL.into_iter().find(|k| k.name() == name).expect("the options of the choice are the names of the kinds")
     }
 
+    /// U as a function of J.
+    pub fn formula(self) -> &'static str {
+        match self {
+            Self::Quadratic => "½κ(J − 1)²",
+            Self::Logarithmic => "½κ(ln J)²",
+            Self::SimoTaylor => "¼κ(J² − 1 − 2 ln J)",
+        }
+    }
+
     /// Name in files.
     pub fn name(self) -> &'static str {
         match self {

@@ -17,6 +17,7 @@ pub mod enrich;
 pub mod error;
 pub mod flat;
 pub mod format;
+pub mod gap;
 pub mod generate;
 mod geometry;
 pub mod graded;

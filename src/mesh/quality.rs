@@ -9,6 +9,9 @@ use std::ops::Range;
 /// Cells that one thread looks at at a time.
 const CELLS: usize = 1024;
 
+/// Cells with a dihedral angle below this one, or above the rest of 180°, are nearly flat \[deg\].
+const FLAT_DEG: f64 = 5.0;
+
 /// Radius ratio 3 r_in/r_circ (1 regular, 0 flat) and dihedral angles \[deg\] over all cells.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Quality {
@@ -16,6 +19,10 @@ pub struct Quality {
     pub radius_ratio_mean: f64,
     pub dihedral_min_deg: f64,
     pub dihedral_max_deg: f64,
+    /// Number of cells that are nearly flat: with a dihedral angle below 5° or above 175°
+    pub flat_cells: usize,
+    /// The cell with the least radius ratio
+    pub worst_cell: usize,
 }
 
 impl Quality {
@@ -29,15 +36,27 @@ impl Quality {
         let pieces = (0..count).step_by(CELLS).map(|first| first..count.min(first + CELLS)).collect();
         let all = threads::map(pieces, |cells: Range<usize>| cells.map(of_cell).collect::<Vec<_>>());
         let (mut least, mut sum, mut low, mut high) = (f64::INFINITY, 0.0, 1.0_f64, -1.0_f64);
-        for (ratio, cosines) in all.into_iter().flatten() {
-            least = least.min(ratio);
+        let (mut flat_cells, mut worst_cell) = (0, 0);
+        let most = FLAT_DEG.to_radians().cos();
+        for (c, (ratio, cosines)) in all.into_iter().flatten().enumerate() {
+            if ratio < least {
+                (least, worst_cell) = (ratio, c);
+            }
+            flat_cells += usize::from(cosines.iter().any(|cosine| cosine.abs() > most));
             sum += ratio;
             low = cosines.into_iter().fold(low, f64::min);
             high = cosines.into_iter().fold(high, f64::max);
         }
         // The largest cosine is that of the smallest angle.
         let [dihedral_min_deg, dihedral_max_deg] = [high, low].map(|cosine| cosine.acos().to_degrees());
-        Self { radius_ratio_min: least, radius_ratio_mean: sum / count as f64, dihedral_min_deg, dihedral_max_deg }
+        Self {
+            radius_ratio_min: least,
+            radius_ratio_mean: sum / count as f64,
+            dihedral_min_deg,
+            dihedral_max_deg,
+            flat_cells,
+            worst_cell,
+        }
     }
 }
 

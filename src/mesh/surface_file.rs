@@ -3,6 +3,7 @@
 //! Vertices of an STL at the same place become one; no other cleaning is done, and the surface need not be closed.
 
 use super::error::MeshError;
+use super::geometry::bounds;
 use crate::math::tensor::Vec3;
 use crate::storage::{self, DATA_LIMIT};
 use std::collections::HashMap;
@@ -16,6 +17,11 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// Corners of the bounding box of its vertices \[m\].
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        bounds(self.points.iter().copied())
+    }
+
     /// \[vertices\] a third of the area of the triangles around each \[m²\].
     pub fn areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.points.len()];

@@ -21,6 +21,8 @@ const SHARE: f64 = 0.05;
 const ABOUT: f64 = 1.25;
 /// Cosine between outward normals of two sides of one wall is below this.
 const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
+/// Cells across a wall below which a mesh does not show how it bends.
+pub const LEAST_CELLS: f64 = 2.0;
 /// Facets at which layers are counted, evenly spread over those of the wall.
 const SAMPLES: usize = 200;
 /// Rays that one thread casts at a time.
@@ -33,6 +35,11 @@ pub struct Wall {
     pub thickness: f64,
     /// Layers of cells across it, mean over its area
     pub cells: f64,
+}
+
+/// Whether so many cells across a wall show how it bends. They count as printed, to one decimal.
+pub fn shows_bending(cells: f64) -> bool {
+    cells >= LEAST_CELLS - 0.05
 }
 
 /// One side of a wall.

@@ -1,6 +1,7 @@
 //! Refusals of measured motion, with fact, place and remedy.
 
-use crate::wording::first;
+use crate::calibrate::within;
+use crate::wording::{count, first};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -23,7 +24,7 @@ pub enum MotionError {
         "{file}: no line names columns of markers; the nearest one has {}. Known are names such as t_s,tip_x_mm,tip_y_mm,tip_z_mm, or marker,t_s,x_mm,y_mm,z_mm in one row per marker", found.join(", ")
     )]
     Columns { file: String, found: Vec<String> },
-    #[error("{file}: {} markers lack a coordinate: {}; a marker has three columns", markers.len(), first(markers))]
+    #[error("{file}: {} without a coordinate: {}; a marker has three columns", count(markers.len(), "marker"), first(markers))]
     Incomplete { file: String, markers: Vec<String> },
     #[error("{file}: it holds {} records: {}; choose one with --record NAME", records.len(), first(records))]
     Records { file: String, records: Vec<String> },
@@ -78,21 +79,30 @@ pub enum MotionError {
     )]
     TooShort { found: usize, needed: usize, from_s: f64, to_s: f64 },
     #[error(
-        "no plateau of {least_s} s: the curve is nowhere within ±{tolerance} of its median for so long; state a longer record, a larger tolerance, or the windows themselves"
+        "no plateau of {least_s} s: the curve is nowhere within ±{} of its median for so long; state a longer record, a larger tolerance, or the windows themselves",
+        in_unit(.tolerance, .curve)
     )]
-    NoPlateau { least_s: f64, tolerance: f64 },
+    NoPlateau { curve: String, least_s: f64, tolerance: f64 },
     #[error(
-        "one plateau only, from {from_s} s to {to_s} s: the curve does not move by more than ±{tolerance}; nothing is released in it"
+        "one plateau only, from {from_s} s to {to_s} s: the curve does not move by more than ±{}; nothing is released in it",
+        in_unit(.tolerance, .curve)
     )]
-    OnePlateau { from_s: f64, to_s: f64, tolerance: f64 },
-    #[error("the curve never leaves the held plateau by more than {limit}; take a smaller threshold")]
-    NoRelease { limit: f64 },
+    OnePlateau { curve: String, from_s: f64, to_s: f64, tolerance: f64 },
+    #[error("the curve never leaves the held plateau by more than {}; take a smaller threshold", in_unit(.limit, .curve))]
+    NoRelease { curve: String, limit: f64 },
     #[error("the window {from_s} s to {to_s} s {fact}; {remedy}")]
     Window { from_s: f64, to_s: f64, fact: &'static str, remedy: &'static str },
     #[error("no ring-down in {from_s} s to {to_s} s: {fact}; {remedy}")]
     NoRingDown { from_s: f64, to_s: f64, fact: String, remedy: &'static str },
     #[error("there is no curve \"{asked}\"; known: {}", known.join(", "))]
     NoCurve { asked: String, known: Vec<String> },
+}
+
+/// A length or an angle of a curve, whose name ends with its unit.
+fn in_unit(value: &f64, curve: &str) -> String {
+    let (factor, unit) = if curve.ends_with("_m") { (1e3, "mm") } else { (1.0, "deg") };
+    let (_, unit, n) = within(factor * value, unit, None);
+    format!("{:.n$} {unit}", factor * value)
 }
 
 /// An exchange of two tracks.

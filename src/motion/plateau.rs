@@ -103,7 +103,7 @@ impl Plateau {
         let (sloped, errors) = line(&cut, |t| vec![1.0, t - centre], mean);
         let squares: f64 = cut.value.iter().zip(&cut.samples).map(|(v, w)| w * (v - mean).powi(2)).sum();
         let (correlation, effective) = match level_errors.model {
-            ErrorModel::Correlated { rho, effective } => (rho, effective),
+            ErrorModel::Correlated { rho, effective, .. } => (rho, effective),
             _ => (0.0, n as f64),
         };
         let bounded = |value: f64, e: &errors::Errors, k: usize| {
@@ -182,7 +182,7 @@ pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, Motio
 /// No plateau at the beginning or the end, or one that is both.
 pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Plateau; 2], MotionError> {
     let tolerance = rule.tolerance_of(curve);
-    let none = || MotionError::NoPlateau { least_s: rule.least_s, tolerance };
+    let none = || MotionError::NoPlateau { curve: curve.name.clone(), least_s: rule.least_s, tolerance };
     let n = curve.value.len();
     let start = reaches(&without_outliers(&curve.value), tolerance).iter().position(|to| *to == n).ok_or_else(none)?;
     let window = [curve.time_s[start], curve.time_s[n - 1]];
@@ -193,7 +193,7 @@ pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Plateau; 2],
     let first = plateaus(curve, rule)?.into_iter().next().ok_or_else(none)?;
     if first.window_s[1] >= window[0] {
         let [from_s, to_s] = first.window_s;
-        return Err(MotionError::OnePlateau { from_s, to_s, tolerance });
+        return Err(MotionError::OnePlateau { curve: curve.name.clone(), from_s, to_s, tolerance });
     }
     Ok([first, last])
 }

@@ -63,6 +63,6 @@ pub fn release(curve: &Curve, held: &Plateau, rule: &ReleaseRule) -> Result<Rele
     let start = curve.rows(held.window_s).start;
     let n = curve.value.len();
     let leaves = (start + 1..n).find(|k| (*k..(k + STAYS).min(n)).all(out) && k + STAYS <= n);
-    let next = leaves.ok_or(MotionError::NoRelease { limit })?;
+    let next = leaves.ok_or(MotionError::NoRelease { curve: curve.name.clone(), limit })?;
     Ok(Release { time_s: curve.time_s[next - 1], row: next - 1, next_s: curve.time_s[next], limit })
 }

@@ -7,6 +7,7 @@ use crate::calibrate::intake::names;
 use crate::math::statistics::median;
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
+use crate::wording::count;
 use std::path::{Path, PathBuf};
 
 /// Largest coordinate of a tracked body \[m\]; millimetres read as metres lie above it
@@ -129,8 +130,8 @@ fn intake(format: &str, unit: &str, time_s: &[f64], markers: &[Track]) -> String
         }
         _ => "one time".into(),
     };
-    let count = names.len();
-    format!("{format}, coordinates in {unit}; {} rows, {span}; {count} markers: {}", time_s.len(), names.join(", "))
+    let (rows, markers) = (count(time_s.len(), "row"), count(names.len(), "marker"));
+    format!("{format}, coordinates in {unit}; {rows}, {span}; {markers}: {}", names.join(", "))
 }
 
 /// Refuses coordinates of an impossible size.

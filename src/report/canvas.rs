@@ -49,7 +49,10 @@ pub fn mm(v: f64) -> i32 {
 }
 
 /// Text between these marks is set in italics.
-const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
+pub const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
+/// Text between these marks is raised, as an exponent. The third one ends the text that is lowered again behind it.
+pub const RAISED: (char, char) = ('\u{e002}', '\u{e003}');
+const LOWERED: char = '\u{e004}';
 
 /// A symbol, in italics.
 pub fn italic(symbol: &str) -> String {
@@ -73,6 +76,9 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
         .replace("dy=\"-0.5ex\"", "dy=\"-0.25em\"")
         .replace(ITALIC.0, "<tspan font-style=\"italic\">")
         .replace(ITALIC.1, "</tspan>")
+        .replace(RAISED.0, "<tspan dy=\"-0.45em\" font-size=\"0.7em\">")
+        .replace(RAISED.1, "</tspan><tspan dy=\"0.315em\">")
+        .replace(LOWERED, "</tspan>")
 }
 
 fn hundredths(v: f64) -> f64 {
@@ -106,9 +112,10 @@ where
     area.draw(&element).expect("a string accepts every write");
 }
 
-/// A text that a drawing can hold: without control characters, and with marks of italics in pairs.
+/// A text that a drawing can hold: without control characters, and with marks of italics and exponents in pairs.
 fn printable(text: &str) -> String {
     let (mut out, mut open) = (String::with_capacity(text.len()), false);
+    let (mut raised, mut lowered) = (false, 0);
     for c in text.chars() {
         match c {
             _ if c == ITALIC.0 || c == ITALIC.1 => {
@@ -117,6 +124,14 @@ fn printable(text: &str) -> String {
                     out.push(c);
                 }
             }
+            _ if c == RAISED.0 || c == RAISED.1 => {
+                if raised != (c == RAISED.0) {
+                    raised = !raised;
+                    lowered += usize::from(!raised);
+                    out.push(c);
+                }
+            }
+            LOWERED => {}
             _ if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => {}
             _ => out.push(c),
         }
@@ -124,6 +139,10 @@ fn printable(text: &str) -> String {
     if open {
         out.push(ITALIC.1);
     }
+    if raised {
+        out.push(LOWERED);
+    }
+    out.extend(std::iter::repeat_n(LOWERED, lowered));
     out
 }
 
@@ -143,20 +162,6 @@ pub fn text(area: &Area, s: &str, at: Point, anchor: At, size: i32, color: RGBCo
         look = look.transform(FontTransform::Rotate270);
     }
     put(area, Text::new(printable(s), at, look));
-}
-
-/// Rough width of a text \[units\]; Liberation Sans runs to about half an em per character.
-pub fn width(s: &str, size: i32) -> i32 {
-    let ems: f64 = (s.chars())
-        .map(|c| match c {
-            '\u{e000}' | '\u{e001}' => 0.0,
-            'i' | 'j' | 'l' | '.' | ',' | ':' | '\'' | ' ' | 'I' | 't' | 'f' | '(' | ')' => 0.3,
-            'm' | 'M' | 'w' | 'W' | '%' => 0.86,
-            c if c.is_uppercase() => 0.7,
-            _ => 0.55,
-        })
-        .sum();
-    (ems * f64::from(size)).round() as i32
 }
 
 pub fn line(area: &Area, points: &[Point], color: RGBColor, width: u32) {

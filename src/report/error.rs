@@ -16,6 +16,12 @@ pub enum ReportError {
     /// No `summary.json` here; the results of other commands are not compared
     #[error("{} does not exist; give the folder that `durometer run STUDY` has written", .path.display())]
     NoSummary { path: PathBuf },
+    /// Cases were computed since the summary was written, or count no longer
+    #[error(
+        "{} is of other results than the folder has now, of case {case} for example; write it anew with `durometer report {}`",
+        .path.display(), .dir.display()
+    )]
+    OutdatedSummary { path: PathBuf, dir: PathBuf, case: String },
     /// The file is there but cannot be opened
     #[error("cannot read {}: {source}", .path.display())]
     Unreadable { path: PathBuf, source: io::Error },

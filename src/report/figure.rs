@@ -1,10 +1,12 @@
 //! Common parts of figures: the figure itself, its legend, marks and colours by number.
 
 use crate::report::canvas::{
-    Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, line, mark, mm, page_width, text, width_mm,
+    Area, At, INK, MARKS, Mark, PALETTE, Point, RGB, SMALL, dashed, line, mark, mm, page_width, text, width_mm,
 };
 use crate::report::error::ReportError;
+use crate::report::measure::{shortened, width_in_mm};
 use crate::report::names::title;
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A drawn figure: file name, SVG, and what it shows.
@@ -34,6 +36,8 @@ pub fn drawn<F: Into<Option<Figure>>>(name: &str, draw: impl FnOnce() -> F) -> O
 pub enum Sample {
     Line(RGB),
     Dashed(RGB),
+    /// A line with the colour and the dashes of a number
+    Stroke(usize),
     Mark(Mark, RGB),
     Hollow(Mark, RGB),
     Block(RGB),
@@ -47,38 +51,77 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
         let (a, b) = ((x, y), (x + mm(5.0), y));
         match sample {
             Sample::Line(c) => line(area, &[a, b], *c, 12),
-            Sample::Dashed(c) => crate::report::canvas::dashed(area, &[a, b], *c, 12, 28.0),
+            Sample::Dashed(c) => dashed(area, &[a, b], *c, 12, 28.0),
+            Sample::Stroke(k) => stroke(area, &[a, b], *k, 12),
             Sample::Mark(m, c) => mark(area, *m, (x + mm(2.5), y), 26, *c),
             Sample::Hollow(m, c) => crate::report::canvas::hollow(area, *m, (x + mm(2.5), y), 24, *c),
             Sample::Nothing => {}
             Sample::Block(c) => crate::report::canvas::block(area, (x, y - mm(1.1)), (x + mm(5.0), y + mm(1.1)), *c),
         }
-        text(area, words, (x + mm(6.5), y), At::Left, SMALL, INK);
+        // A long name ends with the sheet
+        let room = area.dim_in_pixel().0 as i32 - x - mm(6.5) - 6;
+        text(area, &shortened(words, SMALL, room), (x + mm(6.5), y), At::Left, SMALL, INK);
         y += mm(4.2);
     }
 }
 
-/// Distance of the columns of a legend below the panels \[mm\].
+/// Least distance of the columns of a legend below the panels \[mm\].
 const ENTRY: f64 = 40.5;
 /// Distance of its lines \[mm\].
 pub const LINE: f64 = 4.2;
 
 /// Lines of a legend below panels, across this width \[mm\].
-pub fn legend_lines(entries: usize, width: f64) -> f64 {
-    entries.div_ceil(across(width)) as f64
+pub fn legend_lines(entries: &[(Sample, String)], width: f64) -> f64 {
+    entries.len().div_ceil(columns(entries, width).0) as f64
 }
 
-fn across(width: f64) -> usize {
-    ((width / ENTRY).floor() as usize).max(1)
+/// Width that a legend needs \[mm\]: sample, longest name and a margin.
+pub fn legend_width(entries: &[(Sample, String)]) -> f64 {
+    6.5 + entries.iter().map(|(_, words)| width_in_mm(words, SMALL)).fold(0.0, f64::max) + 1.5
+}
+
+/// Number and distance of the columns of a legend: the longest name fits into one.
+fn columns(entries: &[(Sample, String)], width: f64) -> (usize, f64) {
+    let each = legend_width(entries).max(ENTRY).min(width);
+    (((width / each + 1e-9).floor() as usize).max(1), each)
 }
 
 /// A legend below panels, in as many columns as fit into `width`, from a point on \[mm\].
 pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: Vec<(Sample, String)>) {
-    let columns = across(width);
+    let (columns, each) = columns(&entries, width);
     for (k, entry) in entries.into_iter().enumerate() {
-        let at = (left + ENTRY * (k % columns) as f64, top + LINE * (k / columns) as f64);
+        let at = (left + each * (k % columns) as f64, top + LINE * (k / columns) as f64);
         legend(area, (mm(at.0), mm(at.1)), &[entry]);
     }
+}
+
+/// Dashes of lines by number, the first of which is solid \[units\]; neighbours differ without their colours.
+const DASHES: [f64; 4] = [0.0, 30.0, 12.0, 60.0];
+
+/// A line in the colour and with the dashes of a number: 28 lines are different.
+pub fn stroke(area: &Area, points: &[Point], number: usize, width: u32) {
+    let color = PALETTE[number % PALETTE.len()];
+    match DASHES[number % DASHES.len()] {
+        0.0 => line(area, points, color, width),
+        dash => dashed(area, points, color, width, dash),
+    }
+}
+
+/// Points in their order of which none covers another one, as they are drawn: closer than `apart` to none that is kept \[units\].
+pub fn apart(points: impl IntoIterator<Item = Point>, apart: i32) -> Vec<Point> {
+    let cell = |p: Point| (p.0.div_euclid(apart.max(1)), p.1.div_euclid(apart.max(1)));
+    let mut kept: HashMap<Point, Vec<Point>> = HashMap::new();
+    let mut out = vec![];
+    for p in points {
+        let (i, j) = cell(p);
+        let is_near = |q: &Point| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) < apart * apart;
+        let around = (-1..=1).flat_map(|a| (-1..=1).map(move |b| (i + a, j + b)));
+        if !around.filter_map(|c| kept.get(&c)).flatten().any(is_near) {
+            kept.entry((i, j)).or_default().push(p);
+            out.push(p);
+        }
+    }
+    out
 }
 
 /// Places of a column of panels and of its legend \[mm\]: next to each other, or on a narrow page one below the other, so that type is never shrunk.
@@ -132,6 +175,23 @@ mod tests {
         different.sort();
         different.dedup();
         assert_eq!(different.len(), looks.len());
+    }
+
+    #[test]
+    fn marks_of_a_curve_are_apart_and_leave_no_gap() {
+        let forth: Vec<Point> = (0..500).map(|k| (k, 0)).collect();
+        let back: Vec<Point> = (0..500).rev().map(|k| (k, 30)).collect();
+        let kept = apart(forth.into_iter().chain(back), 20);
+        assert_eq!(kept.len(), 50);
+        assert!(kept.windows(2).all(|w| (w[0].0 - w[1].0).abs() <= 20));
+        assert_eq!(apart([(0, 0), (100, 0), (1, 0)], 20), [(0, 0), (100, 0)]);
+    }
+
+    #[test]
+    fn a_legend_has_as_many_columns_as_its_longest_name_allows() {
+        let of = |name: &str| vec![(Sample::Nothing, name.to_string()), (Sample::Nothing, "b".into())];
+        assert_eq!(legend_lines(&of("a"), 100.0), 1.0);
+        assert_eq!(legend_lines(&of(&"a long name ".repeat(4)), 100.0), 2.0);
     }
 
     fn place(family: usize) -> String {

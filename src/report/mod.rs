@@ -2,6 +2,7 @@
 //!
 //! Nothing here knows a study; the kinds of study draw their reports with it.
 
+pub mod axis;
 pub mod body;
 pub mod canvas;
 pub mod error;
@@ -10,6 +11,7 @@ pub mod figure;
 pub mod files;
 pub mod fit;
 pub mod latex;
+pub mod measure;
 pub mod motion;
 pub mod names;
 pub mod numbers;

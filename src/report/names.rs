@@ -9,6 +9,27 @@ pub fn title(name: &str) -> String {
     known.map_or_else(|| material::title(name), String::from)
 }
 
+/// The symbol of a constant by its key in files: `mu` is μ, `tau1` is τ₁, `C10` is C₁₀; other names, and symbols, stay.
+pub fn symbol(key: &str) -> String {
+    const GREEK: [(&str, &str); 7] =
+        [("alpha", "α"), ("beta", "β"), ("kappa", "κ"), ("mu", "μ"), ("nu", "ν"), ("rho", "ρ"), ("tau", "τ")];
+    let word = key.trim_end_matches(|c: char| c.is_ascii_digit());
+    let letter = GREEK.iter().find(|(name, _)| *name == word).map_or(word, |(_, letter)| letter);
+    if letter.chars().count() != 1 {
+        return key.into();
+    }
+    let below = key[word.len()..].bytes().map(|b| char::from_u32(0x2080 + u32::from(b - b'0')).unwrap_or('₀'));
+    letter.chars().chain(below).collect()
+}
+
+/// A constant of a law by its key in a scene: `laws.rubber.mu` is μ of rubber; another key stays.
+pub fn constant(key: &str) -> String {
+    match key.strip_prefix("laws.").and_then(|rest| rest.split_once('.')) {
+        Some((law, name)) => format!("{} of {}", symbol(name), law.replace('_', " ")),
+        None => key.into(),
+    }
+}
+
 fn element_title(name: &str) -> Option<&'static str> {
     match name {
         "tet4_up" => Some("tet4 mixed"),
@@ -22,6 +43,14 @@ fn element_title(name: &str) -> Option<&'static str> {
 mod tests {
     use super::*;
     use crate::solve::Integrator;
+
+    #[test]
+    fn keys_of_constants_have_symbols() {
+        let keys = ["mu", "tau1", "C10", "kappa", "g2", "r", "J_m", "μ₁", "alpha12", "set"];
+        assert_eq!(keys.map(symbol), ["μ", "τ₁", "C₁₀", "κ", "g₂", "r", "J_m", "μ₁", "α₁₂", "set"]);
+        assert_eq!(constant("laws.soft_rubber.mu"), "μ of soft rubber");
+        assert_eq!(constant("stage.0.dt"), "stage.0.dt");
+    }
 
     #[test]
     fn every_integrator_has_a_title() {

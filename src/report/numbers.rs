@@ -64,15 +64,58 @@ pub fn digits(x: f64) -> usize {
     if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 12) as usize }
 }
 
+/// A power of ten in a figure, with its exponent raised.
+pub fn raised(exponent: i32) -> String {
+    let (up, down) = crate::report::canvas::RAISED;
+    format!("10{up}{}{down}", exponent.to_string().replace('-', "−"))
+}
+
+/// A number with a minus sign and these decimals; a number that would be printed as zero is below the least one: `< 0.01`.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let least = 10f64.powi(-(decimals as i32));
+    let bound = if value > 0.0 { format!("< {least:.decimals$}") } else { format!("> −{least:.decimals$}") };
+    let is_lost = value != 0.0 && value.abs() < 0.5 * least;
+    if is_lost { bound } else { format!("{value:.decimals$}").replace('-', "−") }
+}
+
 /// Units but the degree sign follow a space.
 pub fn space(unit: &str) -> String {
     if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
 }
 
-/// First letter in upper case
+/// First letter in upper case, where the text begins with a word: symbols and names keep their letters, `μ = 1 MPa`, `p = −U′(J)`, `tip_x_m`.
 pub fn capital(s: &str) -> String {
+    let first = s.split_whitespace().next().unwrap_or_default();
+    let word =
+        first.split(['-', '–', '/', '\'', '’']).next().unwrap_or_default().trim_end_matches([',', ':', ';', '.', ')']);
+    let is_letter = |c: char| c.is_alphabetic() && !('\u{370}'..='\u{3ff}').contains(&c);
+    if !word.chars().all(is_letter) || (word.chars().count() < 2 && first != "a") {
+        return s.into();
+    }
     let mut c = s.chars();
     c.next().map_or(String::new(), |f| f.to_uppercase().chain(c).collect())
+}
+
+/// `0.87 to 1.00`, or `1.86` where both ends are printed alike; none of no values.
+pub fn span(values: impl IntoIterator<Item = f64>, print: impl Fn(f64) -> String) -> Option<String> {
+    let (low, high) = values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    let (a, b) = (print(low), print(high));
+    (low <= high).then(|| if a == b { a } else { format!("{a} to {b}") })
+}
+
+/// A value with two digits of its uncertainty, five of its own at most; with an exponent where twelve decimals do not show it.
+pub fn within(value: f64, uncertainty: f64) -> String {
+    let resolution = uncertainty.abs().max(1e-4 * value.abs());
+    if resolution > 0.0 && resolution < 1e-11 {
+        format!("{value:.4e}")
+    } else {
+        format!("{value:.*}", digits(resolution))
+    }
+}
+
+/// A number in a cell of a table; a dash where there is none.
+pub fn cell(x: f64, print: impl Fn(f64) -> String) -> String {
+    if x.is_finite() { print(x) } else { "–".into() }
 }
 
 /// `36 600`, with a thin space.
@@ -100,6 +143,30 @@ mod tests {
             ["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero),
             ["0.0", "0.00", "0", "-0.01", "-", "–"]
         );
+    }
+
+    #[test]
+    fn words_are_capitalised_and_symbols_are_not() {
+        let texts =
+            ["a tip", "maximum tilt, x", "body's mass", "μ = 1 MPa", "r is at its bound", "p = −U′(J)", "tip_x_m"];
+        let shown =
+            ["A tip", "Maximum tilt, x", "Body's mass", "μ = 1 MPa", "r is at its bound", "p = −U′(J)", "tip_x_m"];
+        assert_eq!(texts.map(capital), shown);
+        assert_eq!(capital("tet10, 240 cells"), "tet10, 240 cells");
+        assert_eq!(capital(""), "");
+    }
+
+    #[test]
+    fn a_span_of_one_value_is_that_value() {
+        let print = |v: f64| format!("{v:.2}");
+        assert_eq!(span([1.861, 1.862], print).as_deref(), Some("1.86"));
+        assert_eq!(span([1.0, 0.87], print).as_deref(), Some("0.87 to 1.00"));
+        assert_eq!(span([], print), None);
+        assert_eq!(
+            [within(8.04e-11, 0.0), within(-0.0054213, 1.2e-4), within(0.0, 0.0)],
+            ["8.0400e-11", "-0.00542", "0.0"]
+        );
+        assert_eq!(cell(f64::NAN, print), "–");
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Places of equal panels: in rows as long as the page allows, so that type is never shrunk.
 
-use crate::report::canvas::page_width;
+use crate::report::canvas::{Area, At, INK, Point, mm, page_width, text};
+use crate::report::measure::heading_lines;
 
 /// Panels of a figure with their rows. All lengths are on the sheet \[mm\].
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +61,18 @@ pub fn letter(k: usize, count: usize) -> Option<char> {
 /// `(b)  Cable tension`, the heading of a panel with a letter.
 pub fn heading(letter: Option<char>, words: &str) -> String {
     letter.map_or_else(|| words.into(), |letter| format!("({letter})  {words}"))
+}
+
+/// The heading of a panel above its left upper corner, as wide as the panel; a long one has two lines.
+pub fn headed(area: &Area, (left, top): Point, wide: i32, letter: Option<char>, words: &str) {
+    let (size, lines) = heading_lines(&heading(letter, words), wide + mm(2.0));
+    match &lines[..] {
+        [first, second] => {
+            text(area, first, (left, top - mm(4.55)), At::Left, size, INK);
+            text(area, second, (left, top - mm(1.7)), At::Left, size, INK);
+        }
+        lines => lines.iter().for_each(|line| text(area, line, (left, top - mm(2.4)), At::Left, size, INK)),
+    }
 }
 
 /// A panel below this width shows nothing \[mm\].

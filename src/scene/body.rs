@@ -167,6 +167,7 @@ impl Body {
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
         let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
+        body.notes = made.manifest.dropped;
         if let Source::File { unit_m, .. } = request.source {
             body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
         }

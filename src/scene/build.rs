@@ -12,7 +12,7 @@ use super::name::is_column;
 use super::numerics::check_numerics;
 use super::output::check_output;
 use super::parts::constraints::{
-    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, note_constraints, note_vacuum,
+    ConstraintSpec, NamedCable, NamedCavity, build_constraints, check_tied, note_constraints, note_places, note_vacuum,
 };
 use super::parts::contact::{NamedContact, build_contacts};
 use super::parts::effects::{EffectSpec, build_effects, no_limit, note_effects};
@@ -40,6 +40,7 @@ use crate::system::{Effect, System, SystemError, SystemParts, Ties};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// A scene ready to run.
 pub struct Scene {
@@ -91,6 +92,8 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// Why the answer has no limit as h → 0
     pub no_limit: Option<String>,
+    /// Time that building it took, a part of its `time_budget`
+    pub(super) set_up: Duration,
 }
 
 /// Additions that a file cannot hold: laws, effects and recorders from Rust.
@@ -248,8 +251,7 @@ impl Scene {
     ) -> Result<Self, SceneError> {
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
-        let carriers = spec.rigids.len() + spec.contacts.iter().filter(|c| c.motion.is_some()).count();
-        let inserts = spec.constraints.iter().filter(|c| matches!(c, ConstraintSpec::Rigid(_))).count();
+        let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
         let spans = build_spans(builder, &spec.stages)?;
@@ -281,7 +283,7 @@ impl Scene {
         let frames = frames.chain(&builder.frames).flat_map(AffineFrame::rest);
         let points = body.mesh.points.iter().copied().chain(frames).collect();
         let (prescribed, signals, notes) = builder.finish();
-        let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, .. } = built;
+        let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, begun, .. } = built;
         let parts =
             SystemParts { nodes, hosts: gathered.hosts, effects, constraints, prescribed, ties: Ties::new(tied) };
         let system = number(parts).map_err(|e| part(file, "scene", e))?;
@@ -317,6 +319,7 @@ impl Scene {
             text,
             notes,
             no_limit,
+            set_up: begun.elapsed(),
         })
     }
 
@@ -350,9 +353,17 @@ impl Scene {
     }
 }
 
-/// Notes where laws become unstable, what no contact keeps apart, and how a body may move that nothing else holds.
+/// Numbers of bodies and obstacles that move, and of rigid inserts: each has a frame of four nodes.
+fn frames(spec: &SceneSpec) -> (usize, usize) {
+    let obstacles = spec.contacts.iter().filter(|c| c.motion.is_some()).count();
+    let inserts = spec.constraints.iter().filter(|c| matches!(c, ConstraintSpec::Rigid(_))).count();
+    (spec.rigids.len() + obstacles, inserts)
+}
+
+/// Notes where laws become unstable, which places of cables are doubtful, what no contact keeps apart, and how a body may move that nothing else holds.
 fn note_limits(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavity], contacts: &[NamedContact]) {
     note_stability(builder);
+    note_places(builder, cables);
     if contacts.iter().all(|contact| contact.points().is_some()) {
         note_vacuum(builder, cavities);
     }

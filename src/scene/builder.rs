@@ -28,6 +28,7 @@ use crate::system::{Constraint, Effect, Prescribed};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Makes a law.
 pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
@@ -99,6 +100,8 @@ const ROUND: u32 = 48;
 
 /// Reads the parts of a scene against its mesh.
 pub(super) struct Builder<'a> {
+    /// Start of the building
+    pub(super) begun: Instant,
     pub(super) file: &'a Path,
     pub(super) base: PathBuf,
     pub(super) body: Arc<Body>,
@@ -150,12 +153,14 @@ impl<'a> Builder<'a> {
         body: Arc<Body>,
         carriers: usize,
     ) -> Result<Self, SceneError> {
-        let mut regions = regions(file, &body.mesh, tables.regions)?;
+        let begun = Instant::now();
+        let (mut regions, doubts) = regions(file, &body.mesh, tables.regions)?;
         let place = cell_order(&body.mesh);
         regions.values_mut().for_each(|region| region.cells.sort_unstable_by_key(|&c| place[c as usize]));
-        let notes = [body.warnings.clone(), body.notes.clone(), notes(&regions, tables.regions)].concat();
+        let notes = [body.warnings.clone(), body.notes.clone(), doubts, notes(&regions, tables.regions)].concat();
         Ok(Self {
             file,
+            begun,
             base: file.parent().unwrap_or(Path::new("")).to_path_buf(),
             nodes: body.mesh.points.len() + 4 * carriers,
             body,
@@ -278,6 +283,11 @@ impl<'a> Builder<'a> {
     /// The motion prescribed for a dof.
     pub(super) fn motion(&self, dof: u32) -> Option<&Signal> {
         self.prescribed.get(&dof).map(|(signal, _)| signal)
+    }
+
+    /// Whether a node stays where it is.
+    pub(super) fn is_held(&self, node: u32) -> bool {
+        (3 * node..3 * node + 3).all(|dof| self.motion(dof) == Some(&Signal::Constant(0.0)))
     }
 
     /// The part that prescribes a motion that `is` so, if there is one.

@@ -59,8 +59,7 @@ fn free_motions(mesh: &TetMesh, part: &BTreeSet<u32>, held: &[usize], is_one: bo
         false => (format!("what is held of the part around ({x}, {y}, {z}) mm"), "it"),
     };
     Some(format!(
-        "{held} leaves {} of the six rigid motions free; in one {subject} {words} ({a}, {b}, {c}): in a static stage its place is arbitrary, and instability may be \
-         reported that is none",
+        "{held} leaves {} of the six rigid motions free; in one {subject} {words} ({a}, {b}, {c}): in a static stage its place is arbitrary",
         free.len()
     ))
 }

@@ -6,7 +6,6 @@ use super::fixture::{Held, held};
 use super::mesh_file::plausible_unit;
 use super::mesh_spec::{ElementSpec, MeshSpec};
 use super::quantity::Length;
-use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
 use crate::mesh::census::{Census, census};
 use crate::mesh::error::MeshError;
@@ -81,7 +80,7 @@ impl Import {
         let mut made =
             |spec: &MeshSpec| Body::load(&self.file, &MeshSpec { file: Some(file.clone()), ..spec.clone() }, progress);
         let first = made(&self.spec);
-        let body = match first.as_ref().err().and_then(nearest) {
+        let body = match first.as_ref().err().and_then(nearest_cells) {
             Some(cells) => {
                 self.spec.cells = Some(cells);
                 made(&self.spec)
@@ -99,7 +98,7 @@ impl Import {
 }
 
 /// Cells of the mesh that comes nearest, where the mesher only missed their number.
-fn nearest(error: &SceneError) -> Option<usize> {
+pub(crate) fn nearest_cells(error: &SceneError) -> Option<usize> {
     let SceneError::Part { source, .. } = error else { return None };
     match source.downcast_ref()? {
         GenerateError::Failed { nearest, .. } => *nearest,
@@ -121,15 +120,11 @@ fn without_place(error: SceneError) -> SceneError {
 /// A surface as its file has it, if it is one of the formats that are read without the mesher.
 fn surface_census(file: &Path) -> Option<Census> {
     let surface = read_surface(file, 1.0).ok()?;
-    let bounds = surface
-        .points
-        .iter()
-        .fold((Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)), |b, p| (b.0.inf(p), b.1.sup(p)));
     Some(Census {
         nodes: surface.points.len(),
         cells: BTreeMap::new(),
         others: BTreeMap::from([("triangles", surface.triangles.len())]),
-        bounds,
+        bounds: surface.bounds(),
         unused_nodes: 0,
         doubled_nodes: 0,
         inverted_cells: 0,

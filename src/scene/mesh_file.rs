@@ -86,8 +86,13 @@ pub(super) fn doubtful_unit(mesh: &TetMesh, unit_m: f64) -> Option<String> {
 
 /// The first of the usual units in which a diagonal of this many units is that of a soft robot.
 pub fn plausible_unit(diagonal: f64) -> Option<&'static str> {
+    usual_units().find(|(_, metre)| USUAL.contains(&(diagonal * metre))).map(|(unit, _)| unit)
+}
+
+/// The usual units of length with their lengths \[m\], the most frequent first.
+pub(super) fn usual_units() -> impl Iterator<Item = (&'static str, f64)> {
     let metres = |unit: &str| units::parse(&format!("1 {unit}"), Dimension::LENGTH).expect("a unit of length");
-    ["mm", "m", "cm", "in", "um"].into_iter().find(|unit| USUAL.contains(&(diagonal * metres(unit))))
+    ["mm", "m", "cm", "in", "um"].into_iter().map(move |unit| (unit, metres(unit)))
 }
 
 /// A refusal of the table `[mesh]`.

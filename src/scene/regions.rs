@@ -7,12 +7,13 @@ use crate::mesh::{Region, TetMesh};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// All regions by name. Those of the file may be made of others in any order; all that cannot be found are refused together.
+/// All regions by name, with notes on those whose place is in doubt. Those of the file may be made of others in any order; all that cannot be found are refused together.
 pub(super) fn regions(
     file: &Path,
     mesh: &TetMesh,
     specs: &BTreeMap<String, SelectorSpec>,
-) -> Result<BTreeMap<String, Region>, SceneError> {
+) -> Result<(BTreeMap<String, Region>, Vec<String>), SceneError> {
+    let mut doubts = Vec::new();
     let mut known = mesh.regions.clone();
     known.entry("skin".into()).or_insert_with(|| Region { facets: boundary_facets(mesh), ..Region::default() });
     let mut refused: BTreeMap<&str, Refusal> = BTreeMap::new();
@@ -49,12 +50,15 @@ pub(super) fn regions(
     while let Some(k) = open.iter().position(|(_, spec)| is_known(&known, spec)) {
         let (name, spec) = open.remove(k);
         match region_of(spec.part(), &Ground { mesh, base, regions: &known }) {
-            Ok(region) => _ = known.insert(name.clone(), region),
+            Ok((region, note)) => {
+                known.insert(name.clone(), region);
+                doubts.extend(note.map(|note| format!("region {name}: {note}")));
+            }
             Err(refusal) => _ = refused.insert(name, refusal),
         }
     }
     match refused.is_empty() {
-        true => Ok(known),
+        true => Ok((known, doubts)),
         false => Err(all(file, &refused)),
     }
 }

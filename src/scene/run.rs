@@ -2,6 +2,7 @@
 
 use super::build::Scene;
 use super::checkpoint::Snapshot;
+use super::collapse::{CollapsedCavity, collapsed};
 use super::control::{ControlError, Fired};
 use super::energy_growth::EnergyFromNothing;
 use super::fields::fields;
@@ -73,6 +74,8 @@ pub struct Run {
     pub last: State,
     /// Cables that went slack, taut, or to the limit of their drive
     pub cable_events: Vec<CableEvent>,
+    /// Cavities whose walls have passed through each other
+    pub collapsed: Vec<CollapsedCavity>,
     /// Name and counts of each contact
     pub contacts: Vec<(String, Counts)>,
     /// The cables that pulled where the run could not go on, and a remedy
@@ -172,10 +175,12 @@ impl Scene {
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &state));
         let columns = self.columns();
+        let enclosing = self.cavities.iter().filter(|cavity| cavity.encloses);
         let sensitivities = options.sensitivities.map(|recorder| recorder.finish(&columns, &checkpoint.rows));
         let NonlinearSolver { equations, linear, iterations, .. } = &driver.steps.solver;
         let (factor, sums) = (&linear.factor, &equations.sums);
         Run {
+            collapsed: collapsed(enclosing.map(|c| &c.name[..]), &columns, &checkpoint.rows),
             columns,
             written: self.written(&checkpoint.rows),
             rows: checkpoint.rows,
@@ -211,6 +216,7 @@ impl Scene {
 
     /// The driver of a run, with the settings of `[numerics]`.
     pub(super) fn driver(&self) -> Driver<'_> {
+        let begun = Instant::now();
         let n = &self.spec.numerics;
         let settings = NewtonSettings {
             tolerance: n.tolerance,
@@ -232,7 +238,8 @@ impl Scene {
         let mut driver = Driver::new(&self.system, solver, steps);
         driver.steps.points = &self.points;
         let budget = n.time_budget.and_then(|b| Duration::try_from_secs_f64(b.0).ok());
-        driver.steps.solver.equations.limit.deadline = budget.and_then(|b| Instant::now().checked_add(b));
+        let left = budget.map(|budget| budget.saturating_sub(self.set_up));
+        driver.steps.solver.equations.limit.deadline = left.and_then(|left| begun.checked_add(left));
         driver
     }
 

@@ -3,6 +3,7 @@
 use super::fixture::Held;
 use super::import::{Import, Imported};
 use crate::math::tensor::Vec3;
+use crate::math::units::shown;
 use crate::mesh::Order;
 use std::fmt::Write;
 use std::path::Path;
@@ -42,15 +43,20 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
         Held::Slabs(slabs) => {
             line("\n[mesh.regions]".into());
             let named = |k: usize| if slabs.len() == 1 { "held".to_string() } else { format!("held_{}", k + 1) };
-            for (k, (a, b, axis)) in slabs.iter().enumerate() {
+            for (k, slab) in slabs.iter().enumerate() {
                 let corner = |p: &Vec3| {
                     format!("[{}]", [p.x, p.y, p.z].map(|x| format!("\"{} mm\"", short(x * 1e3))).join(", "))
                 };
-                line(format!(
-                    "# EXAMPLE: the wider end of the body along {}, its longest direction",
-                    ["x", "y", "z"][*axis]
-                ));
-                line(format!("{} = {{ kind = \"box\", min = {}, max = {} }}", named(k), corner(a), corner(b)));
+                let axis = ["x", "y", "z"][slab.axis];
+                line(match slab.flat {
+                    true => format!("# EXAMPLE: the larger flat end of the body along {axis}"),
+                    false => format!(
+                        "# EXAMPLE: the wider end of the body along {axis}, its longest direction. It has no flat end, so that this box ends within cells, and a \
+                         convergence study needs another region"
+                    ),
+                });
+                let (low, high) = (corner(&slab.low), corner(&slab.high));
+                line(format!("{} = {{ kind = \"box\", min = {low}, max = {high} }}", named(k)));
             }
             (0..slabs.len()).map(named).collect()
         }
@@ -93,7 +99,7 @@ fn mesh_table(import: &Import, title: &str, path: &str, quadratic: bool) -> Stri
         line("split = true # hexahedra, wedges and pyramids become tetrahedra".into());
     }
     if let Some(distance) = spec.merge {
-        line(format!("merge = \"{:e} mm\" # the file has nodes at the same place", distance.0 * 1e3));
+        line(format!("merge = \"{:e} mm\" # the file has nodes at the same place", shown(distance.0 * 1e3)));
     }
     if quadratic {
         line("element = \"tet10\"".into());
@@ -107,9 +113,9 @@ fn one_digit(x: f64) -> f64 {
     (x / scale).ceil() * scale
 }
 
-/// A length with six significant digits.
+/// A length with eight significant digits, a tenth of the depth of a flat end.
 fn short(x: f64) -> f64 {
-    format!("{x:.5e}").parse().unwrap_or(x)
+    format!("{x:.7e}").parse().unwrap_or(x)
 }
 
 /// The path of a file from a folder, with `/`.

@@ -4,6 +4,7 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
+use super::jump::{Impact, note_jump};
 use super::quantity::Length;
 use super::signal::SignalSpec;
 use crate::math::signal::Signal;
@@ -38,7 +39,8 @@ impl TurningSpec {
     /// The rotation; its angle is recorded as `column`.
     pub(super) fn build(&self, builder: &mut Builder, place: &str, column: String) -> Result<Turning, SceneError> {
         let axis = unit_vector(builder, place, "axis", self.axis)?;
-        let angle = builder.signal(place, column, &self.angle, Dimension::ANGLE)?;
+        let angle = builder.signal(place, column.clone(), &self.angle, Dimension::ANGLE)?;
+        note_jump(builder, &column, &angle, Impact::FromPlace);
         Ok(Turning { axis, about: self.about.map(|x| x.0).into(), angle })
     }
 }

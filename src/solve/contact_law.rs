@@ -1,12 +1,12 @@
 //! The force on one contact point where its distance and its sliding depend on that force: d = q_n + w_n p_n, u = q_t + w_t p_t, with what all other
-//! forces do in q.
+//! forces do in q and the yielding c of a unilateral point.
 //!
 //! ```text
-//! 0 ≤ d ⟂ p_n ≥ 0 or p_n = −A φ′(d)      p_t = −μ p_n f(|u|/ε) u/|u|
+//! 0 ≤ d + c p_n ⟂ p_n ≥ 0 or p_n = −A φ′(d)      p_t = −μ p_n f(|u|/ε) u/|u|
 //! ```
 
 use crate::system::friction::{Resistance, resistance};
-use crate::system::{ContactPoint, ContactPotential};
+use crate::system::{ContactPoint, NormalLaw};
 use nalgebra::{Matrix3, Vector3};
 
 /// Iterations for the distance of a point with a potential.
@@ -15,8 +15,7 @@ const ITERATIONS: usize = 200;
 /// The law of one point: normal force and friction.
 #[derive(Clone, Copy)]
 pub(super) struct ContactLaw<'a> {
-    /// Potential of the normal force with the area \[m²\]; without one, contact is unilateral
-    potential: Option<(&'a dyn ContactPotential, f64)>,
+    normal: NormalLaw<'a>,
     /// μ |m| \[–\] and ε \[m\]
     pub friction: Option<(f64, f64)>,
 }
@@ -25,7 +24,7 @@ impl<'a> ContactLaw<'a> {
     pub fn new(point: &ContactPoint<'a>) -> Self {
         let size = point.normal.norm();
         let friction = point.friction.map(|(coefficient, epsilon)| (coefficient * size, epsilon));
-        Self { potential: point.potential, friction }
+        Self { normal: point.law, friction }
     }
 
     /// p and ∂p/∂q; without friction the components of sliding are zero. `w`: of the normal component, and of sliding \[m/N\].
@@ -52,8 +51,10 @@ impl<'a> ContactLaw<'a> {
 
     /// p_n and ∂p_n/∂q_n.
     fn normal_force(&self, free: f64, w: f64) -> (f64, f64) {
-        let Some((potential, area)) = self.potential else {
-            return if free < 0.0 { (-free / w, -1.0 / w) } else { (0.0, 0.0) };
+        let (potential, area) = match self.normal {
+            NormalLaw::Unilateral { yielding } if free < 0.0 => return (-free / (w + yielding), -1.0 / (w + yielding)),
+            NormalLaw::Unilateral { .. } => return (0.0, 0.0),
+            NormalLaw::Potential(potential, area) => (potential, area),
         };
         let reach = potential.reach();
         if free >= reach {
@@ -90,6 +91,7 @@ impl<'a> ContactLaw<'a> {
 mod tests {
     use super::*;
     use crate::math::tensor::Vec3;
+    use crate::system::ContactPotential;
 
     /// φ = −κ (d − r)² ln(d/r) for 0 < d < r
     struct Barrier;
@@ -112,13 +114,16 @@ mod tests {
         }
     }
 
+    /// \[m/N\], large enough to be seen next to w
+    const YIELDING: f64 = 1e-5;
+
     fn laws() -> [ContactLaw<'static>; 3] {
         let friction = Some((0.4, 2e-6));
-        let barrier = Some((&Barrier as &dyn ContactPotential, 3e-6));
+        let barrier = NormalLaw::Potential(&Barrier, 3e-6);
         [
-            ContactLaw { potential: None, friction },
-            ContactLaw { potential: barrier, friction },
-            ContactLaw { potential: barrier, friction: None },
+            ContactLaw { normal: NormalLaw::Unilateral { yielding: YIELDING }, friction },
+            ContactLaw { normal: barrier, friction },
+            ContactLaw { normal: barrier, friction: None },
         ]
     }
 
@@ -139,9 +144,12 @@ mod tests {
             for q in displacements() {
                 let (p, _) = law.force(&q, W);
                 let gap = q.x + W[0] * p.x;
-                match law.potential {
-                    None => assert!(p.x >= 0.0 && gap >= -1e-18 && p.x * gap.abs() < 1e-15, "{q:?}: {p:?}"),
-                    Some((potential, area)) => {
+                match law.normal {
+                    NormalLaw::Unilateral { yielding } => {
+                        let open = gap + yielding * p.x;
+                        assert!(p.x >= 0.0 && open >= -1e-18 && p.x * open.abs() < 1e-15, "{q:?}: {p:?}");
+                    }
+                    NormalLaw::Potential(potential, area) => {
                         let force = -potential.potential(gap).expect("outside")[1] * area;
                         assert!((p.x - force).abs() <= 1e-9 * (p.x + 1e-6), "{q:?}: {} for {force}", p.x);
                     }

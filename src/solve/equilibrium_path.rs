@@ -12,6 +12,7 @@
 
 use super::convergence::{AtRounding, Convergence};
 use super::nonlinear_solver::NonlinearSolver;
+use super::rigid_motions::hold;
 use super::{Failure, Integrator, Solution, Step, tangent};
 use crate::math::linear::LinearError;
 use crate::math::vector::{dot, norm};
@@ -67,6 +68,8 @@ pub(super) struct PathTracer<'a> {
     /// Δs of the next step, and the longest one at the start \[m\]
     length: f64,
     longest: f64,
+    /// Negative eigenvalues of the constrained tangent where the path starts
+    pub start_modes: Option<usize>,
     /// Arc and time of the last points, newest last, with their states
     trail: Vec<(f64, State)>,
 }
@@ -90,8 +93,18 @@ impl<'a> PathTracer<'a> {
         dt: f64,
     ) -> Result<Self, Failure> {
         let trail = vec![(0.0, state.clone())];
-        let mut tracer = Self { system, delta: DELTA * dt, end, last: Vec::new(), length: 0.0, longest: 0.0, trail };
-        let (response, _) = tracer.linearise(solver, state, &mut state.clone())?;
+        let mut tracer = Self {
+            system,
+            delta: DELTA * dt,
+            end,
+            last: Vec::new(),
+            length: 0.0,
+            longest: 0.0,
+            start_modes: None,
+            trail,
+        };
+        let (response, modes) = tracer.linearise(solver, state, &mut state.clone())?;
+        tracer.start_modes = modes;
         tracer.length = dt * tracer.size(&response.rate);
         tracer.longest = LONGEST * tracer.length;
         if tracer.length > 0.0 && tracer.length.is_finite() {
@@ -249,6 +262,7 @@ impl<'a> PathTracer<'a> {
         let now = self.system.restrict(&solver.equations.sums.r);
         solver.linear.fit(self.system, &solver.equations.sums);
         solver.linear.factor.move_to(&next.x);
+        hold(self.system, &mut solver.equations.sums, &solver.linear.points, &next.x);
         solver.linear.factor.factorise(&solver.equations.sums.k).map_err(Failure::Linear)?;
         let schur = solver.linear.schur(self.system, &solver.equations.sums)?;
         let n = now.len();

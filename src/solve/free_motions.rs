@@ -1,19 +1,18 @@
 //! Motions without resistance, in words.
 //!
-//! A part (what stored energy connects) has the six motions u = e_i and u = e_i × (x − c)/ℓ, c its middle and ℓ its size.
-//! Free are the combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the
-//! 6 columns, found by their singular values. A motion that is not rigid, of a mechanism, is found by inverse iteration on
-//! K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
+//! Those of a part that are rigid are found first ([`super::rigid_motions`]). A motion that is not rigid, of a mechanism, is found by inverse
+//! iteration on K + s diag K (Parlett, The Symmetric Eigenvalue Problem, 1998, ch. 4).
 //!
 //! Limits: a motion of several parts together that leaves a constraint unchanged is found as a mechanism only. K is that of the
 //! state looked at; at rest it is zero on every rigid motion, under a load it may resist the turning of a pendulum.
 
 use super::Step;
 use super::nonlinear_solver::NonlinearSolver;
+use super::rigid_motions::{NONE, Part, ROUNDING, null_space, parts, right_vectors};
 use crate::math::linear::LinearError;
 use crate::math::tensor::Vec3;
 use crate::math::vector::{dot, norm};
-use crate::system::{Assembled, Dofs, EnergyRole, State, System, Want};
+use crate::system::{Assembled, Dofs, State, System, Want};
 use nalgebra::{DMatrix, DVector};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,11 +35,6 @@ pub struct Motion {
     pub whole: bool,
 }
 
-/// Part of a motion that counts as none \[–\]: positions in a mesh file have seven digits or more.
-const NONE: f64 = 1e-6;
-/// ‖K u‖ below this share of ‖|K||u|‖ is rounding: K u of a rigid motion is a sum of some hundred terms.
-const ROUNDING: f64 = 1e-12;
-
 /// Motions without stiffness at this state, of a static step; rigid ones if `points` \[nodes\] tells where the nodes are.
 pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, points: &[Vec3]) -> Vec<Motion> {
     if solver.equations.evaluate(step, &mut state.clone(), Want::Tangent, None).is_err() {
@@ -50,7 +44,7 @@ pub fn free_motions(solver: &mut NonlinearSolver, step: &Step, state: &State, po
     let parts = if points.is_empty() { Vec::new() } else { parts(step.system, points.len()) };
     for nodes in &parts {
         let part = Part::new(nodes, points, &state.x);
-        motions = part.free(step.system, &solver.equations.sums, parts.len() == 1);
+        motions = free(&part, step.system, &solver.equations.sums, parts.len() == 1);
         if !motions.is_empty() {
             break;
         }
@@ -121,139 +115,24 @@ pub(super) fn pushes(solver: &mut NonlinearSolver, step: &Step, state: &State, m
     translations.into_iter().any(|m| along(m).abs() > BALANCED * solver.equations.sums.scale)
 }
 
-/// Nodes that stored energy connects, part by part.
-fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
-    fn root(parent: &mut [u32], mut k: u32) -> u32 {
-        while parent[k as usize] != k {
-            parent[k as usize] = parent[parent[k as usize] as usize];
-            k = parent[k as usize];
-        }
-        k
+/// The free motions of a part, by kind.
+fn free(part: &Part, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
+    let basis = part.unresisted(system, sums, 0.0);
+    let turns = basis.rows(3, 3).into_owned();
+    let mut motions = Vec::new();
+    // Combinations that do not turn are translations; the axes of the others are what Ω reaches.
+    let still = null_space(&turns, NONE);
+    for direction in directions(&(&basis * &still).rows(0, 3).into_owned()) {
+        motions.push(Motion { kind: MotionKind::Translation, direction: direction.into(), node: part.nodes[0], whole });
     }
-    let mut parent: Vec<u32> = (0..nodes as u32).collect();
-    let mut stored = vec![false; nodes];
-    for effect in system.effects.iter().filter(|e| matches!(e.role(), EnergyRole::Stored | EnergyRole::Relaxing)) {
-        for b in 0..effect.blocks().len() {
-            let list = effect.blocks().nodes(b);
-            for &node in list {
-                stored[node as usize] = true;
-                let (a, b) = (root(&mut parent, list[0]), root(&mut parent, node));
-                parent[a.max(b) as usize] = a.min(b);
-            }
-        }
+    for axis in directions(&turns) {
+        let weights = turns.clone().svd(true, true).solve(&DVector::from_column_slice(axis.as_slice()), NONE);
+        let c = &basis * weights.expect("both factors were asked for");
+        let size = |i: &usize| part.motion(*i, &c).norm();
+        let most = (0..part.nodes.len()).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
+        motions.push(Motion { kind: MotionKind::Rotation, direction: axis.into(), node: part.nodes[most], whole });
     }
-    let mut found: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
-    for node in (0..nodes as u32).filter(|k| stored[*k as usize]) {
-        found.entry(root(&mut parent, node)).or_default().push(node);
-    }
-    found.into_values().collect()
-}
-
-/// The six motions of a part: \[nodes\] positions from its middle, over its size.
-struct Part<'a> {
-    nodes: &'a [u32],
-    arms: Vec<Vec3>,
-}
-
-impl<'a> Part<'a> {
-    fn new(nodes: &'a [u32], points: &[Vec3], x: &[f64]) -> Self {
-        let at = |k: &u32| points[*k as usize] + Vec3::from_column_slice(&x[3 * *k as usize..][..3]);
-        let middle = nodes.iter().map(at).sum::<Vec3>() / nodes.len() as f64;
-        let size = nodes.iter().map(|k| (at(k) - middle).norm()).fold(f64::MIN_POSITIVE, f64::max);
-        Self { nodes, arms: nodes.iter().map(|k| (at(k) - middle) / size).collect() }
-    }
-
-    /// u of node `i` of the part: c\[..3\] + c\[3..\] × arm.
-    fn motion(&self, i: usize, c: &DVector<f64>) -> Vec3 {
-        Vec3::new(c[0], c[1], c[2]) + Vec3::new(c[3], c[4], c[5]).cross(&self.arms[i])
-    }
-
-    fn free(&self, system: &System, sums: &Assembled, whole: bool) -> Vec<Motion> {
-        let basis = self.unresisted(system, sums);
-        let turns = basis.rows(3, 3).into_owned();
-        let mut motions = Vec::new();
-        // Combinations that do not turn are translations; the axes of the others are what Ω reaches.
-        let still = null_space(&turns, NONE);
-        for direction in directions(&(&basis * &still).rows(0, 3).into_owned()) {
-            motions.push(Motion {
-                kind: MotionKind::Translation,
-                direction: direction.into(),
-                node: self.nodes[0],
-                whole,
-            });
-        }
-        for axis in directions(&turns) {
-            let weights = turns.clone().svd(true, true).solve(&DVector::from_column_slice(axis.as_slice()), NONE);
-            let c = &basis * weights.expect("both factors were asked for");
-            let size = |i: &usize| self.motion(*i, &c).norm();
-            let most = (0..self.nodes.len()).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
-            motions.push(Motion { kind: MotionKind::Rotation, direction: axis.into(), node: self.nodes[most], whole });
-        }
-        motions
-    }
-
-    /// \[6 × free motions\] basis of the motions without resistance.
-    fn unresisted(&self, system: &System, sums: &Assembled) -> DMatrix<f64> {
-        let (pattern, k, rows) = (&sums.pattern, &sums.k, &sums.gradient);
-        let unit = |j: usize| DVector::from_fn(6, |i, _| f64::from(u8::from(i == j)));
-        let mut all = DMatrix::zeros(3 * self.nodes.len(), 6);
-        for j in 0..6 {
-            for i in 0..self.nodes.len() {
-                all.fixed_view_mut::<3, 1>(3 * i, j).copy_from(&self.motion(i, &unit(j)));
-            }
-        }
-        // A straight chain does not move when it turns about itself: zero motions do not count.
-        let moving = row_space(&all, NONE);
-        let held = |row: &usize| system.dofs.equation[3 * self.nodes[row / 3] as usize + row % 3] == Dofs::FIXED;
-        let fixed: Vec<usize> = (0..all.nrows()).filter(held).collect();
-        let admissible = &moving * null_space(&(all.select_rows(&fixed) * &moving), NONE);
-        let n = pattern.n;
-        let mut resistance = DMatrix::zeros(n + rows.len(), admissible.ncols());
-        for (j, c) in admissible.column_iter().enumerate() {
-            let (mut u, mut force) = (vec![0.0; n], vec![0.0; n]);
-            for (i, &node) in self.nodes.iter().enumerate() {
-                for (dof, value) in (3 * node..).zip(self.motion(i, &c.into_owned()).iter()) {
-                    if let Some(u) = u.get_mut(system.dofs.equation[dof as usize] as usize) {
-                        *u = *value;
-                    }
-                }
-            }
-            pattern.multiply(k, &u, &mut force);
-            let yardstick = norm(&pattern.multiply_abs(k, &u)).max(f64::MIN_POSITIVE);
-            for (i, f) in force.iter().enumerate() {
-                resistance[(i, j)] = f / yardstick;
-            }
-            for (i, h) in rows.iter().enumerate() {
-                resistance[(n + i, j)] = dot(h, &u) / (norm(h) * norm(&u)).max(f64::MIN_POSITIVE);
-            }
-        }
-        &admissible * null_space(&resistance, ROUNDING)
-    }
-}
-
-/// Orthonormal columns y with ‖A y‖ ≤ `small`.
-fn null_space(a: &DMatrix<f64>, small: f64) -> DMatrix<f64> {
-    right_vectors(a, |s| s <= small)
-}
-
-/// Orthonormal columns y with ‖A y‖ above `small` times the largest.
-fn row_space(a: &DMatrix<f64>, small: f64) -> DMatrix<f64> {
-    let largest = a.clone().singular_values().max();
-    right_vectors(a, |s| s > small * largest)
-}
-
-/// Right singular vectors whose singular value is wanted, those of value 0 among them.
-fn right_vectors(a: &DMatrix<f64>, wanted: impl Fn(f64) -> bool) -> DMatrix<f64> {
-    // Rows of zeros make the vectors of all columns appear.
-    let tall = a.clone().resize_vertically(a.nrows().max(a.ncols()), 0.0);
-    let n = tall.ncols();
-    if n == 0 {
-        return DMatrix::zeros(0, 0);
-    }
-    let svd = tall.svd(false, true);
-    let v = svd.v_t.expect("asked for").transpose();
-    let columns: Vec<usize> = (0..n).filter(|&j| wanted(svd.singular_values[j])).collect();
-    v.select_columns(&columns)
+    motions
 }
 
 /// Unit vectors that span the columns \[3 × m\]: coordinate axes first.

@@ -22,7 +22,7 @@
 use super::start::Start;
 use super::step_solver::StepSolver;
 use super::{Failure, Integrator, Step};
-use crate::system::{ContactPoint, ContactPotential, Dofs, State, System};
+use crate::system::{ContactPoint, Dofs, NormalLaw, State, System};
 use std::collections::BTreeSet;
 
 /// Motions of a step within which points are looked at: two bodies may move, each by √3 of its largest component.
@@ -155,10 +155,8 @@ fn along(point: &ContactPoint, motion: &[f64]) -> f64 {
 
 /// A φ″ in the middle of the reach, or inside where that is 0 \[N/m\]; 0 of a unilateral point.
 fn stiffness(point: &ContactPoint) -> f64 {
-    let of = |(potential, area): (&dyn ContactPotential, f64)| {
-        potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
-    };
-    point.potential.map_or(0.0, of)
+    let NormalLaw::Potential(potential, area) = point.law else { return 0.0 };
+    potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
 }
 
 /// M⁻¹ Hᵀ of each point, and Δt p: 0 of a point that is prescribed along its normal, and where the contact is so soft that the step resolves it.
@@ -181,7 +179,7 @@ fn impulses(
     let stiffness: Vec<f64> = points.iter().map(stiffness).collect();
     let stops = |k: usize| {
         let stiff: f64 = w[k].iter().zip(&stiffness).map(|(w, stiffness)| w.abs() * stiffness).sum();
-        w[k][k] > 0.0 && (points[k].potential.is_none() || dt * dt * stiff >= RESOLVED)
+        w[k][k] > 0.0 && (matches!(points[k].law, NormalLaw::Unilateral { .. }) || dt * dt * stiff >= RESOLVED)
     };
     let stopped: Vec<usize> = (0..points.len()).filter(|&k| stops(k)).collect();
     let mut p = vec![0.0; points.len()];

@@ -58,9 +58,10 @@ pub(super) fn limit_point(steps: &mut StepSolver, state: &State, t: f64) -> Opti
         }
         let point = tracer.step_with_cuts(&mut steps.solver, cuts).ok()?;
         if let Some(turn) = tracer.turning_point(&mut steps.solver) {
-            // Beyond a limit point the tangent has lost its definiteness, where it has any; after a path that doubled back it has not.
-            let lost =
-                point.solution.unstable_modes.is_some_and(|n| n > 0) || !steps.solver.equations.sums.skew.is_empty();
+            // Beyond a limit point the tangent has one more negative eigenvalue, where they are counted; after a path that doubled back it has not.
+            let before = tracer.start_modes.unwrap_or(0);
+            let lost = point.solution.unstable_modes.is_some_and(|n| n > before)
+                || !steps.solver.equations.sums.skew.is_empty();
             return Some(turn).filter(|turn| turn.highest && lost);
         }
         if point.state.t == t {

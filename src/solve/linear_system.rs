@@ -133,6 +133,13 @@ impl LinearSystem {
         self.shifted > shifted && self.factor.multigrid().is_some()
     }
 
+    /// Factorises K and counts the negative eigenvalues of the constrained tangent; none where that fails.
+    pub(super) fn count(&mut self, system: &System, sums: &Assembled) -> Option<usize> {
+        self.factor.factorise_counting(&sums.k).ok()?;
+        let schur = self.schur(system, sums).ok()?;
+        self.negative(system, sums, &schur)
+    }
+
     /// Negative eigenvalues of the constrained tangent that is factorised; none where they are not counted.
     pub(super) fn negative(&self, system: &System, sums: &Assembled, schur: &Schur) -> Option<usize> {
         negative_eigenvalues(&self.factor, system, sums, schur)

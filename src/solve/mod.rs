@@ -46,6 +46,7 @@ mod nodal_rotations;
 mod nonlinear_solver;
 mod observer;
 mod prediction;
+mod rigid_motions;
 mod sensitivity;
 mod solution;
 mod stability;

@@ -4,6 +4,7 @@ use super::equations::Equations;
 use super::iteration::{IterationReport, OnIteration};
 use super::linear_system::LinearSystem;
 use super::newton_settings::NewtonSettings;
+use super::rigid_motions::hold;
 use super::{Failure, Solution, Step};
 use crate::math::linear::Method;
 use crate::system::{State, System, Want};
@@ -71,9 +72,20 @@ impl NonlinearSolver {
         }
     }
 
-    /// Negative eigenvalues of the constrained tangent at a converged state; none where it has no factorisation. On the iterative path they
-    /// are counted where the state is `suspected` to be unstable, or the last tangent was factorised.
+    /// Negative eigenvalues of the constrained tangent at a converged state, free rigid motions left out, whose eigenvalues are zero and
+    /// negative by rounding; none where it has no factorisation. On the iterative path they are counted where the state is `suspected` to be
+    /// unstable, or the last tangent was factorised.
     pub(super) fn unstable_modes(&mut self, step: &Step, state: &State, suspected: bool) -> Option<usize> {
+        let modes = self.negative_eigenvalues(step, state, suspected)?;
+        let Self { equations, linear, .. } = self;
+        if modes == 0 || hold(step.system, &mut equations.sums, &linear.points, &state.x) == 0 {
+            return Some(modes);
+        }
+        linear.count(step.system, &equations.sums)
+    }
+
+    /// The same with those of free rigid motions that are negative by rounding.
+    pub(super) fn negative_eigenvalues(&mut self, step: &Step, state: &State, suspected: bool) -> Option<usize> {
         let Self { equations, linear, .. } = self;
         if linear.factor.multigrid().is_some() && !linear.factor.fell_back() && !suspected {
             return None;
@@ -83,9 +95,7 @@ impl NonlinearSolver {
         equations.sums.descending = true;
         evaluated.ok()?;
         linear.fit(step.system, &equations.sums);
-        linear.factor.factorise_counting(&equations.sums.k).ok()?;
-        let schur = linear.schur(step.system, &equations.sums).ok()?;
-        linear.negative(step.system, &equations.sums, &schur)
+        linear.count(step.system, &equations.sums)
     }
 
     /// The failure at a state of this error.

@@ -51,7 +51,7 @@ impl<'a> StepSolver<'a> {
     }
 
     /// One step to time `t`: from the extrapolation, then with a factor of its own in every iteration, then so from the last state,
-    /// then, if that is unstable already, with tangents as they are, then with projected ones.
+    /// then, if that has an indefinite tangent already, with tangents as they are, then with projected ones.
     fn solve_by(&mut self, integrator: Integrator, state: &State, t: f64) -> Result<(State, Solution), Failure> {
         let dt = t - state.t;
         let landed = self.landed(integrator, state, t)?;
@@ -84,7 +84,7 @@ impl<'a> StepSolver<'a> {
             next = State { t, ..state.clone() };
             result = self.attempt(&step, &mut next, NonlinearSolver::solve_afresh);
         }
-        if result.is_err() && integrator.is_static() && self.is_unstable(&step) {
+        if result.is_err() && integrator.is_static() && self.is_indefinite(&step) {
             next = guess;
             result = self.attempt(&step, &mut next, NonlinearSolver::solve_indefinite);
         }
@@ -113,9 +113,9 @@ impl<'a> StepSolver<'a> {
         Ok(solution)
     }
 
-    /// Whether the state that a step starts from is an unstable equilibrium.
-    fn is_unstable(&mut self, step: &Step) -> bool {
-        self.solver.unstable_modes(step, step.past, false).is_some_and(|modes| modes > 0)
+    /// Whether the tangent is indefinite where a step starts from: at an unstable equilibrium, or by rounding, where rigid motions are free.
+    fn is_indefinite(&mut self, step: &Step) -> bool {
+        self.solver.negative_eigenvalues(step, step.past, false).is_some_and(|modes| modes > 0)
     }
 
     /// Time error of a step by itself, as a multiple of the allowed one; 0 where none is asked for. A rule that began `anew` with it is implicit Euler there.

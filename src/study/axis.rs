@@ -6,6 +6,7 @@
 use crate::math::units;
 use crate::study::spec::{FamilySpec, Mistake};
 use crate::study::store::record::Role;
+use crate::wording::count;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
@@ -128,7 +129,7 @@ impl AxisSpec {
         }
         if self.values.len() < 2 {
             let remedy = "give at least two, values = [\"50 kPa\", \"100 kPa\"]; one alone belongs in the scene";
-            return refuse(format!("it has {} value(s)", self.values.len()), remedy);
+            return refuse(format!("it has {}", count(self.values.len(), "value")), remedy);
         }
         let values = self.names.clone().unwrap_or_else(|| self.values.iter().map(as_text).collect::<Vec<String>>());
         let mut seen = HashSet::new();

@@ -1,11 +1,12 @@
 //! One scene of a study, and how a case that waits takes the constants of a calibration.
 
 use crate::calibrate::inverse::Calibration;
-use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text};
+use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, named_files};
 use crate::study::inverse::CalibrationPlan;
 use crate::study::store::identity::{Identity, mesh_sha256};
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// One scene to be run.
@@ -81,6 +82,18 @@ impl Case {
         let keys = self.derivatives.iter().map(|key| format!(" {key}"));
         let asked = std::iter::once(of_plan.to_string()).chain(keys).collect::<String>();
         Identity::of(&self.scene_file, &self.text, &asked, mesh_sha256)
+    }
+
+    /// The files that its scenes name, with the SHA-256 of what they hold now; without one where a file cannot be read.
+    pub fn files(&self) -> BTreeMap<PathBuf, String> {
+        let more = self.plan.iter().flat_map(|plan| &plan.more);
+        let scenes = more.map(|curve| (&curve.scene_file, curve.scene_of(&self.member)));
+        let named = |(file, text): (&PathBuf, &str)| {
+            let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
+            let files = text.parse().map_or_else(|_| vec![], |scene| named_files(file, &scene));
+            files.into_iter().map(move |f| (base.join(f.file), f.sha256))
+        };
+        scenes.chain([(&self.scene_file, self.text.as_str())]).flat_map(named).collect()
     }
 
     /// This case with the law of `source` and the constants found there, and these constants as they are called in it;

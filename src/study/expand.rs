@@ -11,6 +11,7 @@ use crate::study::inverse::UseSpec;
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
 use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
+use crate::study::store::case_files::is_ambiguous;
 use crate::study::store::record::{FamilyRecord, Quantity, Role, SCHEMA, StudyRecord};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -220,6 +221,7 @@ impl Study {
             families,
             details: expansion.details,
             version: env!("CARGO_PKG_VERSION").into(),
+            inputs_sha256: BTreeMap::new(),
         };
         let StoredExpansion { rules, columns, .. } = expansion;
         let (changes, source_sha256) = (changes.given.to_vec(), String::new());
@@ -356,6 +358,11 @@ impl CaseList<'_> {
             let remedy = "rename the family, the variant or the member".into();
             return Err(refuse(self.file, (place.into(), fact, remedy)));
         }
+        if is_ambiguous(&id) {
+            let fact = format!("the files of case {id} would have the names of files of another case");
+            let remedy = "rename it without the end behind the last dot, or write a hyphen for the dot".into();
+            return Err(refuse(self.file, (place.into(), fact, remedy)));
+        }
         self.scenes.entry(scene).or_insert_with(|| id.clone());
         self.all.push(Case {
             id: id.clone(),
@@ -404,6 +411,13 @@ fn uses(
             }
             let after = Some(After { variant: variant.clone(), law: usage.law.clone() });
             let (id, family, variant) = (format!("use-{variant}-{label}"), "use".into(), format!("use-{variant}"));
+            if is_ambiguous(&id) {
+                let fact = format!("the files of case {id} would have the names of files of another case");
+                return Err(content(
+                    fact,
+                    "rename it without the end behind the last dot, or write a hyphen for the dot",
+                ));
+            }
             let (member, scene_file) = (label.clone(), scene_file.clone());
             let (plan, derivatives) = (None, vec![]);
             cases.push(Case { id, family, variant, member, scene_file, spec, text, plan, after, derivatives });

@@ -1,8 +1,10 @@
 //! Cases whose pressures look locked: a sentence for every report, and one for a verdict that recommends such a case.
 
 use crate::effect::pressure_scatter::ALARM;
-use crate::report::numbers::percent;
+use crate::report::names::title;
+use crate::report::numbers::{percent, span};
 use crate::study::store::record::{CaseRecord, StoredCase};
+use crate::wording::count;
 
 /// Remedy for the alarm.
 pub const REMEDY: &str = "take formulation = \"mixed\", or show by a finer mesh that the answer stays";
@@ -21,8 +23,8 @@ pub fn sentence(stored: &[StoredCase]) -> Option<String> {
     let each = |name: &&str| {
         let of = || raised.iter().filter(|(c, _)| c.formulation == **name);
         let all = stored.iter().filter(|c| c.record.formulation == **name).count();
-        let (lo, hi) = of().fold((f64::INFINITY, 0.0f64), |(a, b), (_, s)| (a.min(*s), b.max(*s)));
-        format!("{} of {all} cases of {name} (by {lo:.2} to {hi:.2})", of().count())
+        let by = span(of().map(|(_, s)| *s), |s| format!("{s:.2}")).unwrap_or_default();
+        format!("{} of {} of {} (by {by})", of().count(), count(all, "case"), title(name))
     };
     let words: Vec<String> = formulations.iter().map(each).collect();
     (!words.is_empty()).then(|| {

@@ -3,12 +3,16 @@
 use crate::report::figure::Figure;
 use crate::report::names::title;
 use crate::report::page::{document, drawing, escape, list, prose};
+use crate::report::paper::law;
 use crate::report::table::Table;
 use crate::report::viewer::pack::Packed;
 use crate::study::content::Content;
 use crate::study::locking;
+use crate::study::paper::methods::{distinct, law_tables, scenes};
 use crate::study::store::builds;
+use crate::study::store::record::CaseRecord;
 use crate::study::store::results::Results;
+use crate::wording;
 
 /// The page next to this one that shows the cases in three dimensions.
 pub const VIEW: &str = "view.html";
@@ -32,25 +36,39 @@ pub fn html(store: &Results, content: &Content, figures: &[Figure], shown: &[Pac
         };
         h += &format!("<p><a href=\"{VIEW}\">The cases in three dimensions</a>, {what}.</p>\n");
     }
-    h += "<h2>Per quantity</h2>\n";
-    h += &list(content.sentences.iter().cloned());
+    if !content.sentences.is_empty() {
+        h += "<h2>Per quantity</h2>\n";
+        h += &list(content.sentences.iter().cloned());
+    }
     if !content.warnings.is_empty() {
         h += "<h2>Read this before using the numbers</h2>\n";
         h += &list(content.warnings.iter().cloned());
     }
     h += &format!("<dl><dt>Expectation before the run</dt><dd>{}</dd></dl>\n", escape(&s.expectation));
     let (heading, answer) = &content.answer;
-    h += &format!("<h2>{heading}</h2>\n{}<h2>Figures</h2>\n", answer.html());
+    if !answer.rows.is_empty() {
+        h += &format!("<h2>{heading}</h2>\n{}", answer.html());
+    }
+    if !figures.is_empty() {
+        h += "<h2>Figures</h2>\n";
+    }
     for (k, f) in figures.iter().enumerate() {
         h += &drawing(f, k + 1);
     }
-    h += "<h2>Tables</h2>\n";
-    h += &content.tables.iter().map(Table::html).collect::<String>();
-    for (words, t) in &content.folded {
-        h += &format!("<details><summary>{words} ({} rows)</summary>{}</details>\n", t.rows.len(), t.html());
-    }
+    h += &tables(content);
     h += &provenance(store);
     document(&s.study, &h)
+}
+
+/// The tables that have rows, those to unfold below the others.
+fn tables(content: &Content) -> String {
+    let with_rows = |t: &&Table| !t.rows.is_empty();
+    let shown = content.tables.iter().filter(with_rows).map(Table::html);
+    let folded = content.folded.iter().filter(|(_, t)| with_rows(&t)).map(|(words, t)| {
+        format!("<details><summary>{words} ({})</summary>{}</details>\n", wording::count(t.rows.len(), "row"), t.html())
+    });
+    let all: String = shown.chain(folded).collect();
+    if all.is_empty() { all } else { format!("<h2>Tables</h2>\n{all}") }
 }
 
 /// The verdict in numbers.
@@ -62,6 +80,29 @@ fn facts(facts: &[(String, String)]) -> String {
     format!("<div class=\"facts\">\n{}</div>\n", facts.iter().map(fact).collect::<String>())
 }
 
+/// The laws of all cases, with the ranges of constants in which they differ.
+fn laws(store: &Results) -> String {
+    let records: Vec<&CaseRecord> = store.cases.iter().map(|c| &c.record).collect();
+    let tables = law_tables(&records, &scenes(&records));
+    let one = |group: &Vec<&toml::Table>| {
+        let name = group[0].get("law").and_then(toml::Value::as_str).map(title).unwrap_or_default();
+        match law::constants(group) {
+            constants if constants.is_empty() => name,
+            constants => format!("{name} ({constants})"),
+        }
+    };
+    let all: Vec<String> = law::groups(&tables).iter().map(one).collect();
+    if all.is_empty() { "No law: springs".into() } else { format!("Law: {}", all.join("; ")) }
+}
+
+/// The effects of the cases, and whether all of them have the same.
+fn effects(store: &Results) -> String {
+    let lists = distinct(store.cases.iter().map(|c| c.record.effects.iter().map(|e| &e.name).collect::<Vec<_>>()));
+    let names = distinct(lists.iter().flatten().map(|name| name.as_str()));
+    let not_all = if lists.len() > 1 { " (not the same in every case)" } else { "" };
+    format!("Effects assembled: {}{not_all}.", wording::joined(&names))
+}
+
 fn provenance(store: &Results) -> String {
     let mut h = String::from("<h2>Provenance</h2>\n");
     let builds = builds::builds(store.cases.iter().map(|c| &c.record));
@@ -71,15 +112,12 @@ fn provenance(store: &Results) -> String {
     );
     h += "Every number of this page is in <code>summary.json</code>, every curve in <code>cases/</code>; <code>durometer report</code> draws it again without running a solver.</p>\n";
     if let Some(c) = store.cases.first().map(|c| &c.record) {
-        let law = c.law.as_ref().map_or("No law: springs".into(), |law| {
-            let constants: Vec<String> = law.parameters.iter().map(|(k, v)| format!("{k} = {v}")).collect();
-            format!("Law: {} ({}, SI units)", title(&law.name), constants.join(", "))
-        });
+        let integrators = distinct(store.cases.iter().map(|c| title(&c.record.integrator)));
         h += &format!(
-            "<p>{}, integrator {}. Effects assembled: {}.</p>\n",
-            escape(&law),
-            escape(&title(&c.integrator)),
-            escape(&c.effects.iter().map(|e| e.name.as_str()).collect::<Vec<_>>().join(", "))
+            "<p>{}, integrator {}. {}</p>\n",
+            escape(&laws(store)),
+            escape(&wording::all(&integrators)),
+            escape(&effects(store))
         );
         h += &format!(
             "<details><summary>Scene of case {}, as resolved</summary><pre>{}</pre></details>\n",

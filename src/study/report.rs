@@ -12,7 +12,7 @@ use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
 use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
-use crate::study::store::{builds, energy, results};
+use crate::study::store::{builds, collapse, energy, results};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
@@ -42,6 +42,8 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let grown = results.cases.iter().map(|c| &c.record);
     let grown = grown.filter_map(|record| Some((record.id.as_str(), record.solver.energy_from_nothing.as_ref()?)));
     content.warnings.extend(energy::warning(grown));
+    let collapsed = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.collapsed_cavities[..]));
+    content.warnings.extend(collapse::warning(collapsed));
     content.warnings.extend(results.damaged.iter().cloned().chain(underived));
     content.warnings.extend(outdated(&results.outdated));
     content.figures.extend(in_study::figures(&results));
@@ -88,7 +90,7 @@ fn outdated(cases: &[String]) -> Option<String> {
 }
 
 fn parts<'a>(title: &'a str, content: &'a Content, figures: &'a [Figure]) -> Parts<'a> {
-    let tables = content.all_tables().map(|t| t.name).collect();
+    let tables = content.all_tables().filter(|t| !t.rows.is_empty()).map(|t| t.name).collect();
     Parts { title, tables_in: "tables", tables, figures: figures.iter().map(|f| f.name.as_str()).collect() }
 }
 

@@ -97,6 +97,10 @@ pub struct CaseSummary {
     pub effects: Vec<String>,
     /// Signs of volumetric locking; absent where nothing was moved
     pub locking: Option<LockingRecord>,
+    /// Digest of the record of the case that the summary was made of; absent in results of earlier versions
+    #[serde(skip_serializing_if = "String::is_empty")]
+    #[schemars(default)]
+    pub record_sha256: String,
     /// Peak and last value of every recorded column
     pub probes: BTreeMap<String, ProbeRecord>,
     /// Value of each quantity by which the study judges the case: its peak, its largest change where it does not start at zero, or its last value
@@ -127,6 +131,7 @@ impl CaseSummary {
             factor_nnz: r.factor_nnz,
             effects: r.effects.into_iter().map(|e| e.name).collect(),
             locking: r.locking,
+            record_sha256: r.provenance.record_sha256,
             probes: r.probes,
             judged,
         }

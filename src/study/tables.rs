@@ -1,5 +1,6 @@
 //! Tables that every kind of study shows: all cases, and the time of their effects.
 
+use crate::report::names::title;
 use crate::report::numbers::{capital, digits};
 use crate::report::table::{Table, headings};
 use crate::study::curve::extreme_word;
@@ -33,7 +34,7 @@ pub fn cases(store: &Results) -> Table {
             };
             let mesh = vec![
                 r.id.clone(),
-                r.formulation.clone(),
+                title(&r.formulation),
                 r.mesh.cells.to_string(),
                 format!("{:.3}", 1e3 * r.mesh.h_m),
                 format!("{:.2}", r.mesh.min_quality),

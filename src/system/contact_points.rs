@@ -12,6 +12,15 @@ pub trait ContactPotential: Send + Sync {
     fn potential(&self, d: f64) -> Option<[f64; 3]>;
 }
 
+/// The law of the normal force on a contact point.
+#[derive(Clone, Copy)]
+pub enum NormalLaw<'a> {
+    /// 0 ≤ d ⟂ N ≥ 0, but for a small `yielding` −d/N \[m/N\] of a point that is pressed
+    Unilateral { yielding: f64 },
+    /// N = −A φ′(d) with the area A \[m²\]
+    Potential(&'a dyn ContactPotential, f64),
+}
+
 /// A contact point, and the tangent plane of its obstacle at the state of the search.
 #[derive(Clone)]
 pub struct ContactPoint<'a> {
@@ -35,14 +44,16 @@ pub struct ContactPoint<'a> {
     pub history: usize,
     /// How the obstacle has turned since the start of the step, and the elastic slip with it
     pub turn: Mat3,
-    /// The potential of the normal force with the area of the point \[m²\]; without one, contact is unilateral
-    pub potential: Option<(&'a dyn ContactPotential, f64)>,
+    pub law: NormalLaw<'a>,
 }
 
 impl ContactPoint<'_> {
     /// No normal force beyond this distance \[m\].
     pub fn reach(&self) -> f64 {
-        self.potential.map_or(0.0, |(potential, _)| potential.reach())
+        match self.law {
+            NormalLaw::Unilateral { .. } => 0.0,
+            NormalLaw::Potential(potential, _) => potential.reach(),
+        }
     }
 
     /// Its elastic slip \[m\] by the history of a state.

@@ -46,7 +46,7 @@ impl Means {
     }
 
     /// Lists of (node, weight).
-    pub(super) fn lists(&self) -> &[Vec<(u32, f64)>] {
+    pub fn lists(&self) -> &[Vec<(u32, f64)>] {
         &self.lists
     }
 

@@ -38,7 +38,7 @@ pub use caches::{CacheKey, Caches};
 pub use constraint::{
     Constraint, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, bounded_multiplier, constraint_law,
 };
-pub use contact_points::{ContactPoint, ContactPoints, ContactPotential};
+pub use contact_points::{ContactPoint, ContactPoints, ContactPotential, NormalLaw};
 pub use derivative::{ParameterDerivative, add_history_derivative, add_residual_derivative};
 pub use dofs::{Dofs, Prescribed};
 pub use effect::{

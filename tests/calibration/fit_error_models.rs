@@ -244,6 +244,31 @@ fn modes_with_errors_of_their_own_size_cover() {
     assert!(even.apart <= 8.1, "{even:?}");
 }
 
+/// Correlated errors in proportion to the stress, with equal weights: with errors of one size C01 of three modes was covered in 79 %, with a correlation of 0.9 in 75 %, and μ of one mode in 92 %.
+/// Errors of one size are seldom called growing: in one of 200 draws, of 60 at most six are accepted.
+#[test]
+fn correlated_errors_that_grow_with_the_stress_cover() {
+    let ends = [(Mode::Uniaxial, 2.5), (Mode::Equibiaxial, 1.8), (Mode::Planar, 2.2)];
+    let three = || ends.map(|(mode, end)| (mode, end, 40, 0)).to_vec();
+    let grows = |r: &FitResult| matches!(r.errors, ErrorModel::Correlated { grow: true, .. });
+    for (name, law, values, curves, rho) in [
+        ("three modes, 0.6", "mooney_rivlin", MOONEY, three(), 0.6),
+        ("three modes, 0.9", "mooney_rivlin", MOONEY, three(), 0.9),
+        ("one mode, 0.6", "neo_hookean", &[3e4][..], one(3.0, 60), 0.6),
+    ] {
+        let case = Case::new(law, values, curves, Noise { relative: 0.05, rho, ..Noise::default() });
+        let found = case.study(&format!("grown and correlated errors, {name}"));
+        found.hold(2.8);
+        // A pattern is said instead of the hint
+        assert!(found.correlated > 90.0 && found.hint + found.pattern > 80.0, "{found:?}");
+        assert!(grows(&case.fit(case.samples(1))));
+    }
+    let even = Case::new("mooney_rivlin", MOONEY, three(), Noise { size: 1e3, rho: 0.6, ..Noise::default() });
+    let called = (0..60).into_par_iter().filter(|seed| grows(&even.fit(even.samples(*seed)))).count();
+    println!("errors of one size called growing: {called} of 60");
+    assert!(called <= 6, "{called} of 60");
+}
+
 fn modes(rows: usize, repeats: &[usize; 3]) -> Vec<Curve> {
     let ends = [(Mode::Uniaxial, 2.0), (Mode::Equibiaxial, 1.6), (Mode::Planar, 2.0)];
     let all = ends.into_iter().zip(repeats).flat_map(|((m, end), k)| (0..*k).map(move |_| (m, end)));

@@ -169,3 +169,47 @@ fn a_wild_data_point_of_a_specimen_is_no_panic() {
     let r = fit_experiment(&e, &options(model, &[Mode::Uniaxial])).expect("fitted");
     assert!(!r.is_determined() && !r.warnings.is_empty(), "{r}");
 }
+
+/// Planar tests and simple shear have the same stresses with α and −α, μ and −μ: with noise and without it the fit names the constants, has both signs in their intervals and counts them as not
+/// determined; one more mode decides. Equibiaxial tests tell the signs apart.
+#[test]
+fn the_sign_of_terms_is_open_in_planar_tests() {
+    let model = |terms: usize| Model::new("ogden", Some(terms)).expect("registered");
+    let one: &[f64] = &[0.3e6, 1.8];
+    let two: &[f64] = &[0.4e6, 1.3, 2e3, 5.0];
+    let fit = |values: &[f64], modes: &[Mode], end: f64, noise: f64, seed: u64| {
+        let (model, mut random) = (model(values.len() / 2), Random(seed));
+        let size = noise * model.stress(values, Mode::Planar, end).abs();
+        let rows = samples(model, values, modes, [1.02, end], 40, |p| p + size * random.normal());
+        fit_experiment(&table(rows), &options(model, modes)).expect("fits")
+    };
+    let open = |r: &FitResult| r.warnings.iter().any(|w| matches!(w, FitWarning::OpenSigns { .. }));
+    for (values, modes, end, noise) in [
+        (one, &[Mode::Planar][..], 3.0, 0.01),
+        (one, &[Mode::Planar], 3.0, 0.0),
+        (one, &[Mode::SimpleShear], 2.0, 0.01),
+        (one, &[Mode::Planar, Mode::SimpleShear], 2.0, 0.01),
+        (two, &[Mode::Planar], 6.0, 0.002),
+    ] {
+        for seed in 1..5 {
+            let r = fit(values, modes, end, noise, seed);
+            assert!(open(&r) && !r.is_determined() && r.open_signs.len() == values.len(), "{r}");
+            for (e, truth) in r.parameters.iter().zip(values) {
+                let [low, high] = e.interval;
+                assert!(e.value > 0.0 && low == -high && high >= e.value, "{} {truth}: {e:?}", e.symbol);
+            }
+            let said = r.to_string();
+            assert!(said.contains("the sign of μ₁, α₁") && said.contains("Add modes: a test in "), "{said}");
+            let other = |w: &FitWarning| matches!(w, FitWarning::MayBeZero { .. });
+            assert!(values.len() > 2 || !r.warnings.iter().any(other), "{said}");
+        }
+    }
+    for modes in [&[Mode::Equibiaxial][..], &[Mode::Uniaxial, Mode::Planar]] {
+        let r = fit(one, modes, 3.0, 0.01, 1);
+        let [low, high] = r.parameters[1].interval;
+        assert!(!open(&r) && r.is_determined() && low > 1.5 && high < 2.1, "{r}");
+    }
+    // The data of a term of the other sign are those of the positive one
+    let r = fit(&[-0.3e6, -1.8], &[Mode::Planar], 3.0, 0.0, 1);
+    assert!((r.parameters[1].value - 1.8).abs() < 1e-6 && open(&r), "{r}");
+}

@@ -1,10 +1,10 @@
 //! What tables may look like: dialects, unusual rows, refusals, cards, silicone tables.
 
-use crate::common::tables::{fitted, log_of, parsed, refusal, table};
+use crate::common::tables::{fitted, log_of, parsed, refusal, stress, table};
 use crate::common::tools;
 use durometer::calibrate::{
-    AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitWarning, Mode, Partner, StretchRange, fit,
-    fit_experiment,
+    AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Partner, Sign,
+    StretchRange, fit, fit_experiment,
 };
 
 #[test]
@@ -203,5 +203,72 @@ fn silicone_tables_go_through_untouched() {
         if name == "ecoflex-00-50" {
             assert!(log_of(&e, AuditKind::Kept).contains("under tension) (line 19)"));
         }
+    }
+}
+
+/// Lines of strain and stress of a Neo-Hookean rubber with 1 % of noise; `real` is the stretch of a number.
+fn pulled(header: &str, end: f64, real: impl Fn(f64) -> f64) -> String {
+    let row = |k: usize| {
+        let (e, wobble) = (end * (k + 1) as f64 / 30.0, 1.0 + 0.01 * (7.0 * k as f64).sin());
+        format!("{e:.5},{:.7}\n", wobble * stress(Mode::Uniaxial, real(e)).abs() / 1e6)
+    };
+    format!("{header}\n") + &(0..30).map(row).collect::<String>()
+}
+
+/// A strain up to 1.5 without a unit is 150 %, which the answer says; where the stresses rise in a straight line, as those up to 1.5 % do, a doubt names the flag.
+#[test]
+fn percent_below_two_are_doubted_by_their_straight_line() {
+    let doubt = |r: &FitResult| r.to_string().contains("column \"strain\" has no unit and was read in fractions");
+    for end in [0.5, 1.0, 1.5, 2.0] {
+        let fractions = fitted(&pulled("strain,stress (MPa)", end, |e| 1.0 + e));
+        assert!(!doubt(&fractions), "{fractions}");
+        let range = format!("(strain {} to {} %)", 100.0 * (end / 30.0 * 1e5).round() / 1e5, 100.0 * end);
+        assert!(fractions.to_string().contains(&range[range.find("to").expect("a range")..]), "{range} {fractions}");
+        let text = pulled("strain,stress (MPa)", end, |e| 1.0 + e / 100.0);
+        let percent = fitted(&text);
+        assert!(doubt(&percent) || end < 1.0, "{percent}");
+        let said = percent.to_string();
+        assert!(
+            !doubt(&percent) || said.contains("--strain-unit % if its numbers are percent, --strain-unit 1"),
+            "{said}"
+        );
+        for unit in ["1", "%"] {
+            let choice = ColumnChoice { strain_unit: Some(unit.into()), ..ColumnChoice::default() };
+            let e = Experiment::parse("test.csv", text.as_bytes(), None, &choice, Some(Mode::Uniaxial)).expect("valid");
+            assert!(!log_of(&e, AuditKind::Doubt).contains("has no unit"), "{unit}");
+        }
+    }
+}
+
+/// Compression whose numbers are all positive: a mode that says so refuses, the name of the file or a curve that bends up as in compression is a doubt. Tension is neither.
+#[test]
+fn positive_compression_is_doubted() {
+    let read = |file: &str, text: &str, choice: &ColumnChoice| {
+        Experiment::parse(file, text.as_bytes(), None, choice, Some(Mode::Uniaxial))
+    };
+    let plain = ColumnChoice::default();
+    let compressed = pulled("strain,stress (MPa)", 0.4, |e| 1.0 - e);
+    let pulled = pulled("strain,stress (MPa)", 0.4, |e| 1.0 + e);
+    let doubt = |file: &str, text: &str| log_of(&read(file, text, &plain).expect("read"), AuditKind::Doubt);
+    assert!(doubt("a.csv", &compressed).contains("as compression, and within"), "{}", doubt("a.csv", &compressed));
+    for file in ["compression_test.csv", "Druckversuch 3.csv"] {
+        let said = doubt(file, &pulled);
+        assert!(said.contains("is called") && said.contains("--positive compression"), "{said}");
+    }
+    assert_eq!(doubt("a.csv", &pulled), "");
+    let asked = ColumnChoice { compression: true, ..ColumnChoice::default() };
+    let message = read("a.csv", &compressed, &asked).expect_err("a contradiction").to_string();
+    assert!(message.contains("the mode is compression, but every data point is in tension"), "{message}");
+    let rows = "mode,strain,stress (MPa)\ncompression,0.1,0.1\ncompression,0.2,0.2\n";
+    let message =
+        Experiment::parse("a.csv", rows.as_bytes(), None, &plain, None).expect_err("a contradiction").to_string();
+    assert!(message.contains("the mode is compression"), "{message}");
+    let negative = rows.replace(",0.", ",-0.");
+    assert!(Experiment::parse("a.csv", negative.as_bytes(), None, &plain, None).is_ok());
+    for positive in [Sign::Tension, Sign::Compression] {
+        let choice = ColumnChoice { positive: Some(positive), ..asked.clone() };
+        let e = read("compression.csv", &compressed, &choice).expect("stated");
+        assert_eq!(log_of(&e, AuditKind::Doubt), "");
+        assert_eq!(e.samples[0].stretch < 1.0, positive == Sign::Compression);
     }
 }

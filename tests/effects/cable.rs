@@ -668,3 +668,36 @@ fn a_moving_pull_point_has_a_guide_after_it() {
     let ring = refused(&format!("guides = {guides}\nrings = [{{ at = [\"0 mm\", \"5 mm\", \"20 mm\"], after = 0 }}]"));
     assert!(ring.contains("ring 1 is before the first guide"), "{ring}");
 }
+
+/// Under a prescribed tension an elastic cable pulls the body as a stiff one does, and what is drawn in has its stretch T L₀/EA in it: the
+/// same as by a drive of that length.
+#[test]
+fn a_drive_by_tension_takes_in_the_stretch() {
+    let (rest, ea, tension) = (0.105, 8.0, 0.3);
+    let last = |keys: &str, drive: String, name: &str| {
+        let result = run(&beam_scene(keys, &drive, "0.25 s"));
+        assert_eq!(result.status, Status::Converged);
+        *column(&result, name).last().expect("rows")
+    };
+    let elastic = format!("EA = \"{ea} N\"");
+    let by_tension = || ramp_to("tension", tension, "N");
+    let [stretched, stiff] = [&elastic[..], ""].map(|keys| last(keys, by_tension(), "tendon_length_m"));
+    assert_eq!(stretched, stiff, "the body feels the tension alone");
+    let drawn = last(&elastic, by_tension(), "tendon_drawn_m");
+    assert!((drawn - (rest - stiff + tension * rest / ea)).abs() <= 1e-12 * rest, "{drawn}");
+    let back = last(&elastic, ramp_to("length", drawn, "m"), "tendon_tension_N");
+    assert!((back / tension - 1.0).abs() <= 1e-6, "{tension} N took in {drawn} m, which takes {back} N");
+}
+
+/// A stretch of 10 %, from which on the tension is a matter of how strain is defined, is noted; half of it is not.
+#[test]
+fn a_large_strain_of_a_cable_is_noted() {
+    for (ea, expected) in [(2.0, true), (4.5, false)] {
+        for friction in ["", "friction = 0.1"] {
+            let scene = beam_scene(&format!("EA = \"{ea} N\"\n{friction}"), &ramp_to("tension", 0.3, "N"), "0.25 s");
+            let notes = durometer::study::store::solver::notes(&scene, &run(&scene));
+            let found = notes.iter().any(|note| note.starts_with("tendon is stretched by 15.0 % at t = 1.000000 s"));
+            assert_eq!(found, expected, "EA = {ea} N: {notes:?}");
+        }
+    }
+}

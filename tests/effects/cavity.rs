@@ -465,3 +465,28 @@ fn derivatives_of_what_holds_a_rim() {
         println!("worst {:.1e}", common::sensitivities::check("held rim", &soft(), &build));
     }
 }
+
+/// A shell that a vacuum throws inwards: the walls pass through each other, and the first recorded time with a volume that is not positive is
+/// found; half of the vacuum leaves it whole. The volume of an octant is that of a space, though its wall is open.
+#[test]
+fn a_collapsed_cavity_is_found() {
+    let planes = ["x", "y", "z"].map(|c| held(&format!("{c}min"), c)).concat();
+    for (vacuum, expected) in [(3.0, false), (6.0, true)] {
+        let text = format!(
+            "[mesh]\ngrid = {{ kind = \"octant\", inner = \"10 mm\", outer = \"11 mm\", divisions = [6, 1] }}\n\
+             [laws.rubber]\nlaw = \"stable_neo_hookean\"\nE = \"100 kPa\"\nnu = 0.4\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1000 kg/m^3\"\nmass = \"consistent\"\n{planes}\
+             [[constraint]]\nkind = \"cavity\"\nregion = \"inner\"\n\
+             drive = {{ kind = \"pressure\", signal = {{ kind = \"ramp\", from = \"0 kPa\", to = \"-{vacuum} kPa\", end = \"10 ms\" }} }}\n\
+             [[stage]]\nintegrator = \"implicit_euler\"\nduration = \"14 ms\"\ndt = \"1 ms\"\n"
+        );
+        let run = durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}")).run();
+        let (t, volume) = (common::column(&run, "t_s"), common::column(&run, "cavity_volume_m3"));
+        let first = volume.iter().position(|v| *v <= 0.0);
+        assert_eq!(first.is_some(), expected, "{vacuum} kPa: {volume:?}");
+        let found: Vec<(&str, f64, f64)> = run.collapsed.iter().map(|c| (&c.name[..], c.t, c.volume)).collect();
+        let told: Vec<(&str, f64, f64)> = first.iter().map(|&k| ("cavity", t[k], volume[k])).collect();
+        assert_eq!(found, told);
+    }
+}

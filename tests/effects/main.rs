@@ -5,11 +5,13 @@ mod common;
 
 mod cable;
 mod cable_friction;
+mod cable_places;
 mod cavity;
 mod cavity_skin;
 mod every_kind;
 mod fibre_family;
 mod fibres;
+mod jumps;
 mod loads;
 mod membrane;
 mod open_cavity;

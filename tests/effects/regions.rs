@@ -94,6 +94,35 @@ fn a_layer_near_a_surface_is_found() {
     assert_eq!([cells("all"), cells("any")], [24, 72]);
 }
 
+/// The same sheet in metres, read as millimetres, is a speck at the origin, and as kilometres far away: both extents and the unit are told.
+#[test]
+fn a_surface_in_a_wrong_unit_is_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let square = "v 0 0 0.02\nv 0.04 0 0.02\nv 0.04 0.02 0.02\nv 0 0.02 0.02\nf 1 2 3\nf 1 3 4\n";
+    std::fs::write(folder.path().join("sheet.obj"), square).expect("writable");
+    let near = |unit: &str, tolerance: &str| {
+        format!("near = {{ kind = \"near\", file = \"sheet.obj\", unit = \"{unit}\", tolerance = \"{tolerance}\" }}")
+    };
+    let skin = |unit: &str, reach: &str| {
+        format!("[[skin]]\nname = \"cover\"\nfile = \"sheet.obj\"\nunit = \"{unit}\"\nreach = \"{reach}\"")
+    };
+    let sizes = "the surface fills (0, 0, 0.02) mm to (0.04, 0.02, 0.02) mm, the mesh fills (0, 0, 0) mm to (40, 20, 20) mm; unit = \"m\" would make \
+                 them alike";
+    let refused = block(folder.path(), &near("mm", "1e-3 mm")).map(|_| ()).expect_err("no node is so near");
+    assert!(refused.ends_with(&format!("the layer within 0.001 mm of sheet.obj holds no nodes; {sizes}")), "{refused}");
+    let notes = |regions: &str| block(folder.path(), regions).expect("a scene").notes;
+    assert!(notes(&near("mm", "0.1 mm")).contains(&format!("region near: {sizes}")));
+    assert!(notes(&skin("mm", "0.1 mm")).contains(&format!("skin cover: {sizes}")));
+    for fits in [near("m", "0.1 mm"), skin("m", "0.1 mm")] {
+        assert!(!notes(&fits).iter().any(|note| note.contains("alike")), "{fits}");
+    }
+    std::fs::write(folder.path().join("sheet.obj"), square.replace("0.0", "")).expect("writable");
+    let refused = block(folder.path(), &skin("m", "0.1 mm")).map(|_| ()).expect_err("it is far outside");
+    let sizes = "or give a larger `reach`; the surface fills (0, 0, 2000) mm to (4000, 2000, 2000) mm, the mesh fills (0, 0, 0) mm to (40, 20, 20) mm; \
+                 unit = \"cm\" would make them alike";
+    assert!(refused.ends_with(sizes), "{refused}");
+}
+
 /// A block that is hollow, and a copy of it: components of the surface and of the body.
 #[test]
 fn components_are_numbered_by_size() {
@@ -314,4 +343,27 @@ fn motions_that_supports_leave_free_are_noted() {
     );
     assert_eq!(held(&[("zmin", "z"), ("ymin", "y"), ("xmin", "x")]), None);
     assert_eq!(held(&[("xmin", "xyz")]), None);
+}
+
+/// A layer at a whole flat face has its extent, however large its tolerance is against an edge. One that reaches further names the tolerance that would do, and one within the
+/// body ends within cells.
+#[test]
+fn a_layer_that_holds_a_flat_face_does_not_depend_on_the_mesh() {
+    let layer = |at: f64, tolerance: f64, pick: &str| {
+        let text = format!(
+            r#"layer = {{ kind = "plane", point = ["{at} mm", "0 mm", "0 mm"], normal = [1, 0, 0], tolerance = "{tolerance} mm", {pick} }}"#
+        );
+        let scene = block(here(), &text).expect("a layer");
+        (scene.regions["layer"].depends_on_mesh, scene.notes.iter().any(|note| note.contains("with tolerance = ")))
+    };
+    for pick in [r#"pick = "facets", rule = "all""#, r#"pick = "nodes""#, r#"pick = "cells", rule = "any""#] {
+        let is_grown = pick.contains("any");
+        // Edges along x are 10 mm long
+        for tolerance in [0.0, 1e-3, 0.1, 4.0] {
+            assert_eq!(layer(0.0, tolerance, pick), (is_grown, false), "{pick} {tolerance}");
+        }
+    }
+    let facets = r#"pick = "facets", rule = "all""#;
+    assert_eq!(layer(0.0, 12.0, facets), (true, true), "a row of boxes, and the face alone with less");
+    assert_eq!(layer(5.0, 7.0, facets), (true, false), "its middle plane holds nothing");
 }

@@ -116,6 +116,7 @@ fn a_region_that_ends_within_cells_gets_no_verdict() {
     let [within, between] = ["6.2 mm", "10 mm"].map(|depth| family(depth, &grids(&divisions)));
     println!("{}\n{}", within.verdict, between.verdict);
     assert!(within.recommended.is_none() && within.verdict.contains("border of clamp runs through cells"));
+    assert!(within.extension.is_none(), "no mesh removes the reason: {:?}", within.extension);
     assert!(!between.verdict.contains("runs through cells"), "{}", between.verdict);
 }
 

@@ -1,7 +1,12 @@
 //! `durometer import`: files of many formats, their tables and starter scenes.
 
 use crate::common::tools;
+use durometer::math::tensor::{Mat3, Vec3};
+use durometer::mesh::Order;
+use durometer::mesh::disturb::add_slivers;
 use durometer::mesh::generate::MeshStore;
+use durometer::mesh::parts::{image, side_by_side};
+use durometer::mesh::structured::block;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -118,6 +123,8 @@ fn a_file_is_described_and_its_starter_scene_runs() {
     assert!(scene.contains("region = \"root\"") && scene.contains("EXAMPLE"), "{scene}");
     let (text, scene) = describe("doubled.vtk", "doubled.toml");
     assert!(text.contains("nodes are at the place of another one") && scene.contains("merge = "), "{text}{scene}");
+    let merge = "merge = \"1e-7 mm\"";
+    assert!(text.contains(&format!("needs        {merge}")) && scene.contains(merge), "{text}{scene}");
     let (text, scene) = describe("wedges.vtu", "wedges.toml");
     assert!(text.contains("needs        split = true") && scene.contains("split = true"), "{text}{scene}");
     assert!(text.contains("fixture      the wider end"), "{text}");
@@ -140,6 +147,85 @@ fn a_file_is_described_and_its_starter_scene_runs() {
         |text: &str| text.lines().any(|l| l.starts_with("warning ") && l.ends_with("unit = \"mm\" would be plausible"));
     assert!(warned(&text), "{text}");
     assert!(warned(&stdout(&durometer(&["import", &at("sets.inp"), "--unit", "m"]))));
+}
+
+/// Two plates of 40 × 40 × 2 mm with one cell across, some of them nearly flat, at a distance of 0.01 mm.
+fn plates(file: &Path) {
+    let mut plate = block(8, 8, 1, 0.04, 0.04, 0.002, Order::Linear);
+    add_slivers(&mut plate, 1, 0.01, 0.5_f64.to_radians());
+    let second = image(&plate, &Mat3::identity(), &Vec3::new(0.0, 0.0, 0.00201));
+    let both = side_by_side(&[("a".into(), plate), ("b".into(), second)]).expect("two parts");
+    let points: String =
+        both.points.iter().map(|p| format!("{:e} {:e} {:e}\n", p.x * 1e3, p.y * 1e3, p.z * 1e3)).collect();
+    let cells: String = both.cells.chunks(4).map(|c| format!("4 {} {} {} {}\n", c[0], c[1], c[2], c[3])).collect();
+    let (nodes, count) = (both.points.len(), both.cell_count());
+    let head = "# vtk DataFile Version 3.0\nplates\nASCII\nDATASET UNSTRUCTURED_GRID";
+    let (values, kinds) = (5 * count, "10\n".repeat(count));
+    let text =
+        format!("{head}\nPOINTS {nodes} double\n{points}CELLS {count} {values}\n{cells}CELL_TYPES {count}\n{kinds}");
+    std::fs::write(file, text).expect("writable");
+}
+
+/// Nearly flat cells, a wall of one cell and a gap: every command that takes the mesh says the same of it, and a contact leaves no word of the gap.
+#[test]
+fn commands_agree_on_the_limits_of_a_mesh() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    plates(&folder.path().join("plates.vtk"));
+    let limits = |arguments: &[&str]| {
+        let output = durometer(arguments);
+        let said = stdout(&output) + &String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {said}");
+        let kinds = ["warning", "note"].map(|kind| {
+            let of_kind = said.lines().filter_map(|line| line.strip_prefix(kind));
+            let texts = of_kind.map(|text| text.trim_start_matches(':').trim().to_string());
+            texts
+                .filter(|text| ["nearly flat", "thinnest wall", "nothing joins"].iter().any(|w| text.contains(w)))
+                .collect()
+        });
+        kinds.map(|texts: Vec<String>| texts)
+    };
+    let [warnings, notes] = limits(&["import", &at("plates.vtk"), "--scene", &at("scene.toml")]);
+    assert!(warnings[0].contains("nearly flat, with dihedral angles from 0.50 to "), "{warnings:?}");
+    let wall = "1.0 cells across the thinnest wall, which is 2.0000 mm thick, are too few to show how it bends (at least 2); refine the walls";
+    assert!(warnings.len() == 2 && warnings[1] == wall, "{warnings:?}");
+    let gap = "two parts of the body face each other across a gap of up to 0.01 mm over 1600.0000 mm^2, at (";
+    assert!(notes.len() == 1 && notes[0].starts_with(gap), "{notes:?}");
+    let remedy = "have no common node: nothing joins them; merge = \"0.011 mm\" in [mesh] makes them one, or declare a contact between them";
+    assert!(notes[0].ends_with(remedy), "{notes:?}");
+    let scene = at("scene.toml");
+    for arguments in
+        [&["check", &scene][..], &["mesh", &scene], &["simulate", &scene, "--no-view", "--out", &at("out")]]
+    {
+        assert_eq!(limits(arguments), [warnings.clone(), notes.clone()], "{arguments:?}");
+    }
+    // The remedy is one
+    assert!(limits(&["check", &scene, "--set", "mesh.merge=0.011 mm"])[1].is_empty());
+    let contact = "\n[mesh.regions.low]\nkind = \"component\"\npick = \"facets\"\nwhich = 1\n[mesh.regions.high]\nkind = \"component\"\n\
+                   pick = \"facets\"\nwhich = 2\n[[contact]]\nregion = \"low\"\nobstacle = { kind = \"region\", region = \"high\" }\n\
+                   response = \"barrier\"\nfriction = 0.0\n";
+    let text = std::fs::read_to_string(&scene).expect("written") + contact;
+    std::fs::write(at("contact.toml"), text).expect("writable");
+    assert_eq!(limits(&["check", &at("contact.toml")]), [warnings, vec![]]);
+}
+
+/// Faces of a CAD file that bound no solid are told by every command that takes its mesh.
+#[test]
+fn faces_of_no_solid_are_told() {
+    if mesher_is_missing() {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
+    let script = "import sys, gmsh\ngmsh.initialize()\ngmsh.model.occ.addBox(0, 0, 0, 10, 10, 10)\n\
+                  gmsh.model.occ.addRectangle(0, 0, 20, 10, 10)\ngmsh.model.occ.synchronize()\ngmsh.write(sys.argv[1])\n";
+    let python = MeshStore::find().expect("the project").python;
+    assert!(Command::new(python).args(["-c", script, &at("a.step")]).output().is_ok_and(|o| o.status.success()));
+    let told = "a face bounds no solid and is left out, one from (0, 0, 20) to (10, 10, 20) mm; only solids are meshed";
+    for arguments in [&["import", &at("a.step"), "--scene", &at("a.toml")][..], &["check", &at("a.toml")]] {
+        let text = stdout(&durometer(arguments));
+        assert!(text.lines().any(|line| line.starts_with("note ") && line.ends_with(told)), "{arguments:?}: {text}");
+    }
 }
 
 #[test]

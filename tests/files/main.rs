@@ -4,6 +4,7 @@
 mod common;
 
 mod cut_off;
+mod gap;
 mod hostile;
 mod import;
 mod mesh_files;

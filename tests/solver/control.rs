@@ -610,6 +610,11 @@ fn a_controller_that_fails_leaves_the_rows_so_far() {
         ("print('{\"signals\": {\"cable\": 1}}')", "it may not set \"cable\"; did you mean `cable_shortening_m`?"),
         ("print('{\"signals\": {\"cable_shortening_m\": \"much\"}}')", "\"cable_shortening_m\" is \"much\""),
         ("print('{\"signal\": {}}')", "unknown field `signal`"),
+        ("print('[]')", "that is no answer: it is no object"),
+        (
+            "print('{\"signals\": {\"cable_shortening_m\": 0.001, \"cable_shortening_m\": 0.002}}')",
+            "that is no answer: the key \"cable_shortening_m\" occurs twice",
+        ),
         (
             "print('{}\\n{\"signals\": {}}', flush=True)\nsys.stdin.readline()",
             "wrote at t = 0.500000 s: {\"signals\": {}}\n  nothing had asked for this line",

@@ -305,3 +305,84 @@ fn the_count_is_that_of_dense_eigenvalues() {
         }
     }
 }
+
+/// A bar of 80 × 10 × 10 mm under a dead traction (Pa) on its end, with these constraints.
+fn column(constraints: &str, traction: f64, steps: usize, continuation: &str) -> Run {
+    run(&format!(
+        r#"
+[mesh]
+grid = {{ kind = "box", size = ["80 mm", "10 mm", "10 mm"], divisions = [12, 2, 2] }}
+element = "tet10"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "traction"
+region = "xmax"
+direction = [1, 0, 0]
+traction = {{ kind = "ramp", from = "0 Pa", to = "{traction} Pa", end = "1 s" }}
+{constraints}
+[[stage]]
+integrator = "static"
+{continuation}
+duration = "1 s"
+dt = "{} s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#,
+        1.0 / steps as f64
+    ))
+}
+
+const ROLLERS: &str = "[[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\ncomponents = \"x\"\n";
+
+/// Rigid motions that nothing holds and nothing drives have eigenvalues of zero, negative by rounding, and are no instability: a bar on rollers
+/// that is pulled, one without any constraint between two equal tractions, and one by arc length.
+#[test]
+fn free_rigid_motions_are_no_instability() {
+    let pull = "[[effect]]\nkind = \"traction\"\nname = \"back\"\nregion = \"xmin\"\ndirection = [-1, 0, 0]\n\
+                traction = { kind = \"ramp\", from = \"0 Pa\", to = \"20000 Pa\", end = \"1 s\" }\n";
+    for (name, constraints, continuation) in [
+        ("rollers", ROLLERS, ""),
+        ("free", pull, ""),
+        ("rollers by arc length", ROLLERS, "continuation = \"arc_length\""),
+    ] {
+        let found = column(constraints, 2e4, 10, continuation);
+        println!("{name}: {}, {:?}, {:?}", found.status, found.findings.unstable, found.totals);
+        assert_eq!(found.status, Status::Converged, "{name}");
+        assert!(found.findings.unstable.is_empty() && found.totals.unstable == 0, "{name}: {:?}", found.findings);
+    }
+}
+
+/// A bar on rollers buckles as a cantilever at σ = π² E b²/(48 L²), in two directions: these two eigenvalues are counted where they become
+/// negative, and the three free motions on the rollers are not. Its strain there is 0.3 %, and shear takes off about as much.
+#[test]
+fn buckling_is_counted_apart_from_free_rigid_motions() {
+    let critical = std::f64::consts::PI.powi(2) * 1e5 * 0.01 * 0.01 / (48.0 * 0.08 * 0.08);
+    let steps = 24;
+    let found = column(ROLLERS, -1.2 * critical, steps, "");
+    let (t, modes) = *found.findings.unstable.first().unwrap_or_else(|| panic!("{}: it buckles", found.status));
+    println!("buckles at {:.4} of Euler's load, {modes} modes; {}", 1.2 * t, found.status);
+    assert_eq!(modes, 2);
+    assert!((0.97..=1.03 + 1.2 / steps as f64).contains(&(1.2 * t)), "{} of Euler's load", 1.2 * t);
+}
+
+/// Equal tractions press a free bar: any load turns it over, about y or z, and from σ = π² E b²/(12 L²) = 1285 Pa on it buckles as one on hinges, in two
+/// directions. The loads pass no limit.
+#[test]
+fn a_pressed_free_bar_has_no_limit_point() {
+    let back = "[[effect]]\nkind = \"traction\"\nname = \"back\"\nregion = \"xmin\"\ndirection = [-1, 0, 0]\n\
+                traction = { kind = \"ramp\", from = \"0 Pa\", to = \"-20000 Pa\", end = \"1 s\" }\n";
+    let found = column(back, -2e4, 20, "");
+    println!("{}, {:?}", found.status, found.findings.unstable);
+    assert!(!matches!(found.status, Status::NoEquilibrium { .. }), "{}", found.status);
+    let rounded: Vec<(i32, usize)> =
+        found.findings.unstable.iter().map(|(t, modes)| ((t * 2e4).round() as i32, *modes)).collect();
+    assert_eq!(rounded[..2], [(1000, 2), (2000, 4)], "{rounded:?}");
+}

@@ -1,9 +1,11 @@
 //! A stored result counts only for the inputs, the files and the build that made it.
 
+use durometer::scene::Progress;
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::run::only::Only;
 use durometer::study::run::runner::{Options, Watch, run};
+use durometer::study::store::folder::Store;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::store::seal::sealed;
 use std::path::Path;
@@ -218,19 +220,12 @@ fn a_stopped_run_leaves_no_mixture() {
     assert!(report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}")).outdated.is_empty());
 }
 
-/// Changes the surface of the obstacle when the first case is finished, and keeps what is noted.
-struct Meddles<'a> {
-    folder: &'a Path,
-    notes: Mutex<Vec<String>>,
-}
+/// Changes the surface of the obstacle when the first case is finished.
+struct Meddles<'a>(&'a Path);
 
 impl Watch for Meddles<'_> {
     fn finished(&self, _: &CaseRecord, _: bool) {
-        std::fs::write(self.folder.join("plate.stl"), plate(-0.4)).expect("writable");
-    }
-
-    fn note(&self, case: &str, text: &str) {
-        self.notes.lock().expect("no panic").push(format!("{case}: {text}"));
+        std::fs::write(self.0.join("plate.stl"), plate(-0.4)).expect("writable");
     }
 }
 
@@ -244,16 +239,122 @@ impl Watch for Notes {
     }
 }
 
-/// A case that is computed after a file has changed says so: other cases of the same run have the file of before.
+/// A case that is computed after a file has changed has no result: other cases of the same run have the file of before.
 #[test]
-fn a_file_that_changes_during_a_run_is_noted() {
+fn a_file_that_changes_during_a_run_leaves_no_mixture() {
     let keep = folder();
-    let study = Study::read(&keep.path().join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
-    let (stop, watch) = (AtomicBool::new(false), Meddles { folder: keep.path(), notes: Mutex::default() });
+    let at = keep.path();
+    let study = Study::read(&at.join("study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let stop = AtomicBool::new(false);
     let options = Options { jobs: 1, ..Options::new(&stop) };
-    run(&study, &keep.path().join("results"), &options, &watch).unwrap_or_else(|e| panic!("{e}"));
-    let notes = watch.notes.into_inner().expect("no panic");
-    assert!(notes.iter().any(|note| note.contains("a file that it reads has changed")), "{notes:?}");
+    let records = run(&study, &at.join("results"), &options, &Meddles(at)).unwrap_or_else(|e| panic!("{e}"));
+    let (one, other) = (&records[0], &records[1]);
+    assert!(one.converged() && other.status == "InputsChanged", "{records:?}");
+    assert!(other.status_detail.as_ref().is_some_and(|why| why.contains("plate.stl")), "{other:?}");
+    let summary = report::write(&at.join("results")).unwrap_or_else(|e| panic!("{e}"));
+    assert!(summary.cases.iter().all(|c| c.id != other.id || c.status == "InputsChanged"), "{:?}", summary.cases);
+    assert_eq!(computed(at), ["one", "other"]);
+}
+
+const SEARCH: &str = r#"
+kind = "calibration"
+question = "Is an edit seen that is taken back?"
+expectation = "Yes."
+scene = "search.toml"
+tolerance = "2 %"
+[calibration]
+unknown = ["laws.rubber.E"]
+weighting = "absolute"
+[[variant]]
+name = "press"
+quantity = [{ name = "zmax_reaction_z_N", label = "force", symbol = "F", unit = "N" }]
+[variant.measured]
+file = "measured.csv"
+x = { column = "t", unit = "s", is = "t_s" }
+y = { column = "F", unit = "N", is = "zmax_reaction_z_N" }
+[[family]]
+name = "sizes"
+role = "sizes"
+[family.members]
+a = {}
+"#;
+
+/// Edits a table after some states of a search, and takes the edit back after some more.
+struct Edits<'a> {
+    folder: &'a Path,
+    from: usize,
+    to: usize,
+    states: Mutex<usize>,
+}
+
+impl Watch for Edits<'_> {
+    fn progress(&self, _: &str, _: Progress) {
+        let mut states = self.states.lock().expect("no panic");
+        *states += 1;
+        let write = |text: &str| std::fs::write(self.folder.join("way.csv"), text).expect("writable");
+        match *states {
+            k if k == self.from => write("t_s,w\n0,0\n1,-0.5\n"),
+            k if k == self.to => write(WAY),
+            _ => {}
+        }
+    }
+}
+
+const WAY: &str = "t_s,w\n0,0\n1,-1\n";
+
+/// A search reads its files again and again. Whenever one of them was edited, the edit taken back or not, the result is that of the files or there is none.
+#[test]
+fn an_edit_during_a_search_is_seen_though_it_is_taken_back() {
+    let found = |from: usize, to: usize| {
+        let keep = folder();
+        let at = keep.path();
+        let scene = SCENE.split("[[contact]]").next().expect("the first part").replace(
+            "constraint]]\nkind = \"fixed\"\nregion = \"zmax\"\ncomponents = \"xy\"",
+            "constraint]]\nkind = \"fixed\"\nregion = \"zmin\"",
+        );
+        let rest = &SCENE[SCENE.find("[[stage]]").expect("a stage")..];
+        let files = [("search.toml", scene + rest), ("search-study.toml", SEARCH.into()), ("way.csv", WAY.into())];
+        for (name, text) in files {
+            std::fs::write(at.join(name), text).expect("writable");
+        }
+        std::fs::write(at.join("measured.csv"), "t,F\n0.5,-0.7\n1,-1.5\n").expect("writable");
+        let study = Study::read(&at.join("search-study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+        let stop = AtomicBool::new(false);
+        let watch = Edits { folder: at, from, to, states: Mutex::new(0) };
+        let records = run(&study, &at.join("results"), &Options { jobs: 1, ..Options::new(&stop) }, &watch);
+        let records = records.unwrap_or_else(|e| panic!("{e}"));
+        let values = Store::at(&at.join("results")).calibration(&records[0].id).map(|found| found.values());
+        let states = *watch.states.lock().expect("no panic");
+        (records[0].status.clone(), values, states)
+    };
+    let (status, undisturbed, states) = found(usize::MAX, usize::MAX);
+    assert!(status == "Converged" && undisturbed.is_some() && states > 5, "{status}, {undisturbed:?}, {states}");
+    let mut seen = 0;
+    for from in 1..states {
+        for to in [from + states / 3, usize::MAX] {
+            let (status, values, _) = found(from, to);
+            match values {
+                Some(_) => assert_eq!((status.as_str(), &values), ("Converged", &undisturbed), "{from} to {to}"),
+                None => {
+                    assert_eq!(status, "InputsChanged", "{from} to {to}");
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 6, "{seen}");
+}
+
+/// A name of a case that would give its files the names of those of another one is refused.
+#[test]
+fn a_case_that_is_called_like_a_file_of_another_is_refused() {
+    let keep = folder();
+    for end in ["fit", "search", "skin", "sensitivities", "damaged-1"] {
+        let named = STUDY.replace("other = {", &format!("\"one.{end}\" = {{"));
+        std::fs::write(keep.path().join("study.toml"), named).expect("writable");
+        let why = Study::read(&keep.path().join("study.toml"), &[]).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(why.contains("would have the names of files of another case"), "{end}: {why}");
+    }
 }
 
 /// A case that is refused, as its study expects, was not computed: no file of it has changed.

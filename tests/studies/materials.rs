@@ -3,8 +3,8 @@
 // It serves the tests of another kind of study too.
 #[allow(dead_code)]
 use crate::common::synthetic;
-use durometer::report::canvas;
 use durometer::report::style::{self, STYLES};
+use durometer::report::{canvas, measure};
 use durometer::study::analysis::Analysis;
 use durometer::study::curve::Curve;
 use durometer::study::expand::Study;
@@ -96,9 +96,9 @@ fn differences_and_loops_have_their_closed_forms() {
     let box_error = (2.0 * PI / 200.0).powi(2) / 4.0;
     close(law("lossy").loop_share.expect("a cycle"), PI / 4.0 * 0.3_f64.sin() * polygon, box_error);
     // First order in the lag: tan δ for δ, over ω = 2π
-    close(law("lossy").lag_s, 0.3_f64.sin() / (2.0 * PI), 1e-3);
+    close(law("lossy").lag_s.expect("a small lag"), 0.3_f64.sin() / (2.0 * PI), 1e-3);
     let cost = a.costs.iter().find(|p| p.member == "stiff").expect("a cost");
-    close(cost.ratio, 1.2, 1e-12);
+    close(cost.ratio.expect("a reference"), 1.2, 1e-12);
     for words in ["near", "can replace base", "stiff by 20 %", "lossy by 15 %"] {
         assert!(a.verdict.contains(words), "{words}: {}", a.verdict);
     }
@@ -152,7 +152,39 @@ fn figures_of_every_style_keep_their_type_and_their_legends() {
         let entry = svg.split("<text ").find(|t| t.contains("forty letters")).expect("a legend");
         let x: f64 = entry.split('"').nth(1).and_then(|x| x.parse().ok()).expect("a place");
         let words = "a law with a name of more than forty letters (reference)";
-        assert!(x + f64::from(canvas::width(words, canvas::SMALL)) <= units, "{name}: the legend ends outside");
+        assert!(x + f64::from(measure::width(words, canvas::SMALL)) <= units, "{name}: the legend ends outside");
+    }
+}
+
+/// Costs of two members are one number, which is that of the other member; without a result of the reference there is none.
+#[test]
+fn a_range_is_that_of_the_other_members() {
+    let (study, stored) = study();
+    let of = |names: &[&str]| -> Vec<StoredCase> {
+        stored.iter().filter(|c| names.contains(&c.record.member.as_str())).cloned().collect()
+    };
+    let pair = analyse(&study, &of(&["base", "stiff"]));
+    assert!(pair.verdict.contains("Stiff costs 1.20 times as much as base."), "{}", pair.verdict);
+    let alone = analyse(&study, &of(&["stiff", "lossy"]));
+    assert!(alone.costs.iter().all(|p| p.ratio.is_none()) && !alone.verdict.contains("NaN"), "{:?}", alone.costs);
+}
+
+/// Where every case has failed the page has no heading above nothing, and no table of a head alone.
+#[test]
+fn a_page_has_no_empty_part() {
+    let (study, mut stored) = study();
+    stored.iter_mut().for_each(|c| c.record.status = "StepTooSmall".into());
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let page = std::fs::read_to_string(dir.path().join("index.html")).expect("a page");
+    for part in page.split("<table>").skip(1) {
+        let table = part.split("</table>").next().expect("a table");
+        assert!(table.matches("<tr").count() > 1, "{table}");
+    }
+    for part in page.split("<h2>").skip(1) {
+        let (heading, body) = part.split_once("</h2>").expect("a heading");
+        assert!(!body.trim().is_empty(), "{heading}");
     }
 }
 

@@ -58,6 +58,30 @@ fn parts_go_on_from_what_is_there() {
     assert_eq!((kept, number_of_results(&at.join("r"))), (half, 6));
 }
 
+/// A part that is run after an edit leaves the results of the others, which do not count until they are run too.
+#[test]
+fn parts_of_other_inputs_do_not_count() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    write_study(at, 6);
+    call(at, &["run", "study.toml", "--out", "r"], 0);
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("the scene");
+    std::fs::write(at.join("scene.toml"), scene.replace("nu = 0.3", "nu = 0.31")).expect("room");
+    call(at, &["run", "study.toml", "--out", "r", "--partition", "1/2"], 0);
+    let of_report = || {
+        let output = program(at, &["report", "r", "--json"]).output().expect("it starts");
+        let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        ["cases", "outdated"].map(|key| summary[key].as_array().map_or(0, Vec::len))
+    };
+    let [counted, outdated] = of_report();
+    assert!(counted > 0 && outdated > 0 && counted + outdated == 6, "{counted}, {outdated}");
+    // Also where only the files of the cases were brought together
+    std::fs::remove_dir_all(at.join("r/outdated")).expect("there");
+    assert_eq!(of_report(), [counted, outdated]);
+    call(at, &["run", "study.toml", "--out", "r", "--partition", "2/2"], 0);
+    assert_eq!(of_report(), [6, 0]);
+}
+
 #[test]
 fn a_part_that_does_not_exist_is_refused() {
     let keep = tempfile::tempdir().expect("a temporary folder");

@@ -225,6 +225,94 @@ fn results_that_differ_are_conflicts() {
     assert!(errors.contains("it holds results of the study"), "{errors}");
 }
 
+/// Halves of other inputs are not merged, whichever comes first; those of the archive take the place of the others where that is asked for.
+#[test]
+fn halves_of_other_inputs_are_not_merged() {
+    let (_keep, at) = results();
+    for (k, set) in [("1", "laws.rubber.nu=0.3"), ("2", "laws.rubber.nu=0.31")] {
+        let part = format!("{k}/2");
+        call(&at, &["run", "study.toml", "--out", k, "--set", set, "--partition", &part], 0);
+        let (_, errors) = call(&at, &["store", "export", k, &format!("{k}.tar.gz")], 0);
+        assert!(errors.contains("cases of the study have no result"), "{errors}");
+    }
+    let counted = || {
+        let (said, _) = call(&at, &["report", "merged", "--json"], 0);
+        let summary: Value = serde_json::from_str(&said).expect("JSON");
+        ["cases", "outdated"].map(|key| summary[key].as_array().map_or(0, Vec::len))
+    };
+    call(&at, &["store", "import", "1.tar.gz", "merged"], 0);
+    let before = counted();
+    let (said, errors) = call(&at, &["store", "import", "2.tar.gz", "merged"], 3);
+    assert!(said.contains("0 cases added") && errors.contains("the archive has a result of other inputs"), "{errors}");
+    assert_eq!(counted(), before);
+    call(&at, &["store", "import", "2.tar.gz", "merged", "--replace"], 0);
+    assert_eq!(counted(), [4 - before[0], before[0]]);
+}
+
+/// A comparison and a bundle take no report that is older than the results.
+#[test]
+fn a_report_of_other_results_is_not_compared() {
+    let (_keep, at) = results();
+    call(&at, &["run", "study.toml", "--out", "s"], 0);
+    call(&at, &["compare", "r", "s"], 0);
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("the scene");
+    write(at.join("scene.toml"), scene.replace("nu = 0.3", "nu = 0.4"));
+    call(&at, &["run", "study.toml", "--out", "s", "--partition", "1/1"], 0);
+    for arguments in
+        [&["compare", "r", "s"][..], &["bundle", "write", "study.toml", "b", "--results", "s", "--license", "CC0-1.0"]]
+    {
+        let (_, errors) = call(&at, arguments, 2);
+        assert!(errors.contains("durometer report s"), "{errors}");
+    }
+    call(&at, &["report", "s"], 0);
+    call(&at, &["compare", "r", "s"], 3);
+}
+
+/// Whatever is in the place of a record or a surface, the report is made of the other cases.
+#[test]
+fn a_report_is_made_without_an_unreadable_record() {
+    let (_keep, at) = results();
+    let record = at.join("r/cases").join(case(1, "json"));
+    let sound = std::fs::read(&record).expect("stored");
+    for bytes in [&sound[..sound.len() / 2], b"", b"{}", b"\xff\x00"] {
+        write(&record, bytes);
+        let (said, errors) = call(&at, &["report", "r", "--json"], 3);
+        let summary: Value = serde_json::from_str(&said).expect("JSON");
+        assert_eq!(summary["cases"].as_array().map(Vec::len), Some(3));
+        assert!(errors.contains(&case(1, "json")) && errors.contains("The case does not count"), "{errors}");
+    }
+    std::fs::remove_file(&record).expect("there");
+    std::fs::create_dir(&record).expect("room");
+    call(&at, &["report", "r"], 3);
+    std::fs::remove_dir(&record).expect("there");
+    write(&record, sound);
+    let skin = at.join("r/cases").join(case(2, "skin.json.gz"));
+    std::fs::remove_file(&skin).expect("stored");
+    std::fs::create_dir(&skin).expect("room");
+    let (said, errors) = call(&at, &["report", "r", "--json"], 3);
+    let summary: Value = serde_json::from_str(&said).expect("JSON");
+    assert!(summary["cases"].as_array().map(Vec::len) == Some(4) && errors.contains("surface"), "{errors}");
+}
+
+/// Results that are links to files elsewhere are results.
+#[cfg(unix)]
+#[test]
+fn links_to_results_are_results() {
+    let (_keep, at) = results();
+    std::fs::create_dir_all(at.join("l/cases")).expect("room");
+    write(at.join("l/study.json"), std::fs::read(at.join("r/study.json")).expect("stored"));
+    let (said, errors) = call(&at, &["store", "export", "l", "none.tar.gz"], 3);
+    assert!(said.contains("0 cases") && errors.contains("4 cases of the study have no result"), "{said}{errors}");
+    for entry in std::fs::read_dir(at.join("r/cases")).expect("there").flatten() {
+        std::os::unix::fs::symlink(entry.path(), at.join("l/cases").join(entry.file_name())).expect("a link");
+    }
+    let (said, _) = call(&at, &["store", "verify", "l"], 0);
+    assert!(said.contains("4 cases are sound"), "{said}");
+    call(&at, &["store", "export", "l", "l.tar.gz"], 0);
+    call(&at, &["store", "export", "r", "r.tar.gz"], 0);
+    assert!(std::fs::read(at.join("l.tar.gz")).ok() == std::fs::read(at.join("r.tar.gz")).ok());
+}
+
 /// An entry of a made archive: name, type, contents.
 type Made<'a> = (&'a str, EntryType, &'a [u8]);
 

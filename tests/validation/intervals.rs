@@ -73,6 +73,29 @@ fn understated_errors_widen_the_intervals() {
     assert!(a.warnings.iter().any(|w| w.contains("times as much as their errors say")), "{:?}", a.warnings);
 }
 
+/// A coarse mesh on which every drop is three times as large fits no modulus of the range. It is named with the range, and neither side of the interval, which
+/// lacks the error of the mesh, is claimed for a measured value; with meshes of the range the same value is judged.
+#[test]
+fn without_the_error_of_the_mesh_nothing_is_judged() {
+    let (mut plan, mut results) = by_formula();
+    plan.quantities[0].records.insert("heavy".into(), vec![9.0]);
+    let judged = analyse(&results, &plan);
+    assert!(judged.predictions[0].inside.is_some() && judged.predictions[0].score.is_some(), "{}", judged.verdict);
+    for case in
+        results.cases.iter_mut().filter(|c| c.record.id.starts_with("sizes-") && c.record.id.ends_with("-coarse"))
+    {
+        let z = case.series.columns.get_mut("xmax_z_m").expect("recorded");
+        z[1] = z[0] + 3.0 * (z[1] - z[0]);
+    }
+    let a = analyse(&results, &plan);
+    let p = &a.predictions[0];
+    assert!(p.measured.is_some() && p.inside.is_none() && p.score.is_none(), "{p:?}");
+    let range = "Young's modulus (laws.rubber.E, 200 to 400 kPa); widen it";
+    assert!(p.doubts.iter().any(|d| d.contains("sizes-heavy-coarse") && d.contains(range)), "{:?}", p.doubts);
+    assert!(a.verdict.starts_with("1 measured prediction is not judged"), "{}", a.verdict);
+    assert!(a.verdict.contains("measured 9.0") && !a.verdict.contains("inside"), "{}", a.verdict);
+}
+
 /// With a linear law the heavy drop is in proportion to the light one on every mesh, so that coarse meshes, which are wrong by far more than 5 %, do
 /// not matter: the mesh contributes less than 1e-6. A value that is added later is scored without a run.
 #[test]
@@ -106,7 +129,7 @@ fn what_the_mesh_does_to_both_cancels() {
     let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
     assert_eq!(code, Some(0), "{out}");
     assert!(!out.lines().any(|l| l.starts_with("done ")), "{out}");
-    assert!(out.contains("1 of 1 measured predictions lie in their 95 % intervals"), "{out}");
+    assert!(out.contains("1 of 1 measured prediction lies in its 95 % interval."), "{out}");
     let predictions: toml::Table =
         std::fs::read_to_string(folder.path().join("out/predictions.toml")).expect("a file").parse().expect("TOML");
     assert_eq!(predictions["prediction"][0]["record"].as_str(), Some("heavy"));

@@ -106,6 +106,37 @@ class Abaqus(Case):
         np.testing.assert_allclose(points, [[0, 2, 3], [2, 0, 3], [-2, 0, 3], [0, 0, 4], [1, 90, 3]], atol=1e-12)
         self.refuse("line 1: *NODE, SYSTEM=S is not read", NODES.replace("*Node", "*Node, SYSTEM=S") + TETS)
 
+    def test_names_in_messages(self):
+        part = f"*Part, name=Finger\n{NODES}{TETS}*Nset, nset=Root\n 1, 77\n*End Part\n"
+        self.refuse("node set Root refers to node 77, which is not in Finger", part)
+        instance = "*Assembly, name=A\n*Instance, name=Finger-One, part=FINGER\n*End Instance\n*End Assembly\n"
+        self.refuse("node set Root refers to node 77, which is not in Finger-One", part + instance)
+
+    def test_coordinate_systems(self):
+        def points(system: str, node: str = "*Node") -> np.ndarray:
+            return self.read(f"{system}{NODES.replace('*Node', node)}{TETS}").points
+
+        plain = points("")
+        np.testing.assert_allclose(points("*System\n 1, 2, 3\n"), plain + [1, 2, 3])
+        np.testing.assert_allclose(points("*System\n 1, 2, 3\n*SYSTEM\n"), plain)
+        # The image of the axes: x along (3, 4, 0), c on the side of -z
+        turned = points("*System\n 1, 1, 1, 4, 5, 1\n 1, 1, 0\n")
+        np.testing.assert_allclose(turned[1:4] - turned[0], [[0.6, 0.8, 0], [0, 0, -1], [-0.8, 0.6, 0]], atol=1e-15)
+        np.testing.assert_allclose(turned[0], [1, 1, 1])
+        # Without c the z-axis stays, and the x-axis is projected
+        flat = points("*System\n 1, 1, 1, 4, 5, 9\n")
+        np.testing.assert_allclose(flat[1:4] - flat[0], [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]], atol=1e-15)
+        # Cylindrical coordinates are those of the system
+        round_ = points("*System\n 1, 0, 0, 1, 1, 0\n", "*Node, system=C")
+        np.testing.assert_allclose(round_[[1, 4]], [[1, 1, 0], [1 - np.sin(np.radians(1)), np.cos(np.radians(1)), 1]], atol=1e-15)
+        # A system ends with its part
+        two = TWO.replace("*Part, name=P\n", "*Part, name=Q\n*System\n 9, 9, 9\n*End Part\n*Part, name=P\n") + END
+        np.testing.assert_allclose(self.read(two).points, self.read(TWO + END).points)
+        for lines in (" 1, 1, 1, 1, 1, 1\n", " 0, 0, 0, 1, 1, 1\n 3, 3, 3\n", " 0, 0, 0, 0, 0, 1\n"):
+            self.refuse("the points of *SYSTEM determine no axes", f"*System\n{lines}{NODES}{TETS}")
+        for lines in (" 1, 1\n 1\n", " 1, 1, 1, 1, 1, 2, 3\n", " 1, 1, 1, 1, 1, 2\n 1, 1, 1, 1\n"):
+            self.refuse("three or six coordinates, then three are wanted", f"*System\n{lines}{NODES}{TETS}")
+
     def test_generated_meshes(self):
-        for keyword in ("SYSTEM", "NCOPY", "NGEN", "NFILL", "NMAP", "ELCOPY", "ELGEN"):
+        for keyword in ("NCOPY", "NGEN", "NFILL", "NMAP", "ELCOPY", "ELGEN"):
             self.refuse(f"line 7: *{keyword} is not read", f"{NODES}*{keyword.capitalize()}, x=1\n 1, 2, 3\n{TETS}")

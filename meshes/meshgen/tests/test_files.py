@@ -46,11 +46,11 @@ class Files(Case):
         self.reject("cut.step", "cut.step", size={"length": 0.003})
 
     def store(self, name: str, *bodies: tuple) -> None:
-        """Boxes (x, y, z, dx, dy, dz) and balls (x, y, z, radius), as they are, in a CAD file."""
+        """Boxes (x, y, z, dx, dy, dz), balls (x, y, z, radius) and rectangles (x, y, z, dx, dy), as they are, in a CAD file."""
         gmsh.initialize([], False, False)
         gmsh.option.setNumber("General.Terminal", 0)
         for body in bodies:
-            (gmsh.model.occ.addBox if len(body) == 6 else gmsh.model.occ.addSphere)(*body)
+            {6: gmsh.model.occ.addBox, 5: gmsh.model.occ.addRectangle, 4: gmsh.model.occ.addSphere}[len(body)](*body)
         gmsh.model.occ.synchronize()
         gmsh.write(self.path(name))
         gmsh.finalize()
@@ -68,8 +68,41 @@ class Files(Case):
         self.reject("states its own unit", "part.iges", unit=1.0, size=size)
         self.store("touch.iges", (0, 0, 0, 60, 10, 10), (60, 0, 0, 40, 10, 10))
         self.reject("two faces at one place, (60, 0, 0) to (60, 10, 10) mm", "touch.iges", size=size)
-        self.store("apart.iges", (0, 0, 0, 60, 10, 10), (70, 0, 0, 40, 10, 10))
-        self.reject("export STEP, which holds solids", "apart.iges", size=size)
+        self.store("sheet.iges", (0, 0, 0, 5, 5))
+        self.reject("holds no solid, only faces or curves", "sheet.iges", size=size)
+
+    def test_several_bodies_of_an_iges_file(self):
+        """Every closed shell counts, also one of a single face; shells within others are cavities, and bodies in these."""
+        ball = 4 / 3 * np.pi
+        for name, bodies, volumes in (
+            ("apart", [(0, 0, 0, 60, 10, 10), (70, 0, 0, 40, 10, 10)], [6000, 4000]),
+            ("balls", [(0, 0, 0, 5), (20, 0, 0, 3), (30, 0, 0, 4, 4, 4)], [ball * 125, ball * 27, 64]),
+            ("part_of_a_face", [(0, 0, 0, 10, 10, 10), (10, 2, 2, 5, 5, 5)], [1000, 125]),
+            ("hollow", [(0, 0, 0, 10, 10, 10), (2, 2, 2, 5, 5, 5)], [875]),
+            ("nested", [(0, 0, 0, 10), (0, 0, 0, 8), (0, 0, 0, 5), (20, 0, 0, 3, 3, 3)], [ball * (1000 - 512), ball * 125, 27]),
+        ):
+            self.store(f"{name}.iges", *bodies)
+            manifest = self.take(f"{name}.iges", size={"length": 0.003})
+            self.covers_boundary(manifest)
+            self.assertAlmostEqual(manifest["volume_cad_m3"] * 1e9 / sum(volumes), 1, delta=1e-6, msg=name)
+            parts = [region for region in manifest["regions"] if region.startswith("volume_")]
+            self.assertEqual(len(parts), len(volumes) if len(volumes) > 1 else 0, name)
+            self.assertNotIn("dropped", manifest, name)
+        self.store("overlap.iges", (0, 0, 0, 10, 10, 10), (5, 5, 5, 10, 10, 10))
+        self.reject("share 125 mm³ within (5, 5, 5) to (10, 10, 10) mm", "overlap.iges", size={"length": 0.003})
+
+    def test_faces_of_no_solid(self):
+        """They are told, and the mesh is that of the solids alone."""
+        size = {"length": 0.003}
+        for ending in ("step", "brep", "iges"):
+            self.store(f"solid.{ending}", (0, 0, 0, 10, 10, 10))
+            self.store(f"sheets.{ending}", (0, 0, 0, 10, 10, 10), (0, 0, 20, 5, 5), (-5, -5, 5, 20, 20))
+            alone, both = (self.take(f"{name}.{ending}", size=size) for name in ("solid", "sheets"))
+            told = "2 faces bound no solid and are left out, one from (0, 0, 20) to (5, 5, 20) mm; only solids are meshed"
+            self.assertEqual(both["dropped"], [told])
+            self.assertNotIn("dropped", alone)
+            for key in ("cells", "nodes", "facets", "regions"):
+                self.assertEqual(alone[key], both[key], key)
 
     def test_solids_that_overlap(self):
         size, long = {"length": 0.003}, (0, 0, 0, 60, 10, 10)

@@ -51,6 +51,9 @@ pub struct ColumnChoice {
     pub test: Option<usize>,
     /// The load whose strain and stress the table counts as positive
     pub positive: Option<Sign>,
+    /// The mode was asked for as compression
+    #[serde(skip)]
+    pub compression: bool,
     /// Of the test piece; a card has them under `[specimen]`
     #[serde(skip)]
     pub dimensions: Dimensions,
@@ -79,6 +82,7 @@ impl ColumnChoice {
             decimal: self.decimal.or(other.decimal),
             test: self.test.or(other.test),
             positive: self.positive.or(other.positive),
+            compression: self.compression || other.compression,
             dimensions: self.dimensions.or(other.dimensions),
             strain_measurement: text(&self.strain_measurement, &other.strain_measurement),
         }

@@ -101,7 +101,7 @@ impl Experiment {
         let samples = read.samples;
         let table = meaning::Read { file, names: &names.cells, body, decimal, columns: &columns, samples: &samples };
         table.check(&choice, &mut audit)?;
-        meaning::check_compression(file, &choice, &header, &samples)?;
+        table.check_compression(&choice, &header, &mut audit)?;
         unusual::data_points(&mut audit, &samples);
         unusual::doubts(&mut audit, &samples, &columns, choice.strain_measurement.as_deref(), &header);
         let label = |p: &parts::Part| p.label.as_ref().map_or_else(|| file.into(), |l| format!("{file}, {l}"));

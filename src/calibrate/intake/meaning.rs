@@ -2,6 +2,9 @@
 //!
 //! Strains of rubbers in fractions and in percent overlap between 2 and 20: a column without a unit that reaches this range is read only where
 //! another column of the table agrees with it. A stretch begins at 1 with hardly any stress, a strain at 0.
+//!
+//! Where the numbers may mean two things, the shape of the curve speaks for one of them: the stress of a rubber is straight at small strains, and bends down in tension and up in
+//! compression. A reading whose curve misses the data points by less than half as much as that of the reading that is taken is a doubt.
 
 use super::columns::{Column, Columns, Sign};
 use super::names::{self, StrainKind};
@@ -10,6 +13,7 @@ use super::{
     audit::{Audit, AuditKind},
     columns::ColumnChoice,
 };
+use crate::calibrate::constant_format::stretch_text;
 use crate::calibrate::{FitError, Mode, Sample};
 
 /// Strains beyond are not believed of a column without a unit \[–\]: rubbers break before, and percent reach there at once
@@ -21,6 +25,15 @@ const SMALL: f64 = 0.1;
 /// Ratios of the largest strains of two columns of one test that are no matter of the unit, and those that are
 const AGREE: f64 = 2.5;
 const HUNDRED: std::ops::RangeInclusive<f64> = 30.0..=300.0;
+/// Least strain without a unit that may be one in percent: half a percent \[–\]
+const PERCENT: f64 = 0.5;
+/// Misfit of a straight line up to which a curve is one \[–\]
+const STRAIGHT: f64 = 0.05;
+/// Misfit of the reading that is taken from which on another one may be better, and the part of it that is better \[–\]
+const MISSES: f64 = 0.03;
+const BETTER: f64 = 0.5;
+/// Largest strain that may be one of compression \[–\]
+const FLAT: f64 = 0.95;
 /// Strains from here on are a stretch where the stress has hardly begun \[–\]
 const BEGIN: f64 = 0.9;
 
@@ -77,6 +90,18 @@ impl Read<'_> {
                 remedy: "pass --strain-unit % or --strain-unit 1".into(),
             });
         }
+        let is_open = !e.stated && e.kind != StrainKind::Stretch && agrees.is_none() && largest >= PERCENT;
+        let straight = self.better(|s| s.stretch - 1.0).filter(|(_, other)| *other < 100.0 * STRAIGHT);
+        if let Some((taken, other)) = straight.filter(|_| is_open) {
+            let message = format!(
+                "column \"{}\" has no unit and was read in fractions, up to {} %, but its stresses rise in a straight line (within {other:.1} % rms, a Neo-Hookean law \
+                 within {taken:.1} %), as those of strains up to {} % do: pass --strain-unit % if its numbers are percent, --strain-unit 1 if they are fractions",
+                e.name,
+                stretch_text(100.0 * largest),
+                stretch_text(largest)
+            );
+            audit.add(AuditKind::Doubt, message, vec![]);
+        }
         let reach = |s: &Sample| (s.stretch - 1.0).abs().max((s.second - 1.0).abs());
         let reached = self.samples.iter().map(reach).fold(0.0, f64::max);
         if e.factor.abs() == 0.01 && choice.strain_unit.is_none() && reached < SMALL {
@@ -88,6 +113,19 @@ impl Read<'_> {
             audit.add(AuditKind::Doubt, message, vec![]);
         }
         Ok(())
+    }
+
+    /// Misfits \[%\] of a Neo-Hookean law and of another curve to the stresses of the pulled modes, each with the best factor, where the other one is clearly better.
+    fn better(&self, other: impl Fn(&Sample) -> f64) -> Option<(f64, f64)> {
+        let own = || self.samples.iter().filter(|s| Mode::PULLED.contains(&s.mode) && s.is_informative());
+        let misfit = |curve: &dyn Fn(&Sample) -> f64| {
+            let product = |a: &dyn Fn(&Sample) -> f64| own().map(|s| a(s) * curve(s)).sum::<f64>();
+            let factor = product(&|s| s.stress) / product(curve);
+            let left = own().map(|s| (s.stress - factor * curve(s)).powi(2)).sum::<f64>();
+            (left / own().map(|s| s.stress * s.stress).sum::<f64>()).sqrt()
+        };
+        let (taken, other) = (misfit(&|s| neo_hookean(s.mode, s.stretch)), misfit(&other));
+        (taken > MISSES && other < BETTER * taken).then_some((100.0 * taken, 100.0 * other))
     }
 
     /// Largest strain of each other column of strain, with its name.
@@ -117,7 +155,6 @@ impl Read<'_> {
         let refuse = |fact: String, remedy: &str| {
             Err(FitError::Meaning { file: self.file.into(), column: e.name.clone(), fact, remedy: remedy.into() })
         };
-        let neo_hookean = |l: f64| first.mode.nominal(first.mode.stretches(l, 1.0).map(|x| x * x), l);
         let rise = first.stress / last.stress;
         let negative = own().filter(|s| s.stress < 0.0).count();
         match e.kind {
@@ -125,7 +162,7 @@ impl Read<'_> {
             StrainKind::Engineering | StrainKind::Displacement
                 if first.stretch >= 1.0 + BEGIN
                     && last.stretch > first.stretch
-                    && rise < 0.5 * neo_hookean(first.stretch) / neo_hookean(last.stretch) =>
+                    && rise < 0.5 * neo_hookean(first.mode, first.stretch) / neo_hookean(first.mode, last.stretch) =>
             {
                 let fact = format!(
                     "begins at a strain of {:.4} with {:.1} % of the largest stress, as a stretch or a position of the machine does",
@@ -143,6 +180,52 @@ impl Read<'_> {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Refuses tensile data under a header or a mode that speaks of compression, and doubts them where the name of the file does or a law of compression is nearer.
+    pub fn check_compression(
+        &self,
+        choice: &ColumnChoice,
+        header: &[(String, String)],
+        audit: &mut Audit,
+    ) -> Result<(), FitError> {
+        let tension = self.samples.iter().all(|s| s.stretch >= 1.0 && s.mode != Mode::SimpleShear);
+        if !tension || choice.positive.is_some() {
+            return Ok(());
+        }
+        let speaks = |text: &str| {
+            let text = text.to_lowercase();
+            ["compress", "d575", "iso 7743", "druckversuch"].iter().any(|w| text.contains(w))
+        };
+        let said = header.iter().find(|(key, value)| speaks(value) || (speaks(key) && value.is_empty()));
+        let named = |i: usize| self.body.iter().filter_map(|l| l.cells.get(i)).any(|cell| speaks(cell));
+        let said = match said {
+            Some((key, value)) => Some(format!("the header speaks of compression (\"{key}: {value}\")")),
+            None if choice.compression || self.columns.mode.is_some_and(named) => {
+                Some("the mode is compression".into())
+            }
+            None => None,
+        };
+        if let Some(said) = said {
+            return Err(FitError::Compression { file: self.file.into(), said });
+        }
+        let uniaxial = self.samples.iter().all(|s| s.mode == Mode::Uniaxial && s.stretch < 1.0 + FLAT);
+        let is_strain = self.columns.axes.iter().all(|(e, _)| e.kind != StrainKind::Stretch);
+        let compressed = |s: &Sample| -neo_hookean(s.mode, 2.0 - s.stretch);
+        let why = if speaks(self.file) || names::is_compressive(self.file) {
+            format!("the file is called {}", self.file)
+        } else if let Some((taken, other)) = self.better(compressed).filter(|_| uniaxial && is_strain) {
+            format!(
+                "a Neo-Hookean law follows them within {other:.1} % rms as compression, and within {taken:.1} % as tension"
+            )
+        } else {
+            return Ok(());
+        };
+        let message = format!(
+            "every strain is positive and was read as tension, but {why}: pass --positive compression if the machine counts compression as positive, --positive tension if not"
+        );
+        audit.add(AuditKind::Doubt, message, vec![]);
+        Ok(())
     }
 }
 
@@ -191,23 +274,7 @@ pub fn turn_compression(columns: &mut Columns, body: &[Line], decimal: Decimal, 
     }
 }
 
-/// Refuses tensile data under a header that speaks of compression.
-pub fn check_compression(
-    file: &str,
-    choice: &ColumnChoice,
-    header: &[(String, String)],
-    samples: &[Sample],
-) -> Result<(), FitError> {
-    let speaks = |text: &str| {
-        let text = text.to_lowercase();
-        ["compress", "d575", "iso 7743", "druckversuch"].iter().any(|w| text.contains(w))
-    };
-    let said = header.iter().find(|(key, value)| speaks(value) || (speaks(key) && value.is_empty()));
-    let tension = samples.iter().all(|s| s.stretch >= 1.0 && s.mode != Mode::SimpleShear);
-    match said {
-        Some((key, value)) if tension && choice.positive.is_none() => {
-            Err(FitError::Compression { file: file.into(), said: format!("{key}: {value}") })
-        }
-        _ => Ok(()),
-    }
+/// P of a Neo-Hookean law with μ = 1.
+fn neo_hookean(mode: Mode, l: f64) -> f64 {
+    mode.nominal(mode.stretches(l, 1.0).map(|x| x * x), l)
 }

@@ -9,14 +9,19 @@
 //! generalised least squares would leave with constants of their own for every ρ: with a column that is rougher than the data, as of stretches or volumes with
 //! noise, these would follow the increments and call the residual of other constants correlated.
 //!
-//! The model is taken where 2Δℓ over ρ = 0 exceeds 1.642 (10 %, one-sided: ρ ≥ 0). The covariance is the mean over ρ with the weight exp ℓ, uniform in ρ before
+//! *Sizes.* The errors of a load cell are often in proportion to its force. Along the columns of the Jacobian, which grow with the stress too, errors of one
+//! size would then be too small: of three modes such intervals covered 75 to 90 % instead of 95 %. The data decide: rows over √|P̂| and over |P̂|, P̂ the
+//! stresses of the law and at least 5 % of the largest, are choices next to those of one size, or of one in each curve. To compare them ℓ has the part
+//! −Σ ln sᵢ − ½ ln|UᵀS⁻²U| of the sizes s, with the directions U of equal weights.
+//!
+//! The model is taken where 2Δℓ over ρ = 0 exceeds 1.642 (10 %, one-sided: ρ ≥ 0). The covariance is the mean over ρ and the sizes with the weight exp ℓ, uniform in ρ before
 //! the data: at the most likely ρ alone the intervals are too narrow. Student's t has n_eff − p degrees of freedom, n_eff = n(1 − ρ)/(1 + ρ) independent data
 //! points. A correlation that leaves fewer than p + 2 of them is a departure of the law, which one curve cannot tell from noise: ρ ends there, and σ² is then that
 //! of the residual itself, rᵀr/(n − tr UᵀRU), where that is the larger one.
 //!
 //! Limits: one ρ of all curves; two data points count as neighbours however far apart their stretches are.
 
-use super::error_model::ErrorModel;
+use super::directions::Directions;
 use nalgebra::{DMatrix, DVector};
 
 /// Correlations of the grid, ρ_max √(k/45)
@@ -100,8 +105,29 @@ fn spread(u: &DMatrix<f64>, curves: &[Vec<usize>], rho: f64) -> DMatrix<f64> {
     sum
 }
 
-/// One correlation of the grid.
+/// Rows over the sizes of their errors.
+pub struct Scaled {
+    /// Orthonormal columns of the directions of these rows
+    pub u: DMatrix<f64>,
+    /// Residual of least squares of these rows
+    pub residual: DVector<f64>,
+    /// Directions of equal weights times the sizes, along which the errors of the constants are sums of these errors
+    pub along: DMatrix<f64>,
+    /// Part of the sizes s in the restricted likelihood of the rows as measured, −Σ ln sᵢ − ½ ln|UᵀS⁻²U| with U of equal weights
+    pub log: f64,
+}
+
+impl Scaled {
+    /// Of errors of one size.
+    pub fn equal(directions: &Directions, residual: &DVector<f64>) -> Self {
+        let u = &directions.u;
+        Self { u: u.clone(), residual: residual.clone(), along: u.clone(), log: 0.0 }
+    }
+}
+
+/// One correlation of the grid, with one choice of the sizes.
 struct At {
+    choice: usize,
     rho: f64,
     /// Its part of the grid
     wide: f64,
@@ -110,45 +136,44 @@ struct At {
     pairs: DMatrix<f64>,
 }
 
-/// Model, most likely ρ, covariance of directions and degrees of freedom.
-pub type Correlated = (ErrorModel, f64, DMatrix<f64>, usize);
+/// Errors that are correlated.
+pub struct Correlated {
+    /// Correlation of neighbours, the mean over its likelihood, and the most likely one
+    pub rho: f64,
+    pub likely: f64,
+    /// Independent data points with the same information about a mean
+    pub effective: f64,
+    /// Of the directions of equal weights
+    pub covariance: DMatrix<f64>,
+    /// Degrees of freedom
+    pub free: usize,
+    /// Weight of each choice of the sizes, by the likelihood
+    pub shares: Vec<f64>,
+}
 
-/// Of `p` constants, by their residual across the directions `u`; the covariance is that of the sums of errors along the columns `along`. `None` where the errors are not correlated.
-pub fn correlated(
-    u: &DMatrix<f64>,
-    residual: &DVector<f64>,
-    curves: &[Vec<usize>],
-    p: usize,
-    along: &DMatrix<f64>,
-) -> Option<Correlated> {
-    let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
-    let products = Products::new(&z, curves);
-    let n = u.nrows() as f64;
+/// Of `p` constants, by the rows over each choice of the sizes of their errors. `None` where the errors are not correlated.
+pub fn correlated(choices: &[Scaled], curves: &[Vec<usize>], p: usize) -> Option<Correlated> {
+    let n = choices.first()?.u.nrows() as f64;
     let left = p as f64 + LEFT;
-    let root = |k: f64| (n - left) / (n + left) * (k / f64::from(GRID - 1)).sqrt();
-    let at = |k: u32| {
-        let k = f64::from(k);
-        let wide = root((k + 0.5).min(f64::from(GRID - 1))) - root((k - 0.5).max(0.0));
-        let (rho, pairs) = (root(k), spread(u, curves, root(k)));
-        let (log, s2) = products.likelihood(rho, &pairs)?;
-        Some(At { rho, wide, log, s2, pairs })
-    };
     if n <= left {
         return None;
     }
-    let least = at(0)?.log;
-    let grid: Vec<At> = (0..GRID).filter_map(at).collect();
+    let grid: Vec<At> = (0..choices.len()).flat_map(|k| on_grid(choices, k, curves, left)).collect();
+    let most = |all: &mut dyn Iterator<Item = &At>| all.map(|one| one.log).max_by(f64::total_cmp);
+    let least = most(&mut grid.iter().filter(|one| one.rho == 0.0))?;
     let likely = grid.iter().max_by(|a, b| a.log.total_cmp(&b.log))?;
     if 2.0 * (likely.log - least) < CORRELATED {
         return None;
     }
     let weight = |one: &At| (one.log - likely.log).exp() * one.wide;
     let sum: f64 = grid.iter().map(weight).sum();
-    let (mut covariance, mut mean) = (DMatrix::zeros(along.ncols(), along.ncols()), 0.0);
-    let mut effective = 0.0;
+    let width = choices[0].along.ncols();
+    let (mut covariance, mut shares) = (DMatrix::zeros(width, width), vec![0.0; choices.len()]);
+    let (mut rho, mut effective) = (0.0, 0.0);
     for one in &grid {
-        let share = weight(one) / sum;
-        mean += share * one.rho;
+        let (share, Scaled { residual, along, .. }) = (weight(one) / sum, &choices[one.choice]);
+        shares[one.choice] += share;
+        rho += share * one.rho;
         effective += share * n * (1.0 - one.rho) / (1.0 + one.rho);
         if share > NONE {
             let whole = residual.norm_squared() / (n - one.pairs.trace()).max(1.0);
@@ -156,7 +181,24 @@ pub fn correlated(
         }
     }
     let free = (effective - p as f64).max(1.0) as usize;
-    Some((ErrorModel::Correlated { rho: mean, effective }, likely.rho, covariance, free))
+    Some(Correlated { rho, likely: likely.rho, effective, covariance, free, shares })
+}
+
+/// The correlations of the grid with one choice of the sizes; `left` independent data points remain at the largest.
+fn on_grid(choices: &[Scaled], choice: usize, curves: &[Vec<usize>], left: f64) -> Vec<At> {
+    let Scaled { u, residual, log: own, .. } = &choices[choice];
+    let z = DMatrix::from_fn(u.nrows(), u.ncols() + 1, |i, k| if k < u.ncols() { u[(i, k)] } else { residual[i] });
+    let products = Products::new(&z, curves);
+    let n = u.nrows() as f64;
+    let root = |k: f64| (n - left) / (n + left) * (k / f64::from(GRID - 1)).sqrt();
+    let at = |k: u32| {
+        let k = f64::from(k);
+        let wide = root((k + 0.5).min(f64::from(GRID - 1))) - root((k - 0.5).max(0.0));
+        let (rho, pairs) = (root(k), spread(u, curves, root(k)));
+        let (log, s2) = products.likelihood(rho, &pairs)?;
+        Some(At { choice, rho, wide, log: log + own, s2, pairs })
+    };
+    (0..GRID).filter_map(at).collect()
 }
 
 /// Rows of a curve without what the row before explains: (xᵢ − ρxᵢ₋₁)/√(1 − ρ²), in order of loading, curve by curve.

@@ -1,6 +1,6 @@
 //! Errors of the constants by the data points of one specimen, whose curves are in order of loading.
 
-use super::correlated::correlated;
+use super::correlated::{Scaled, correlated};
 use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
 use super::unequal::Sizes;
@@ -20,28 +20,45 @@ pub fn curves(samples: &[Sample]) -> Vec<Vec<usize>> {
 
 /// The errors by curves that are lists of rows.
 pub fn of_curves(jacobian: &DMatrix<f64>, residual: &DVector<f64>, curves: &[Vec<usize>], rounding: bool) -> Errors {
-    of_curves_along(&directions(jacobian), residual, curves, rounding, None)
+    of_curves_along(&directions(jacobian), residual, curves, rounding, Known::default())
 }
 
-/// The errors by curves that are lists of rows, along directions that are known. Correlated errors have the `sizes`, where there are such.
+/// Knowledge of the sizes of errors.
+#[derive(Clone, Copy, Default)]
+pub struct Known<'a> {
+    /// Stresses of the law, with which errors may grow
+    pub fitted: Option<&'a DVector<f64>>,
+    /// Of the curves, where they differ
+    pub apart: Option<&'a Sizes>,
+}
+
+/// The errors by curves that are lists of rows, along directions that are known.
 pub fn of_curves_along(
     directions: &Directions,
     residual: &DVector<f64>,
     curves: &[Vec<usize>],
     rounding: bool,
-    sizes: Option<&Sizes>,
+    known: Known,
 ) -> Errors {
     let p = directions.by.nrows();
     let free = residual.len().saturating_sub(p);
     let smooth = if rounding { 0.0 } else { smooth(residual, curves) };
-    let found = match sizes {
-        _ if rounding || free < 2 => None,
-        Some(sizes) => sizes.correlated(directions, residual, curves),
-        None => correlated(&directions.u, residual, curves, p, &directions.u),
-    };
-    if let Some((model, rho, k, free)) = found {
-        let errors = directions.errors(model, &k, free, rho, smooth);
-        return Errors { sizes: sizes.map(Sizes::deviations), ..errors };
+    if !rounding && free >= 2 {
+        let grown = known.fitted.map(Sizes::grown);
+        let choices = std::iter::once(known.apart).chain(grown.iter().flatten().map(Some));
+        let rows = |sizes: Option<&Sizes>| match sizes {
+            Some(sizes) => sizes.scaled(directions, residual),
+            None => Some(Scaled::equal(directions, residual)),
+        };
+        let (sizes, rows): (Vec<_>, Vec<_>) = choices.filter_map(|sizes| Some((sizes, rows(sizes)?))).unzip();
+        if let Some(found) = correlated(&rows, curves, p) {
+            let most = (0..sizes.len()).max_by(|a, b| found.shares[*a].total_cmp(&found.shares[*b]));
+            let most = most.and_then(|k| sizes[k]);
+            let grow = most.is_some_and(Sizes::grow);
+            let model = ErrorModel::Correlated { rho: found.rho, effective: found.effective, grow };
+            let errors = directions.errors(model, &found.covariance, found.free, found.likely, smooth);
+            return Errors { sizes: most.map(Sizes::deviations), ..errors };
+        }
     }
     let s2 = if free > 0 { residual.norm_squared() / free as f64 } else { f64::INFINITY };
     let seen = directions.u.ncols();

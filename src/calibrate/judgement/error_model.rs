@@ -28,6 +28,9 @@ pub enum ErrorModel {
         rho: f64,
         /// Independent data points with the same information about a mean
         effective: f64,
+        /// Larger at large stresses
+        #[serde(default)]
+        grow: bool,
     },
     /// Of each specimen as a whole
     Specimens { specimens: usize },
@@ -39,14 +42,24 @@ pub enum ErrorModel {
     },
 }
 
+impl ErrorModel {
+    /// Whether errors grow with the stress.
+    pub fn grows(self) -> bool {
+        matches!(self, Self::Unequal { grow: true } | Self::Correlated { grow: true, .. })
+    }
+}
+
 impl fmt::Display for ErrorModel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Independent => f.write_str("the errors of the data points are independent"),
-            Self::Correlated { rho, effective } => write!(
-                f,
-                "the errors of neighbouring data points are correlated ({rho:.3}): they count as {effective:.1} independent ones"
-            ),
+            Self::Correlated { rho, effective, grow } => {
+                let size = if *grow { ", and larger at large stresses" } else { "" };
+                write!(
+                    f,
+                    "the errors of neighbouring data points are correlated ({rho:.3}){size}: they count as {effective:.1} independent ones"
+                )
+            }
             Self::Unequal { grow } => {
                 let side = if *grow { "larger" } else { "smaller" };
                 write!(f, "the errors of the data points are independent, and {side} at large stresses")
@@ -78,7 +91,7 @@ pub struct Errors {
     pub rho: f64,
     /// ‖r‖ of what differs smoothly from the law: beyond the differences between neighbours, weighted as the residual
     pub smooth: f64,
-    /// Standard deviation of each data point up to a factor, that of its curve, where the data show that they differ \[–\]
+    /// Standard deviation of each data point up to a factor, that of its curve or one that grows with the stress, where the data show that they differ \[–\]
     pub sizes: Option<DVector<f64>>,
     /// Covariance of the constants, of the part that the data determine
     pub covariance: DMatrix<f64>,
@@ -93,7 +106,8 @@ impl Errors {
 
     /// Largest standard deviation of a curve over the smallest one, where they differ \[–\]
     pub fn ratio(&self) -> Option<f64> {
-        let [least, most] = extent(self.sizes.as_ref()?.iter().copied());
+        let of_curves = self.sizes.as_ref().filter(|_| !self.model.grows());
+        let [least, most] = extent(of_curves?.iter().copied());
         Some(most / least)
     }
 

@@ -6,10 +6,10 @@
 //! *Specimens* (two or more in every mode): the law of each one differs, and Σ has one block of each ([`clusters`]). *Levels*: some modes have one specimen, and the
 //! scatter of the stress level in the others is taken for them ([`levels`]). Where no mode has two specimens, the files are the curves of one.
 //!
-//! *Correlated*: Σᵢⱼ = σ²ρ^|i−j| between data points of one curve (specimen and mode) in order of loading ([`correlated`]).
+//! *Correlated*: Σᵢⱼ = sᵢsⱼρ^|i−j| between data points of one curve (specimen and mode) in order of loading, with sizes s that are one, of each curve, or grow with the stress, as the
+//! data decide ([`correlated`]).
 //!
-//! *Unequal*: independent, of a size that changes with the stress, or of another one in each curve; where curves of different sizes are correlated, their rows are divided by
-//! them ([`Sizes`]). *Independent*, else: s²(JᵀJ)⁻¹ with n − p degrees of freedom.
+//! *Unequal*: independent, of a size that changes with the stress, or of another one in each curve ([`Sizes`]). *Independent*, else: s²(JᵀJ)⁻¹ with n − p degrees of freedom.
 //!
 //! Limit: linearised at the answer.
 
@@ -26,7 +26,7 @@ pub use super::curve_errors::{curves, of_curves};
 pub use super::directions::{Directions, directions};
 pub use super::error_model::{ErrorModel, Errors};
 
-use super::curve_errors::{of_curves_along, smooth};
+use super::curve_errors::{Known, of_curves_along, smooth};
 use super::directions::BLIND;
 
 /// Those of the constants of a law. `jacobian` (n, p), `residual` and the stresses of the law, `fitted`, (n) are weighted; `rounding`: the residual is none.
@@ -58,7 +58,8 @@ fn of_one(
     curves: &[Vec<usize>],
 ) -> Errors {
     let apart = if rounding { None } else { Sizes::of_curves(directions, residual, fitted, curves) };
-    let found = of_curves_along(directions, residual, curves, rounding, apart.as_ref());
+    let known = Known { fitted: Some(fitted), apart: apart.as_ref() };
+    let found = of_curves_along(directions, residual, curves, rounding, known);
     if rounding || found.model != ErrorModel::Independent {
         return found;
     }
@@ -80,7 +81,7 @@ pub fn of_specimens(
     let (n, p) = jacobian.shape();
     let directions = directions(jacobian);
     if specimen.iter().all(|k| *k == specimen[0]) || n <= p {
-        return of_curves_along(&directions, residual, curves, rounding, None);
+        return of_curves_along(&directions, residual, curves, rounding, Known::default());
     }
     between(&directions, (residual, rounding), None, specimen, curves)
 }

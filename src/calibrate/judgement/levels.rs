@@ -8,7 +8,7 @@
 //! Limits: specimens of the modes without a repeat scatter as those of the others; their scatter is one of the level, not of the shape of the curve.
 
 use super::clusters;
-use super::curve_errors::{curves, of_curves_along};
+use super::curve_errors::{Known, curves, of_curves_along};
 use super::directions::Directions;
 use super::error_model::{ErrorModel, Errors};
 use super::repeats::Repeats;
@@ -42,7 +42,8 @@ pub fn between(
         let pull = u.select_rows(&own).transpose() * fitted.select_rows(&own);
         by_level += &pull * pull.transpose() * tau2;
     }
-    let noise = of_curves_along(directions, &alone, &curves(samples), rounding, None);
+    let known = Known { fitted: Some(fitted), apart: None };
+    let noise = of_curves_along(directions, &alone, &curves(samples), rounding, known);
     let model = ErrorModel::Levels { specimens: specimens.len(), repeats: free };
     let level = directions.errors(model, &by_level, free, noise.rho, noise.smooth);
     let t = real_quantile(0.95, free as f64);

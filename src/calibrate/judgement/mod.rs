@@ -12,6 +12,7 @@ pub(super) mod estimate;
 pub(super) mod identify;
 mod levels;
 pub(super) mod measurement;
+pub(super) mod mirrored;
 pub(super) mod misfit;
 mod predictions;
 pub(super) mod profile;

@@ -8,7 +8,7 @@
 //! grow without end. The minimum is followed from the answer outwards by Levenberg–Marquardt; √(S − Ŝ) is almost straight in θⱼ, so that a
 //! secant finds the end. Offsets of the strain are refitted as constants are.
 //!
-//! Several minima may lie within the interval: of one mode, a term of Ogden's law with α and one with about −2α (uniaxial) or −α (shear) are nearly
+//! Several minima may lie within the interval: of one mode, a term of Ogden's law with α and one with about −2α (uniaxial) are nearly
 //! alike. It reaches from the lowest to the highest end of the intervals around all minima that the search of the constants found; S between them may be
 //! larger.
 //!

@@ -5,7 +5,9 @@
 //! with the best constants falls (variable projection). It takes part in the covariance of the constants as a column −∂P/∂e.
 //!
 //! Unless it was asked for, e₀ is fitted only where the table shows slack whatever the law: at least two data points inside it, whose stresses are
-//! below a quarter of those that the law would have there without slack, and e₀ ≠ 0 at 1 %. Any misfit of the law makes an offset significant;
+//! below a quarter of those that the law would have there without slack, a scatter that leaves less than this quarter open at 95 %, and e₀ ≠ 0 at 1 %. The part is
+//! c = ΣPP̂/ΣP̂² over these data points, with the sign of the stresses, so that noise does not count as stress; its scatter is √(s²/ΣP̂²), s² the mean square of the
+//! residuals up to twice the slack. Where noise hides the answer, draws that look like slack by chance would have an e₀ that is too large. Any misfit of the law makes an offset significant;
 //! it does not make a rubber stretch without stress. Where e₀ is significant, a constant without it is outside of its interval with it, and
 //! no such data points exist, there is a warning.
 //!
@@ -15,7 +17,7 @@ use super::errors;
 use super::estimate::Estimate;
 use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
 use crate::calibrate::solve::{LawFit, LawSetting, constants, fitted, jacobian, residual, solve};
-use crate::calibrate::{FitError, Mode, Sample};
+use crate::calibrate::{FitError, Mode, Model, Sample};
 use crate::math::statistics;
 use crate::math::svd::svd;
 use serde::Serialize;
@@ -37,6 +39,10 @@ pub struct Slack {
 /// Data points inside the slack that show it, and their stress over the one without slack
 const ROWS: usize = 2;
 const PART: f64 = 0.25;
+/// Standard deviations of that part within which it stays in 95 of 100 tests, on one side
+const SIDE: f64 = 1.645;
+/// Strains up to which residuals tell the scatter at the beginning, over the slack \[–\]
+const BEGIN: f64 = 2.0;
 const STEPS: usize = 60;
 /// Fall of the sum of squares, relative, that ends the search
 const FLAT: f64 = 1e-13;
@@ -119,16 +125,10 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
     }
     let Ok(offsets) = search(setting, rows, curves) else { return Ok(nothing) };
     let (values, estimates) = judged(setting, rows, &offsets)?;
-    let shows = |o: &&Offset| {
-        let inside: Vec<&Sample> =
-            rows.iter().filter(|s| o.is_of(s) && o.shifted(s, o.strain).stretch == 1.0).collect();
-        let measured: f64 = inside.iter().map(|s| s.stress.abs()).sum();
-        let without: f64 = inside.iter().map(|s| setting.model.at(&values, s).abs()).sum();
-        inside.iter().filter(|s| o.side * s.mode.strain(s.stretch) > 0.0).count() >= ROWS && measured < PART * without
-    };
     let significant = |(e, sigma): &(Estimate, f64)| e.value.abs() > *sigma;
     let pairs = || offsets.iter().zip(&estimates).filter(|(_, e)| significant(e)).map(|(o, _)| o);
-    let taken: Vec<Offset> = pairs().filter(shows).map(|o| Offset { strain: 0.0, ..*o }).collect();
+    let taken: Vec<Offset> =
+        pairs().filter(|o| is_shown(setting.model, &values, rows, o)).map(|o| Offset { strain: 0.0, ..*o }).collect();
     if !taken.is_empty() {
         return Ok(Found { offsets: search(setting, rows, taken)?, hint: None });
     }
@@ -136,6 +136,19 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
     let own = LawSetting { slack: offsets.clone(), ..setting.clone() };
     let constants = solve(&own, &removed(rows, &offsets), None)?.identified.estimates;
     Ok(Found { offsets: vec![], hint: Some((*largest, constants)) })
+}
+
+/// Whether the data points inside this offset show that they carry no stress.
+fn is_shown(model: Model, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
+    let strain = |s: &Sample| o.side * s.mode.strain(s.stretch);
+    let up_to = |end: f64| rows.iter().filter(move |s| o.is_of(s) && strain(s) <= end * o.side * o.strain);
+    let inside: Vec<&Sample> = up_to(1.0).filter(|s| strain(s) > 0.0).collect();
+    let law: Vec<f64> = inside.iter().map(|s| model.at(values, s)).collect();
+    let size: f64 = law.iter().map(|p| p * p).sum();
+    let part = inside.iter().zip(&law).map(|(s, p)| s.stress * p).sum::<f64>() / size;
+    let square = |s: &Sample| (s.stress - model.at(values, &o.shifted(s, o.strain))).powi(2);
+    let scatter = up_to(BEGIN).map(square).sum::<f64>() / up_to(BEGIN).count() as f64;
+    inside.len() >= ROWS && part < PART && SIDE * (scatter / size).sqrt() < PART
 }
 
 /// Whether a first step from zero moves an offset by more than chance at 1 % would (a test by the score, without another fit).

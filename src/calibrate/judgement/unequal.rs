@@ -10,12 +10,12 @@
 //!
 //! *Covariance*: BDBᵀ with D = diag(eᵢ²), the HC2 of MacKinnon & White (J. Econometrics 29, 1985, 305–325), which is unbiased for errors of one size. Student's t has
 //! Satterthwaite's degrees of freedom (tr Γ)²/tr Γ² of each constant (Bell & McCaffrey, Survey Methodology 28, 2002, 169–181), Γ = A(I − H)S(I − H)A with
-//! A = diag(bᵢ/√(1 − hᵢ)), b the row of B and S the sizes of the test. Errors that are correlated within curves of different sizes: [`super::correlated`] of the rows over their
-//! sizes.
+//! A = diag(bᵢ/√(1 − hᵢ)), b the row of B and S the sizes of the test. Correlated errors, of sizes of the curves or growing with the stress: [`super::correlated`] of the rows over
+//! their sizes.
 //!
 //! Limits: the stress is one line in all modes; the sizes of curves with fewer than four data points are one.
 
-use super::correlated::{Correlated, correlated};
+use super::correlated::Scaled;
 use super::directions::{Directions, directions};
 use super::error_model::{ErrorModel, Errors};
 use crate::math::statistics::{extent, real_quantile};
@@ -31,6 +31,8 @@ const OWN: usize = 4;
 const SMALLEST: f64 = 1e-3;
 /// 1 − h of a data point that the constants follow, whose residual says nothing \[–\]
 const FOLLOWED: f64 = 1e-9;
+/// Smallest stress whose errors are smaller, over the largest \[–\]
+const FLOOR: f64 = 0.05;
 /// Rounds of the sizes of curves: each multiplies the error by about the leverage of a curve
 const ROUNDS: usize = 8;
 
@@ -92,9 +94,23 @@ impl Sizes {
         Some(Self { at, model: ErrorModel::Unequal { grow: line.slope > 0.0 } })
     }
 
+    /// Choices of correlated errors that grow with the stress: with its root, and in proportion to it.
+    pub fn grown(fitted: &DVector<f64>) -> [Self; 2] {
+        let least = FLOOR * fitted.amax();
+        [1.0, 2.0].map(|power: f64| Self {
+            at: fitted.map(|p| p.abs().max(least).powf(power)),
+            model: ErrorModel::Unequal { grow: true },
+        })
+    }
+
     /// The standard deviations of the data points, up to a factor.
     pub fn deviations(&self) -> DVector<f64> {
         self.at.map(f64::sqrt)
+    }
+
+    /// Whether they grow with the stress.
+    pub fn grow(&self) -> bool {
+        self.model == ErrorModel::Unequal { grow: true }
     }
 
     /// The errors of the constants by independent errors of these sizes; `equal`: those of one size.
@@ -115,16 +131,15 @@ impl Sizes {
         Errors { sizes: of_curves.then(|| self.deviations()), ..found }
     }
 
-    /// The correlation of neighbours over their sizes, with the covariance of the directions of equal weights; `None` where there is none.
-    pub fn correlated(
-        &self,
-        directions: &Directions,
-        residual: &DVector<f64>,
-        curves: &[Vec<usize>],
-    ) -> Option<Correlated> {
+    /// The rows over these sizes; `None` where a direction vanishes.
+    pub fn scaled(&self, directions: &Directions, residual: &DVector<f64>) -> Option<Scaled> {
         let (u, rest) = weighed(&self.at, directions, residual);
-        let along = DMatrix::from_fn(u.nrows(), directions.u.ncols(), |i, k| self.at[i].sqrt() * directions.u[(i, k)]);
-        correlated(&u, &rest, curves, directions.by.nrows(), &along)
+        let (n, p) = directions.u.shape();
+        let along = DMatrix::from_fn(n, p, |i, k| self.at[i].sqrt() * directions.u[(i, k)]);
+        let over = DMatrix::from_fn(n, p, |i, k| directions.u[(i, k)] / self.at[i].sqrt());
+        let columns: f64 = (over.transpose() * &over).cholesky()?.l().diagonal().iter().map(|d| d.ln()).sum();
+        let log = -0.5 * self.at.iter().map(|s| s.ln()).sum::<f64>() - columns;
+        (u.ncols() == p && log.is_finite()).then_some(Scaled { u, residual: rest, along, log })
     }
 }
 

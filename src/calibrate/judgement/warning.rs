@@ -57,7 +57,9 @@ pub enum FitWarning {
     /// A choice of data that was not requested, and the answer of another one
     Cycles { treatment: Treatment, change: f64, answer: String },
     /// Other constants that describe the data within their errors, of the least misfit
-    OtherMinimum { answer: String, minima: usize },
+    OtherMinimum { answer: String, minima: usize, decides: Option<(Mode, f64)> },
+    /// Constants that may have either sign; the mode in which the stresses of both differ most, and by what part \[–\]
+    OpenSigns { symbols: Vec<&'static str>, decides: Option<(Mode, f64)> },
     /// A single start found the reported minimum
     Starts { starts: usize },
 }
@@ -125,14 +127,7 @@ impl fmt::Display for FitWarning {
                 treatment.words(),
                 100.0 * change
             ),
-            Self::OtherMinimum { answer, minima } => {
-                write!(f, "other constants describe these data as well, within their errors: {answer}")?;
-                match minima {
-                    1 => Ok(()),
-                    more => write!(f, " (and {} more)", more - 1),
-                }?;
-                f.write_str("; the intervals hold them too. Add modes, widen the range, or take fewer terms")
-            }
+            Self::OtherMinimum { .. } | Self::OpenSigns { .. } => self.write_others(f),
             Self::Starts { starts } => write!(
                 f,
                 "only one of {starts} starts of the search ended in the reported minimum; a better one may exist"
@@ -165,6 +160,37 @@ fn write_compressible(f: &mut fmt::Formatter<'_>, given: Partner, change: &Chang
 }
 
 impl FitWarning {
+    /// Warnings about other constants that describe the data.
+    fn write_others(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let test = |decides: &Option<(Mode, f64)>| {
+            let words = |(mode, part): &(Mode, f64)| {
+                format!(
+                    ": a test in {mode} mode tells them apart, where their stresses differ by up to {:.0} %",
+                    100.0 * part
+                )
+            };
+            decides.as_ref().map(words).unwrap_or_default()
+        };
+        match self {
+            Self::OtherMinimum { answer, minima, decides } => {
+                let more = if *minima > 1 { format!(" (and {} more)", minima - 1) } else { String::new() };
+                write!(
+                    f,
+                    "other constants describe these data as well, within their errors: {answer}{more}; the intervals hold them too. Add modes{}; or widen the range, \
+                     or take fewer terms",
+                    test(decides)
+                )
+            }
+            Self::OpenSigns { symbols, decides } => write!(
+                f,
+                "the sign of {} is not determined: in the fitted modes every term has the same stresses with the other sign. Add modes{}",
+                symbols.join(", "),
+                test(decides)
+            ),
+            _ => Ok(()),
+        }
+    }
+
     /// Warnings about the scatter of data points and specimens.
     fn write_scatter(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -3,14 +3,15 @@
 use super::certificate::lost;
 use super::compressibility::UNNOTICED;
 use super::estimate::Estimate;
+use super::mirrored::decisive;
 use super::misfit::{Misfit, Residual};
 use super::repeats::Repeats;
 use super::warning::FitWarning;
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, Pattern};
 use crate::calibrate::{
-    AuditKind, ErrorModel, Experiment, FitResult, Loss, Mode, Model, Prediction, PredictionKind, Sample, SolverCheck,
-    Treatment, Weighting,
+    AuditKind, Experiment, FitResult, Loss, Mode, Model, Prediction, PredictionKind, Sample, SolverCheck, Treatment,
+    Weighting,
 };
 use crate::material::FitTerms;
 use crate::math::statistics::{extent, median};
@@ -41,7 +42,7 @@ pub fn warnings(
     found.extend(undefined(answer, model, experiment));
     found.extend(cycles(result));
     found.extend(may_be_zero(result));
-    found.extend(other_minimum(result, answer));
+    found.extend(other_minimum(result, answer, model));
     found.extend(held(answer));
     found.extend(unstable(result, model));
     let rms_relative = result.misfit.rms_relative;
@@ -91,7 +92,7 @@ pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning>
 /// Errors that grow with the stress or have another size in each mode, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.
 /// `ratio`: largest standard deviation of a curve over the smallest one, where they differ.
 pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
-    let grow = (result.errors == ErrorModel::Unequal { grow: true }).then_some(FitWarning::Unequal);
+    let grow = result.errors.grows().then_some(FitWarning::Unequal);
     let apart = ratio.filter(|_| result.modes.len() > 1).map(|ratio| FitWarning::UnequalCurves { ratio });
     grow.or(apart).filter(|_| result.weighting == Weighting::Absolute)
 }
@@ -129,11 +130,12 @@ fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
 }
 
 /// The constants at the minimum next to the least one.
-fn other_minimum(result: &FitResult, answer: &LawFit) -> Option<FitWarning> {
+fn other_minimum(result: &FitResult, answer: &LawFit, model: Model) -> Option<FitWarning> {
     let values = answer.others.first()?;
     let all: Vec<_> =
         result.parameters.iter().zip(values).map(|(e, v)| format!("{} = {}", e.symbol, e.print(*v))).collect();
-    Some(FitWarning::OtherMinimum { answer: all.join(", "), minima: answer.others.len() })
+    let decides = decisive(model, &answer.values, values, result);
+    Some(FitWarning::OtherMinimum { answer: all.join(", "), minima: answer.others.len(), decides })
 }
 
 /// One warning per mode and side of rest in which least squares alone would give an unstable law.

@@ -75,6 +75,8 @@ pub struct LawFit {
     pub at: Vec<f64>,
     /// Values at other minima of a separable search whose misfit the errors of the data points allow \[SI\]
     pub others: Vec<Vec<f64>>,
+    /// Shape constants of the other sign give the same stresses
+    pub mirrored: bool,
 }
 
 /// Below this misfit ‖r‖/‖P‖ the residuals are rounding and their pattern means nothing \[–\]
@@ -164,6 +166,7 @@ fn weighted(
         share: vec![1.0; samples.len()],
         at,
         others: vec![],
+        mirrored: false,
     };
     match &setting.model.form.terms {
         FitTerms::Linear(derivatives) => {
@@ -179,7 +182,8 @@ fn weighted(
             let values = |m: &Minimum| m.factors.iter().zip(&m.shapes).flat_map(factor).collect();
             let others = found.others.iter().map(values).collect();
             let check = near.is_none().then_some(found.check);
-            Ok(LawFit { others, ..bare(values(&found.least), check, vec![], found.least.at) })
+            let mirrored = found.mirrored;
+            Ok(LawFit { others, mirrored, ..bare(values(&found.least), check, vec![], found.least.at) })
         }
     }
 }

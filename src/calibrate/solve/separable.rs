@@ -5,6 +5,9 @@
 //! alone, from several starts. Gauss–Newton steps in all constants then finish to rounding. From the answer to nearly the same data they go
 //! alone; the trust region is called where they do not settle, or a term without a factor would come back.
 //!
+//! Where the columns at −x are those at x, as those of Ogden's law are where λ₂ = 1 and λ₃ = 1/λ (planar tests and simple shear), every minimum has mirror images, of which
+//! the one with x ≥ 0 is taken.
+//!
 //! The starts are the best of all choices of N different points of a grid of θ: five that differ in more than one point (where N is three or
 //! more), then the next best. Columns of the grid are reduced by one QR, so that a choice costs N × N.
 
@@ -35,6 +38,8 @@ const FLAT: f64 = 1e-7;
 /// Fall of the misfit in a step that ends a fit; of one among many, n of whose data points leave √(2nε) of a standard error
 const ROUNDING: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
+/// Part by which the columns at x and −x may differ by rounding \[–\]
+const MIRRORED: f64 = 1e-9;
 /// Value of the objective where the law is not defined \[–\]: a step into it is taken back
 const WALL: f64 = 1e12;
 
@@ -44,6 +49,8 @@ pub struct Separable {
     /// Minima with other shapes of the terms that count, in the order of their misfit
     pub others: Vec<Minimum>,
     pub check: SolverCheck,
+    /// Shapes of the other sign give the same stresses at every data point
+    pub mirrored: bool,
 }
 
 /// Factors and shape constants of the terms, the term with the largest factor first.
@@ -92,6 +99,13 @@ impl Projected<'_> {
 
     fn residual(&self, columns: &[DVector<f64>], c: &[f64]) -> DVector<f64> {
         columns.iter().zip(c).fold(self.rows.target.clone(), |r, (a, c)| r - a * *c)
+    }
+
+    /// Whether shapes at −x give the stresses of those at x, looked at where the grid ends and they differ most.
+    fn is_mirrored(&self) -> bool {
+        let x = self.family.grid.last().copied().unwrap_or_default();
+        let pair = self.columns(&[x]).zip(self.columns(&[-x]));
+        pair.is_some_and(|(a, b)| (&a[0] - &b[0]).norm() <= MIRRORED * a[0].norm())
     }
 
     /// `None` where the law is not defined.
@@ -155,9 +169,11 @@ pub fn solve(
     warm: Option<&[f64]>,
 ) -> Result<Separable, FitError> {
     let problem = Projected { family, rows, reach };
+    let mirrored = problem.is_mirrored();
+    let minimum = |end: &End, order| minimum(&problem, end, order, mirrored);
     if let Some(end) = warm.and_then(|x| finish(&problem, x.to_vec(), NEAR)).filter(|end| end.settled) {
-        let least = minimum(&problem, &end, (0..terms).collect());
-        return Ok(Separable { least, others: vec![], check: SolverCheck::Starts { starts: 1, agree: 1 } });
+        let least = minimum(&end, (0..terms).collect());
+        return Ok(Separable { least, others: vec![], check: SolverCheck::Starts { starts: 1, agree: 1 }, mirrored });
     }
     let starts = warm.map_or_else(|| starts(&problem, terms), |x| vec![x.to_vec()]);
     let mut ends = Vec::new();
@@ -174,24 +190,25 @@ pub fn solve(
     let by_factor = |end: &End| {
         let mut order: Vec<usize> = (0..terms).collect();
         order.sort_by(|a, b| end.c[*b].total_cmp(&end.c[*a]));
-        minimum(&problem, end, order)
+        minimum(end, order)
     };
     // A warm start keeps the order of the answer it comes from, so that its constants can be compared
-    let least = if warm.is_none() { by_factor(best) } else { minimum(&problem, best, (0..terms).collect()) };
+    let least = if warm.is_none() { by_factor(best) } else { minimum(best, (0..terms).collect()) };
     let mut others: Vec<Minimum> = vec![];
     for other in ends[1..].iter().filter(|e| e.settled).map(by_factor) {
         if !least.is_near(&other) && !others.iter().any(|o| o.is_near(&other)) {
             others.push(other);
         }
     }
-    Ok(Separable { least, others, check: SolverCheck::Starts { starts: starts.len(), agree } })
+    Ok(Separable { least, others, check: SolverCheck::Starts { starts: starts.len(), agree }, mirrored })
 }
 
-fn minimum(problem: &Projected<'_>, End { x, c, .. }: &End, order: Vec<usize>) -> Minimum {
+fn minimum(problem: &Projected<'_>, End { x, c, .. }: &End, order: Vec<usize>, mirrored: bool) -> Minimum {
+    let at: Vec<f64> = order.iter().map(|k| if mirrored { x[*k].abs() } else { x[*k] }).collect();
     Minimum {
         factors: order.iter().map(|k| c[*k] * problem.rows.unit).collect(),
-        shapes: order.iter().map(|k| (problem.family.shape)(x[*k], problem.reach).0).collect(),
-        at: order.iter().map(|k| x[*k]).collect(),
+        shapes: at.iter().map(|x| (problem.family.shape)(*x, problem.reach).0).collect(),
+        at,
     }
 }
 

@@ -17,7 +17,8 @@ use super::placement::Pair;
 use super::{Contact, NormalForce, NormalForces};
 use crate::system::friction::HISTORY;
 use crate::system::{
-    At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError, Want,
+    At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError,
+    NormalLaw, Want,
 };
 use std::sync::Arc;
 use std::time::Instant;
@@ -66,7 +67,7 @@ impl Multiplier {
             friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             history: HISTORY * b,
             turn: self.contact.obstacle.turn([x, old]),
-            potential: None,
+            law: NormalLaw::Unilateral { yielding: YIELDING / self.pressed_stiffness() },
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::math::tensor::{Mat3, Vec3};
 use crate::system::friction::HISTORY;
 use crate::system::{
     ActiveBlocks, At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, ContactPotential, Effect,
-    EnergyRole, EvalError, MotionLimit, StepLimit, Want,
+    EnergyRole, EvalError, MotionLimit, NormalLaw, StepLimit, Want,
 };
 use std::sync::Arc;
 
@@ -128,7 +128,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
                     friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
                     history: HISTORY * b as usize,
                     turn: obstacle.turn([x, old]),
-                    potential: Some((&self.response, point.area)),
+                    law: NormalLaw::Potential(&self.response, point.area),
                 }
             }));
         }

@@ -32,6 +32,9 @@ pub struct Manifest {
     /// Repairs of a surface file, in words
     #[serde(default)]
     pub repairs: Vec<String>,
+    /// Faces of a CAD file that bound no solid, in words
+    #[serde(default)]
+    pub dropped: Vec<String>,
     /// Versions of the packages that made it
     #[serde(default)]
     pub versions: BTreeMap<String, Option<String>>,

@@ -85,7 +85,8 @@ fn table(stored: &Stored) -> Table {
         name: "comparison",
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
                   mode from the others. The order is that of the worse prediction, then of the other one, then of the number of constants; laws that are not stable over the \
-                  fitted stretches are last."
+                  fitted stretches are last. Stable: in every mode as far as its principal stretches lie between 1/λ and λ of the largest \
+                  fitted one, in tension or compression; otherwise the modes in which it is not, and the amounts up to which it is."
             .into(),
         columns: headings(&[
             ("Law", "", false),
@@ -94,7 +95,7 @@ fn table(stored: &Stored) -> Table {
             ("Hold-out", "%", true),
             ("Cross-mode", "%", true),
             ("All determined", "", false),
-            ("Stable where fitted", "", false),
+            ("Stable to the fitted principal stretches", "", false),
         ]),
         rows: stored.laws.iter().map(row).collect(),
         pick: stored.laws.first().map(|c| c.label.clone()),

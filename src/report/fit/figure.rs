@@ -3,10 +3,9 @@
 use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
 use crate::report::canvas::{
-    Area, At, GREY, INK, LABEL, Mark, PALETTE, Point, RGB, WHITE, dashed, figure, fill, hollow, italic, line, mark, mm,
-    text,
+    Area, At, GREY, INK, LABEL, Mark, PALETTE, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
 };
-use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
+use crate::report::figure::{Figure, LINE, Sample, apart, legend_below, legend_lines};
 use crate::report::fit::stored::{Parameter, StoredFit};
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
@@ -28,6 +27,9 @@ const LOW: f64 = 22.0;
 const STEP: f64 = TALL + BETWEEN + LOW + 19.0;
 /// A law is drawn up to this multiple of the largest stress of the data
 const ROOM: f64 = 1.5;
+
+/// Constants that are written into the figure
+const SHOWN: usize = 3;
 
 /// Part of the stretches that one column shows.
 struct Window {
@@ -58,7 +60,7 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
     let entries = entries(&modes, fit.stretch);
     let across = panels.width() - LEFT;
     let bottom = TOP + STEP * panels.rows() - 6.0;
-    let svg = figure(panels.width(), bottom + LINE * legend_lines(entries.len(), across), "", |area| {
+    let svg = figure(panels.width(), bottom + LINE * legend_lines(&entries, across), "", |area| {
         for (k, w) in windows.iter().enumerate() {
             let (x, each, top) = (panels.x(k), panels.each, TOP + STEP * panels.row(k));
             let upper = [mm(x), mm(top), mm(x + each), mm(top + TALL)];
@@ -67,18 +69,35 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
             column(area, fit, &modes, w, (upper, lower), letter(k, windows.len()));
         }
         // More constants than three would lie on the curves; they are listed in the table
-        let shown = if fit.parameters.len() > 3 { &[] } else { &fit.parameters[..] };
+        let shown = if fit.parameters.len() > SHOWN { &[] } else { &fit.parameters[..] };
         let words = shown.iter().map(label);
         for (k, words) in words.enumerate() {
             text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
         }
         legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
-    let caption = format!(
-        "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom). Filled marks were fitted, open ones were not; the line is dashed where the law predicts. The grey range is the fitted one. Of points that cover each other one is shown; what leaves 1.5 times the largest stress is not.",
-        fit.label, fit.data
-    );
+    let caption = caption(fit, &modes);
     Some(Figure { name: "fit".into(), svg, caption })
+}
+
+/// Only what is drawn: open marks and dashes where there are some, intervals where constants have them.
+fn caption(fit: &StoredFit, modes: &[&ModeCurves]) -> String {
+    let held = modes.iter().any(|m| !m.held_out.is_empty());
+    let open = if held { " Filled marks were fitted, open ones were not." } else { "" };
+    let is_dashed = is_drawn(modes, fit.stretch, false);
+    let dashes = if is_dashed { " The line is dashed where the law predicts." } else { "" };
+    let shown = fit.parameters.len() <= SHOWN && fit.parameters.iter().any(|p| p.ends().is_some());
+    let intervals = if shown { " Behind a constant is its 95 % interval in brackets." } else { "" };
+    format!(
+        "{} against the data of {}: nominal stress over stretch (top), measured minus law (bottom).{open}{dashes} The grey range is the fitted one.{intervals} Of points that cover each other one is shown; what leaves 1.5 times the largest stress is not.",
+        fit.label, fit.data
+    )
+}
+
+/// Whether a part of the line shows a law that was fitted there, or one that was not.
+fn is_drawn(modes: &[&ModeCurves], stretch: [f64; 2], fitted: bool) -> bool {
+    let is_it = |m: &ModeCurves, w: &[[f64; 2]]| is_fitted(m, stretch, 0.5 * (w[0][0] + w[1][0])) == fitted;
+    modes.iter().any(|m| m.curve.windows(2).any(|w| is_it(m, w)))
 }
 
 /// `μ = 357 kPa [334, 380]`
@@ -111,15 +130,11 @@ fn entries(modes: &[&ModeCurves], stretch: [f64; 2]) -> Vec<(Sample, String)> {
         }
     }
     // Of several modes the law has the colour of each
-    let color = if let [one] = modes { style(one.mode).1 } else { GREY };
-    let is_drawn = |fitted: bool| {
-        let is_it = |m: &ModeCurves, w: &[[f64; 2]]| is_fitted(m, stretch, 0.5 * (w[0][0] + w[1][0])) == fitted;
-        modes.iter().any(|m| m.curve.windows(2).any(|w| is_it(m, w)))
-    };
-    if is_drawn(true) {
+    let color = if let [one] = modes { darker(style(one.mode).1) } else { GREY };
+    if is_drawn(modes, stretch, true) {
         out.push((Sample::Line(color), "law, fitted".into()));
     }
-    if is_drawn(false) {
+    if is_drawn(modes, stretch, false) {
         out.push((Sample::Dashed(color), "law, predicted".into()));
     }
     out.push((Sample::Block(RANGE), "fitted range".into()));
@@ -151,11 +166,12 @@ fn column(
     shade(&plot, fit.stretch);
     plot.grid();
     let r = if points().count() > 25 { 18 } else { 24 };
-    for m in modes {
-        dots(&plot, m, &m.held_out, &m.fitted, (factor, r), &w.span);
-    }
+    // The data are on top: a law that hides them could not be judged
     for m in modes {
         law(&plot, m, fit, factor);
+    }
+    for m in modes {
+        dots(&plot, m, &m.held_out, &m.fitted, (factor, r), &w.span);
     }
     plot.axes(false);
     if !w.title.is_empty() {
@@ -194,7 +210,7 @@ fn is_fitted(m: &ModeCurves, [from, to]: [f64; 2], stretch: f64) -> bool {
 
 /// Solid over the fitted range of a fitted mode, dashed elsewhere.
 fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
-    let color = style(m.mode).1;
+    let color = darker(style(m.mode).1);
     let fitted = |l: f64| is_fitted(m, fit.stretch, l);
     let inside = |v: f64, axis: &Axis| axis.lo <= v && v <= axis.hi;
     let mut points: Vec<[f64; 2]> =
@@ -212,8 +228,6 @@ fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
         let solid = |k: usize| fitted(0.5 * (points[k][0] + points[k + 1][0]));
         let end = (start..points.len() - 1).find(|k| solid(*k) != solid(start)).unwrap_or(points.len() - 1);
         let path: Vec<_> = points[start..=end].iter().map(|p| plot.at(p[0], factor * p[1])).collect();
-        // An edge in white, so that marks of the same colour do not hide the line
-        line(plot.area, &path, WHITE, 18);
         if solid(start) {
             line(plot.area, &path, color, 10);
         } else {
@@ -223,19 +237,16 @@ fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     }
 }
 
+/// The colour of a line below marks of this colour.
+fn darker(RGB(r, g, b): RGB) -> RGB {
+    let dark = |v: u8| (0.55 * f64::from(v)) as u8;
+    RGB(dark(r), dark(g), dark(b))
+}
+
 fn dots(plot: &Plot, m: &ModeCurves, held: &[[f64; 2]], fitted: &[[f64; 2]], (factor, r): (f64, i32), span: &[f64; 2]) {
     let (shape, color) = style(m.mode);
     let shown = |p: &&[f64; 2]| p[0] >= span[0] - 1e-9 && p[0] <= span[1] + 1e-9;
-    let apart = |points: &[[f64; 2]]| {
-        let mut out: Vec<Point> = vec![];
-        for p in points.iter().filter(shown).map(|p| plot.at(p[0], factor * p[1])) {
-            let near = |q: &Point| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) < (r * r * 3) / 2;
-            if !out.last().is_some_and(near) {
-                out.push(p);
-            }
-        }
-        out
-    };
-    apart(held).into_iter().for_each(|p| hollow(plot.area, shape, p, r, color));
-    apart(fitted).into_iter().for_each(|p| mark(plot.area, shape, p, r, color));
+    let seen = |points: &[[f64; 2]]| apart(points.iter().filter(shown).map(|p| plot.at(p[0], factor * p[1])), r);
+    seen(held).into_iter().for_each(|p| hollow(plot.area, shape, p, r, color));
+    seen(fitted).into_iter().for_each(|p| mark(plot.area, shape, p, r, color));
 }

@@ -10,7 +10,7 @@ use crate::report::paper::{Paragraph, software};
 pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
     let table = law.and_then(|text| text.parse::<toml::Table>().ok());
     let constants = match &table {
-        Some(table) => describe(Paragraph::new("Law"), table),
+        Some(table) => describe(Paragraph::new("Law"), &[table]),
         None => Paragraph::new("Law").text(format!("{}, {}. ", fit.label, fit.formula)),
     };
     vec![

@@ -2,7 +2,7 @@
 
 use crate::calibrate::stretch_text;
 use crate::report::figure::Figure;
-use crate::report::fit::stored::{Entry, StoredFit};
+use crate::report::fit::stored::{Entry, Parameter, StoredFit};
 use crate::report::numbers::capital;
 use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
@@ -43,20 +43,25 @@ pub fn answer(fit: &StoredFit) -> String {
             near.join(" and ")
         );
     }
-    for (p, [low, high]) in fit.parameters.iter().zip(&fit.range_spread) {
-        let (f, unit, n) = p.scale();
-        let inside = p.ends().is_none_or(|[a, b]| *low >= a && *high <= b);
-        if low < high {
-            let more = if inside { "" } else { ", more than the interval says" };
-            out += &format!(
-                " A range that ends earlier gives {} from {:.n$} to {:.n$} {unit}{more}.",
-                p.symbol,
-                f * low,
-                f * high
-            );
-        }
+    (out + &shorter_ranges(fit)).replace(" -", " −")
+}
+
+/// Constants of ranges that end earlier, in one sentence, and whether the intervals contain them.
+fn shorter_ranges(fit: &StoredFit) -> String {
+    let moved = || fit.parameters.iter().zip(&fit.range_spread).filter(|(_, [low, high])| low < high);
+    let spans: Vec<String> = moved().map(|(p, ends)| format!("{} from {}", p.symbol, p.span(*ends))).collect();
+    let is_outside = |(p, [low, high]): &(&Parameter, &[f64; 2])| p.ends().is_some_and(|[a, b]| *low < a || *high > b);
+    let outside: Vec<&str> = moved().filter(is_outside).map(|(p, _)| p.symbol.as_str()).collect();
+    let more = match outside.len() {
+        0 => String::new(),
+        n if n == spans.len() => ", more than the intervals say".into(),
+        _ => format!(", of {} more than the interval says", wording::all(&outside)),
+    };
+    if spans.is_empty() {
+        String::new()
+    } else {
+        format!(" Ranges that end earlier give {}{more}.", wording::all(&spans))
     }
-    out
 }
 
 pub fn html(fit: &StoredFit, figure: Option<&Figure>, tables: &[Table], law_file: Option<&str>) -> String {

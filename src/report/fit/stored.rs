@@ -1,7 +1,8 @@
 //! A fit as `fit.json` stores it, and its constants in words.
 
 use crate::calibrate::{Band, FitCurves, SharedError, Treatment, within};
-use serde::Deserialize;
+use crate::report::names::symbol;
+use serde::{Deserialize, Deserializer};
 
 /// The part of `fit.json` that a reader is told. Stresses and stiffnesses in Pa, stretches \[–\].
 #[derive(Clone, Debug, Deserialize)]
@@ -46,6 +47,7 @@ pub struct StoredFit {
 #[derive(Clone, Debug, Deserialize)]
 pub struct Parameter {
     pub name: String,
+    #[serde(deserialize_with = "with_subscripts")]
     pub symbol: String,
     pub unit: String,
     pub value: f64,
@@ -143,6 +145,11 @@ pub struct Entry {
     pub lines: Vec<u64>,
 }
 
+/// A symbol as a paper writes it, `C10` as C₁₀.
+fn with_subscripts<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Error> {
+    String::deserialize(from).map(|text| symbol(&text))
+}
+
 impl Parameter {
     /// Both ends of the interval, where the data determine the constant.
     pub fn ends(&self) -> Option<[f64; 2]> {
@@ -152,6 +159,13 @@ impl Parameter {
     /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
     pub fn scale(&self) -> (f64, &str, usize) {
         within(self.value, &self.unit, self.ends())
+    }
+
+    /// `334 to 380 kPa`
+    pub fn span(&self, [low, high]: [f64; 2]) -> String {
+        let (f, unit, n) = self.scale();
+        let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+        format!("{:.n$} to {:.n$}{unit}", f * low, f * high)
     }
 
     /// `357 kPa (95 % interval 334 to 380 kPa)`

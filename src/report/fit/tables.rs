@@ -44,8 +44,8 @@ fn parameters(fit: &StoredFit) -> Table {
                 known(p.std_error),
                 end(p.interval[0]),
                 end(p.interval[1]),
-                wide.join(" to "),
-                format!("{} to {}", number(low), number(high)),
+                wide.join(" to ").replace(" -", " −"),
+                format!("{} to {}", number(low), number(high)).replace(" -", " −"),
             ]
         })
         .collect();
@@ -205,15 +205,15 @@ fn misfits(fit: &StoredFit) -> Table {
     rows.extend(fit.predictions.iter().map(|p| row(kind(&p.kind), p.mode.clone(), p.stretch, &p.misfit)));
     Table {
         name: "predictions",
-        caption: "The law against the data points that were fitted, and as a prediction of those that were not. Bias below zero: the law is too soft.".into(),
+        caption: "The law against the data points that were fitted, and as a prediction of those that were not. Rms and bias are shares of the root mean square of the measured stresses; the largest misfit is that of a single data point, as a share of its own stress. Bias below zero: the law is too soft.".into(),
         columns: headings(&[
             ("Mode", "", false),
             ("Data points", "", false),
             ("Number", "", true),
             ("Stretch", "", true),
-            ("Rms", "%", true),
-            ("Bias", "%", true),
-            ("Largest", "%", true),
+            ("Rms, of the rms stress", "%", true),
+            ("Bias, of the rms stress", "%", true),
+            ("Largest, of its own stress", "%", true),
         ]),
         rows,
         pick: None,
@@ -222,11 +222,11 @@ fn misfits(fit: &StoredFit) -> Table {
 
 fn stability(fit: &StoredFit) -> Table {
     let rows = fit.stability.iter().map(|r| {
-        let end = |lost: Option<f64>, looked: f64| match lost {
+        let end = |lost: Option<f64>, to: &str, looked: f64| match lost {
             Some(at) => format!("{at:.4}"),
-            None => format!("not lost down or up to {}", stretch_text(looked)),
+            None => format!("not {to} to {}", stretch_text(looked)),
         };
-        vec![r.mode.replace('_', " "), end(r.below, r.looked[0]), end(r.above, r.looked[1])]
+        vec![r.mode.replace('_', " "), end(r.below, "down", r.looked[0]), end(r.above, "up", r.looked[1])]
     });
     Table {
         name: "stability",

@@ -1,14 +1,16 @@
 //! A record of motion: a curve over time with its states, the release and the fitted vibration; residuals of the vibration below.
 
 use crate::motion::{EvaluatedCurve, Evaluation};
+use crate::report::canvas::Mark;
 use crate::report::canvas::{Area, GREY, PALETTE, RGB, WHITE, block, dashed, figure, line, mark, mm, page_width};
-use crate::report::canvas::{Mark, Point};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, Sample, apart, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 
 /// A state, pale enough for points on top.
 const STATE: RGB = RGB(0xdd, 0xe8, 0xf0);
+/// The window of the fitted vibration
+const WINDOW: RGB = RGB(0xf6, 0xec, 0xe2);
 const LEFT: f64 = 18.0;
 const TOP: f64 = 4.0;
 const TALL: f64 = 55.0;
@@ -67,9 +69,11 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
             let low = Plot {
                 area,
                 frame: [mm(LEFT), mm(base), wide, mm(base + LOW)],
-                x: times(&cut.time_s),
+                x: times(&curve.time_s),
                 y: Axis::linear(left.iter().copied().chain([0.0]), &format!("residual [{unit}]")),
             };
+            let [a, b] = [low.at(from, low.y.hi), low.at(to, low.y.lo)];
+            block(area, a, b, WINDOW);
             low.grid();
             line(area, &[low.at(low.x.lo, 0.0), low.at(low.x.hi, 0.0)], GREY, 6);
             dots(&low, &cut.time_s, &left);
@@ -78,7 +82,11 @@ pub fn draw(name: &str, evaluation: &Evaluation) -> Option<Figure> {
         plot.axes(true);
         names(area, evaluation, own, height);
     });
-    let fit = if rings.is_some() { " Below: measured minus fitted vibration in its window." } else { "" };
+    let fit = if rings.is_some() {
+        " Below, over the same times: measured minus fitted vibration in its window, which is shaded."
+    } else {
+        ""
+    };
     let caption = format!(
         "{words} of {} over time, with the windows of the states, their means, the release and the fitted vibration where there are any.{fit} Of points that cover each other one is drawn.",
         evaluation.source,
@@ -131,11 +139,5 @@ fn times(t: &[f64]) -> Axis {
 }
 
 fn dots(plot: &Plot, x: &[f64], y: &[f64]) {
-    let mut last: Option<Point> = None;
-    for p in plot.path(x, y) {
-        if last.is_none_or(|q| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) > APART * APART) {
-            mark(plot.area, Mark::Circle, p, MARK, PALETTE[0]);
-            last = Some(p);
-        }
-    }
+    apart(plot.path(x, y), APART).into_iter().for_each(|p| mark(plot.area, Mark::Circle, p, MARK, PALETTE[0]));
 }

@@ -1,26 +1,54 @@
 //! Laws of a scene with their constants and where these come from, in sentences.
 
 use crate::calibrate::within;
-use crate::material::{LawInfo, Parameter, find};
+use crate::material::{LawInfo, Parameter, VolumetricKind, find};
 use crate::math::units::{self, Dimension};
+use crate::report::names::symbol;
 use crate::report::numbers::capital;
 use crate::report::paper::references::Reference;
 use crate::report::paper::words::Paragraph;
 use toml::{Table, Value};
 
-/// Adds a sentence on a law of a scene.
-pub fn describe(to: Paragraph, table: &Table) -> Paragraph {
-    let Some(Ok(entry)) = table.get("law").and_then(Value::as_str).map(find) else { return to };
-    let empty = Table::new();
-    let provenance = table.get("provenance").and_then(Value::as_table).unwrap_or(&empty);
-    let constants: Vec<String> =
-        table.iter().filter_map(|(key, value)| constant(entry.parameter(key)?, value, provenance)).collect();
-    let mut to = formula(to, entry.info).text(format!(", with {}", constants.join(", ")));
-    to = match source(provenance) {
+/// Laws of scenes that differ in the values of their constants at most: the same law, with the same constants given, from the same source.
+pub fn groups<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Vec<Vec<&'a Table>> {
+    let is_alike = |a: &Table, b: &Table| {
+        a.keys().eq(b.keys()) && ["law", "provenance"].iter().all(|key| a.get(*key) == b.get(*key))
+    };
+    tables.into_iter().fold(vec![], |mut all: Vec<Vec<&Table>>, table| {
+        match all.iter_mut().find(|group| is_alike(group[0], table)) {
+            Some(group) => group.push(table),
+            None => all.push(vec![table]),
+        }
+        all
+    })
+}
+
+/// Adds a sentence on the laws of a group; constants in which they differ have their range and the number of their values.
+pub fn describe(to: Paragraph, group: &[&Table]) -> Paragraph {
+    let law = group.first().and_then(|table| table.get("law")?.as_str());
+    let Some(Ok(entry)) = law.map(find) else { return to };
+    let chosen = group[0].get("volumetric").and_then(Value::as_str);
+    let volumetric = VolumetricKind::ALL.into_iter().find(|kind| Some(kind.name()) == chosen);
+    let volumetric = volumetric.map_or(String::new(), |kind| format!(", U(J) = {}", kind.formula()));
+    let to = formula(to, entry.info).text(format!("{volumetric}, with {}", constants(group)));
+    let to = match group[0].get("provenance").and_then(Value::as_table).and_then(source) {
         Some(source) => to.text(format!("; constants from {source}")),
         None => to.text("; the constants are those of the scene, without a stated source"),
     };
     to.text(". ")
+}
+
+/// `μ = 50 kPa to 500 MPa (12 values), ν = 0.49`: the constants of the laws of a group.
+pub fn constants(group: &[&Table]) -> String {
+    let Some(first) = group.first() else { return String::new() };
+    let Some(Ok(entry)) = first.get("law").and_then(Value::as_str).map(find) else { return String::new() };
+    let empty = Table::new();
+    let provenance = first.get("provenance").and_then(Value::as_table).unwrap_or(&empty);
+    let one = |key: &String| {
+        let values: Vec<&Value> = group.iter().filter_map(|table| table.get(key)).collect();
+        constant(entry.parameter(key)?, &values, provenance)
+    };
+    first.keys().filter_map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// Adds a sentence on the form of a law, without constants; a law that does not exist is left out.
@@ -39,26 +67,50 @@ fn formula(to: Paragraph, info: &LawInfo) -> Paragraph {
     to.text(format!(", {}", info.formula))
 }
 
-/// `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene.
-fn constant(p: &Parameter, value: &Value, provenance: &Table) -> Option<String> {
+/// `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene, or the range of several values.
+fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<String> {
     let si = |value: &Value| match value {
         Value::String(text) => units::parse(text, p.dimension).ok(),
         other => other.as_float().or_else(|| other.as_integer().map(|n| n as f64)),
     };
-    let number = si(value)?;
-    let ends = provenance.get(&format!("{}_interval", p.name)).and_then(Value::as_array);
-    let ends = ends.and_then(|ends| Some([si(ends.first()?)?, si(ends.get(1)?)?]));
+    let mut numbers: Vec<f64> = values.iter().filter_map(|value| si(value)).collect();
+    numbers.sort_by(f64::total_cmp);
+    numbers.dedup();
     let unit = if p.dimension == Dimension::PRESSURE { "Pa" } else { "" };
-    let (factor, unit, n) = within(number, unit, ends);
-    let unit = if unit.is_empty() { String::new() } else { format!("\u{a0}{unit}") };
     // A constant without an interval has the digits that it was given
-    let shown = match ends {
-        Some([a, b]) => {
-            format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit})", factor * number, factor * a, factor * b)
-        }
-        None => format!("{}{unit}", plain(factor * number)),
+    let given = |number: f64| {
+        let (factor, unit, _) = within(number, unit, None);
+        format!("{}{}", plain(factor * number), joined(unit))
     };
-    Some(format!("{} = {shown}", p.symbol))
+    let shown = match numbers[..] {
+        [] => return None,
+        [number] => {
+            let ends = |key: String| {
+                let ends = provenance.get(&key).and_then(Value::as_array)?;
+                Some([si(ends.first()?)?, si(ends.get(1)?)?])
+            };
+            let in_use = ends(format!("{}_interval_in_use", p.name));
+            match ends(format!("{}_interval", p.name)) {
+                None => given(number),
+                Some([a, b]) => {
+                    let (f, unit, n) = within(number, unit, Some([a, b]));
+                    let unit = joined(unit);
+                    // The interval for use contains the misfit of the law too
+                    let wider = in_use.filter(|ends| *ends != [a, b]).map_or(String::new(), |[a, b]| {
+                        format!(", {:.n$} to {:.n$}{unit} with the misfit of the law", f * a, f * b)
+                    });
+                    format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit}{wider})", f * number, f * a, f * b)
+                }
+            }
+        }
+        [low, .., high] => format!("{} to {} ({} values)", given(low), given(high), numbers.len()),
+    };
+    Some(format!("{} = {shown}", symbol(p.symbol)))
+}
+
+/// A unit after a no-break space.
+fn joined(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!("\u{a0}{unit}") }
 }
 
 /// Six significant digits without zeros at the end.
@@ -83,4 +135,38 @@ fn source(provenance: &Table) -> Option<String> {
         (true, _) => String::new(),
     };
     Some(format!("{}{fitted}", from.trim_end_matches('.')))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chosen U(J) and the interval with the misfit of the law are told.
+    #[test]
+    fn the_volumetric_part_and_the_wider_interval_are_told() {
+        let text = "law = \"yeoh\"\nC10 = \"90 kPa\"\nC20 = \"9 kPa\"\nnu = 0.49\nvolumetric = \"quadratic\"\n[provenance]\n\
+                    data = \"a\"\nC10_interval = [\"83 kPa\", \"97 kPa\"]\nC10_interval_in_use = [\"80 kPa\", \"101 kPa\"]\n";
+        let table: Table = text.parse().expect("TOML");
+        let words = constants(&[&table]);
+        assert!(
+            words.contains("95 % interval 83.0 to 97.0\u{a0}kPa, 80.0 to 101.0\u{a0}kPa with the misfit of the law)"),
+            "{words}"
+        );
+        let markdown = format!("{:?}", describe(Paragraph::new("Material"), &[&table]));
+        assert!(markdown.contains("U(J) = ½κ(J − 1)²"), "{markdown}");
+    }
+
+    /// Laws that differ in a constant are one sentence with its range and count; another source is a sentence of its own.
+    #[test]
+    fn swept_constants_are_a_range() {
+        let law = |mu: &str, more: &str| -> Table {
+            format!("law = \"neo_hookean\"\nmu = \"{mu}\"\nnu = 0.49\n{more}").parse().expect("TOML")
+        };
+        let sourced = law("60 kPa", "[provenance]\nsource = \"a data sheet\"");
+        let all = [law("50 kPa", ""), law("0.2 MPa", ""), law("50 kPa", ""), sourced];
+        let found = groups(&all);
+        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1]);
+        assert_eq!(constants(&found[0]), "μ = 50\u{a0}kPa to 200\u{a0}kPa (2 values), ν = 0.49");
+        assert_eq!(constants(&found[1]), "μ = 60\u{a0}kPa, ν = 0.49");
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::calibrate::{CurveSet, MeasuredCurves, stress_unit};
 use crate::report::canvas::{Area, GREY, Point, figure, line, mark, mm, page_width};
-use crate::report::figure::{Figure, Sample, legend, style};
+use crate::report::figure::{Figure, Sample, apart, legend, style};
 use crate::report::plot::{Axis, Plot};
 
 const LEFT: f64 = 18.0;
@@ -92,11 +92,6 @@ fn names(area: &Area, sets: &[CurveSet], top: f64) {
 
 fn dots<'a>(plot: &Plot, k: usize, points: impl Iterator<Item = &'a [f64; 2]>, factor: f64) {
     let (shape, colour) = style(k);
-    let mut last: Option<Point> = None;
-    for p in points.map(|p| plot.at(p[0], factor * p[1])) {
-        if last.is_none_or(|q| (p.0 - q.0).pow(2) + (p.1 - q.1).pow(2) > APART * APART) {
-            mark(plot.area, shape, p, MARK, colour);
-            last = Some(p);
-        }
-    }
+    let places = points.map(|p| plot.at(p[0], factor * p[1]));
+    apart(places, APART).into_iter().for_each(|p| mark(plot.area, shape, p, MARK, colour));
 }

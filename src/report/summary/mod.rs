@@ -7,6 +7,7 @@ use crate::report::error::ReportError;
 use crate::report::export::Pictures;
 use crate::report::figure::drawn;
 use crate::report::files;
+use crate::report::names::symbol;
 use crate::report::numbers::capital;
 use crate::report::page::{document, drawing, escape, list};
 use crate::report::paper::{Paper, Paragraph, Parts, software};
@@ -42,7 +43,7 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
         name: "constants",
         caption: "Fitted values with their 95 % intervals.".into(),
         columns: headings(&[("Quantity", "", false), ("Value", "", false)]),
-        rows: summary.constants.iter().map(|c| c.to_vec()).collect(),
+        rows: summary.constants.iter().map(|[name, value]| vec![symbol(name), value.clone()]).collect(),
         pick: None,
     };
     files::folder(&dir.join("tables"))?;
@@ -97,7 +98,8 @@ pub fn write(dir: &Path) -> Result<String, ReportError> {
 /// The methods of a paper: the result with its constants, how it was found, and what was read.
 fn paragraphs(summary: &FitSummary, version: &str) -> Vec<Paragraph> {
     let sentences = |all: &[String]| all.iter().map(|s| format!("{}.", capital(s))).collect::<Vec<_>>().join(" ");
-    let constants: Vec<String> = summary.constants.iter().map(|[name, value]| format!("{name} {value}")).collect();
+    let constants: Vec<String> =
+        summary.constants.iter().map(|[name, value]| format!("{} {value}", symbol(name))).collect();
     let result = format!("{}. Constants: {}.", capital(summary.answer.trim_end_matches('.')), constants.join("; "));
     vec![
         Paragraph::new("Result").text(result),

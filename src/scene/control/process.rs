@@ -8,12 +8,14 @@
 //! → {"end": "Converged", "columns": {…}}
 //! ```
 //!
-//! All keys of an answer may be absent. Numbers are read and written so that no bit is lost. Standard error is passed on.
+//! All keys of an answer may be absent, and none may occur twice in one object. Numbers are read and written so that no bit is lost. Standard error is passed on.
 
+use super::strict_json::Strict;
 use super::{ControlError, Controller, Observation, Opening, Reply};
 use crate::mesh::child::ends_with_parent;
 use crate::scene::error::hint;
 use serde::Deserialize;
+use serde::de::Error;
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -60,6 +62,11 @@ struct Answer {
     memory: Value,
     stop: bool,
     save: bool,
+}
+
+/// The message that an object is. A list of values without names is none.
+fn of_object<A: for<'a> Deserialize<'a>>(value: Value) -> serde_json::Result<A> {
+    if value.is_object() { serde_json::from_value(value) } else { Err(Error::custom("it is no object")) }
 }
 
 impl Process {
@@ -129,7 +136,7 @@ impl Process {
             }
         };
         self.waited += start.elapsed();
-        match serde_json::from_str(&line) {
+        match serde_json::from_str(&line).and_then(|Strict(value)| of_object(value)) {
             Ok(answer) => Ok((answer, line)),
             Err(e) => Err(self.refuse(&line, format!("that is no answer: {e}"), "write one JSON object a line")),
         }

@@ -8,6 +8,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
 use crate::scene::quantity::Length;
 use crate::scene::skin::NamedSkin;
+use crate::scene::surface_unit::Sizes;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -35,14 +36,20 @@ pub(in crate::scene) fn attach_skins(builder: &mut Builder, specs: &[SkinSpec]) 
             let fact = format!("another skin is called \"{}\" too", spec.name);
             return Err(builder.content(&place, fact, "give each skin a `name` of its own"));
         }
-        let fail = |e| part(builder.file, &place, e);
         let unit =
             units::parse(&format!("1 {}", spec.unit), Dimension::LENGTH).map_err(|e| part(builder.file, &place, e))?;
         let surface = read_surface(&builder.base.join(&spec.file), unit).map_err(|e| part(builder.file, &place, e))?;
-        let attached = attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(fail)?;
+        let sizes = Sizes { surface: &surface, unit_m: unit, mesh: &builder.body.mesh };
+        let attached =
+            attach(&builder.body.mesh, &surface.points, spec.reach.0).map_err(|far| match sizes.other_unit() {
+                Some(_) => part(builder.file, &place, format!("{far}; {}", sizes.words())),
+                None => part(builder.file, &place, far),
+            })?;
+        let doubt = sizes.doubt().map(|words| format!("skin {}: {words}", spec.name));
         let outside = attached.iter().map(|a| a.outside).fold(0.0, f64::max);
         let weights = attached.into_iter().map(|a| a.weights).collect();
         let (name, reach) = (spec.name.clone(), spec.reach.0);
+        builder.notes.extend(doubt);
         builder.skins.push(NamedSkin { name, surface, weights, reach, outside });
     }
     Ok(())

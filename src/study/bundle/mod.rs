@@ -16,6 +16,7 @@ mod metadata;
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::extension::Additions;
 use crate::study::store::builds::builds;
+use crate::study::store::outdated::check_summary;
 use crate::study::store::results;
 pub use error::BundleError;
 use inputs::{Files, Inputs, gather, list, name};
@@ -51,7 +52,7 @@ struct Environment {
 /// Writes the study of a file with its results into a folder that does not exist yet.
 ///
 /// # Errors
-/// Results or inputs that cannot be read, results of another study or of other inputs, names of files that another machine does not have, and a folder that cannot be written.
+/// Results or inputs that cannot be read, results of another study or of other inputs, a report that is older than they are, names of files that another machine does not have, and a folder that cannot be written.
 pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -> Result<Bundled, BundleError> {
     if out.is_file() || std::fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(BundleError::NotEmpty { path: out.into() });
@@ -64,6 +65,7 @@ pub fn write(study: &Path, named: &str, dir: &Path, out: &Path, license: &str) -
     let file = study;
     let Inputs { mut files, study, missing } = gather(file, &stored.cases)?;
     belonging::check(file, dir, &stored.study)?;
+    check_summary(dir, &stored.study)?;
     files.extend(of_results(dir)?);
     let mut all: Vec<Stored> = vec![];
     for (place, from) in &files {

@@ -3,7 +3,7 @@
 use crate::report::{ReportError, files};
 use crate::study::claim::Claim;
 use crate::study::kinds::KINDS;
-use crate::study::store::outdated::stored_identity;
+use crate::study::store::outdated::{check_summary, stored_identity};
 use crate::study::store::record::{Quantity, StudyRecord};
 use crate::study::store::results;
 use serde::Deserialize;
@@ -66,7 +66,7 @@ impl StoredSummary {
     /// Reads `summary.json` and the quantities of `study.json` in a folder, and of its records what they were computed from.
     ///
     /// # Errors
-    /// Files that are missing, cannot be read, or are no results of a study.
+    /// Files that are missing, cannot be read, or are no results of a study, and a summary that is older than the results.
     pub fn read(dir: &Path) -> Result<Self, ReportError> {
         let path = dir.join("summary.json");
         let mut summary: Self = files::json(&path)?.ok_or(ReportError::NoSummary { path })?;
@@ -75,6 +75,7 @@ impl StoredSummary {
         }
         let study: Option<StudyRecord> = files::json(&dir.join("study.json"))?;
         if let Some(study) = study {
+            check_summary(dir, &study)?;
             summary.judge(dir, &study);
             summary.quantities = study.quantities;
         }

@@ -24,8 +24,8 @@ pub struct CurveNorms {
     pub linf_to_finer: f64,
     /// ‖f − f*‖₂/‖f*‖₂ \[–\], where there is an f*
     pub l2_error: Option<f64>,
-    /// Against the finest, positive if later \[s\]
-    pub lag_s: f64,
+    /// Against the finest, positive if later \[s\]; none beyond first order
+    pub lag_s: Option<f64>,
     /// Where the curve holds two cycles or more \[–\]
     pub cycle_defect: Option<f64>,
 }

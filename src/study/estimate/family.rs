@@ -8,7 +8,9 @@
 //! | any other p, not monotone, or noise above the differences | f₁ | 3·max(ΔM, scatter) | U₁ |
 //!
 //! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
-//! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). A reference closer to the finest value than that value is to its limit
+//! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). Of an oscillating family ΔM is that of the three finest meshes, and a coarser
+//! mesh j counts with |f₁ − fⱼ| or, where it is less, with the error of f₁ that a first order has, |f₁ − fⱼ|/(hⱼ/h₁ − 1): a finer mesh tells
+//! something new, and one that is far coarser nothing. A reference closer to the finest value than that value is to its limit
 //! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
 //! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
 //! has none.
@@ -16,6 +18,8 @@
 //! Meshes that are not similar have no single h: the same estimate with the mean length of the edges in place of (V/N)^{1/3} gives
 //! another limit, and the difference of the two is added to U(f*).
 
+use crate::mesh::wall::{LEAST_CELLS, shows_bending};
+use crate::report::numbers::percent;
 use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::richardson::{
     CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, safety_factor,
@@ -100,6 +104,9 @@ pub struct Estimate {
     /// The cells stay as long in a direction
     #[serde(skip)]
     pub keeps_length: bool,
+    /// The border of a region runs through cells, as it does on a finer mesh too
+    #[serde(skip)]
+    pub cuts_cells: bool,
     /// It diverges, locks, does not resolve the thinnest wall, keeps the cells as long in a direction, or has a region whose border runs through
     /// cells: f* ± U(f*) is no claim
     pub refused: bool,
@@ -152,13 +159,14 @@ pub fn estimate_of_order(
     let triple =
         |k: usize| (f.len() >= k + 3).then(|| Triple::new([h[k], h[k + 1], h[k + 2]], [f[k], f[k + 1], f[k + 2]]));
     let (first, coarser) = (triple(0), triple(1));
-    let spread = f.iter().copied().fold(f64::NEG_INFINITY, f64::max) - f.iter().copied().fold(f64::INFINITY, f64::min);
+    let spread = range(&f);
     let size = f.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let class = match first {
         Some(t) => t.class,
         None if spread <= ROUNDING * size => Convergence::Exact,
         None => Convergence::Monotone,
     };
+    let spread = if class == Convergence::Oscillatory { oscillation(&h, &f) } else { spread };
     let mut reasons: Vec<String> = small_ratios(&ratios).into_iter().collect();
     let p = first.and_then(|t| t.p);
     let asymptotic = first
@@ -193,6 +201,7 @@ pub fn estimate_of_order(
         uncertainty_finest: 0.0,
         method: String::new(),
         keeps_length: length_objection(class, &levels).is_some(),
+        cuts_cells: class != Convergence::Exact && !levels[0].cut.is_empty(),
         refused: false,
         defensible: false,
         reasons: vec![],
@@ -203,7 +212,7 @@ pub fn estimate_of_order(
     let assumed = set_richardson(&mut e, first);
     set_uncertainty(&mut e, &Differences { spread, least, scatter, noisy, assumed }, &mut reasons);
     add_other_size(&mut e, &levels, scatter, tolerance);
-    add_limits(&e, first.is_some_and(|t| t.is_sane(q)), spread, &mut reasons);
+    add_limits(&e, first.is_some_and(|t| t.is_sane(q)), &mut reasons);
     let mut against = objections(&e, &levels, noisy, tolerance);
     e.refused = !against.is_empty();
     against.extend(imprecision(&e, tolerance));
@@ -213,10 +222,20 @@ pub fn estimate_of_order(
     Some(e)
 }
 
+/// Largest less smallest value.
+fn range(f: &[f64]) -> f64 {
+    f.iter().copied().fold(f64::NEG_INFINITY, f64::max) - f.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// ΔM of an oscillating family, finest first: that of the three finest meshes, or the difference of a coarser one from the finest, of which no more counts
+/// than the error of the finest by a first order.
+pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
+    let coarser = h.iter().zip(f).skip(3).map(|(hj, fj)| (fj - f[0]).abs() * (h[0] / (hj - h[0])).min(1.0));
+    coarser.fold(range(&f[..f.len().min(3)]), f64::max)
+}
+
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.
 const SMALL: f64 = 0.1;
-/// Fewer cells across a wall do not show how it bends.
-const LEAST_WALL_CELLS: f64 = 2.0;
 
 /// Reasons for which f* ± U(f*) is no claim, however wide it is.
 fn objections(e: &Estimate, levels: &[Level], noisy: bool, tolerance: Tolerance) -> Vec<String> {
@@ -246,14 +265,14 @@ fn imprecision(e: &Estimate, tolerance: Tolerance) -> Option<String> {
         Some(why.into())
     } else if e.uncertainty > allowed || !e.uncertainty.is_finite() {
         let of = if tolerance.absolute > 0.0 { "of the scale" } else { "of the value" };
-        let (share, limit) = (100.0 * e.uncertainty / scale, 100.0 * tolerance.relative);
-        Some(format!("its uncertainty, {share:.2} % {of}, is above the tolerance of {limit:.3} %"))
+        let (share, limit) = (100.0 * e.uncertainty / scale, percent(tolerance.relative));
+        Some(format!("its uncertainty, {share:.2} % {of}, is above the tolerance of {limit}"))
     } else {
         None
     }
 }
 
-/// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_WALL_CELLS`] on the
+/// An order says nothing about a wall that every mesh resolves by the same few cells: the count must reach [`LEAST_CELLS`] on the
 /// finest mesh, and grow by at least the square root of the size ratio. A quantity that no mesh changes needs no order.
 fn wall_objection(e: &Estimate) -> Option<String> {
     let (finest, coarsest) = (*e.wall_cells.first()?, *e.wall_cells.last()?);
@@ -262,11 +281,10 @@ fn wall_objection(e: &Estimate) -> Option<String> {
     }
     let counts = || e.wall_cells.iter().rev().map(|c| format!("{c:.1}")).collect::<Vec<_>>().join(", ");
     let refine = "refine the walls too";
-    // As printed, to one decimal
-    if finest < LEAST_WALL_CELLS - 0.05 {
+    if !shows_bending(finest) {
         return Some(format!(
             "{} cells across the thinnest wall, from coarse to fine, are too few to show how it bends (at least \
-             {LEAST_WALL_CELLS:.0} on the finest mesh); {refine}",
+             {LEAST_CELLS:.0} on the finest mesh); {refine}",
             counts()
         ));
     }
@@ -303,7 +321,7 @@ fn length_objection(class: Convergence, levels: &[Level]) -> Option<String> {
 /// A border that runs through cells moves by up to a cell from mesh to mesh, or stays off by as much on all of them.
 fn region_objection(e: &Estimate, levels: &[Level]) -> Option<String> {
     let cut = &levels.first()?.cut;
-    (e.class != Convergence::Exact && !cut.is_empty()).then(|| {
+    e.cuts_cells.then(|| {
         format!(
             "the border of {} runs through cells, and its extent, which changes with the mesh (O(h)), is not seen; let it run along edges of \
              the cells, or take a region of the mesh",
@@ -351,7 +369,7 @@ fn set_richardson(e: &mut Estimate, first: Option<Triple>) -> Option<f64> {
 
 /// Facts about the values of a family on which its uncertainty depends.
 struct Differences {
-    /// max − min over the meshes
+    /// ΔM
     spread: f64,
     /// The smaller step between the three finest meshes
     least: f64,
@@ -409,11 +427,11 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
 }
 
 /// Appends what limits the estimate: the kind of convergence, the observed orders, the scatter about the fit.
-fn add_limits(e: &Estimate, is_sane: bool, spread: f64, reasons: &mut Vec<String>) {
+fn add_limits(e: &Estimate, is_sane: bool, reasons: &mut Vec<String>) {
     let (q, p) = (e.formal_order, e.observed_order);
     match e.class {
         Convergence::Oscillatory => {
-            reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * spread))
+            reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * range(&e.values[..3])))
         }
         Convergence::Diverging => reasons.push("the three finest do not converge monotonically".into()),
         _ => {}

@@ -10,6 +10,7 @@
 //! number differ by the error of at least one of them. A family that is not defensible is compared with the reference and does not
 //! change it. `tests/estimates/coverage_of_estimates.rs` measures how often the interval holds.
 
+use crate::report::numbers::{space, within};
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::ROUNDING;
 use crate::study::estimate::tolerance::Tolerance;
@@ -99,6 +100,13 @@ impl Reference {
             self.uncertainty = self.uncertainty.hypot(gap);
         }
         self.independent = Some(CrossCheck { of: of.into(), value, uncertainty, overlaps });
+    }
+
+    /// `−0.00542 m ± 0.00012 m`
+    pub fn words(&self, unit: &str) -> String {
+        let unit = space(unit);
+        let [value, half] = [self.value, self.uncertainty].map(|v| within(v, self.uncertainty).replace('-', "−"));
+        format!("{value}{unit} ± {half}{unit}")
     }
 
     /// The families behind it: `from family tet10_up` or `from families tet10_up, tet10, nested`.

@@ -1,5 +1,6 @@
 //! Figures that several kinds of study draw.
 
+pub mod grid;
 pub mod time;
 
 use crate::report::canvas::italic;

@@ -1,9 +1,9 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
-use crate::report::figure::{Figure, LINE, Sample, legend};
-use crate::report::numbers::digits;
-use crate::report::numbers::thousands;
+use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, page_width, text};
+use crate::report::figure::{Figure, LINE, Sample, family_label, legend};
+use crate::report::measure::{shortened, width_in_mm};
+use crate::report::numbers::{seconds, thousands};
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::store::record::{CaseRecord, Role};
@@ -31,15 +31,18 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         |name: &str| -> f64 { rows.iter().flat_map(|r| &r.effects).filter(|e| e.name == name).map(|e| e.wall_s).sum() };
     effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
     effects.truncate(PALETTE.len());
-    let phases = ["assembly", "factorisation", "solve", "output", "rest"];
-    let panels = Panels::new(2, (41.0, 14.0, 12.0), (44.0, 70.0));
+    let phases = ["assembly", "factorisation", "solve", "rest"];
+    let names_mm = rows.iter().map(|r| width_in_mm(&name_of(r), SMALL)).fold(0.0, f64::max);
+    // A name takes half of the page at most
+    let room = (names_mm + 5.0).clamp(41.0, (0.5 * page_width()).min(page_width() - 60.0).max(41.0));
+    let panels = Panels::new(2, (room, 16.0, 14.0), (44.0, 70.0));
     let tall = ROW * rows.len() as f64;
     let lines = phases.len().max(effects.len()).div_ceil(2) as f64;
     let step = TOP + tall + 13.5 + LINE * lines;
     let svg = figure(panels.width(), step * panels.rows(), "", |area| {
         let phase = |r: &CaseRecord| {
             let p = &r.phases;
-            let parts = [p.assembly_s, p.factorisation_s, p.solve_s, p.output_s];
+            let parts = [p.assembly_s, p.factorisation_s, p.solve_s];
             let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(PALETTE).collect();
             out.push(((r.wall_s - parts.iter().sum::<f64>()).max(0.0), REST));
             out
@@ -53,7 +56,7 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         bars(area, frame(place(0)), letter(0, 2), "Phases", &rows, &phase);
         bars(area, frame(place(1)), letter(1, 2), "Evaluation of the effects", &rows, &effect);
         for (x, top) in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
-            names(area, (x, top, x + panels.each), &rows);
+            names(area, (x, top, x + panels.each), room, &rows);
         }
         let put = |number: usize, names: &[&str]| {
             let (x, top) = place(number);
@@ -70,21 +73,24 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
     });
     let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
     let caption = format!(
-        "Share of the wall time per case ({}), total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra and output.{shared}",
+        "Share of the wall time per case ({}), total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra. Output is not part of it.{shared}",
         store.study.label(variant)
     );
     Some(Figure { name, svg, caption })
 }
 
+/// Family, element and cells of a case.
+fn name_of(r: &CaseRecord) -> String {
+    format!("{} {}", family_label(&r.family, &r.formulation), thousands(r.mesh.cells))
+}
+
 /// Each case at the left of its bar, and its time at the right.
-fn names(area: &Area, (left, top, right): (f64, f64, f64), rows: &[&CaseRecord]) {
+fn names(area: &Area, (left, top, right): (f64, f64, f64), room: f64, rows: &[&CaseRecord]) {
     for (k, r) in rows.iter().enumerate() {
         let y = mm(top + ROW * (k as f64 + 0.5));
-        let family = crate::report::figure::family_label(&r.family, &r.formulation);
-        let words = format!("{family} {}", thousands(r.mesh.cells));
+        let words = shortened(&name_of(r), SMALL, mm(room - 3.0));
         text(area, &words, (mm(left - 2.0), y), At::Right, SMALL, INK);
-        let seconds = format!("{:.*} s", digits(r.wall_s), r.wall_s);
-        text(area, &seconds, (mm(right + 1.2), y), At::Left, SMALL, INK);
+        text(area, &seconds(r.wall_s), (mm(right + 1.2), y), At::Left, SMALL, INK);
     }
 }
 
@@ -99,14 +105,17 @@ fn bars(
     // Effects are a small part of the whole: their axis ends at their largest share
     let share = |r: &CaseRecord| parts(r).iter().map(|p| p.0).sum::<f64>() / r.wall_s;
     let most = rows.iter().map(|r| 100.0 * share(r)).fold(0.0, f64::max);
-    let x = if most > 80.0 { Axis::exact(0.0, 100.0, "") } else { Axis::linear([0.0, most].into_iter(), "") };
-    let x = Axis { label: "share of the wall time [%]".into(), ..x };
+    let label = "share of the wall time [%]";
+    // Clocks that are read one after the other add up to a little more than the whole
+    let is_whole = (80.0..=100.5).contains(&most);
+    let x =
+        if is_whole { Axis::exact(0.0, most.max(100.0), label) } else { Axis::linear([0.0, most].into_iter(), label) };
     let plot = Plot { area, frame, x, y: Axis::exact(rows.len() as f64, 0.0, "") };
     plot.grid_x();
     for (k, r) in rows.iter().enumerate() {
         let mut from = 0.0;
         for (s, color) in parts(r) {
-            let to = (from + 100.0 * s / r.wall_s).min(plot.x.hi);
+            let to = from + 100.0 * s / r.wall_s;
             let (a, b) = (plot.at(from, k as f64 + 0.17), plot.at(to, k as f64 + 0.83));
             block(area, a, b, color);
             from = to;

@@ -2,10 +2,9 @@
 
 use super::distance::MarkerDistance;
 use super::in_study::{SHOWN, shown};
-use crate::report::canvas::{
-    At, INK, MARKS, PALE, PALETTE, SMALL, figure, hollow, line, mark, mm, page_width, text, width,
-};
+use crate::report::canvas::{At, INK, MARKS, PALE, PALETTE, SMALL, figure, hollow, line, mark, mm, page_width, text};
 use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, legend, legend_below, legend_lines};
+use crate::report::measure::width;
 use crate::report::plot::{Axis, Plot};
 use crate::report::table::{Table, headings};
 use crate::study::store::record::{CaseRecord, StoredCase};
@@ -42,7 +41,10 @@ fn draw(store: &Results, name: &str, variant: &str, all: &[&StoredCase]) -> Figu
     let wide = 110.0_f64.min(page_width() - left - 5.0);
     let bottom = TOP + each * rows.len() as f64;
     let below = bottom + 13.0;
-    let lines = legend_lines(cases.len(), wide);
+    let entry =
+        |(k, c): (usize, &&StoredCase)| (Sample::Mark(MARKS[k % MARKS.len()], PALETTE[k % SHOWN]), c.record.id.clone());
+    let entries: Vec<(Sample, String)> = cases.iter().enumerate().map(entry).collect();
+    let lines = legend_lines(&entries, wide);
     let far = cases.iter().flat_map(|c| &c.record.markers).map(|d| 1e3 * d.largest_m);
     let svg = figure(left + wide + 5.0, below + LINE * (lines + 1.0), "", |area| {
         let plot = Plot {
@@ -68,10 +70,7 @@ fn draw(store: &Results, name: &str, variant: &str, all: &[&StoredCase]) -> Figu
             }
         }
         plot.axis_x();
-        let entry = |(k, c): (usize, &&StoredCase)| {
-            (Sample::Mark(MARKS[k % MARKS.len()], PALETTE[k % SHOWN]), c.record.id.clone())
-        };
-        legend_below(area, (left, below), wide, cases.iter().enumerate().map(entry).collect());
+        legend_below(area, (left, below), wide, entries);
         let at = |x: f64| (mm(x), mm(below + LINE * lines));
         legend(area, at(left), &[(Sample::Mark(MARKS[0], INK), "root mean square".into())]);
         legend(area, at(left + 36.0), &[(Sample::Hollow(MARKS[0], INK), "largest".into())]);

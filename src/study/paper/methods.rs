@@ -1,8 +1,8 @@
 //! The methods of stored cases in sentences: mesh, element, laws with their constants, loads, time, solver, errors and versions.
 
 use crate::report::names::title;
-use crate::report::numbers::thousands;
-use crate::report::paper::law::{describe, named, plain};
+use crate::report::numbers::{span, thousands};
+use crate::report::paper::law::{describe, groups, named, plain};
 use crate::report::paper::{Paragraph, software};
 use crate::scene::{GeneratorSpec, MeshSpec, SceneSpec, from_text};
 use crate::study::store::builds::builds;
@@ -25,8 +25,7 @@ pub struct OwnMethods<'a> {
 
 /// The paragraphs that follow from the records, with those of the kind of study.
 pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {
-    let scenes: Vec<SceneSpec> =
-        (records.iter()).filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok()).collect();
+    let scenes = scenes(records);
     let mut all = vec![
         mesh(records, &scenes),
         elements(records),
@@ -43,8 +42,13 @@ pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {
     all
 }
 
+/// The scenes of records, where this version reads them.
+pub fn scenes(records: &[&CaseRecord]) -> Vec<SceneSpec> {
+    records.iter().filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok()).collect()
+}
+
 /// Distinct values in the order of their first appearance.
-fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     values.fold(vec![], |mut all, v| {
         if !all.contains(&v) {
             all.push(v);
@@ -53,10 +57,8 @@ fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     })
 }
 
-fn range(values: impl Iterator<Item = f64> + Clone, print: impl Fn(f64) -> String) -> String {
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    let (a, b) = (print(low), print(high));
-    if a == b { a } else { format!("{a} to {b}") }
+fn range(values: impl Iterator<Item = f64>, print: impl Fn(f64) -> String) -> String {
+    span(values, print).unwrap_or_default()
 }
 
 fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
@@ -111,27 +113,32 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
     Paragraph::new("Elements").marked(&format!("Elements have {}.", wording::all(&all)))
 }
 
+/// Each set of constants of these cases once, as the scenes give it, or as recorded where no scene is read.
+pub fn law_tables(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Vec<toml::Table> {
+    let of_records = records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table);
+    distinct(scenes.iter().flat_map(|s| s.laws.values().cloned()).chain(of_records))
+}
+
 fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> Paragraph {
-    let of_records =
-        distinct(records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table));
-    let all = distinct(scenes.iter().flat_map(|s| s.laws.values()).chain(&of_records));
+    let all = law_tables(records, scenes);
     // A search begins with constants that mean nothing
     if let Some(how) = search.first() {
         let names = distinct(all.iter().filter_map(|table| table.get("law")?.as_str()));
         let p = names.into_iter().fold(Paragraph::new("Material"), named);
         return p.text(format!("Constants are given under \u{201c}{}\u{201d}.", how.heading));
     }
-    let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), |p, table| describe(p, table));
+    let all = groups(&all);
+    let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), |p, group| describe(p, group));
     match all.len() {
         0 => p.text("No law: springs are all that is elastic."),
         n if n > MOST_LAWS => {
-            p.text(format!("These are {MOST_LAWS} of {n} sets of constants; the records of the cases have all."))
+            p.text(format!("These are {MOST_LAWS} of {n} laws or sources; the records of the cases have all."))
         }
         _ => p,
     }
 }
 
-/// A recorded law as a scene gives one, for records whose scene this version does not read.
+/// A recorded law as a scene gives one.
 fn as_table(law: &LawRecord) -> toml::Table {
     let constants = law.parameters.iter().map(|(name, value)| (name.clone(), (*value).into()));
     std::iter::once(("law".to_string(), law.name.clone().into())).chain(constants).collect()
@@ -191,8 +198,11 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
         String::new()
     };
     let stopped = records.iter().filter(|r| !r.converged()).count();
-    let stopped =
-        if stopped > 0 { format!(" {stopped} of {} cases did not complete.", records.len()) } else { String::new() };
+    let stopped = if stopped > 0 {
+        format!(" {stopped} of {} did not complete.", wording::count(records.len(), "case"))
+    } else {
+        String::new()
+    };
     let criterion = if scenes.is_empty() {
         String::new()
     } else {

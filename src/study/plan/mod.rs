@@ -37,7 +37,7 @@ pub use sizes::Meshes;
 pub use step_law::StepLaw;
 pub use steps::Steps;
 
-use crate::scene::Scene;
+use crate::scene::{Scene, nearest_cells};
 use crate::study::curve::peak;
 use crate::study::store::record::StoredCase;
 use budget::Budget;
@@ -58,8 +58,8 @@ pub struct Planned {
 /// pilots that are complete, or there is none.
 pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanError> {
     let budget = Budget::new(request.budget_s);
-    let (choices, meshes) = sizes::choices(&request.file, &pilots::read(request, &[])?.0)?;
-    let (scene, quantities) = coarsest(request, &choices, &budget, watch)?;
+    let (mut choices, meshes) = sizes::choices(&request.file, &pilots::read(request, &[])?.0)?;
+    let (scene, quantities) = coarsest(request, &mut choices, &budget, watch)?;
     let mut pilots = pilots::run_all(request, (&choices, meshes), &quantities, &budget, watch)?;
     let needed = if meshes == Meshes::Given { 1 } else { 3 };
     let limits = match meshes {
@@ -109,23 +109,31 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     Ok(Planned { plan, choices, pilots })
 }
 
-/// The scene with the element that it has, on the coarsest mesh that can be made, and the columns to be judged.
+/// The scene with the element that it has, on the coarsest mesh that can be made, and the columns to be judged. Where the mesher reaches a larger number of
+/// cells only, as in thin walls, all choices start there.
 fn coarsest(
     request: &Request,
-    choices: &[Choice],
+    choices: &mut [Choice],
     budget: &Budget,
     watch: &dyn PlanWatch,
 ) -> Result<(Scene, Vec<String>), PlanError> {
     let spec = pilots::read(request, &[])?.0;
-    let own = choices.iter().find(|c| c.element == spec.mesh.element).unwrap_or(&choices[0]);
-    let sizes = if own.sizes.is_empty() { &[0] } else { own.sizes.as_slice() };
-    let mut last = None;
-    for &cells in sizes {
-        let changes: Vec<_> = own.size(cells).into_iter().collect();
+    let own = choices.iter().position(|c| c.element == spec.mesh.element).unwrap_or(0);
+    let mut sizes = if choices[own].sizes.is_empty() { vec![0] } else { choices[own].sizes.clone() };
+    let (mut last, mut k) = (None, 0);
+    while let Some(&cells) = sizes.get(k) {
+        k += 1;
+        let changes: Vec<_> = choices[own].size(cells).into_iter().collect();
         match pilots::build(request, &changes, budget.pilots_s(), watch) {
             Ok(scene) => {
                 let quantities = quantities(request, &scene)?;
                 return Ok((scene, quantities));
+            }
+            Err(PlanError::Scene(e)) if nearest_cells(&e).is_some_and(|n| n as u64 > cells) => {
+                let least = nearest_cells(&e).unwrap_or_default() as u64;
+                choices.iter_mut().filter(|c| !c.sizes.is_empty()).for_each(|c| c.start_at(least));
+                (sizes, k) = (choices[own].sizes.clone(), 0);
+                last = None;
             }
             // A mesh of another size may be possible; anything else is said by every size
             Err(e) if budget.pilots_s() > 0.0 && last.is_none() => last = Some(e),

@@ -31,7 +31,7 @@ pub enum Meshes {
     Given,
 }
 
-/// Cells of the coarsest mesh that is made, and the ratio of the next: h falls by 1.3, Roache's least.
+/// Cells of the coarsest mesh that is made where the body has one of so few, and the ratio of the next: h falls by 1.3, Roache's least.
 const COARSEST: f64 = 600.0;
 const RATIO: f64 = 2.2;
 /// No mesh is planned beyond.
@@ -97,6 +97,12 @@ fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<Ch
 }
 
 impl Choice {
+    /// Starts at a mesh of so many cells, the fewest that the mesher reaches.
+    pub fn start_at(&mut self, cells: u64) {
+        let more = (1..).map(|k| (cells as f64 * RATIO.powi(k)).round());
+        self.sizes = std::iter::once(cells).chain(more.take_while(|n| *n < MOST).map(|n| n as u64)).collect();
+    }
+
     /// The changes that make a scene of it.
     pub fn changes(&self, cells: u64) -> Vec<(String, Value)> {
         self.set.iter().cloned().chain(self.size(cells)).collect()
@@ -110,5 +116,19 @@ impl Choice {
     /// So many cells of it; those of a given mesh are not a choice.
     pub fn words(&self, cells: u64) -> String {
         if self.sizes.is_empty() { self.name.clone() } else { format!("{}, {cells} cells", self.name) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_start_at_the_least_that_the_mesher_reaches() {
+        let mut choice =
+            Choice { name: "tet10_up".into(), set: vec![], sizes: vec![600, 1320], element: ElementSpec::Tet10 };
+        choice.start_at(2724);
+        assert_eq!(choice.sizes[..3], [2724, 5993, 13_184]);
+        assert!(choice.sizes.iter().all(|n| (*n as f64) < MOST) && choice.sizes.len() > 4, "{:?}", choice.sizes);
     }
 }

@@ -7,6 +7,7 @@ use crate::report::viewer::page;
 use crate::report::viewer::shape::Limits;
 use crate::scene::{Body, ErrorEstimator, OnProgress, Progress, Run, Scene, SceneSpec, Sensitivities};
 use crate::solve::Status;
+use crate::storage::reading::Reading;
 use crate::storage::unix_time;
 use crate::study::case::Case;
 use crate::study::run::derivatives::recorder;
@@ -23,7 +24,7 @@ use crate::study::store::fields::{Fields, USUAL};
 use crate::study::store::folder::{CaseOutput, Store};
 use crate::study::store::identity::Identity;
 use crate::study::store::outcome::{record, refused, skin};
-use crate::study::store::record::{CaseRecord, PANICKED, REFUSED};
+use crate::study::store::record::{CaseRecord, INPUTS_CHANGED, PANICKED, REFUSED};
 use crate::study::store::states::KeptStates;
 use crate::study::view;
 use crate::system::State;
@@ -53,6 +54,7 @@ pub struct Follow<'a> {
 pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
     let computed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(task, store, follow)));
     let record = match computed {
+        Ok(Err(why @ CaseError::Changed { .. })) => refused(&task.case, INPUTS_CHANGED, why.to_string()),
         Ok(Err(CaseError::Scene(why))) if task.keep_refusals => refused(&task.case, REFUSED, why.to_string()),
         Ok(computed) => return computed,
         Err(why) => {
@@ -68,8 +70,10 @@ pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option
 
 fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
     let case = &task.case;
+    let reading = Reading::begin();
     let body = Body::load(&case.scene_file, &case.spec.mesh, follow.meshing)?;
     let identity = case.identity(Some(&body));
+    check_files(task, &reading)?;
     let mut fields = match task.vtu {
         true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
         false => None,
@@ -110,6 +114,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let Some(searched) = find(case, &prepared.body, searching)? else { return Ok(None) };
     let hooks = Hooks { fields: fields.as_mut(), go_on: &mut go_on, sized: &mut sized, open: &mut open };
     let mut computed = solve(task, prepared, searched, hooks)?;
+    check_files(task, &reading)?;
     is_shared.set(is_shared.get() | shared());
     let memory = watched.filter(|()| own_process || !is_shared.get()).and_then(|()| largest_memory());
     let solved = &mut computed.solved;
@@ -126,6 +131,15 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let (is_shared, expected_memory) = (is_shared.get(), expected_memory.get());
     let circumstances = Circumstances { is_shared, memory, expected_memory, identity, started_unix_s };
     store_result(case, store, computed, circumstances).map(Some)
+}
+
+/// Refuses a case one of whose files was edited since the run of the study began, also where the edit was taken back since.
+fn check_files(task: &Task, reading: &Reading) -> Result<(), CaseError> {
+    let changed = reading.changed(&task.files);
+    match changed.is_empty() {
+        true => Ok(()),
+        false => Err(CaseError::Changed { files: changed.iter().map(|path| path.display().to_string()).collect() }),
+    }
 }
 
 /// A case with its run.

@@ -3,8 +3,7 @@
 use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
-use crate::scene::{Body, ParameterKey, Progress, SceneError};
-use crate::storage::unix_time;
+use crate::scene::{Body, ParameterKey, Progress, SceneError, check_laws};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
@@ -19,9 +18,9 @@ use crate::study::store::folder::{Store, StoreError, Stored};
 use crate::study::store::identity::{Identity, mesh_sha256};
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::outcome::refused;
-use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME, REFUSED};
+use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME, StudyRecord};
 use crate::wording::first;
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -64,6 +63,8 @@ pub enum RunError {
     Apart { why: String },
     #[error("{}: the process of a case cannot be started: {reason}; close other programs, or run fewer cases with --jobs", program.display())]
     Start { program: PathBuf, reason: String },
+    #[error("{}: none of the cases was run, because some are refused:\n  {}", file.display(), refused.join("\n  "))]
+    Refused { file: PathBuf, refused: Vec<String> },
     #[error("no case is called like \"{only}\"; the cases are: {known}")]
     NoSuchCase { only: String, known: String },
 }
@@ -131,16 +132,16 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         let known = first(&study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>());
         return Err(RunError::NoSuchCase { only: only.clone(), known });
     }
+    check_scenes(study, &cases)?;
     let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let store = Store::open(dir)?;
     let locks = Locks::join(dir, &study.sha256())?;
-    store.describe(&study.record)?;
+    let inputs = Inputs::of(study);
+    store.describe(&StudyRecord { inputs_sha256: inputs.sha256.clone(), ..study.record.clone() })?;
     if locks.alone() {
         store.sweep();
     }
-    if !is_part {
-        compare_others(study, &store, options, watch)?;
-    }
+    compare_others(study, &store, options, watch)?;
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
     let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
     let uncertain = |c: &Case| constants(c).into_iter().map(|(constant, _)| constant);
@@ -148,8 +149,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     let usual = || memory::available().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
     let memory = Allowance::new(options.memory.unwrap_or_else(usual));
     let (cases, cores) = (AtomicUsize::new(0), Cores::new(options.jobs));
-    let run =
-        Running { store: &store, locks: &locks, options, watch, cases, memory, cores, begun: unix_time().as_secs() };
+    let run = Running { store: &store, locks: &locks, options, watch, inputs, cases, memory, cores };
     let mut records = run.side_by_side(study, now.into_iter().map(with_constants).collect())?;
     if !later.is_empty() && !options.stop.load(Ordering::Relaxed) {
         // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
@@ -168,12 +168,30 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     Ok(records)
 }
 
+/// Refuses a study with cases whose laws have constants without a meaning, before any is run; not where a refusal is a result.
+fn check_scenes(study: &Study, cases: &[&Case]) -> Result<(), RunError> {
+    if study.rules.keep_refusals {
+        return Ok(());
+    }
+    let refused = |c: &&&Case| {
+        let why = check_laws(&c.scene_file, &c.spec, &c.text).err()?;
+        Some(format!("case {} (family {}, variant {}, member {}): {why}", c.id, c.family, c.variant, c.member))
+    };
+    let ready = cases.iter().filter(|c| c.after.is_none() && c.plan.is_none());
+    let refused: Vec<String> = ready.filter_map(|c| refused(&c)).collect();
+    if refused.is_empty() { Ok(()) } else { Err(RunError::Refused { file: study.file.clone(), refused }) }
+}
+
 /// Notes which stored results are of other inputs, among the cases that are not run. One that waits for others may never get its turn; the rest of
-/// those that are run is looked at then.
+/// those that are run is looked at then. A part makes no meshes for the other parts: it compares on those of their results.
 fn compare_others(study: &Study, store: &Store, options: &Options, watch: &dyn Watch) -> Result<(), RunError> {
+    let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let is_other = |c: &&Case| (c.after.is_some() || !options.wants(&c.id)) && store.has(&c.id);
     for case in study.cases.iter().filter(is_other) {
         let mut mesh = |c: &Case| {
+            if is_part {
+                return store.record(&c.id).map(|record| record.provenance.identity.mesh_sha256);
+            }
             let body = Body::load(&c.scene_file, &c.spec.mesh, &mut |line| watch.meshing(&c.id, line));
             // The result of a case that was refused has no mesh
             Some(body.map_or_else(|_| String::new(), |body| mesh_sha256(&body)))
@@ -195,6 +213,8 @@ struct Ready {
     identity: Option<Identity>,
     /// Nodes of its mesh
     size: usize,
+    /// Digest of the record that was there before, whatever its clock said; none where there was no record
+    before: Option<String>,
 }
 
 /// A case in its turn to be looked at.
@@ -218,7 +238,7 @@ enum Turned {
 fn prepare(
     study: &Study,
     cases: Vec<(Case, Vec<ParameterKey>)>,
-    (store, options): (&Store, &Options),
+    (store, options, inputs): (&Store, &Options, &Inputs),
     watch: &dyn Watch,
 ) -> Result<VecDeque<Turn>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
@@ -237,7 +257,10 @@ fn prepare(
         store.compare_inputs(&case.id, Some(&case.identity(body.as_ref()).sha256))?;
         let identity = body.as_ref().map(|body| case.identity(Some(body)));
         let size = body.map_or(0, |body| body.mesh.points.len());
-        all.push(Ready { task: Task::new(study, case, constants, options.vtu), identity, size });
+        let files = inputs.files.get(&case.id).cloned().unwrap_or_default();
+        let task = Task { files, ..Task::new(study, case, constants, options.vtu) };
+        let before = store.record(&task.case.id).map(|record| record.provenance.record_sha256);
+        all.push(Ready { task, identity, size, before });
     }
     // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
     // leaves with the allocator must not count as that of a small one.
@@ -248,11 +271,22 @@ fn prepare(
     Ok(all.into_iter().map(|ready| Turn { ready, waits: false }).collect())
 }
 
-/// Whether a result was computed from other files than there were when the run began.
-fn changed_meanwhile(before: Option<&Identity>, record: &CaseRecord) -> bool {
-    // A case that was not computed names no files.
-    let computed = !record.broke() && record.status != REFUSED;
-    computed && before.is_some_and(|before| record.provenance.identity != *before)
+/// The inputs of a study when its run begins.
+struct Inputs {
+    /// Case → digest of its inputs; none of a case that waits for constants
+    sha256: BTreeMap<String, String>,
+    /// Case → path of each of its files → SHA-256
+    files: HashMap<String, BTreeMap<PathBuf, String>>,
+}
+
+impl Inputs {
+    fn of(study: &Study) -> Self {
+        let known = study.cases.iter().filter(|c| c.after.is_none());
+        Self {
+            sha256: known.map(|c| (c.id.clone(), c.identity(None).inputs_sha256)).collect(),
+            files: study.cases.iter().map(|c| (c.id.clone(), c.files())).collect(),
+        }
+    }
 }
 
 /// The state that cases which run side by side share.
@@ -261,18 +295,17 @@ struct Running<'a> {
     locks: &'a Locks,
     options: &'a Options<'a>,
     watch: &'a dyn Watch,
+    inputs: Inputs,
     /// Cases that are being computed
     cases: AtomicUsize,
     memory: Allowance,
     cores: Cores,
-    /// Start of the run, in seconds since 1970 UTC
-    begun: u64,
 }
 
 impl Running<'_> {
     /// Runs cases, each together with the derivatives by the constants.
     fn side_by_side(&self, study: &Study, cases: Vec<(Case, Vec<ParameterKey>)>) -> Result<Vec<CaseRecord>, RunError> {
-        let queue = Mutex::new(prepare(study, cases, (self.store, self.options), self.watch)?);
+        let queue = Mutex::new(prepare(study, cases, (self.store, self.options, &self.inputs), self.watch)?);
         let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
         std::thread::scope(|scope| {
             for _ in 0..self.options.jobs.max(1) {
@@ -349,10 +382,6 @@ impl Running<'_> {
         self.cases.fetch_sub(1, Ordering::SeqCst);
         let Some(record) = record? else { return Ok(Turned::Stopped) };
         self.watch.finished(&record, false);
-        if changed_meanwhile(ready.identity.as_ref(), &record) {
-            let fact = "a file that it reads has changed since the study began: its result and those of other cases are of different contents";
-            self.watch.note(id, &format!("{fact}; run the study again"));
-        }
         Ok(Turned::Done(record.into()))
     }
 
@@ -371,7 +400,7 @@ impl Running<'_> {
     fn usable(&self, turn: &Turn, record: &CaseRecord) -> bool {
         let (task, id, identity) = (&turn.ready.task, &turn.ready.task.case.id, &turn.ready.identity);
         // Another run has just computed it, with this end
-        let now = turn.waits || record.provenance.started_unix_s > self.begun;
+        let now = turn.waits || turn.ready.before.as_ref() != Some(&record.provenance.record_sha256);
         if turn.waits && record.broke() {
             return true;
         }
@@ -417,7 +446,7 @@ impl Running<'_> {
         };
         match end {
             End::Stopped => Ok(None),
-            End::Failed(why) => Err(RunError::Apart { why }),
+            End::Failed(why) => Err(RunError::Apart { why: format!("case {id}: {why}") }),
             End::TooLarge(bytes) => {
                 let [needed, allowed] = [bytes, self.memory.limit].map(|bytes| bytes as f64 / 1e9);
                 let why = format!(

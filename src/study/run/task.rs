@@ -6,6 +6,7 @@ use crate::study::expand::Study;
 use crate::study::overlay::markers::{self, MarkersError};
 use crate::study::store::record::CaseRecord;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// A case with what its study asks of it. It can be sent to another process.
@@ -30,6 +31,8 @@ pub struct Task {
     /// They are judged as curves over time
     pub over_time: bool,
     pub study_file: PathBuf,
+    /// Contents that the files of its scenes must have whenever they are read, path → SHA-256; of other files anything is taken
+    pub files: BTreeMap<PathBuf, String>,
 }
 
 /// A scene does not record what its study judges.
@@ -57,6 +60,7 @@ impl Task {
             columns: study.columns_of(&case),
             over_time: !study.columns.contains_key(&case.family),
             study_file: study.file.clone(),
+            files: BTreeMap::new(),
             case,
         }
     }

@@ -26,6 +26,8 @@ const CONTENTS: &str = "contents.json";
 const CONTENTS_LIMIT: u64 = 1 << 30;
 /// Longest name of an entry \[bytes\].
 const NAME_LIMIT: u64 = 1 << 12;
+/// The fact of a conflict.
+const OTHER_INPUTS: &str = "the archive has a result of other inputs";
 
 /// An archive that cannot be written or is not taken.
 #[derive(Debug, thiserror::Error)]
@@ -90,6 +92,8 @@ impl Entry {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Exported {
     pub cases: usize,
+    /// Cases of the study without a record
+    pub missing: usize,
     pub files: usize,
     /// Unpacked
     pub bytes: u64,
@@ -104,7 +108,9 @@ pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
     let study = study(dir)?;
     let known = ids(&study);
     let found = CaseFiles::read(dir, &known)?;
-    let mut out = Exported { cases: 0, files: 0, bytes: 0, damaged: vec![], outdated: vec![] };
+    let has_record = |id: &&str| found.of_cases.get(*id).is_some_and(|ends| ends.contains("json"));
+    let missing = known.iter().filter(|id| !has_record(id)).count();
+    let mut out = Exported { cases: 0, missing, files: 0, bytes: 0, damaged: vec![], outdated: vec![] };
     let mut files = vec![];
     let read = |name: &str| {
         let path = dir.join(name);
@@ -113,7 +119,7 @@ pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
     files.push(Entry::of(None, &read("study.json")?));
     for (id, ends) in found.of_cases.iter().filter(|(id, ends)| known.contains(id.as_str()) && ends.contains("json")) {
         match check_in(dir, id) {
-            Ok(record) if is_outdated(dir, id, &record.provenance.identity.sha256) => out.outdated.push(id.clone()),
+            Ok(record) if is_outdated(dir, &study, &record) => out.outdated.push(id.clone()),
             Ok(_) => {
                 out.cases += 1;
                 for end in ENDS.iter().filter(|end| ends.contains(*end)) {
@@ -208,8 +214,11 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
         return Err(ArchiveError::Damaged { path: path.into(), files: damaged });
     }
     let mut out = Imported::default();
-    let own = place(path, dir, &record, &mut out)?;
+    let (own, other) = place(path, dir, &record, (options, &mut out))?;
     let known = ids(&own);
+    let (inputs, others) = (&own.inputs_sha256, &other.inputs_sha256);
+    let has_others = inputs != others && !inputs.is_empty() && !others.is_empty();
+    let folder = Folder { dir, study: &own, has_others };
     walk(path, options.limit, &mut |id, files| {
         if !known.contains(id) {
             let fact = "the study of the folder has no such case".into();
@@ -217,31 +226,43 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
             return Ok(());
         }
         let record = of_case(id, files).map_err(|files| ArchiveError::Damaged { path: path.into(), files })?;
-        merge(dir, &record, files, options.replace, &mut out)
+        folder.merge(&record, files, options.replace, &mut out)
     })?;
     Ok(out)
 }
 
-/// The study of the folder, which is that of the archive where the folder has none.
-fn place(path: &Path, dir: &Path, record: &[u8], out: &mut Imported) -> Result<StudyRecord, ArchiveError> {
+/// The studies of the folder and of the archive. That of the archive takes the place of the other one where the folder has none, and where its results are
+/// to do so.
+fn place(
+    path: &Path,
+    dir: &Path,
+    record: &[u8],
+    (options, out): (ImportOptions, &mut Imported),
+) -> Result<(StudyRecord, StudyRecord), ArchiveError> {
     let bad = |e: serde_json::Error| ArchiveError::Malformed { path: path.into(), reason: format!("study.json: {e}") };
     let other: StudyRecord = serde_json::from_slice(record).map_err(bad)?;
+    let unwritable = |e: std::io::Error| ArchiveError::Unwritable { path: dir.into(), reason: e.to_string() };
+    let write = || storage::write(&dir.join("study.json"), record).map_err(unwritable);
     match study(dir) {
         Ok(own) if (&own.study, &own.kind) != (&other.study, &other.kind) => {
             Err(ArchiveError::OtherStudy { path: path.into(), found: other.study, own: own.study })
         }
+        Ok(own) if own != other && options.replace => {
+            write()?;
+            Ok((other.clone(), other))
+        }
         Ok(own) => {
-            if own != other {
+            // Other inputs are told case by case
+            if own != (StudyRecord { inputs_sha256: own.inputs_sha256.clone(), ..other.clone() }) {
                 let fact = "the study of the archive was another one, or of another version".into();
                 out.conflicts.push(Conflict { what: "study.json".into(), fact });
             }
-            Ok(own)
+            Ok((own, other))
         }
-        Err(FolderError::NotAStudy { path: file }) => {
-            let unwritable = |e: std::io::Error| ArchiveError::Unwritable { path: dir.into(), reason: e.to_string() };
+        Err(FolderError::NotAStudy { .. }) => {
             std::fs::create_dir_all(dir.join("cases")).map_err(unwritable)?;
-            storage::write(&file, record).map_err(unwritable)?;
-            Ok(other)
+            write()?;
+            Ok((other.clone(), other))
         }
         Err(error) => Err(error.into()),
     }
@@ -255,50 +276,65 @@ fn of_case(id: &str, files: &Files) -> Result<CaseRecord, Vec<Unsound>> {
     check(id, &|end| files.get(end).cloned().ok_or_else(missing))
 }
 
-/// Writes the files of a case, unless the folder has results of this case already.
-fn merge(
-    dir: &Path,
-    record: &CaseRecord,
-    files: &Files,
-    replace: bool,
-    out: &mut Imported,
-) -> Result<(), ArchiveError> {
-    let id = &record.id;
-    let own = check_in(dir, id).ok();
-    let differs = own.as_ref().and_then(|own| {
-        let (own, other) = (&own.provenance, &record.provenance);
-        let facts = [
-            (own.identity != other.identity, "the archive has a result of other inputs"),
-            (own.build != other.build, "the archive has a result of another build"),
-            (own.results != other.results, "the archive has another result of the same inputs and build"),
-        ];
-        facts.into_iter().find(|(differs, _)| *differs).map(|(_, fact)| fact)
-    });
-    match (own.is_some(), differs) {
-        (true, None) => {
-            out.kept += 1;
+/// A folder that results are merged into.
+struct Folder<'a> {
+    dir: &'a Path,
+    study: &'a StudyRecord,
+    /// The archive has results of other inputs
+    has_others: bool,
+}
+
+impl Folder<'_> {
+    /// Whether a result of the archive is not one of the study of the folder. One that waits for others says nothing itself.
+    fn refuses(&self, record: &CaseRecord) -> bool {
+        self.study.is_of_others(record) || self.has_others && !self.study.inputs_sha256.contains_key(&record.id)
+    }
+
+    /// Writes the files of a case, unless the folder has results of this case already, or of other inputs.
+    fn merge(&self, record: &CaseRecord, files: &Files, replace: bool, out: &mut Imported) -> Result<(), ArchiveError> {
+        let id = &record.id;
+        if self.refuses(record) {
+            out.conflicts.push(Conflict { what: id.clone(), fact: OTHER_INPUTS.into() });
             return Ok(());
         }
-        (true, Some(fact)) if !replace => {
-            out.conflicts.push(Conflict { what: id.clone(), fact: fact.into() });
-            return Ok(());
+        // A result that does not count gives way
+        let own = check_in(self.dir, id).ok();
+        let replace = replace || own.as_ref().is_some_and(|own| is_outdated(self.dir, self.study, own));
+        let differs = own.as_ref().and_then(|own| {
+            let (own, other) = (&own.provenance, &record.provenance);
+            let facts = [
+                (own.identity != other.identity, OTHER_INPUTS),
+                (own.build != other.build, "the archive has a result of another build"),
+                (own.results != other.results, "the archive has another result of the same inputs and build"),
+            ];
+            facts.into_iter().find(|(differs, _)| *differs).map(|(_, fact)| fact)
+        });
+        match (own.is_some(), differs) {
+            (true, None) => {
+                out.kept += 1;
+                return Ok(());
+            }
+            (true, Some(fact)) if !replace => {
+                out.conflicts.push(Conflict { what: id.clone(), fact: fact.into() });
+                return Ok(());
+            }
+            (true, Some(_)) => out.replaced.push(id.clone()),
+            (false, _) => out.added.push(id.clone()),
         }
-        (true, Some(_)) => out.replaced.push(id.clone()),
-        (false, _) => out.added.push(id.clone()),
+        // The record comes last, as in a run
+        for end in ENDS {
+            let path = self.dir.join("cases").join(format!("{id}.{end}"));
+            let done = match files.get(end) {
+                Some(bytes) => storage::write(&path, bytes),
+                None => std::fs::remove_file(&path).or_else(|e| match e.kind() {
+                    std::io::ErrorKind::NotFound => Ok(()),
+                    _ => Err(e),
+                }),
+            };
+            done.map_err(|e| ArchiveError::Unwritable { path, reason: e.to_string() })?;
+        }
+        Ok(())
     }
-    // The record comes last, as in a run
-    for end in ENDS {
-        let path = dir.join("cases").join(format!("{id}.{end}"));
-        let done = match files.get(end) {
-            Some(bytes) => storage::write(&path, bytes),
-            None => std::fs::remove_file(&path).or_else(|e| match e.kind() {
-                std::io::ErrorKind::NotFound => Ok(()),
-                _ => Err(e),
-            }),
-        };
-        done.map_err(|e| ArchiveError::Unwritable { path, reason: e.to_string() })?;
-    }
-    Ok(())
 }
 
 /// Calls `each` with the files of every case of an archive, whose entries are verified against its list. Returns `study.json`.

@@ -49,6 +49,13 @@ pub fn parts_of<'a>(name: &'a str, known: &BTreeSet<&str>) -> Option<(&'a str, &
     of_study.or_else(|| found.iter().min_by_key(|(id, _)| id.len())).copied()
 }
 
+/// Whether the files of a case with this id would be taken for files of another case, such as those of `b.fit` and `b`.
+pub fn is_ambiguous(id: &str) -> bool {
+    let is_shorter = |name: &str| parts_of(name, &BTreeSet::new()).is_some_and(|(found, _)| found.len() < id.len());
+    let is_set_aside = id.rsplit_once(".damaged-").is_some_and(|(_, n)| n.chars().all(|c| c.is_ascii_digit()));
+    is_set_aside || is_shorter(id) || ENDS.iter().any(|end| is_shorter(&format!("{id}.{end}")))
+}
+
 /// The study of a folder of results.
 pub fn study(dir: &Path) -> Result<StudyRecord, FolderError> {
     let path = dir.join("study.json");
@@ -80,7 +87,8 @@ impl CaseFiles {
         for entry in std::fs::read_dir(&path).map_err(unreadable)? {
             let entry = entry.map_err(unreadable)?;
             let name = entry.file_name().to_string_lossy().into_owned();
-            let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+            // A link counts as the file that it leads to
+            let is_file = std::fs::metadata(entry.path()).is_ok_and(|kind| kind.is_file());
             match parts_of(&name, known).filter(|_| is_file) {
                 Some((id, end)) => drop(out.of_cases.entry(id.into()).or_default().insert(end)),
                 None => out.others.push(name),
@@ -135,6 +143,12 @@ mod tests {
         assert_eq!(parts_of("a.fit.json", &none), Some(("a", "fit.json")));
         assert_eq!(parts_of("a.view.html", &none), Some(("a", PAGE)));
         assert_eq!(parts_of("a.fit.json", &BTreeSet::from(["a.fit"])), Some(("a.fit", "json")));
+        for id in ["b.fit", "b.search", "b.skin", "b.skin.json", "b.sensitivities", "b.csv", "b.json", "b.damaged-1"] {
+            assert!(is_ambiguous(id), "{id}");
+        }
+        for id in ["b", "a-b-1.5", "b.view", "b.fitted", "skin", "b.damaged-x"] {
+            assert!(!is_ambiguous(id), "{id}");
+        }
         for other in ["notes.txt", ".x.part", "json", ".json", "a.json.damaged"] {
             assert_eq!(parts_of(other, &none), None, "{other}");
         }

@@ -54,23 +54,35 @@ fn cpu() -> String {
 }
 
 /// Everything that decides the result of a case, apart from the build.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Eq, Default)]
+#[derive(Serialize, Deserialize, Clone, Debug, Default)]
 pub struct Identity {
     /// SHA-256 of all the rest
     pub sha256: String,
+    /// The same without the mesh, which is known before there is one; empty in records of earlier versions
+    #[serde(default)]
+    pub inputs_sha256: String,
     /// Files that the scene names, in its order
     pub files: Vec<FileDigest>,
     /// SHA-256 of the mesh with the cable paths of its body; empty before the mesh exists
     pub mesh_sha256: String,
 }
 
+impl PartialEq for Identity {
+    fn eq(&self, other: &Self) -> bool {
+        self.sha256 == other.sha256
+    }
+}
+
+impl Eq for Identity {}
+
 impl Identity {
     /// Of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
     pub fn of(scene_file: &Path, text: &str, asked: &str, mesh_sha256: String) -> Self {
         let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
-        let mut all = format!("{:?}", (text, asked, &mesh_sha256));
-        files.iter().for_each(|f| all += &format!("{:?}", (&f.file, &f.sha256)));
-        Self { sha256: sha256(all), files, mesh_sha256 }
+        let named: String = files.iter().map(|f| format!("{:?}", (&f.file, &f.sha256))).collect();
+        let with = |mesh: &str| sha256(format!("{:?}{named}", (text, asked, mesh)));
+        let (all, inputs_sha256) = (with(&mesh_sha256), with(""));
+        Self { sha256: all, inputs_sha256, files, mesh_sha256 }
     }
 }
 

@@ -3,7 +3,7 @@
 //! | Subject | File |
 //! |---|---|
 //! | Inputs, files and build that a result belongs to | [`identity`], [`builds`] |
-//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`], [`energy`], [`status`] |
+//! | The record of a case, and what of a run goes into it | [`record`], [`outcome`], [`solver`], [`contact`], [`energy`], [`collapse`], [`status`] |
 //! | The record of a study, and its cases as they are read back | [`study_record`], [`series`] |
 //! | Its other files | [`csv_text`], [`skin`], [`fields`], [`partial_series`] |
 //! | The build that wrote a record which this one cannot read | [`other_build`] |
@@ -17,6 +17,7 @@
 pub mod archive;
 pub mod builds;
 pub mod case_files;
+pub mod collapse;
 pub mod contact;
 pub mod csv_text;
 pub mod energy;

@@ -4,8 +4,7 @@ use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
-use crate::mesh::wall::{Wall, thinnest};
-use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, path_dependence};
+use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, path_dependence, wall};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -122,12 +121,6 @@ fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Option<St
         Ok(all) => (all.into_iter().flat_map(|o| o.pairs).filter_map(|p| p.distance).collect(), None),
         Err(why) => (vec![], Some(why.to_string())),
     }
-}
-
-/// The thinnest wall of the body. Planes of symmetry and clamped faces are no sides of it.
-fn wall(scene: &Scene) -> Option<Wall> {
-    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
-    thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
 }
 
 /// Axes along which the corner of some cell is free.

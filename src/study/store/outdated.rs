@@ -1,12 +1,16 @@
 //! Stored results that no longer count: those of other inputs than the study has now, which a later run leaves in their place.
 //!
-//! `outdated/<id>` holds the digest of the identity of the record that does not count. It says nothing about another record of this case, so
+//! `study.json` says what the cases are computed from, apart from the mesh. In addition `outdated/<id>` holds the digest of the identity of the record that does not count. It says nothing about another record of this case, so
 //! that a new result counts without it being taken away first, and an old one counts again when a run finds its inputs again.
 
+use crate::report::error::ReportError;
+use crate::report::files::json;
 use crate::storage::{self, DATA_LIMIT, TEXT_LIMIT};
-use crate::study::store::case_files::OUTDATED;
+use crate::study::store::case_files::{OUTDATED, check_in, ids};
 use crate::study::store::folder::{Store, StoreError, unwritable};
+use crate::study::store::record::{CaseRecord, StudyRecord};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -28,8 +32,13 @@ impl Store {
     }
 }
 
-/// Whether the result of this identity was found to be one of other inputs than the study has.
-pub fn is_outdated(dir: &Path, id: &str, identity_sha256: &str) -> bool {
+/// Whether a result is of other inputs than the study has, or was found to be so.
+pub fn is_outdated(dir: &Path, study: &StudyRecord, record: &CaseRecord) -> bool {
+    study.is_of_others(record) || is_noted(dir, &record.id, &record.provenance.identity.sha256)
+}
+
+/// Whether the result of this identity was found to be one of other inputs.
+fn is_noted(dir: &Path, id: &str, identity_sha256: &str) -> bool {
     storage::read_text(&dir.join(OUTDATED).join(id), TEXT_LIMIT).is_ok_and(|noted| noted == identity_sha256)
 }
 
@@ -38,6 +47,43 @@ pub fn stored_identity(dir: &Path, id: &str) -> Option<String> {
     let bytes = storage::read(&dir.join("cases").join(format!("{id}.json")), DATA_LIMIT).ok()?;
     let record: WithIdentity = serde_json::from_slice(&bytes).ok()?;
     Some(record.provenance.identity.sha256)
+}
+
+/// Refuses a summary of other results than the folder has now. Records that were taken away to save space, and summaries of earlier versions, say nothing.
+///
+/// # Errors
+///
+/// A case that was computed since, or whose result counts no longer.
+pub fn check_summary(dir: &Path, study: &StudyRecord) -> Result<(), ReportError> {
+    let path = dir.join("summary.json");
+    let Some(summary) = json::<Summarised>(&path)? else { return Ok(()) };
+    let listed: BTreeMap<&str, &str> =
+        summary.cases.iter().map(|c| (c.id.as_str(), c.record_sha256.as_str())).collect();
+    if listed.values().all(|digest| digest.is_empty()) {
+        return Ok(());
+    }
+    let is_other = |id: &&str| match (check_in(dir, id), listed.get(id)) {
+        (Ok(record), Some(of)) => *of != record.provenance.record_sha256 || is_outdated(dir, study, &record),
+        (Ok(record), None) => !is_outdated(dir, study, &record),
+        (Err(_), _) => false,
+    };
+    match ids(study).into_iter().find(is_other) {
+        Some(case) => Err(ReportError::OutdatedSummary { path, dir: dir.into(), case: case.into() }),
+        None => Ok(()),
+    }
+}
+
+/// The part of a summary that says which records it was made of.
+#[derive(Deserialize)]
+struct Summarised {
+    cases: Vec<SummarisedCase>,
+}
+
+#[derive(Deserialize)]
+struct SummarisedCase {
+    id: String,
+    #[serde(default)]
+    record_sha256: String,
 }
 
 /// The part of a record that says what it was computed from.
@@ -68,15 +114,15 @@ mod tests {
         let store = Store::open(dir).unwrap_or_else(|e| panic!("{e}"));
         let compare = |now| store.compare_inputs("a", now).unwrap_or_else(|e| panic!("{e}"));
         compare(None);
-        assert!(!is_outdated(dir, "a", "1"), "there is no result");
+        assert!(!is_noted(dir, "a", "1"), "there is no result");
         let record = r#"{ "provenance": { "identity": { "sha256": "1" } } }"#;
         std::fs::write(dir.join("cases/a.json"), record).expect("writable");
         assert_eq!(stored_identity(dir, "a"), Some("1".into()));
         compare(Some("2"));
-        assert!(is_outdated(dir, "a", "1") && !is_outdated(dir, "a", "2") && !is_outdated(dir, "b", "1"));
+        assert!(is_noted(dir, "a", "1") && !is_noted(dir, "a", "2") && !is_noted(dir, "b", "1"));
         compare(Some("1"));
-        assert!(!is_outdated(dir, "a", "1"));
+        assert!(!is_noted(dir, "a", "1"));
         compare(None);
-        assert!(is_outdated(dir, "a", "1"));
+        assert!(is_noted(dir, "a", "1"));
     }
 }

@@ -5,11 +5,11 @@ use crate::scene::output::ScheduleSpec;
 use crate::storage;
 use crate::study::store::csv_text::{header, line};
 use crate::study::store::folder::{StoreError, unwritable};
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The rows of a run while it goes on: `<name>.partial.csv`. A run that is killed leaves it; one that has written its files removes it.
+/// The rows of a run while it goes on: `<name>.partial.csv`, which is locked. A run that is killed leaves it; one that has written its files removes it.
 pub struct PartialSeries {
     path: PathBuf,
     file: File,
@@ -20,13 +20,29 @@ pub struct PartialSeries {
 }
 
 impl PartialSeries {
+    /// Refuses a name under which another process runs.
+    pub fn check_free(dir: &Path, name: &str) -> Result<(), StoreError> {
+        let path = file_of(dir, name);
+        match storage::open(&path).map(|file| file.try_lock()) {
+            Ok(Err(TryLockError::WouldBlock)) => {
+                let reason = "another process runs a scene of this name there".into();
+                Err(StoreError::Unwritable { path, reason })
+            }
+            // A file system without locks tells nothing
+            _ => Ok(()),
+        }
+    }
+
     /// With the names of the columns.
     pub fn create(dir: &Path, name: &str, scene: &Scene) -> Result<Self, StoreError> {
-        let path = dir.join(format!("{name}.partial.csv"));
+        Self::check_free(dir, name)?;
+        let path = file_of(dir, name);
         let schedule = scene.spec.output.series.clone().unwrap_or_default();
         // A link of this name is replaced, not followed
         storage::write(&path, header(scene.columns().into_iter()).as_bytes())
             .and_then(|()| File::options().append(true).open(&path))
+            // In Windows a lock would keep readers off
+            .inspect(|file| drop(cfg!(unix).then(|| file.try_lock())))
             .map(|file| Self { path: path.clone(), file, schedule, past: None, failure: None })
             .map_err(|e| unwritable(&path, &e))
     }
@@ -46,4 +62,8 @@ impl PartialSeries {
     pub fn end(self) -> (PathBuf, Option<StoreError>) {
         (self.path, self.failure)
     }
+}
+
+fn file_of(dir: &Path, name: &str) -> PathBuf {
+    dir.join(format!("{name}.partial.csv"))
 }

@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 
 pub use crate::study::store::series::{Series, StoredCase};
 pub use crate::study::store::status::{
-    CRASHED, NOT_DETERMINED, NOT_RUN, NOT_SETTLED, OUT_OF_MEMORY, OUT_OF_TIME, PANICKED, REFUSED,
+    CRASHED, INPUTS_CHANGED, NOT_DETERMINED, NOT_RUN, NOT_SETTLED, OUT_OF_MEMORY, OUT_OF_TIME, PANICKED, REFUSED,
 };
 pub use crate::study::store::study_record::{FamilyRecord, Quantity, Role, StudyRecord};
 
@@ -127,9 +127,9 @@ pub struct CaseRecord {
 }
 
 impl CaseRecord {
-    /// Whether the computation itself broke: by a panic, a process that died, or memory that was not sufficient.
+    /// Whether the computation itself broke: by a panic, a process that died, memory that was not sufficient, or a file that was edited meanwhile.
     pub fn broke(&self) -> bool {
-        [PANICKED, CRASHED, OUT_OF_MEMORY].contains(&self.status.as_str())
+        [PANICKED, CRASHED, OUT_OF_MEMORY, INPUTS_CHANGED].contains(&self.status.as_str())
     }
 
     /// Whether the search of a calibration has found constants, also where its status says why they are no answer.

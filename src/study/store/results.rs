@@ -48,7 +48,9 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
     let mut results = Results::without_cases(study);
     let mut seen = HashSet::new();
     for id in ids.iter().filter(|id| seen.insert(*id)) {
-        results.add(dir, id)?;
+        if let Err(why) = results.add(dir, id) {
+            results.leave_out(why)?;
+        }
     }
     match results.cases.is_empty() {
         true if !results.damaged.is_empty() => Err(ReportError::NoSoundCase { facts: results.damaged }),
@@ -72,11 +74,25 @@ impl Results {
         Self { study, cases, skins, motions, found, sensitivities, derived, damaged, outdated }
     }
 
+    /// Names a file that cannot be read, whose case does not count; other reasons concern the whole folder.
+    fn leave_out(&mut self, why: ReportError) -> Result<(), ReportError> {
+        let fact = match why {
+            ReportError::Malformed { path, source } => {
+                format!("{}: it is not a valid record: {source}", path.display())
+            }
+            ReportError::Unreadable { path, source } => format!("{}: it cannot be read: {source}", path.display()),
+            ReportError::BadSeries { path, line, what } => format!("{}, line {line}: {what}", path.display()),
+            other => return Err(other),
+        };
+        self.damaged.push(format!("{fact}. The case does not count; run the study again to compute it anew."));
+        Ok(())
+    }
+
     /// Reads the files of a case, if it has some.
     fn add(&mut self, dir: &Path, id: &str) -> Result<(), ReportError> {
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
         let Some(record) = record(&file("json"))? else { return Ok(()) };
-        if is_outdated(dir, id, &record.provenance.identity.sha256) {
+        if is_outdated(dir, &self.study, &record) {
             self.outdated.push(id.into());
             return Ok(());
         }
@@ -96,14 +112,16 @@ impl Results {
         let missing = missing.iter().filter(|f| !is_picture(f));
         self.damaged.extend(missing.map(|f| sentence(f, "The case is without what it holds")));
         let series_of_case = series(&file("csv"))?.unwrap_or_default();
+        let (found, sensitivities) = (json::<Calibration>(&file("fit.json"))?, series(&file("sensitivities.csv"))?);
         self.cases.push(StoredCase { record, series: series_of_case });
-        self.found.extend(json::<Calibration>(&file("fit.json"))?.map(|c| (id.to_string(), c)));
-        self.sensitivities.extend(series(&file("sensitivities.csv"))?.map(|s| (id.to_string(), s)));
-        self.add_pictures(dir, id, &pictures)
+        self.found.extend(found.map(|c| (id.to_string(), c)));
+        self.sensitivities.extend(sensitivities.map(|s| (id.to_string(), s)));
+        self.add_pictures(dir, id, &pictures);
+        Ok(())
     }
 
     /// Reads what is drawn of a case, apart from the files that are not those that were stored.
-    fn add_pictures(&mut self, dir: &Path, id: &str, changed: &[Unsound]) -> Result<(), ReportError> {
+    fn add_pictures(&mut self, dir: &Path, id: &str, changed: &[Unsound]) {
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
         let is_changed = |end: &str| changed.iter().any(|f| f.file == format!("cases/{id}.{end}"));
         // Unpacked by hand it is read too
@@ -114,12 +132,11 @@ impl Results {
         match skin {
             Ok(Some(skin)) if sound(&skin) && !is_changed("skin.json.gz") => _ = self.skins.insert(id.into(), skin),
             Ok(None) => {}
-            Ok(Some(_)) | Err(ReportError::Malformed { .. }) => {
+            Ok(Some(_)) | Err(_) => {
                 self.damaged.push(format!(
                     "The surface of case {id} is damaged and not drawn; run the study again to compute it anew."
                 ));
             }
-            Err(other) => return Err(other),
         }
         match motion(&file(PAGE)) {
             Some(Ok(_)) if is_changed(PAGE) => {}
@@ -127,7 +144,6 @@ impl Results {
             Some(Err(why)) => self.damaged.push(format!("The motion of case {id} is not shown: {why}")),
             None => {}
         }
-        Ok(())
     }
 }
 

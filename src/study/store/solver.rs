@@ -4,7 +4,9 @@ use crate::math::tensor::Vec3;
 use crate::mesh::Order;
 use crate::scene::{LinearWork, Run, Scene};
 use crate::solve::{Status, TurningPoint};
+use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
+use crate::wording::count;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -46,6 +48,9 @@ pub struct SolverRecord {
     /// Where more than a tenth of the energy of a dynamic stage came from nothing
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_from_nothing: Option<EnergyRecord>,
+    /// Cavities whose walls have passed through each other
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub collapsed_cavities: Vec<CollapseRecord>,
     /// Arc length: where the loads were largest or least
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turning_points: Vec<TurningRecord>,
@@ -148,6 +153,7 @@ impl SolverRecord {
             unstable_steps: run.totals.unstable,
             uncounted_steps: run.totals.uncounted,
             energy_from_nothing: run.energy_from_nothing.map(EnergyRecord::new),
+            collapsed_cavities: run.collapsed.iter().map(Into::into).collect(),
             linear: LinearRecord::new(run),
             turning_points: run.findings.turning_points.iter().map(turning).collect(),
             stop: stop(scene, &run.status),
@@ -191,13 +197,42 @@ pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
     Some(format!("{status}{stated}{pulling}"))
 }
 
+/// Strain of an elastic cable from which on its tension is a matter of definition \[–\]: between ln(1 + ε) and ε + ½ε², of equal EA, tensions differ from
+/// EA ε by ½ε, here a twentieth.
+const LARGE_STRAIN: f64 = 0.1;
+
+/// Notes on elastic cables whose strain becomes large.
+fn stretched(scene: &Scene, run: &Run) -> Vec<String> {
+    let cables = scene.cables.iter().filter(|cable| cable.softness > 0.0);
+    let notes = cables.filter_map(|cable| {
+        let columns = cable.tension_columns();
+        let tensions = columns.iter().filter_map(|name| run.column(name));
+        let rows = tensions.flat_map(|all| all.into_iter().enumerate());
+        let (row, most) = rows.max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let strain = cable.softness * most;
+        (strain > LARGE_STRAIN).then(|| {
+            format!(
+                "{} is stretched by {:.1} % at t = {:.6} s (T/EA): from {:.0} % on its tension depends by more than {:.0} % on how its strain is defined, and EA alone \
+                 does not determine it",
+                cable.name,
+                100.0 * strain,
+                run.rows[row][0],
+                100.0 * LARGE_STRAIN,
+                50.0 * LARGE_STRAIN
+            )
+        })
+    });
+    notes.collect()
+}
+
 /// Notes on the path for the reader, in words.
 pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     let mut out = Vec::new();
     if let Some((t, modes)) = run.findings.unstable.first() {
         out.push(format!(
-            "from t = {t:.6} s on the equilibrium is unstable ({modes} negative eigenvalue(s) of the tangent): a bifurcation or \
-             a limit point was passed, and a real body takes another path"
+            "from t = {t:.6} s on the equilibrium is unstable ({} of the tangent): a bifurcation or \
+             a limit point was passed, and a real body takes another path",
+            count(*modes, "negative eigenvalue")
         ));
         let has_pressures = scene.stressed.iter().any(|effect| !effect.displacement_only());
         if has_pressures && scene.body.mesh.order == Order::Quadratic {
@@ -208,6 +243,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
             );
         }
     }
+    out.extend(stretched(scene, run));
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {
         let hierarchy = match m.levels {

@@ -14,6 +14,8 @@ pub const PANICKED: &str = "Panicked";
 pub const CRASHED: &str = "Crashed";
 /// Status of a case that needs more memory than all cases together may take.
 pub const OUT_OF_MEMORY: &str = "OutOfMemory";
+/// Status of a case one of whose files was read with other contents than it had when the run began.
+pub const INPUTS_CHANGED: &str = "InputsChanged";
 
 /// The defect of a case that was not run, where a report lists the cases without a usable result.
 pub const NOT_RUN: &str = "has no result";

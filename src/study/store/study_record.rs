@@ -42,9 +42,18 @@ pub struct StudyRecord {
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub details: serde_json::Value,
     pub version: String,
+    /// Case → what its result is computed from, as its identity has it without the mesh; absent of cases that wait for constants
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub inputs_sha256: BTreeMap<String, String>,
 }
 
 impl StudyRecord {
+    /// Whether a result is of other inputs than the study has; false where one of the two does not say, and of a case that broke, which has no numbers.
+    pub fn is_of_others(&self, record: &CaseRecord) -> bool {
+        let found = &record.provenance.identity.inputs_sha256;
+        !found.is_empty() && !record.broke() && self.inputs_sha256.get(&record.id).is_some_and(|own| own != found)
+    }
+
     /// Words for a variant: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())

@@ -14,6 +14,7 @@ use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::held_rim::HeldRim;
+use crate::scene::jump::{Impact, note_jump};
 use crate::scene::kind::by_kind;
 use crate::scene::protocol::extremes;
 use crate::scene::recorder::{Headline, Moment, Recorder};
@@ -90,6 +91,8 @@ pub struct NamedCavity {
     pub drive: Drive,
     /// Facets of its wall, ascending; none of a skin that lies on none
     pub(super) facets: Vec<u32>,
+    /// Whether its volume is that of a space with walls all round: the wall is closed, or cut by planes of symmetry
+    pub(in crate::scene) encloses: bool,
 }
 
 /// A cavity with its load or its row, next to those before it. To be called when everything that is held is known.
@@ -136,7 +139,9 @@ pub(in crate::scene) fn build_cavity(
             Drive::Prescribed(pressure)
         }
         CavityDriveSpec::Volume { signal } => {
-            let growth = builder.signal(place, format!("{name}_growth_m3"), signal, Dimension::VOLUME)?;
+            let column = format!("{name}_growth_m3");
+            let growth = builder.signal(place, column.clone(), signal, Dimension::VOLUME)?;
+            note_jump(builder, &column, &growth, Impact::Any);
             if rim.is_empty() {
                 check_growth(builder, place, &growth, rest)?;
             }
@@ -151,7 +156,8 @@ pub(in crate::scene) fn build_cavity(
     }
     let mut facets = if let Wall::Facets(facets) = wall { facets } else { Vec::new() };
     facets.sort_unstable();
-    Ok(NamedCavity { name: name.clone(), cavity, drive, facets })
+    let encloses = rest > 0.0 && planes.is_some_and(|planes| is_in_planes(mesh, &rim, &planes));
+    Ok(NamedCavity { name: name.clone(), cavity, drive, facets, encloses })
 }
 
 /// Refuses a wall that an earlier cavity has too: the two pressures would add up there.
@@ -209,18 +215,19 @@ fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Pla
     let held = |node: u32, k: u32| builder.motion(3 * node + k);
     let is_moved = |node: u32| (0..3).any(|k| held(node, k).is_some_and(|motion| *motion != Signal::Constant(0.0)));
     let moved = rim.iter().flatten().find(|node| is_moved(**node)).map(|node| mesh.points[*node as usize]);
+    let rounding = 1e-9 * mesh.diagonal();
     let mut planes = Planes::default();
     for edge in rim {
-        if edge.iter().all(|&node| (0..3).all(|k| held(node, k) == Some(&Signal::Constant(0.0)))) {
+        if edge.iter().all(|&node| builder.is_held(node)) {
             continue;
         }
         let in_plane = |k: &usize| {
             let level = mesh.points[edge[0] as usize][*k];
-            let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= 1e-9 * mesh.diagonal());
+            let flat = edge.iter().all(|&n| (mesh.points[n as usize][*k] - level).abs() <= rounding);
             flat && edge.iter().all(|&n| held(n, *k as u32) == Some(&Signal::Constant(0.0)))
         };
         let at = mesh.points[edge[0] as usize];
-        let is_known = |k: usize| planes[k].iter().any(|level| (level - at[k]).abs() <= 1e-9 * mesh.diagonal());
+        let is_known = |k: usize| planes[k].iter().any(|level| (level - at[k]).abs() <= rounding);
         // An edge along two planes needs one of them: a known one, or one that adds no parallel plane.
         let plane = (0..3).filter(in_plane).min_by_key(|&k| if is_known(k) { 0 } else { 1 + planes[k].len() });
         let k = plane.ok_or(at)?;
@@ -232,6 +239,16 @@ fn rim_planes(builder: &Builder, mesh: &TetMesh, rim: &[Vec<u32>]) -> Result<Pla
         Some(at) if planes.iter().map(Vec::len).sum::<usize>() > 1 => Err(at),
         _ => Ok(planes),
     }
+}
+
+/// Whether all of the rim lies in these planes; a closed wall has none.
+fn is_in_planes(mesh: &TetMesh, rim: &[Vec<u32>], planes: &Planes) -> bool {
+    let rounding = 1e-9 * mesh.diagonal();
+    let is_on = |node: &u32| {
+        let at = mesh.points[*node as usize];
+        (0..3).any(|k| planes[k].iter().any(|level| (level - at[k]).abs() <= rounding))
+    };
+    rim.iter().flatten().all(is_on)
 }
 
 /// May this surface be driven so? The planes of its rim, none where the rim is free.

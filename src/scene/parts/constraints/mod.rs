@@ -13,7 +13,7 @@ mod rigid;
 pub use cable::{
     CableDriveSpec, CableEvent, CableSpec, Condition, GuideFile, GuidesSpec, NamedCable, PullPointSpec, RingSpec,
 };
-pub(in crate::scene) use cable::{CableLog, pulling};
+pub(in crate::scene) use cable::{CableLog, note_places, pulling};
 pub(in crate::scene) use cavity::note_vacuum;
 pub use cavity::{CavityDriveSpec, CavitySpec, NamedCavity};
 pub use drive::Drive;
@@ -26,7 +26,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::kind::registry;
 use crate::scene::recorder::Headline;
-use cable::build_cables;
+use cable::{build_cables, check_shortening};
 use cavity::build_cavity;
 use part::ConstraintPart;
 
@@ -66,7 +66,7 @@ pub(in crate::scene) fn build_constraints(
     specs: &[ConstraintSpec],
     carriers: usize,
 ) -> Result<(Vec<NamedCable>, Vec<NamedCavity>), SceneError> {
-    let mut cables = Vec::<NamedCable>::new();
+    let (mut cables, mut places) = (Vec::<NamedCable>::new(), Vec::new());
     for (k, constraint) in specs.iter().enumerate() {
         let place = format!("constraint {} ({})", k + 1, constraint.kind());
         match constraint {
@@ -75,10 +75,14 @@ pub(in crate::scene) fn build_constraints(
             ConstraintSpec::Cable(cable) => {
                 let built = build_cables(builder, &place, cable, &cables)?;
                 cables.extend(built);
+                places.resize(cables.len(), place);
             }
             // Built below: the held dofs decide whether a cavity may be open
             ConstraintSpec::Cavity(_) | ConstraintSpec::Rigid(_) => {}
         }
+    }
+    for (cable, place) in cables.iter().zip(&places) {
+        check_shortening(builder, place, cable)?;
     }
     let mut first = (builder.body.mesh.points.len() + 4 * carriers) as u32;
     let mut names = Vec::new();

@@ -5,6 +5,7 @@ use crate::math::signal::Signal;
 use crate::math::units::Dimension;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::jump::{Impact, note_jump};
 use crate::scene::signal::SignalSpec;
 use crate::scene::turning::TurningSpec;
 use schemars::JsonSchema;
@@ -34,7 +35,8 @@ impl PrescribedSpec {
         match (displacement, rotation, translation) {
             (Some(displacement), None, None) => {
                 let name = format!("{region}_{components}_displacement_m");
-                let signal = builder.signal(place, name, displacement, Dimension::LENGTH)?;
+                let signal = builder.signal(place, name.clone(), displacement, Dimension::LENGTH)?;
+                note_jump(builder, &name, &signal, Impact::FromPlace);
                 builder.prescribe(place, region, components, |_, _| signal.clone())
             }
             (None, None, None) => {
@@ -60,7 +62,9 @@ impl PrescribedSpec {
         let mut shifts = Vec::new();
         for (signal, letter) in self.translation.iter().flatten().zip(["x", "y", "z"]) {
             let name = format!("{region}_translation_{letter}_m");
-            shifts.push(builder.signal(place, name, signal, Dimension::LENGTH)?);
+            let shift = builder.signal(place, name.clone(), signal, Dimension::LENGTH)?;
+            note_jump(builder, &name, &shift, Impact::FromPlace);
+            shifts.push(shift);
         }
         builder.prescribe(place, region, components, |at, i| match (&turning, shifts.get(i)) {
             (Some(turning), None) => turning.displacement(at, i),

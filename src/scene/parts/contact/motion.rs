@@ -10,6 +10,7 @@ use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::jump::{Impact, note_jump};
 use crate::scene::parts::contact::spec::MotionSpec;
 use crate::scene::turning::unit_vector;
 
@@ -26,7 +27,9 @@ pub(in crate::scene) fn carry(
         (Some(direction), Some(displacement)) => {
             let direction = unit_vector(builder, place, "direction", *direction)?;
             let column = format!("{name}_displacement_m");
-            Some((direction, builder.signal(place, column, displacement, Dimension::LENGTH)?))
+            let signal = builder.signal(place, column.clone(), displacement, Dimension::LENGTH)?;
+            note_jump(builder, &column, &signal, Impact::FromPlace);
+            Some((direction, signal))
         }
         (None, None) if motion.turn.is_some() => None,
         (None, None) => {

@@ -123,8 +123,9 @@ impl FibreFamilySpec {
         let DirectionSpec::Helical { axis, angle, .. } = &self.direction else { return Ok(()) };
         let [start, end] = axis.map(|p| Vec3::from(p.map(|x| x.0)));
         let mesh = &builder.body.mesh;
-        let away = |c: u32| (mesh.position(c as usize, [0.25; 3]) - start).cross(&(end - start).normalize()).norm();
-        let on_axis = cells.iter().find(|&&c| away(c) < 1e-6 * mesh.diagonal());
+        let (along, rounding) = ((end - start).normalize(), 1e-6 * mesh.diagonal());
+        let away = |c: u32| (mesh.position(c as usize, [0.25; 3]) - start).cross(&along).norm();
+        let on_axis = cells.iter().find(|&&c| away(c) < rounding);
         match on_axis.filter(|_| angle.0 > 0.0) {
             None => Ok(()),
             Some(&c) => {

@@ -110,7 +110,7 @@ impl SelectorPart for ComponentSelector {
         }
         let mut entities: Vec<u32> = chosen.iter().flat_map(|c| &c.entities).copied().collect();
         entities.sort_unstable();
-        Ok(Found { pick, entities, depends_on_mesh: false })
+        Ok(Found { pick, entities, depends_on_mesh: false, note: None })
     }
 
     fn words(&self) -> String {

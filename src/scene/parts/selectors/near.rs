@@ -1,11 +1,12 @@
 //! Selector `near`: everything near a surface from a file.
 
 use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
-use super::place::{RuleSpec, at_place};
+use super::place::{RuleSpec, at_surface};
 use crate::math::units::{self, Dimension};
 use crate::mesh::distance::Nearest;
 use crate::mesh::surface_file::read_surface;
 use crate::scene::quantity::Length;
+use crate::scene::surface_unit::Sizes;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -41,9 +42,14 @@ impl SelectorPart for NearSelector {
         let nearest = Nearest::new(&surface).ok_or_else(|| {
             Refusal::new(format!("{} holds no triangle", self.file.display()), "give another surface")
         })?;
-        at_place(ground, &self.words(), (self.pick, self.rule), &|x, margin| {
+        let found = at_surface(ground, (&self.words(), tolerance), (self.pick, self.rule), &|x, margin| {
             nearest.of(x).distance <= tolerance + margin
-        })
+        })?;
+        let sizes = Sizes { surface: &surface, unit_m: unit, mesh: ground.mesh };
+        if found.entities.is_empty() {
+            return Err(Refusal::new(format!("{} holds no {}", self.words(), found.pick.words()), sizes.words()));
+        }
+        Ok(Found { note: sizes.doubt().or(found.note), ..found })
     }
 
     fn words(&self) -> String {

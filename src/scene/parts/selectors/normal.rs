@@ -2,6 +2,7 @@
 
 use super::part::{Found, Ground, Refusal, SelectorPart};
 use super::place::direction;
+use crate::math::units::shown;
 use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
@@ -20,20 +21,25 @@ const SMOOTH: f64 = 0.7;
 pub struct NormalSelector {
     /// Direction that the normal is compared with; its length does not count
     pub direction: [f64; 3],
-    /// Largest angle between them
+    /// Largest angle between them, from 0 to 180 deg
     pub angle: Angle,
 }
 
 impl SelectorPart for NormalSelector {
     fn find(&self, ground: &Ground) -> Result<Found, Refusal> {
+        let degrees = self.angle.0.to_degrees();
+        if !(0.0..=180.0).contains(&degrees) {
+            let fact = format!("the angle is {} deg", shown(degrees));
+            return Err(Refusal::new(fact, "the angle between two directions is from 0 to 180 deg"));
+        }
         let entities = facing(ground.mesh, &direction("direction", &self.direction)?, self.angle.0);
         let depends_on_mesh = ends_on_smooth_surface(ground.mesh, &entities);
-        Ok(Found { pick: Pick::Facets, entities, depends_on_mesh })
+        Ok(Found { pick: Pick::Facets, entities, depends_on_mesh, note: None })
     }
 
     fn words(&self) -> String {
         let [x, y, z] = self.direction;
-        format!("the normal [{x}, {y}, {z}] within {} deg", self.angle.0.to_degrees())
+        format!("the normal [{x}, {y}, {z}] within {} deg", shown(self.angle.0.to_degrees()))
     }
 }
 

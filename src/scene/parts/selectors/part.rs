@@ -43,6 +43,8 @@ pub(in crate::scene) struct Found {
     pub entities: Vec<u32>,
     /// Another mesh of the same body gives another extent.
     pub depends_on_mesh: bool,
+    /// A doubt about how it was found
+    pub note: Option<String>,
 }
 
 /// Fact and remedy of a selector that gives no region.
@@ -82,9 +84,12 @@ impl PickSpec {
     }
 }
 
-/// The region of a selector; one that holds nothing, or silently everything, is refused.
-pub(in crate::scene) fn region_of(selector: &dyn SelectorPart, ground: &Ground) -> Result<Region, Refusal> {
-    let Found { pick, entities, depends_on_mesh } = selector.find(ground)?;
+/// The region of a selector, with its note; one that holds nothing, or silently everything, is refused.
+pub(in crate::scene) fn region_of(
+    selector: &dyn SelectorPart,
+    ground: &Ground,
+) -> Result<(Region, Option<String>), Refusal> {
+    let Found { pick, entities, depends_on_mesh, note } = selector.find(ground)?;
     if entities.is_empty() {
         let (low, high) = ground.mesh.bounding_box();
         let fact = format!("{} holds no {}", selector.words(), pick.words());
@@ -97,5 +102,5 @@ pub(in crate::scene) fn region_of(selector: &dyn SelectorPart, ground: &Ground) 
         let remedy = format!("check its lengths and their units, or use the region \"{name}\", which holds them all");
         return Err(Refusal::new(fact, remedy));
     }
-    Ok(pick.region(entities, depends_on_mesh))
+    Ok((pick.region(entities, depends_on_mesh), note))
 }

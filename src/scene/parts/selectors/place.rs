@@ -60,8 +60,39 @@ pub(super) fn at_place(
         }
     };
     let depends_on_mesh = is_cut(mesh, (pick, rule), &|x| holds(x, margin));
-    Ok(Found { pick, entities: entities(rule), depends_on_mesh })
+    Ok(Found { pick, entities: entities(rule), depends_on_mesh, note: None })
 }
+
+/// The entities within a tolerance of a surface, by [`at_place`]. Where the surface itself holds the same ones, its border is theirs, however large the
+/// tolerance is against an edge; where it holds fewer, and its border runs along cells, the note says so.
+pub(super) fn at_surface(
+    ground: &Ground,
+    (place, tolerance): (&str, f64),
+    chosen: (PickSpec, Option<RuleSpec>),
+    holds: &dyn Fn(&Vec3, f64) -> bool,
+) -> Result<Found, Refusal> {
+    let mut found = at_place(ground, place, chosen, holds)?;
+    let thin = SURFACE * ground.mesh.diagonal();
+    if !found.depends_on_mesh || tolerance <= thin {
+        return Ok(found);
+    }
+    let at = at_place(ground, place, chosen, &|x, margin| holds(x, margin + thin - tolerance))?;
+    if at.entities == found.entities {
+        found.depends_on_mesh = at.depends_on_mesh;
+    } else if !at.entities.is_empty() && !at.depends_on_mesh {
+        let mm = format!("{:.0e}", thin * 1e3).parse().unwrap_or(thin * 1e3);
+        let what = found.pick.words();
+        found.note = Some(format!(
+            "with tolerance = \"{mm} mm\" it would hold the {} {what} at the surface itself, and not {}, and its border would not run through cells",
+            at.entities.len(),
+            found.entities.len()
+        ));
+    }
+    Ok(found)
+}
+
+/// Entities within this share of the diagonal of the body are at a surface itself.
+const SURFACE: f64 = 1e-6;
 
 /// A border that leaves an edge within this share of its length from the inner end runs along the cells.
 const ALONG: f64 = 0.05;

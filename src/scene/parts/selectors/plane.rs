@@ -1,7 +1,7 @@
 //! Selector `plane`: everything near a plane.
 
 use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
-use super::place::{RuleSpec, at_place, direction, vector};
+use super::place::{RuleSpec, at_surface, direction, vector};
 use crate::mesh::error::point;
 use crate::scene::quantity::Length;
 use schemars::JsonSchema;
@@ -31,7 +31,7 @@ impl SelectorPart for PlaneSelector {
             let fact = format!("the tolerance is {} mm", tolerance * 1e3);
             return Err(Refusal::new(fact, "it must not be negative"));
         }
-        at_place(ground, &self.words(), (self.pick, self.rule), &|x, margin| {
+        at_surface(ground, (&self.words(), tolerance), (self.pick, self.rule), &|x, margin| {
             (x - at).dot(&normal).abs() <= tolerance + margin
         })
     }

@@ -137,7 +137,7 @@ fn combine(
     let taken: Result<Vec<Vec<u32>>, Refusal> =
         regions().map(|(name, region)| entities(ground.mesh, name, region, pick)).collect();
     let depends_on_mesh = regions().any(|(_, region)| region.depends_on_mesh);
-    Ok(Found { pick, entities: operation(&pick.every(ground.mesh), &taken?), depends_on_mesh })
+    Ok(Found { pick, entities: operation(&pick.every(ground.mesh), &taken?), depends_on_mesh, note: None })
 }
 
 /// The kind of entity that all of the regions hold.

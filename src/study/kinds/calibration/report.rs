@@ -2,6 +2,7 @@
 
 use crate::calibrate::inverse::FittedCurve;
 use crate::report::figure::drawn;
+use crate::report::names::constant;
 use crate::report::numbers::{percent, percent_cell};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
@@ -52,7 +53,7 @@ fn claims(v: &CalibratedVariant) -> impl Iterator<Item = Claim> + '_ {
 fn facts(a: &CalibrationFindings) -> Vec<(String, String)> {
     let of = |c: &CalibratedConstant| {
         let (f, unit, n) = scaled(c);
-        let mut out = vec![(format!("{:.n$} {unit}", f * c.value), c.key.clone())];
+        let mut out = vec![(format!("{:.n$} {unit}", f * c.value), constant(&c.key))];
         out.extend(c.interval.map(|[a, b]| (format!("{:.n$} to {:.n$} {unit}", f * a, f * b), "95 % interval".into())));
         out.extend(
             c.bias.map(|b| (format!("{:+.0} %", 100.0 * b).replace('-', "−"), "error of the gauge length".into())),
@@ -78,7 +79,7 @@ fn constants(a: &CalibrationFindings) -> Table {
         let part = |x: Option<f64>| x.map_or("–".into(), |x| percent_cell(x.abs()));
         let pair = |x: Option<[f64; 2]>| x.map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b));
         vec![
-            format!("{}, {}", c.key, v.variant),
+            format!("{}, {}", constant(&c.key), v.variant),
             format!("{:.n$}", f * c.value),
             unit.to_string(),
             pair(c.interval),

@@ -11,7 +11,7 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::report::numbers::{capital, digits, percent, space};
+use crate::report::numbers::{capital, digits, percent, space, span};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
@@ -62,8 +62,8 @@ pub struct ComparedMember {
     pub distance: f64,
     /// ‖f − g‖∞/|ĝ| \[–\]
     pub largest: f64,
-    /// Behind the reference \[s\]
-    pub lag_s: f64,
+    /// Behind the reference \[s\]; none beyond first order
+    pub lag_s: Option<f64>,
     /// ∮ f dx over the last cycle, unit of f times unit of x
     pub loop_area: Option<f64>,
     /// Of the box around the cycle \[–\]
@@ -78,8 +78,8 @@ pub struct MemberCost {
     pub cells: usize,
     pub dofs: usize,
     pub cpu_s: f64,
-    /// Over the CPU time of the reference \[–\]
-    pub ratio: f64,
+    /// Over the CPU time of the reference, where that has a result \[–\]
+    pub ratio: Option<f64>,
     pub steps: usize,
     /// With those of refused steps
     pub newton_iterations: usize,
@@ -181,14 +181,14 @@ fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Mem
                 cells: own[0].mesh.cells,
                 dofs: own[0].dofs,
                 cpu_s: own.iter().map(|r| r.cpu_s).sum::<f64>() / own.len() as f64,
-                ratio: f64::NAN,
+                ratio: None,
                 steps: own.iter().map(|r| r.steps).sum::<usize>() / own.len(),
                 newton_iterations: own.iter().map(|r| r.all_iterations()).sum::<usize>() / own.len(),
             }
         })
         .collect();
-    let base = costs.iter().find(|p| p.member == reference).map_or(f64::NAN, |p| p.cpu_s);
-    costs.iter_mut().for_each(|p| p.ratio = p.cpu_s / base);
+    let base = costs.iter().find(|p| p.member == reference).map(|p| p.cpu_s);
+    costs.iter_mut().for_each(|p| p.ratio = base.map(|base| p.cpu_s / base));
     costs
 }
 
@@ -293,12 +293,14 @@ fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> Strin
     if !apart.is_empty() {
         words += &format!(" At most they differ: {}.", apart.join("; "));
     }
-    let ratio = |best: fn(f64, f64) -> f64, start: f64| a.costs.iter().map(|p| p.ratio).fold(start, best);
-    words += &format!(
-        " A member costs {:.2} to {:.2} times as much as {}.",
-        ratio(f64::min, f64::INFINITY),
-        ratio(f64::max, 0.0),
-        study.member(&a.reference)
-    );
+    let ratios: Vec<(&str, f64)> = a.costs.iter().filter_map(|p| Some((p.member.as_str(), p.ratio?))).collect();
+    let others: Vec<&(&str, f64)> = ratios.iter().filter(|(member, _)| *member != a.reference).collect();
+    if let Some(times) = span(others.iter().map(|(_, ratio)| *ratio), |ratio| format!("{ratio:.2}")) {
+        let who = match others[..] {
+            [(member, _)] => study.member(member),
+            _ => "Another member".into(),
+        };
+        words += &format!(" {} costs {times} times as much as {}.", capital(&who), study.member(&a.reference));
+    }
     words + &analysis::without_result(missing)
 }

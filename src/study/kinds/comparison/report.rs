@@ -1,7 +1,8 @@
 //! Report of a comparison.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, percent_cell, space};
+use crate::report::names::title;
+use crate::report::numbers::{digits, percent, percent_cell, space, span};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -35,7 +36,7 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
     let supported =
         a.quantities.iter().any(|q| q.members.len() > 1) || a.sequences.iter().any(|s| s.additions.len() > 1);
     Content {
-        facts: facts(&store.study, a).into_iter().chain(a.sequences.iter().filter_map(span)).collect(),
+        facts: facts(&store.study, a).into_iter().chain(a.sequences.iter().filter_map(range_of_step)).collect(),
         sentences: sentences.cloned().collect(),
         analysis: analysis(a),
         tables: shown,
@@ -48,14 +49,11 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
 /// The widest spread of a peak.
 fn facts(study: &StudyRecord, a: &ComparisonFindings) -> Vec<(String, String)> {
     let fact = |q: &ByQuantity<MemberDifferences>| {
-        let d = || q.members.iter().map(|c| c.peak_difference);
-        let (lo, hi) = (d().fold(f64::INFINITY, f64::min), d().fold(f64::NEG_INFINITY, f64::max));
-        (
-            format!("{} to {}", signed(lo), signed(hi)),
-            format!("{}, against {}", q.peak_title(), study.member(&a.reference)),
-        )
+        let others = q.members.iter().filter(|c| c.member != a.reference);
+        let range = span(others.map(|c| c.peak_difference), signed)?;
+        Some((range, format!("{}, against {}", q.peak_title(), study.member(&a.reference))))
     };
-    a.quantities.iter().map(fact).collect()
+    a.quantities.iter().filter_map(fact).collect()
 }
 
 /// The quantities of every variant under their names, as in the other kinds of study.
@@ -74,11 +72,11 @@ fn member_costs(store: &Results, a: &ComparisonFindings) -> Table {
         .map(|p| {
             vec![
                 store.study.member(&p.member),
-                p.formulation.clone(),
+                title(&p.formulation),
                 p.cells.to_string(),
                 p.dofs.to_string(),
                 format!("{:.*}", digits(p.cpu_s), p.cpu_s),
-                format!("{:.2}", p.ratio),
+                p.ratio.map_or("–".into(), |ratio| format!("{ratio:.2}")),
                 format!("{:.2}", p.newton_iterations as f64 / p.steps.max(1) as f64),
                 format!("{:.1}", 1e3 * p.cpu_s / p.newton_iterations.max(1) as f64),
             ]
@@ -115,7 +113,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
                 optional(c.mesh_drift),
                 percent_cell(c.distance),
                 percent_cell(c.largest),
-                format!("{:.1}", 1e3 * c.lag_s),
+                c.lag_s.map_or("–".into(), |lag| format!("{:.1}", 1e3 * lag)),
                 optional(c.loop_share),
             ]);
         }
@@ -144,7 +142,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
 }
 
 /// A step with the first effects and with all.
-fn span(l: &Sequence) -> Option<(String, String)> {
+fn range_of_step(l: &Sequence) -> Option<(String, String)> {
     let (first, last) = (l.additions.first()?, l.additions.last()?);
     let range = format!("{} to {}", milliseconds(first.step_s), milliseconds(last.step_s));
     Some((range, format!("a step, {} to {}, {}", first.member, last.member, l.variant_label)))

@@ -30,6 +30,9 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
     if let Some(extension) = &extension {
         verdict += &format!(" {}", extension.sentence);
     }
+    if recommended.is_none() {
+        verdict += &verdict::constants_alone(&quantities);
+    }
     let cost = if cases.shared { "cpu_s" } else { "wall_s" };
     let found = ConvergenceFindings { quantities, settings, recommended, extension, cost };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }

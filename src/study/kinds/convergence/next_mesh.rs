@@ -1,15 +1,16 @@
 //! The mesh that would support a verdict where the evidence does not, and its cost.
 //!
-//! The family whose bars are nearest to the tolerance is refined, among those that do not lock: its next size follows from its finest and
+//! The family whose bars are nearest to the tolerance is refined, among those that do not lock, have no region whose border runs through cells, and do not
+//! oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
 //! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
 //! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
 //! family. The cost is that of the power law through the family.
 
 use crate::report::numbers::{percent, seconds, thousands};
 use crate::study::analysis::ByQuantity;
-use crate::study::estimate::family::Estimate;
+use crate::study::estimate::family::{Estimate, oscillation};
 use crate::study::estimate::growth::{Predicted, growth};
-use crate::study::estimate::richardson::{LEAST_ORDER, LEAST_RATIO};
+use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
 use crate::study::extension::Extension;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::MeshErrors;
@@ -23,8 +24,8 @@ const MOST_RATIO: f64 = 2.0;
 /// Share of the tolerance that the next mesh is to reach.
 const AIM: f64 = 0.8;
 
-/// The mesh to add where there is no verdict; none where no family can be refined by its keys, or where a quantity near zero needs an absolute
-/// tolerance first.
+/// The mesh to add where there is no verdict; none where no family can be refined by its keys, where a quantity near zero needs an absolute
+/// tolerance first, or where a reason remains that no mesh removes.
 pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<Extension> {
     let deciding = || quantities.iter().filter(|q| q.deciding);
     let is_supported = deciding().all(|q| q.supported);
@@ -90,7 +91,7 @@ impl<'a> Candidate<'a> {
         }
         let (mut bar, mut wanted, mut all) = (0.0_f64, LEAST_RATIO, false);
         for q in open {
-            let e = q.estimate(&family.name)?;
+            let e = q.estimate(&family.name).filter(|e| !e.cuts_cells)?;
             let finest = e.cases.first()?;
             let own = q.errors.iter().find(|c| c.id == *finest).map_or(f64::INFINITY, |c| c.bar);
             bar = bar.max(own);
@@ -103,6 +104,13 @@ impl<'a> Candidate<'a> {
         }
         let ratio = wanted.clamp(LEAST_RATIO, MOST_RATIO);
         let next = Finer::new(second, finest, ratio, all)?;
+        let is_hopeless = |q: &&ByQuantity<MeshErrors>| {
+            let allowed = |e: &Estimate| q.quantity.tolerance(cases.study.tolerance).allowed(e.extrapolated);
+            q.estimate(&family.name).is_some_and(|e| left_by(e, ratio) > allowed(e))
+        };
+        if open.iter().any(is_hopeless) {
+            return None;
+        }
         bar.is_finite().then_some(Self { family, meshes, bar, wanted, next })
     }
 
@@ -110,6 +118,16 @@ impl<'a> Candidate<'a> {
         let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m.mesh.cells as f64, cases.cost(m))).collect();
         growth(&points).map(|law| law.predict(self.next.cells as f64))
     }
+}
+
+/// The least U(f*) of an oscillating family with one more mesh: the differences of those that it has remain.
+fn left_by(e: &Estimate, ratio: f64) -> f64 {
+    if e.class != Convergence::Oscillatory {
+        return 0.0;
+    }
+    let with = |first: f64, rest: &[f64]| [&[first], rest].concat();
+    let (h, f) = (with(e.h_m[0] / ratio, &e.h_m), with(e.values[0], &e.values));
+    CAUTIOUS_FACTOR * oscillation(&h, &f)
 }
 
 /// Order by which the bar is expected to fall.

@@ -3,13 +3,15 @@
 //! A refusal lists reasons that are worded where they are found: what limits one family in [`crate::study::estimate::family`],
 //! disagreement of families in [`super::analysis`], a response without a limit in the scene.
 
-use crate::report::numbers::{capital, digits, percent, seconds, space};
+use crate::report::names::title;
+use crate::report::numbers::{capital, percent, seconds};
 use crate::study::analysis::ByQuantity;
+use crate::study::estimate::family::Estimate;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
 use crate::study::store::record::{MeshRecord, Role};
-use crate::wording::few;
+use crate::wording::{count, few};
 
 /// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
@@ -21,7 +23,7 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
         }
         let is_own = |(mesh, s): &(&MeshRecord, MeshSetting)| mesh.is_same(&c.mesh) && s.formulation == c.formulation;
         let at = out.iter().position(is_own).unwrap_or_else(|| {
-            let label = format!("{}, {} cells", c.formulation, c.mesh.cells);
+            let label = format!("{}, {}", title(&c.formulation), count(c.mesh.cells, "cell"));
             let (formulation, family) = (c.formulation.clone(), c.family.clone());
             let (cells, h_m) = (c.mesh.cells, c.mesh.h_m);
             let s = MeshSetting {
@@ -65,11 +67,17 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
         for q in quantities.iter().filter(|q| q.deciding) {
             let bar = find(s, q).map_or(f64::INFINITY, |b| b.bar);
             if bar > s.worst {
-                (s.worst, s.limited_by) = (bar, q.peak_title());
+                let ran = cases.stored.iter().any(|c| c.record.variant == q.variant && s.cases.contains(&c.record.id));
+                let why = match (bar.is_finite(), ran) {
+                    (true, _) => q.peak_title(),
+                    (false, true) => format!("no error bar of the {}", q.peak_title()),
+                    (false, false) => format!("no result in {}", q.variant_label),
+                };
+                (s.worst, s.limited_by) = (bar, why);
             }
         }
         if !quantities.iter().any(|q| q.deciding) {
-            s.worst = f64::INFINITY;
+            (s.worst, s.limited_by) = (f64::INFINITY, "no quantity decides".into());
         }
     }
     settings.sort_by(|a, b| a.cost_s.total_cmp(&b.cost_s));
@@ -84,15 +92,14 @@ fn find<'a>(s: &'a MeshSetting, q: &ByQuantity<MeshErrors>) -> Option<&'a Bar> {
 pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance: f64) -> String {
     let title = capital(&q.peak_title());
     if !q.supported {
-        return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&q.reasons.join("; ")));
+        return format!("{title}: no verdict within {}. {}.", percent(tolerance), capital(&reasons(q, usize::MAX)));
     }
     let mut by_cost: Vec<(&MeshSetting, &Bar)> = settings.iter().filter_map(|s| Some((s, find(s, q)?))).collect();
     by_cost.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
-    let reference = q.reference.as_ref().map_or(String::new(), |r| {
-        let digits = digits(r.uncertainty);
-        let (v, u, unit) = (r.value, r.uncertainty, space(&q.quantity.unit));
-        format!(" (reference {v:.digits$}{unit} ± {u:.digits$}{unit} {})", r.from_words())
-    });
+    let reference = q
+        .reference
+        .as_ref()
+        .map_or(String::new(), |r| format!(" (reference {} {})", r.words(&q.quantity.unit), r.from_words()));
     let Some(&(s, b)) = by_cost.iter().find(|(_, b)| b.bar <= tolerance) else {
         let best = by_cost.iter().min_by(|a, b| a.1.bar.total_cmp(&b.1.bar));
         let best = best.map_or(String::new(), |(s, b)| {
@@ -117,6 +124,23 @@ pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance:
     )
 }
 
+/// Reasons of a family that a verdict names: the last ones, which are those against it.
+const LAST: usize = 3;
+
+/// Why the data do not support a reference: the last `most` reasons of each family, then what families have in common.
+fn reasons(q: &ByQuantity<MeshErrors>, most: usize) -> String {
+    let of_family = |e: &Estimate| {
+        let last = &e.reasons[e.reasons.len().saturating_sub(most)..];
+        (!last.is_empty()).then(|| format!("family {}: {}", e.family, last.join("; ")))
+    };
+    let is_common = |reason: &&String| {
+        let of = |e: &Estimate| reason.strip_prefix(&e.family).is_some_and(|rest| rest.starts_with(": "));
+        !q.estimates.iter().any(of)
+    };
+    let common = q.reasons.iter().filter(is_common).cloned();
+    q.estimates.iter().filter_map(of_family).chain(common).collect::<Vec<_>>().join("; ")
+}
+
 /// The recommendation, or why there is none.
 pub fn conclude(
     cases: &Cases,
@@ -137,9 +161,11 @@ pub fn conclude(
         return refuse("the study lists no quantity.".into());
     }
     let missing = |q: &&&ByQuantity<MeshErrors>| !q.supported;
-    let unsupported: Vec<String> =
-        (deciding.iter().filter(missing)).map(|q| format!("{} ({})", q.peak_title(), q.reasons.join("; "))).collect();
-    if !unsupported.is_empty() {
+    let unsupported: Vec<&&ByQuantity<MeshErrors>> = deciding.iter().filter(missing).collect();
+    if let Some(first) = unsupported.first() {
+        let names: Vec<String> = unsupported.iter().map(|q| q.peak_title()).collect();
+        let of = if names.len() > 1 { "Of the first one, " } else { "" };
+        let why = capital(&format!("{of}{}.", reasons(first, LAST)));
         let lost = match incomplete.len() {
             0 => String::new(),
             1 => format!(" One case has no usable result: {}.", incomplete[0].0),
@@ -148,11 +174,11 @@ pub fn conclude(
                 format!(" {n} cases have no usable result: {}.", few(&ids))
             }
         };
-        return refuse(format!("the data do not support one for {}.{lost}", unsupported.join(", nor for ")));
+        return refuse(format!("the data do not support one for {}. {why}{lost}", names.join(", nor for ")));
     }
     let Some(s) = settings.iter().find(|s| s.worst <= tolerance) else {
         let best = settings.iter().filter(|s| s.worst.is_finite()).min_by(|a, b| a.worst.total_cmp(&b.worst));
-        return refuse(best.map_or("no setting was run in every variant.".into(), |s| {
+        return refuse(best.map_or("no setting has an error bar in every variant.".into(), |s| {
             format!("no setting meets it; the best, {}, reaches {} ({}).", s.label, percent(s.worst), s.limited_by)
         }));
     };
@@ -222,6 +248,19 @@ fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> 
         percent(share),
         percent(bar.hypot(share))
     )
+}
+
+/// The share of the constants of the deciding quantity where it is largest, of any mesh.
+pub fn constants_alone(quantities: &[ByQuantity<MeshErrors>]) -> String {
+    let known = quantities.iter().filter(|q| q.deciding).filter_map(|q| Some((q, q.inputs.as_ref()?)));
+    known.max_by(|a, b| a.1.share.total_cmp(&b.1.share)).map_or(String::new(), |(q, inputs)| {
+        format!(
+            " Whatever the mesh, constants ({}) that are known within the 95 % intervals of the law file only leave {} of the {} open.",
+            inputs.constants.join(", "),
+            percent(inputs.share),
+            q.peak_title()
+        )
+    })
 }
 
 /// A recommended setting that raises the locking alarm.

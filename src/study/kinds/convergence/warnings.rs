@@ -1,5 +1,6 @@
 //! Warnings that a reader should know before trusting the numbers.
 
+use crate::report::names::title;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_steps};
 use crate::study::estimate::richardson::LEAST_RATIO;
@@ -8,6 +9,7 @@ use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
 use crate::study::store::record::{Role, StoredCase};
+use crate::wording::count;
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
@@ -19,9 +21,11 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
             seen.push(&e.family);
             let (n, all) = (low.len(), e.ratios.len());
             out.push(format!(
-                "Family {}: {n} of {all} size ratios ({}) are below the {LEAST_RATIO} that Roache recommends.",
+                "Family {}: {n} of {} ({}) {} below the {LEAST_RATIO} that Roache recommends.",
                 e.family,
-                low.join(", ")
+                count(all, "size ratio"),
+                low.join(", "),
+                if n == 1 { "is" } else { "are" }
             ));
         }
     }
@@ -116,7 +120,8 @@ fn unknown_noise(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<St
     let of = if has_seeds { "no seeds were run for it" } else { "no seeds were run" };
     let warn = |formulation: &str| {
         format!(
-            "A reference is of {formulation}, whose scatter from mesh to mesh is not in its uncertainty: {of}. Add a family of role \"seeds\"."
+            "A reference is of {}, whose scatter from mesh to mesh is not in its uncertainty: {of}. Add a family of role \"seeds\".",
+            title(formulation)
         )
     };
     formulations.into_iter().map(warn).collect()

@@ -1,5 +1,6 @@
 //! The analysis of the stored cases of a cost study.
 
+use crate::report::names::title;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::estimate::growth::growth;
@@ -8,6 +9,7 @@ use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
 use crate::study::kinds::cost::sentence;
 use crate::study::store::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::wording::count;
 
 /// Wall over CPU seconds from which a run was disturbed.
 const DISTURBED: f64 = 1.1;
@@ -65,7 +67,7 @@ fn cost_of_accuracy(
     let line = |f: &crate::study::store::record::FamilyRecord| {
         let of = |s: &&CostedCase| f.cases.contains(&s.case);
         let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
-        let label = if f.name == f.formulation { f.name.clone() } else { f.name.replace('_', " ") };
+        let label = title(&f.name);
         Line::new(&f.name, label, points, levels)
     };
     let lines = study.families.iter().filter(|f| f.role != Role::Reference).filter_map(line).collect();
@@ -89,7 +91,7 @@ fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64
     let label = match role {
         Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step(case))),
         Role::Solver => format!("{family_words} {}", r.member),
-        _ => format!("{}, {} cells", r.formulation, r.mesh.cells),
+        _ => format!("{}, {}", title(&r.formulation), count(r.mesh.cells, "cell")),
     };
     let cpu = || r.repeats.iter().map(|t| t.cpu_s);
     let spread =
@@ -163,10 +165,10 @@ fn warnings(
     let disturbed: Vec<f64> = records().map(ratio).filter(|x| *x > DISTURBED).collect();
     if !disturbed.is_empty() {
         out.push(format!(
-            "The machine was busy: {} of {} cases took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
+            "The machine was busy: {} of {} took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
              Costs are CPU seconds; what shares caches and memory disturbs them too.",
             disturbed.len(),
-            stored.len(),
+            count(stored.len(), "case"),
             disturbed.iter().copied().fold(0.0, f64::max)
         ));
     }

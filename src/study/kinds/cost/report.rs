@@ -1,6 +1,7 @@
 //! Report of a cost study.
 
 use crate::report::figure::drawn;
+use crate::report::names::title;
 use crate::report::numbers::{digits, percent, percent_cell, seconds, significant};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -149,7 +150,7 @@ fn laws(a: &CostFindings) -> Table {
             let between = |[low, high]: [f64; 2]| format!("{} to {}", shown(low), shown(high));
             vec![
                 l.variant.clone(),
-                l.formulation.clone(),
+                title(&l.formulation),
                 if l.of == Grows::Time { "CPU time" } else { "memory" }.into(),
                 format!("{:.*}", l.law.half.map_or(2, digits), l.law.q),
                 l.law.half.map_or("–".into(), |h| format!("{h:.*}", digits(h))),

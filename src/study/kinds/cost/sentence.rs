@@ -1,6 +1,6 @@
 //! One sentence per quantity, and the verdict.
 
-use crate::report::numbers::{capital, digits, percent, seconds, space};
+use crate::report::numbers::{capital, digits, percent, seconds, space, within};
 use crate::study::analysis::{ByQuantity, without_result};
 use crate::study::kinds::cost::findings::{CostOfAccuracy, Measure};
 use crate::study::kinds::cost::line::{How, Line};
@@ -18,11 +18,10 @@ pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
             r.family
         );
     }
-    let (peak, unit) = (r.peak, space(&q.quantity.unit));
-    let half = r.peak_uncertainty * r.scale;
-    let n = digits(half);
+    let (half, unit) = (r.peak_uncertainty * r.scale, space(&q.quantity.unit));
+    let [peak, half] = [r.peak, half].map(|v| within(v, half).replace('-', "−"));
     format!(
-        "{}: {}; {}. Reference: {} {peak:.n$}{unit} ± {half:.n$}{unit} {}.",
+        "{}: {}; {}. Reference: {} {peak}{unit} ± {half}{unit} {}.",
         capital(&q.title()),
         cheapest(q, Measure::Peak, tolerance),
         cheapest(q, Measure::Curve, tolerance),

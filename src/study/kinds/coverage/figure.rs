@@ -1,9 +1,10 @@
 //! Bar over true error of every error bar, problem after problem.
 
 use crate::report::canvas::{
-    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text, width,
+    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text,
 };
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
+use crate::report::measure::width;
 use crate::report::names::title;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
@@ -44,7 +45,7 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
     let bottom = TOP + 2.0 * TALL + GAP;
     let below = bottom + names + 7.0;
     let wide = page_width() - RIGHT - LEFT;
-    let height = below + LINE * legend_lines(entries.len(), wide);
+    let height = below + LINE * legend_lines(&entries, wide);
     let svg = figure(page_width(), height, "", |area| {
         for (k, estimator) in Estimator::ALL.into_iter().enumerate() {
             let top = TOP + k as f64 * (TALL + GAP);

@@ -1,6 +1,7 @@
 //! Report of a coverage study: the counts, what is outside of its bar, the truths.
 
 use crate::report::figure::drawn;
+use crate::report::names::title;
 use crate::report::numbers::percent;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
@@ -138,7 +139,7 @@ fn cells(m: &Mark) -> Vec<String> {
         m.estimator.words().into(),
         m.case.clone(),
         m.quantity.clone(),
-        m.formulation.clone(),
+        title(&m.formulation),
         m.cells.to_string(),
         format!("{:.5e}", m.value),
         format!("{:.5e}", m.truth),

@@ -24,7 +24,7 @@ pub fn sheet(count: usize, entries: Vec<(Sample, String)>, paint: impl Fn(usize,
     let panels = Panels::new(count, (LEFT, GAP, RIGHT), WIDTHS);
     let below = TOP + panels.rows() * ROW - 6.0;
     let wide = panels.width() - LEFT - RIGHT;
-    let height = below + 5.0 * legend_lines(entries.len(), wide).max(1.0);
+    let height = below + 5.0 * legend_lines(&entries, wide).max(1.0);
     figure(panels.width(), height, "", |area| {
         for k in 0..count {
             let (x, y) = (panels.x(k), TOP + panels.row(k) * ROW);

@@ -12,6 +12,7 @@ use crate::study::kinds::robustness::map::Map;
 use crate::study::kinds::robustness::record::{RobustnessRecord, SuiteRecord};
 use crate::study::outcome::CaseOutcome;
 use crate::study::store::record::{NOT_RUN, StoredCase, StudyRecord};
+use crate::wording::count;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -142,9 +143,16 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
     let [pass, stopped, fail] = [CaseOutcome::Pass, CaseOutcome::Stopped, CaseOutcome::Fail].map(|o| a.count(o));
     let mut words = vec![];
     if !a.cases.is_empty() {
+        let stops = match stopped {
+            0 => String::new(),
+            1 => ", 1 has no answer and stops with the stated reason".into(),
+            n => format!(", {n} have no answer and stop with the stated reason"),
+        };
         words.push(format!(
-            "Of {} cases {pass} pass, {stopped} have no answer and stop with the stated reason, {fail} fail.",
-            a.cases.len()
+            "Of {} {pass} {}{stops}, {fail} {}.",
+            count(a.cases.len(), "case"),
+            if pass == 1 { "passes" } else { "pass" },
+            if fail == 1 { "fails" } else { "fail" }
         ));
     }
     for map in &a.maps {

@@ -26,7 +26,7 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
         facts: facts(a),
         sentences: a.suites.iter().filter_map(|s| sentence(a, &s.family, &s.setup)).chain(words_of_maps(a)).collect(),
         analysis,
-        tables: vec![refusals(a), table_of_maps(a)],
+        tables: [refusals(a), table_of_maps(a)].into_iter().filter(|t| !t.rows.is_empty()).collect(),
         folded: vec![("Every hard case", every(a)), ("Every case", tables::cases(store))],
         figures: matrix::draw(store, a)
             .into_iter()

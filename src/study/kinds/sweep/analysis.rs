@@ -4,18 +4,22 @@
 //! the run ([`Judged`]), p the value of a swept key:
 //!
 //! ```text
-//! change along an axis      (max y − min y)/max |y|, the others held; the largest over them
+//! change along an axis      (max y − min y)/scale(max |y|), the others held; the largest over them
 //! elasticity                ln(y₂/y₁)/ln(p₂/p₁) between neighbours: exact for y = c pᵉ; where p > 0 and y keeps its sign
 //! ```
+//!
+//! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]). An elasticity is that of |y|: of a quantity that is
+//! negative everywhere, words tell how its magnitude changes too.
 //!
 //! A step of less than 1e-6 of the largest |y| is none: the solver leaves 1e-8 in the residual. A list whose axes go together
 //! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::numbers::{capital, digits, percent, space};
+use crate::report::numbers::{capital, digits, percent, space, unsigned_zero};
 use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
+use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::record::{StoredCase, StudyRecord};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -101,7 +105,7 @@ pub struct SweepPoint {
 pub struct Along {
     pub axis: String,
     pub trend: Trend,
-    /// Largest (max − min)/max |y| over the lines along this axis \[–\]
+    /// Largest (max − min)/scale(max |y|) over the lines along this axis \[–\]
     pub change: f64,
     /// Smallest and largest between neighbours, and from end to end of the middle line \[–\]
     pub elasticity: Option<[f64; 3]>,
@@ -126,6 +130,12 @@ impl Dependence {
     pub fn range(&self) -> [f64; 2] {
         let values = || self.points.iter().map(|p| p.value);
         [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+    }
+
+    /// No value is positive, and one is negative: what falls gains in magnitude.
+    pub fn is_negative(&self) -> bool {
+        let [low, high] = self.range();
+        low < 0.0 && high <= 0.0
     }
 
     /// The points that differ in axis `k` only, in its order; of a list all of them.
@@ -156,7 +166,8 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
             .collect();
         let mut found = Dependence { points, along: vec![] };
         let axes = sweep.axes.iter().enumerate().take(if list { 1 } else { sweep.axes.len() });
-        found.along = axes.filter_map(|(k, axis)| along_axis(&found, k, axis, list)).collect();
+        let tolerance = quantity.tolerance(study.tolerance);
+        found.along = axes.filter_map(|(k, axis)| along_axis(&found, (k, axis), list, tolerance)).collect();
         Some(found)
     });
     for q in &mut quantities {
@@ -182,7 +193,7 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
 }
 
 /// `None` if no line has two points.
-fn along_axis(q: &Dependence, k: usize, axis: &AxisRecord, list: bool) -> Option<Along> {
+fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, tolerance: Tolerance) -> Option<Along> {
     let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     let middle = lines.get(lines.len() / 2)?;
     let size = q.points.iter().map(|p| p.value.abs()).fold(0.0, f64::max);
@@ -195,8 +206,8 @@ fn along_axis(q: &Dependence, k: usize, axis: &AxisRecord, list: bool) -> Option
     let change = |line: &Vec<&SweepPoint>| {
         let values = || line.iter().map(|p| p.value);
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-        let largest = low.abs().max(high.abs());
-        if largest > 0.0 { (high - low) / largest } else { 0.0 }
+        let scale = tolerance.scale(low.abs().max(high.abs()));
+        if scale > 0.0 { (high - low) / scale } else { 0.0 }
     };
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
         let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.value / a.value);
@@ -237,7 +248,9 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
     }
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
-    let mut words = format!("{}: {low:.n$} to {high:.n$}{}", capital(&q.peak_title()), space(&q.quantity.unit));
+    let [low, high] = [low, high].map(|v| format!("{v:.n$}"));
+    let (low, high) = (unsigned_zero(&low), unsigned_zero(&high));
+    let mut words = format!("{}: {low} to {high}{}", capital(&q.peak_title()), space(&q.quantity.unit));
     for a in &q.along {
         let axis = axis_words(axes, &a.axis, list);
         let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list).len();
@@ -245,6 +258,10 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
         // Numbers that fall in the file: the words follow the number, not the order
         let down = axes.iter().any(|x| x.name == a.axis && x.numbers.windows(2).any(|w| w[1] < w[0]));
         let change = percent(a.change);
+        let (rises, falls, of) = match q.is_negative() {
+            true => ("rises (its magnitude falls)", "falls (its magnitude rises)", " of the magnitude"),
+            false => ("rises", "falls", ""),
+        };
         words += &match (a.trend, down) {
             (Trend::Constant, _) => format!(". It does not depend on {axis}"),
             _ if a.change <= tolerance => {
@@ -255,17 +272,18 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 format!(". Along {axis} it rises or falls, depending on the others, by up to {change}")
             }
             (Trend::Rising, false) | (Trend::Falling, true) => {
-                format!(". It rises with {axis}{everywhere}, by up to {change}")
+                format!(". It {rises} with {axis}{everywhere}, by up to {change}")
             }
             (Trend::Falling, false) | (Trend::Rising, true) => {
-                format!(". It falls with {axis}{everywhere}, by up to {change}")
+                format!(". It {falls} with {axis}{everywhere}, by up to {change}")
             }
         };
         if let Some([least, most, ends]) = a.elasticity.filter(|_| a.change > tolerance) {
-            words += &format!(" (elasticity {ends:.2} from end to end, {least:.2} to {most:.2} between neighbours)");
+            words +=
+                &format!(" (elasticity{of} {ends:.2} from end to end, {least:.2} to {most:.2} between neighbours)");
         }
     }
-    (words + ".").replace("(elasticity -", "(elasticity −").replace(", -", ", −").replace(" to -", " to −")
+    (words + ".").replace(" -", " −")
 }
 
 fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {

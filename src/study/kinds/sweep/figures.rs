@@ -1,17 +1,16 @@
 //! A sweep: peaks or final values against each swept key, the map over two of them, and the curves over time.
 
-use crate::report::canvas::{
-    Area, At, INK, LABEL, MARKS, PALETTE, RGB, SMALL, block, figure, italic, line, mark, mm, text,
-};
-use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines};
-use crate::report::numbers::{capital, digits};
-use crate::report::panels::{Panels, heading, letter};
+use crate::report::canvas::{Area, At, INK, RGB, SMALL, block, figure, italic, line, mark, mm, page_width, text};
+use crate::report::figure::{Figure, LINE, Sample, legend, legend_below, legend_lines, legend_width, stroke, style};
+use crate::report::measure::{shortened, width};
+use crate::report::numbers::capital;
+use crate::report::panels::{Panels, headed, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::report::surface::viridis;
-use crate::report::unit;
 use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
+use crate::study::figures::grid::{MapNumbers, raised, sides};
 use crate::study::figures::{PANELS, axis_label, first_of};
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
@@ -33,38 +32,26 @@ fn place(axis: &AxisRecord, k: usize) -> f64 {
     axis.numbers.get(k).copied().unwrap_or(k as f64 + 1.0)
 }
 
-/// `Young's modulus E [kPa]`; words are counted: `formulation (1 displacement, 2 mixed)`
-fn words(axis: &AxisRecord) -> String {
+/// `Young's modulus E [kPa]`, or `formulation` for an axis of words.
+fn name(axis: &AxisRecord) -> String {
     if axis.numbers.is_empty() {
-        let named: Vec<String> = (1..).zip(&axis.values).map(|(k, v)| format!("{k} {v}")).collect();
-        return format!("{} ({})", axis.label, named.join(", "));
+        return axis.label.clone();
     }
     let unit = if axis.unit.is_empty() { String::new() } else { format!(" [{}]", raised(&axis.unit)) };
     format!("{} {}{unit}", axis.label, italic(&axis.symbol))
 }
 
-/// `g/cm^3` → `g/cm³`, `40 um` → `40 µm`, `-20 deg` → `−20°`
-fn raised(value: &str) -> String {
-    let sign = |text: &str| text.strip_prefix('-').map_or_else(|| text.into(), |size| format!("−{size}"));
-    if let Some(number) = value.strip_suffix(" deg") {
-        return format!("{}°", sign(number));
-    }
-    let micro = value.strip_suffix("um").map(|number| format!("{number}µm"));
-    sign(micro.as_deref().unwrap_or(value)).replace("^2", "²").replace("^3", "³")
-}
-
 /// Logarithmic where the values span a factor of eight and their logarithms are spaced more evenly than they.
 fn scale(axis: &AxisRecord) -> Axis {
+    if axis.numbers.is_empty() {
+        return Axis { label: name(axis), ..Axis::exact(0.5, axis.values.len() as f64 + 0.5, "") };
+    }
     let values = || (0..axis.values.len()).map(|k| place(axis, k));
     let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-    if low > 0.0
-        && high >= 8.0 * low
-        && !axis.numbers.is_empty()
-        && unevenness(&axis.numbers, f64::ln) < unevenness(&axis.numbers, |x| x)
-    {
-        Axis::log(values(), &words(axis))
+    if low > 0.0 && high >= 8.0 * low && unevenness(&axis.numbers, f64::ln) < unevenness(&axis.numbers, |x| x) {
+        Axis::log(values(), &name(axis))
     } else {
-        Axis::linear(values(), &words(axis))
+        Axis::linear(values(), &name(axis))
     }
 }
 
@@ -84,7 +71,10 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
     }
     let count = if a.list { 1 } else { a.axes.len().min(2) };
     // Lines of a single axis have no legend
-    let side = if count > 1 { LEGEND } else { 5.0 };
+    let entry = |axis: &AxisRecord, value: &String| format!("{} = {}", italic(&axis.symbol), raised(value));
+    let names = a.axes.iter().take(2).flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v))));
+    let longest = legend_width(&names.collect::<Vec<_>>()) + 2.5;
+    let side = if count > 1 { longest.clamp(LEGEND - 10.0, 0.3 * page_width()) } else { 5.0 };
     let panels = Panels::new(count, (LEFT, side + GAP, side), (LEAST, EACH));
     let svg = figure(panels.width(), TOP + ROW * panels.rows() - 6.0, "", |area| {
         for k in 0..count {
@@ -97,7 +87,9 @@ pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> 
             );
         }
     });
-    let held = if a.axes.len() > 2 && !a.list { " Further axes are kept at their middle value." } else { "" };
+    let kept = a.axes.iter().skip(2).map(|x| format!("{} = {}", x.symbol, x.values[x.values.len() / 2]));
+    let kept: Vec<String> = kept.filter(|_| !a.list).collect();
+    let held = if kept.is_empty() { String::new() } else { format!(" Further axes are kept at {}.", kept.join(", ")) };
     let caption = format!(
         "{} against {}.{held}",
         capital(&q.peak_title()),
@@ -125,10 +117,13 @@ fn panel(
     plot.grid();
     let mut entries = vec![];
     for (n, points) in lines.iter().enumerate() {
-        let (color, shape) = (PALETTE[n % PALETTE.len()], MARKS[n % MARKS.len()]);
+        let (shape, color) = style(n);
         let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[k])).collect();
         let y: Vec<f64> = points.iter().map(|p| p.value).collect();
-        line(area, &plot.path(&x, &y), color, 8);
+        // Words have no order that a line could follow
+        if !axis.numbers.is_empty() {
+            stroke(area, &plot.path(&x, &y), n, 8);
+        }
         plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
         if let Some(other) = other {
             let value = &a.axes[other].values[points[0].at[other]];
@@ -136,9 +131,24 @@ fn panel(
                 .push((Sample::Mark(shape, color), format!("{} = {}", italic(&a.axes[other].symbol), raised(value))));
         }
     }
-    plot.axes(true);
+    match axis.numbers.is_empty() {
+        true => word_axis(&plot, axis),
+        false => plot.axes(true),
+    }
     plot.title(letter, &peak_name(q));
     legend(area, (mm(right + 2.5), mm(top + 2.0)), &entries);
+}
+
+/// Axes of a panel over words, which are below their places.
+fn word_axis(plot: &Plot, axis: &AxisRecord) {
+    plot.axis_y();
+    let [left, _, right, bottom] = plot.frame;
+    let wide = (right - left) / axis.values.len().max(1) as i32;
+    for (k, value) in axis.values.iter().enumerate() {
+        let words = shortened(&raised(value), SMALL, wide - width(" ", SMALL));
+        text(plot.area, &words, (plot.at(place(axis, k), plot.y.lo).0, bottom + 38), At::Below, SMALL, INK);
+    }
+    text(plot.area, &axis.label, ((left + right) / 2, bottom + 125), At::Below, SMALL, INK);
 }
 
 /// The quantities of a variant that have a panel, and the end of the caption.
@@ -166,12 +176,10 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, q) in maps.iter().enumerate() {
             let (x, top) = (panels.x(k), TOP + row * panels.row(k));
-            let [low, high] = q.range();
-            let (power, unit) = unit::shown(&q.quantity.unit, low.abs().max(high.abs()));
-            squares(area, q, power, (first, second), [x, top, x + panels.each, top + TALL]);
-            let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
-            let title = heading(letter(k, maps.len()), &format!("{}{unit}", peak_name(q)));
-            text(area, &title, (mm(x), mm(top - 2.4)), At::Left, LABEL, INK);
+            let numbers = MapNumbers::of(q.range().into_iter(), &q.quantity.unit);
+            squares(area, q, &numbers, (first, second), [x, top, x + panels.each, top + TALL]);
+            let title = format!("{}{}", peak_name(q), numbers.brackets());
+            headed(area, (mm(x), mm(top)), mm(panels.each), letter(k, maps.len()), &title);
         }
     });
     let caption = format!(
@@ -182,11 +190,11 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     Some(Figure { name: format!("map-{variant}"), svg, caption })
 }
 
-/// Squares of a map with their numbers times a power of ten.
+/// Squares of a map with their numbers, where all of them have room.
 fn squares(
     area: &Area,
     q: &ByQuantity<Dependence>,
-    power: i32,
+    numbers: &MapNumbers,
     (first, second): (&AxisRecord, &AxisRecord),
     frame: [f64; 4],
 ) {
@@ -194,24 +202,18 @@ fn squares(
     let (columns, rows) = (first.values.len() as f64, second.values.len() as f64);
     let (w, h) = ((right - left) / columns, (bottom - top) / rows);
     let [low, high] = q.range();
-    for p in &q.points {
+    let values: Vec<f64> = q.points.iter().map(|p| p.value).collect();
+    let written = numbers.written(&values, (mm(w), mm(h)));
+    for (k, p) in q.points.iter().enumerate() {
         let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
         let share = if high > low { (p.value - low) / (high - low) } else { 0.5 };
         block(area, (mm(x), mm(y)), (mm(x + w), mm(y + h)), viridis(share));
         let ink = if share > 0.6 { INK } else { RGB(0xff, 0xff, 0xff) };
-        let value = p.value * 10f64.powi(power);
-        let number = format!("{:.*}", digits(1e-1 * value), value).replace('-', "−");
-        text(area, &number, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
+        if let Some(all) = &written {
+            text(area, &all[k], (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
+        }
     }
-    for (k, value) in first.values.iter().enumerate() {
-        text(area, &raised(value), (mm(left + w * (k as f64 + 0.5)), mm(bottom + 1.5)), At::Below, SMALL, INK);
-    }
-    for (k, value) in second.values.iter().enumerate() {
-        text(area, &raised(value), (mm(left - 1.5), mm(bottom - h * (k as f64 + 0.5))), At::Right, SMALL, INK);
-    }
-    let name = |axis: &AxisRecord| format!("{} {}", axis.label, italic(&axis.symbol));
-    text(area, &name(first), (mm(0.5 * (left + right)), mm(bottom + 6.0)), At::Below, LABEL, INK);
-    text(area, &name(second), (mm(left - 17.0), mm(0.5 * (top + bottom))), At::Turned, LABEL, INK);
+    sides(area, (first, second), frame.map(mm), (true, mm(LEFT + 8.0)));
 }
 
 /// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
@@ -225,7 +227,10 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
     let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
     let (across, bottom) = (places.width() - LEFT, TOP + ROW * places.rows() - 6.0);
-    let svg = figure(places.width(), bottom + LINE * legend_lines(first.values.len(), across), "", |area| {
+    let entry =
+        |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
+    let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
+    let svg = figure(places.width(), bottom + LINE * legend_lines(&entries, across), "", |area| {
         for (k, q) in panels.iter().enumerate() {
             let (x, top) = (places.x(k), TOP + ROW * places.row(k));
             let curves: Vec<(usize, Curve)> = (q.points.iter().filter(middle))
@@ -243,9 +248,6 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
             plot.axes(true);
             plot.title(letter(k, panels.len()), &capital(&q.quantity.label));
         }
-        let entry =
-            |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
-        let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
         legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
     let held: Vec<String> = (a.axes.iter().skip(1).filter(|_| !a.list))
@@ -260,12 +262,6 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn values_of_an_axis_as_a_paper_writes_them() {
-        let written = ["-20 deg", "40 um", "1.1 g/cm^3", "0 deg", "-3 mm"].map(raised);
-        assert_eq!(written, ["−20°", "40 µm", "1.1 g/cm³", "0°", "−3 mm"]);
-    }
 
     fn length() -> AxisRecord {
         AxisRecord {

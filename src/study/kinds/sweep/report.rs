@@ -1,7 +1,7 @@
 //! Report of a sweep.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, percent_cell, space};
+use crate::report::numbers::{digits, percent, percent_cell, space, unsigned_zero};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -34,7 +34,8 @@ pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
 fn fact(q: &ByQuantity<Dependence>) -> (String, String) {
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
-    (format!("{low:.n$} to {high:.n$}{}", space(&q.quantity.unit)).replace('-', "−"), q.peak_title())
+    let [low, high] = [low, high].map(|v| unsigned_zero(&format!("{v:.n$}")).replace('-', "−"));
+    (format!("{low} to {high}{}", space(&q.quantity.unit)), q.peak_title())
 }
 
 /// The quantities of every variant under their names, as in the other kinds of study.
@@ -51,6 +52,8 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     for q in &a.quantities {
         for x in &q.along {
             let trend = match x.trend {
+                Trend::Rising if q.is_negative() => "rises, magnitude falls",
+                Trend::Falling if q.is_negative() => "falls, magnitude rises",
                 Trend::Rising => "rises",
                 Trend::Falling => "falls",
                 Trend::Constant => "constant",
@@ -72,7 +75,7 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     Table {
         name: "dependence",
         caption: format!(
-            "{} along each axis in the order of its values, the others held: trend, largest change over the largest value, and elasticity d ln y/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            "{} along each axis in the order of its values, the others held: trend, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
             a.judged.heading(),
             percent(a.tolerance)
         ),
@@ -109,7 +112,7 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
         let judged = quantities.filter_map(|(q, found)| {
             let value = *found.get(&r.id)?;
             let letter = &q.quantity.symbol;
-            Some(format!("{letter} = {}{}", plain(value), space(&q.quantity.unit)))
+            Some(format!("{letter} = {}{}", plain(value).replace('-', "−"), space(&q.quantity.unit)))
         });
         let judged: Vec<String> = judged.collect();
         rows.push(vec![

@@ -8,7 +8,7 @@ use crate::study::kinds::validation::consistency::Consistency;
 use crate::study::kinds::validation::findings::{
     FittedDatum, FoundConstant, FoundScatter, Prediction, ValidationFindings,
 };
-use crate::study::kinds::validation::joint::{Problem, Response, Solution};
+use crate::study::kinds::validation::joint::{JointError, Problem, Response, Solution};
 use crate::study::kinds::validation::monte_carlo::{Draws, draws};
 use crate::study::kinds::validation::numerical::{Meshes, Numerical};
 use crate::study::kinds::validation::plan::{QuantityPlan, RecordPlan, UnknownPlan, ValidationPlan};
@@ -80,7 +80,7 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     let predictions = predicted.iter().enumerate().map(|(k, t)| {
         let (value, influence) = solution.predict(&problem, &t.response);
         let again = |shift: &dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>| {
-            predict_moved(&targets, &problem, &values, t, shift)
+            predict_moved(&targets, &problem, &values, t, shift).map_err(|e| named(&e.to_string(), plan))
         };
         let numerical = meshes.of((t.record, t.quantity), &t.response.surface, value, &again);
         let groups = Groups { sources: &source_groups, data: &data_groups, own: &t.groups };
@@ -121,23 +121,25 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     })
 }
 
-/// The prediction with every surface moved as another mesh moves it; `None` where a record has no run there.
+/// The prediction with every surface moved as another mesh moves it; `Ok(None)` where a record has no run there.
 fn predict_moved(
     targets: &[Target],
     problem: &Problem,
     values: &[f64],
     target: &Target,
     shift: &dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>,
-) -> Option<f64> {
+) -> Result<Option<f64>, JointError> {
     let moved = |t: &Target| {
         let surface = t.response.surface.clone().moved(shift(t.record, t.quantity)?);
         Some(Response { surface, ..t.response.clone() })
     };
-    let data: Vec<Response> =
-        targets.iter().filter(|t| t.record.purpose == Purpose::Calibration).map(moved).collect::<Option<_>>()?;
-    let problem = Problem { data: data.iter().collect(), ..problem.clone() };
-    let solution = problem.solve(values).ok()?;
-    Some(moved(target)?.value(&solution.xi, &solution.s))
+    let calibration = targets.iter().filter(|t| t.record.purpose == Purpose::Calibration);
+    let (Some(data), Some(response)) = (calibration.map(moved).collect::<Option<Vec<Response>>>(), moved(target))
+    else {
+        return Ok(None);
+    };
+    let solution = Problem { data: data.iter().collect(), ..problem.clone() }.solve(values)?;
+    Ok(Some(response.value(&solution.xi, &solution.s)))
 }
 
 fn prediction(
@@ -159,6 +161,8 @@ fn prediction(
         None => [value - half, value + half],
     };
     let measured = (!t.measured.is_empty()).then(|| mean(t.measured));
+    // An interval without the error of the mesh is too narrow to be judged
+    let judged = measured.filter(|_| numerical.mesh.is_some());
     let score =
         |m: f64| if m > value { (m - value) / (interval[1] - value) } else { (m - value) / (value - interval[0]) };
     Prediction {
@@ -175,8 +179,8 @@ fn prediction(
         deviations: [deviation, by_draws],
         curved,
         measured,
-        inside: measured.map(|m| (interval[0]..=interval[1]).contains(&m)),
-        score: measured.map(score),
+        inside: judged.map(|m| (interval[0]..=interval[1]).contains(&m)),
+        score: judged.map(score),
         doubts: numerical.doubts,
     }
 }

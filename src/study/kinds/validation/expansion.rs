@@ -13,6 +13,7 @@ use crate::study::kinds::validation::spec::{Purpose, RecordSpec, ValidationStudy
 use crate::study::kinds::validation::tracks::RecordTracks;
 use crate::study::spec::{FamilySpec, VariantSpec, check_roles, refuse};
 use crate::study::store::record::{Quantity, Role};
+use crate::wording::count;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -28,7 +29,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         builder.wrong.push(format!("{place}: {fact}; give sizes, nested, remeshed or time_step"));
     }
     if !builder.wrong.is_empty() {
-        let fact = format!("{} mistake(s): {}", builder.wrong.len(), builder.wrong.join("; "));
+        let fact = format!("{}: {}", count(builder.wrong.len(), "mistake"), builder.wrong.join("; "));
         return Err(refuse(file, ("validation".into(), fact, "correct them".into())));
     }
     let (plan, families) = cases(study, &builder.scenes, plan);

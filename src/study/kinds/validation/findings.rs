@@ -82,9 +82,9 @@ pub struct Prediction {
     pub curved: bool,
     /// Mean of the measured values, where it was measured
     pub measured: Option<f64>,
-    /// Whether the interval contains the measured value
+    /// Whether the interval contains the measured value; `None` where it lacks the error of the mesh
     pub inside: Option<bool>,
-    /// (measured − predicted) over the half of the interval on that side
+    /// (measured − predicted) over the half of the interval on that side, where it is judged
     pub score: Option<f64>,
     /// Reasons to doubt the numerical error bars
     pub doubts: Vec<String>,

@@ -94,8 +94,8 @@ pub struct Problem<'a> {
 pub enum JointError {
     #[error("the data do not determine constant {constant}; add a record that depends on it, or give it as an input")]
     Undetermined { constant: usize },
-    #[error("the search left the ranges of the constants; widen them, or look for a mistake in the measured values")]
-    Outside,
+    #[error("the search left the range of constant {constant}; widen it, or look for a mistake in the measured values")]
+    Outside { constant: usize },
 }
 
 /// The constants that the data give.
@@ -138,7 +138,7 @@ impl Problem<'_> {
         let mut now = cost(&z);
         for _ in 0..STEPS {
             let (h, right, _, _) = self.normal(&z, values, &prior);
-            let Some(step) = self.determined(&h)?.map(|l| l.solve(&right)) else { return Err(JointError::Outside) };
+            let Some(step) = self.determined(&h)?.map(|l| l.solve(&right)) else { return Err(self.outside(&z)) };
             let covariance = self.covariance(&h)?;
             let is_small = (0..n).all(|k| step[k].abs() <= SETTLED * covariance[(k, k)].sqrt());
             let mut share = 1.0;
@@ -157,13 +157,19 @@ impl Problem<'_> {
             }
         }
         if (0..m).any(|k| z[k].abs() >= FARTHEST) {
-            return Err(JointError::Outside);
+            return Err(self.outside(&z));
         }
         let (h, _, jacobian, residuals) = self.normal(&z, values, &prior);
         let covariance = self.covariance(&h)?;
         let (xi, s) = (z.as_slice()[..m].to_vec(), z.as_slice()[m..].to_vec());
         let freedom = self.data.len().saturating_sub(m);
         Ok(Solution { xi, s, covariance, jacobian, residuals, chi2: now, freedom })
+    }
+
+    /// The constant that is farthest from the centre of its range.
+    fn outside(&self, z: &DVector<f64>) -> JointError {
+        let farthest = (0..self.constants).max_by(|a, b| z[*a].abs().total_cmp(&z[*b].abs()));
+        JointError::Outside { constant: farthest.unwrap_or(0) }
     }
 
     /// H, the right side of a Gauss–Newton step, J and the residuals in units of σ.

@@ -3,6 +3,7 @@
 use crate::report::numbers::digits;
 use crate::report::paper::Paragraph;
 use crate::study::kinds::validation::findings::{FoundConstant, ValidationFindings};
+use crate::wording::count;
 
 /// One paragraph; none where nothing was found or predicted.
 pub fn search(a: &ValidationFindings) -> Vec<Paragraph> {
@@ -16,19 +17,19 @@ pub fn search(a: &ValidationFindings) -> Vec<Paragraph> {
          derivatives [@box1951]. ",
     );
     let found = format!(
-        "{} values of {} records give {}; χ² = {:.2} with {} degrees of freedom. ",
-        a.fitted.len(),
-        records.len(),
+        "{} of {} give {}; χ² = {:.2} with {} of freedom. ",
+        count(a.fitted.len(), "value"),
+        count(records.len(), "record"),
         constants.join(", "),
         a.chi2,
-        a.freedom
+        count(a.freedom, "degree")
     );
     let scored: Vec<bool> = a.predictions.iter().filter_map(|p| p.inside).collect();
     let score = match scored.is_empty() {
-        true => format!("{} values were predicted.", a.predictions.len()),
+        true => format!("Predictions: {}.", count(a.predictions.len(), "value")),
         false => format!(
-            "Of {} predicted values {} were measured, {} of them within their 95 % interval.",
-            a.predictions.len(),
+            "Of {} {} can be judged by measured values; {} of these lie within their 95 % intervals.",
+            count(a.predictions.len(), "predicted value"),
             scored.len(),
             scored.iter().filter(|inside| **inside).count()
         ),

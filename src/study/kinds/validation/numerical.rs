@@ -20,7 +20,8 @@ const ORDER_IN_TIME: f64 = 2.0;
 pub struct Numerical {
     /// From the mesh and the steps of the design to their limits
     pub correction: f64,
-    pub mesh: f64,
+    /// `None` where the runs do not tell it
+    pub mesh: Option<f64>,
     pub steps: f64,
     pub surface: f64,
     /// By Newton's method, which stops short of the solution
@@ -32,7 +33,7 @@ impl Numerical {
     /// Groups of the budget with standard deviations.
     pub fn deviations(&self) -> [(&'static str, f64); 4] {
         [
-            ("mesh", self.mesh),
+            ("mesh", self.mesh.unwrap_or(0.0)),
             ("time step", self.steps),
             ("response surface", self.surface),
             ("algebraic", self.algebraic),
@@ -46,8 +47,12 @@ pub struct Meshes<'a> {
     plan: &'a ValidationPlan,
 }
 
-/// A prediction with surfaces moved record by record; `None` where one has no run.
-type Again<'f> = dyn Fn(&dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>) -> Option<f64> + 'f;
+/// A prediction with surfaces moved record by record; `Ok(None)` where one has no run.
+///
+/// # Errors
+///
+/// In words, why the calibration gives no constants with the moved surfaces.
+type Again<'f> = dyn Fn(&dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>) -> Result<Option<f64>, String> + 'f;
 
 impl<'a> Meshes<'a> {
     pub fn new(results: &'a Results, plan: &'a ValidationPlan) -> Self {
@@ -65,19 +70,21 @@ impl<'a> Meshes<'a> {
         let mut out = Numerical { surface: self.surface(record, quantity, surface), ..Numerical::default() };
         let tolerance = self.results.study.tolerance;
         let meshes = self.family(record, &[Role::Sizes, Role::Nested, Role::Remeshed]).and_then(|(f, plan)| {
-            let levels = self.levels((f, plan), record, again, |c, p| Level::of(&c.record, p));
+            let levels = self.levels((f, plan), record, again, &mut out.doubts, |c, p| Level::of(&c.record, p));
             estimate((&f.name, f.role, &f.formulation), levels, None, tolerance)
         });
         match meshes {
-            Some(e) => out.mesh = take(&e, value, &mut out),
-            None => out.doubts.push(
-                "no family of meshes with two converged members, so that the error of the mesh is not in the interval"
-                    .into(),
-            ),
+            Some(e) => out.mesh = Some(take(&e, value, &mut out)),
+            None => {
+                let none = || "no family of meshes has two converged members".to_string();
+                let why = std::mem::take(&mut out.doubts).into_iter().reduce(|a, b| format!("{a}; {b}"));
+                let lacks = "the interval lacks the error of the mesh, and is not judged by the measured value";
+                out.doubts.push(format!("{}: {lacks}", why.unwrap_or_else(none)));
+            }
         }
         let steps = self.family(record, &[Role::TimeStep]).and_then(|(f, plan)| {
             let level = |c: &StoredCase, p| Level::of_steps(&c.record, p, c.record.dt_s);
-            let levels = self.levels((f, plan), record, again, level);
+            let levels = self.levels((f, plan), record, again, &mut out.doubts, level);
             estimate_of_order((&f.name, f.role, &f.formulation), ORDER_IN_TIME, levels, None, tolerance)
         });
         let is_dynamic = || {
@@ -92,8 +99,9 @@ impl<'a> Meshes<'a> {
             None => {}
         }
         match self.algebraic(value, again) {
-            Some(deviation) => out.algebraic = deviation,
-            None => out.doubts.push(
+            Ok(Some(deviation)) => out.algebraic = deviation,
+            Err(why) => out.doubts.push(format!("with tighter tolerances {why}")),
+            Ok(None) => out.doubts.push(
                 "no converged run with tighter tolerances, so that the algebraic error is not in the interval".into(),
             ),
         }
@@ -102,12 +110,12 @@ impl<'a> Meshes<'a> {
 
     /// Standard deviation by the runs whose tolerances are 100 times tighter. The error of the design is the difference to them over 1 − 1/100, since
     /// theirs is in proportion to the tolerance.
-    fn algebraic(&self, value: f64, again: &Again) -> Option<f64> {
+    fn algebraic(&self, value: f64, again: &Again) -> Result<Option<f64>, String> {
         let of = |id: String, q: &QuantityPlan| Some(evaluate(q, &self.case(&id)?.series, None, &[])?.0);
         let on = |r: &RecordPlan, q: &QuantityPlan| {
             Some(of(tighter_case(&r.name), q)? - of(format!("design-{}-centre", r.name), q)?)
         };
-        Some((again(&on)? - value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE)
+        Ok(again(&on)?.map(|then| (then - value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE))
     }
 
     fn case(&self, id: &str) -> Option<&'a StoredCase> {
@@ -132,12 +140,13 @@ impl<'a> Meshes<'a> {
         self.case(family.cases.get(place * plan.members + member)?)
     }
 
-    /// The prediction on every member of a family.
+    /// The prediction on every member of a family; a doubt for each whose calibration gives no constants.
     fn levels(
         &self,
         family: (&FamilyRecord, &FamilyPlan),
         record: &RecordPlan,
         again: &Again,
+        doubts: &mut Vec<String>,
         level: impl Fn(&StoredCase, f64) -> Level,
     ) -> Vec<Level> {
         let value = |c: &StoredCase, q: &QuantityPlan| evaluate(q, &c.series, None, &[]).map(|(v, _)| v);
@@ -150,7 +159,13 @@ impl<'a> Meshes<'a> {
         };
         let one = |member: usize| {
             let own = self.member(family, member, record)?;
-            Some(level(own, again(&|r, q| on(member, r, q))?))
+            match again(&|r, q| on(member, r, q)) {
+                Ok(value) => Some(level(own, value?)),
+                Err(why) => {
+                    doubts.push(format!("calibrated with case {}, {why}", own.record.id));
+                    None
+                }
+            }
         };
         (0..family.1.members).filter_map(one).collect()
     }

@@ -14,6 +14,7 @@ use crate::study::kinds::validation::predictions;
 use crate::study::kinds::validation::words::{advice, sentence};
 use crate::study::store::results::Results;
 use crate::study::tables;
+use crate::wording::count;
 use serde_json::{Map, Value, json};
 
 /// Predictions that are described in sentences.
@@ -145,8 +146,9 @@ fn fitted(a: &ValidationFindings) -> Table {
     Table {
         name: "calibration",
         caption: format!(
-            "Calibration records: measured and fitted values, and residuals in standard deviations of their independent errors. χ² = {:.2} with {} degrees of freedom.",
-            a.chi2, a.freedom
+            "Calibration records: measured and fitted values, and residuals in standard deviations of their independent errors. χ² = {:.2} with {} of freedom.",
+            a.chi2,
+            count(a.freedom, "degree")
         ),
         columns: headings(&[
             ("Record", "", false),

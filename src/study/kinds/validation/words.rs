@@ -6,6 +6,7 @@ use crate::study::kinds::validation::consistency::Consistency;
 use crate::study::kinds::validation::findings::{FoundScatter, Prediction, ValidationFindings};
 use crate::study::kinds::validation::joint::Solution;
 use crate::study::kinds::validation::plan::ValidationPlan;
+use crate::wording::count;
 
 /// Predictions that a verdict names.
 const SHOWN: usize = 4;
@@ -23,8 +24,10 @@ pub fn sentence(p: &Prediction) -> String {
     } else {
         format!("+ {up:.n$} − {down:.n$}")
     };
-    let terms: Vec<String> =
-        p.budget.iter().take(6).map(|c| format!("{} {:.n$}", c.group, COVERAGE * c.deviation)).collect();
+    // A term that is printed as zero adds nothing to be read
+    let shown = p.budget.iter().map(|c| (c, format!("{:.n$}", COVERAGE * c.deviation)));
+    let terms = shown.filter(|(_, half)| half.contains(|c: char| c.is_ascii_digit() && c != '0'));
+    let terms: Vec<String> = terms.take(6).map(|(c, half)| format!("{} {half}", c.group)).collect();
     let mut words = format!(
         "The {} of {} is predicted as {:.n$} {half}{} (95 %: {})",
         p.label,
@@ -33,12 +36,13 @@ pub fn sentence(p: &Prediction) -> String {
         space(&p.unit),
         terms.join(", ")
     );
-    if let (Some(m), Some(inside)) = (p.measured, p.inside) {
-        words += &format!(
-            "; measured {m:.n$}{}, {} the interval",
-            space(&p.unit),
-            if inside { "inside" } else { "outside of" }
-        );
+    if let Some(m) = p.measured {
+        let place = match p.inside {
+            Some(true) => "inside the interval",
+            Some(false) => "outside of the interval",
+            None => "not judged, since the interval lacks the error of the mesh",
+        };
+        words += &format!("; measured {m:.n$}{}, {place}", space(&p.unit));
     }
     (words + ".").replace(" -", " −")
 }
@@ -51,15 +55,31 @@ pub fn verdict(found: &ValidationFindings) -> String {
     let mut words: Vec<String> = vec![];
     if !scored.is_empty() {
         let inside = scored.iter().filter(|i| **i).count();
-        words.push(format!("{inside} of {} measured predictions lie in their 95 % intervals.", scored.len()));
+        let lie = match inside {
+            1 => "lies in its 95 % interval",
+            _ => "lie in their 95 % intervals",
+        };
+        words.push(format!("{inside} of {} {lie}.", count(scored.len(), "measured prediction")));
+    }
+    let unjudged = found.predictions.iter().filter(|p| p.measured.is_some() && p.inside.is_none()).count();
+    if unjudged > 0 {
+        let of = if unjudged == 1 {
+            "is not judged, since its interval lacks"
+        } else {
+            "are not judged, since their intervals lack"
+        };
+        words.push(format!("{} {of} the error of the mesh.", count(unjudged, "measured prediction")));
     }
     words.extend(found.predictions.iter().take(SHOWN).map(sentence));
     if found.predictions.len() > SHOWN {
-        words.push(format!("{} more predictions are in the table.", found.predictions.len() - SHOWN));
+        let more = match found.predictions.len() - SHOWN {
+            1 => "One more prediction is in the table.".into(),
+            n => format!("{n} more predictions are in the table."),
+        };
+        words.push(more);
     }
     words.extend(found.scatter.iter().filter(|s| s.freedom < FEW && s.deviation > 0.0).map(|s| {
-        let degrees = if s.freedom == 1 { "1 degree".into() } else { format!("{} degrees", s.freedom) };
-        format!("The scatter of the {} is known with {degrees} of freedom only.", of_scatter(s))
+        format!("The scatter of the {} is known with {} of freedom only.", of_scatter(s), count(s.freedom, "degree"))
     }));
     words.join(" ")
 }
@@ -116,8 +136,8 @@ pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &Valida
     }
     if !consistency.holds() {
         warnings.push(format!(
-            "The calibration records scatter {:.1} times as much as their errors say (χ² = {:.1} with {} degrees of freedom): the model misses something, or errors are understated. All statistical parts of the intervals are widened by this factor.",
-            consistency.birge(), consistency.chi2, consistency.freedom
+            "The calibration records scatter {:.1} times as much as their errors say (χ² = {:.1} with {} of freedom): the model misses something, or errors are understated. All statistical parts of the intervals are widened by this factor.",
+            consistency.birge(), consistency.chi2, count(consistency.freedom, "degree")
         ));
     }
 }
@@ -125,6 +145,9 @@ pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &Valida
 /// The message with names of constants in place of their indices.
 pub fn named(message: &str, plan: &ValidationPlan) -> String {
     plan.unknowns.iter().enumerate().fold(message.to_string(), |m, (k, u)| {
-        m.replace(&format!("constant {k};"), &format!("{} ({});", u.label, u.key))
+        m.replace(
+            &format!("constant {k};"),
+            &format!("{} ({}, {} to {} {});", u.label, u.key, u.range[0], u.range[1], u.unit),
+        )
     })
 }

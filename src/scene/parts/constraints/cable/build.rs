@@ -9,6 +9,7 @@ use crate::mesh::embed::{embed, nearest_on_surface};
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint, part};
+use crate::scene::jump::{Impact, note_jump};
 use crate::scene::parts::constraints::cable::guides::read_guides;
 use crate::scene::parts::constraints::cable::record::NamedCable;
 use crate::scene::parts::constraints::cable::spec::{CableDriveSpec, CableSpec, GuideFile, GuidesSpec, PullPointSpec};
@@ -20,10 +21,9 @@ use std::sync::Arc;
 /// Rounding of a sum of signals, as a share of the largest value.
 const ROUNDING: f64 = 1e-12;
 
-/// A point on the path of a cable: its name in messages, and whether it is fixed in space.
+/// A point on the path of a cable, with its name in messages.
 struct Stop {
     name: String,
-    fixed: bool,
     guide: Guide,
 }
 
@@ -62,7 +62,6 @@ pub(in crate::scene) fn build_cables(
 fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Route) -> Result<NamedCable, SceneError> {
     let stops = find_stops(builder, place, spec, &route)?;
     let Route { name, pull: pull_point, .. } = route;
-    let fixed = fixed_length(pull_point, &stops);
     let guides = stops.into_iter().map(|s| s.guide).collect();
     let cable = Arc::new(Cable::through(name.clone(), pull_point, guides));
     let lengths = cable.lengths_at_rest();
@@ -73,9 +72,9 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
     let drive = match &spec.drive {
         CableDriveSpec::Length { signal } => {
             let named = format!("{name}_shortening_m");
-            let shortening = builder.signal(place, named, signal, Dimension::LENGTH)?;
+            let shortening = builder.signal(place, named.clone(), signal, Dimension::LENGTH)?;
             if softness == 0.0 && most == f64::INFINITY {
-                check_shortening(builder, place, &shortening, rest - fixed)?;
+                note_jump(builder, &named, &shortening, Impact::Growing);
             }
             note_let_out(builder, &name, &shortening);
             match spec.friction {
@@ -143,10 +142,6 @@ fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), 
     if let CableDriveSpec::Tension { .. } = spec.drive {
         if spec.max_tension.is_some() {
             let fact = "max_tension limits a drive by length, and this one is a tension";
-            return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
-        }
-        if spec.axial.is_some() && spec.friction.is_none() {
-            let fact = "under a prescribed tension without friction the body does not feel EA";
             return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
         }
     }
@@ -271,10 +266,10 @@ fn find_stops(builder: &Builder, place: &str, spec: &CableSpec, route: &Route) -
     for (k, &at) in points.iter().enumerate() {
         for (r, ring) in spec.rings.iter().enumerate().filter(|(_, ring)| ring.after == k) {
             let guide = Guide { point: vector(&ring.at), weights: Vec::new() };
-            stops.push(Stop { name: format!("ring {}", r + 1), fixed: true, guide });
+            stops.push(Stop { name: format!("ring {}", r + 1), guide });
         }
         let guide = build_guide(builder, &format!("{place}: {of}guide {}", k + 1), at, spec.guide_radius)?;
-        stops.push(Stop { name: format!("guide {}", k + 1), fixed: false, guide });
+        stops.push(Stop { name: format!("guide {}", k + 1), guide });
     }
     let mut before = route.pull.map(|at| (at, "the pull point"));
     for stop in &stops {
@@ -299,32 +294,39 @@ fn build_guide(builder: &Builder, place: &str, at: Vec3, radius: GuideRadius) ->
     Ok(Guide { point: at, weights })
 }
 
-/// Refuses a shortening by more than the length inside the body. A signal that is decided during the run is not checked here.
-fn check_shortening(builder: &Builder, place: &str, shortening: &Signal, free: f64) -> Result<(), SceneError> {
-    if shortening.has_inputs() {
+/// Refuses a shortening by more than what can get shorter, which is not the length between points that are held. To be called when everything that is held is
+/// known. A signal that is decided during the run is not checked here.
+pub(in crate::scene) fn check_shortening(builder: &Builder, place: &str, named: &NamedCable) -> Result<(), SceneError> {
+    let NamedCable { name, cable, by_length, softness, most: limit, .. } = named;
+    let free = free_length(builder, cable);
+    if !by_length || *softness > 0.0 || limit.is_finite() && free > 0.0 {
         return Ok(());
     }
-    let (_, (t, most)) = extremes(shortening, &builder.spans);
+    let column = format!("{name}_shortening_m");
+    let Some(shortening) = builder.signals.iter().find(|s| s.name == column && !s.signal.has_inputs()) else {
+        return Ok(());
+    };
+    let (_, (t, most)) = extremes(&shortening.signal, &builder.spans);
     // A signal without a value is refused with its formula.
-    if most < free || !most.is_finite() {
+    if most < free || most <= 0.0 || !most.is_finite() {
         return Ok(());
     }
     let (mm, free) = (most * 1e3, free * 1e3);
     let fact =
         format!("the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter");
-    Err(builder.content(place, fact, "pull less, or let the drive yield with max_tension"))
+    if free > 0.0 {
+        return Err(builder.content(place, fact, "pull less, or let the drive yield with max_tension"));
+    }
+    let fact = format!("{fact}: all of its guides are held");
+    Err(builder.content(place, fact, "give guides where the body moves, or EA, with which the cable stretches"))
 }
 
-/// Length between points that are fixed in space \[m\].
-fn fixed_length(pull_point: Option<Vec3>, stops: &[Stop]) -> f64 {
-    let mut before = pull_point;
-    let mut sum = 0.0;
-    for stop in stops {
-        let own = stop.fixed.then_some(stop.guide.point);
-        sum += before.zip(own).map_or(0.0, |(from, to)| (to - from).norm());
-        before = own;
-    }
-    sum
+/// Length of the segments at rest of which one end or both may move \[m\].
+fn free_length(builder: &Builder, cable: &Cable) -> f64 {
+    let is_held = |guide: &u32| cable.means().lists()[*guide as usize].iter().all(|(node, _)| builder.is_held(*node));
+    let lengths = cable.lengths_at_rest();
+    // From +0, which an empty sum is not
+    (0..cable.segments()).filter(|s| !cable.ends(*s).iter().all(is_held)).fold(0.0, |sum, s| sum + lengths[s])
 }
 
 fn vector(p: &[Length; 3]) -> Vec3 {

@@ -111,6 +111,13 @@ impl Recorder for NamedCable {
 }
 
 impl NamedCable {
+    /// Columns of its tensions: at the pull point, and with friction of each segment.
+    pub fn tension_columns(&self) -> Vec<String> {
+        let segments = if self.friction { self.cable.segments() } else { 0 };
+        let own = (1..=segments).map(|s| format!("{}_tension_{s}_N", self.name));
+        std::iter::once(format!("{}_tension_N", self.name)).chain(own).collect()
+    }
+
     /// Tension of each segment \[N\].
     fn tensions(&self, state: &State) -> Vec<f64> {
         let n = self.cable.segments();

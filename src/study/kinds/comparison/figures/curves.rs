@@ -1,8 +1,8 @@
 //! The members under one protocol: every quantity over time with its difference to the reference below, and the loop
 //! against what drives it.
 
-use crate::report::canvas::{self, Area, PALETTE, RGB, SMALL, columns, dashed, figure, italic, line, mm, page_width};
-use crate::report::figure::{Figure, LINE, Sample, legend};
+use crate::report::canvas::{Area, At, INK, SMALL, columns, figure, italic, mm, page_width, text};
+use crate::report::figure::{Figure, LINE, Sample, legend, legend_width, stroke};
 use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
@@ -22,44 +22,40 @@ const WIDE: f64 = 180.0;
 /// Largest distance that the lower panels show \[of the peak\].
 const FAR: f64 = 0.5;
 
-/// A member with its look: seven colours, then the same dashed.
+/// Differences of two runs below this share of their values are rounding and the tolerance of the solver.
+const RESOLVED: f64 = 1e-9;
+
+/// A member with the number of its look.
 struct Look<'a> {
     member: &'a str,
-    color: RGB,
-    dashed: bool,
+    number: usize,
 }
 
 impl Look<'_> {
     fn draw(&self, area: &Area, points: &[(i32, i32)]) {
-        match self.dashed {
-            true => dashed(area, points, self.color, 9, 30.0),
-            false => line(area, points, self.color, 9),
-        }
+        stroke(area, points, self.number, 9);
     }
 }
 
 /// Every member has one look in all figures.
 fn looks(a: &ComparisonFindings) -> Vec<Look<'_>> {
     let members = a.costs.iter().map(|p| p.member.as_str()).enumerate();
-    let look = |(k, member): (usize, _)| Look { member, color: PALETTE[k % PALETTE.len()], dashed: k >= PALETTE.len() };
-    members.map(look).collect()
+    members.map(|(number, member)| Look { member, number }).collect()
 }
 
 /// Entries of the legend.
 fn entries(store: &Results, looks: &[Look], a: &ComparisonFindings) -> Vec<(Sample, String)> {
     let entry = |l: &Look| {
         let star = if l.member == a.reference { " (reference)" } else { "" };
-        let sample = if l.dashed { Sample::Dashed(l.color) } else { Sample::Line(l.color) };
-        (sample, format!("{}{star}", store.study.member(l.member)))
+        (Sample::Stroke(l.number), format!("{}{star}", store.study.member(l.member)))
     };
     looks.iter().map(entry).collect()
 }
 
 /// Room for a legend at the right of the panels \[mm\].
 fn room(entries: &[(Sample, String)]) -> f64 {
-    let widest = entries.iter().map(|(_, words)| canvas::width(words, SMALL)).max().unwrap_or(0);
-    // The distance from the panels, the sample, and a margin
-    LEGEND.max(4.0 + 6.5 + f64::from(widest) / f64::from(mm(1.0)) + 1.0)
+    // The panels keep some of the page; a longer name is shortened
+    LEGEND.max(4.0 + legend_width(entries)).min(0.4 * page_width())
 }
 
 /// Curve of a member in a quantity.
@@ -151,7 +147,11 @@ fn panel(
             (*look, t, d)
         })
         .collect();
-    let values = off.iter().flat_map(|(_, _, d)| d.iter().copied());
+    let size = curves.iter().flat_map(|(_, c)| &c.f).fold(0.0, |m: f64, v| m.max(v.abs()));
+    let is_rounding = off.iter().flat_map(|(_, _, d)| d).all(|d| d.abs() <= RESOLVED * size);
+    // Differences that are rounding are drawn as none, on an axis of what could be seen
+    let least = if is_rounding { [-1e3 * RESOLVED * size, 1e3 * RESOLVED * size] } else { [0.0; 2] };
+    let values = off.iter().flat_map(|(_, _, d)| d.iter().copied()).chain(least);
     let symbol = &q.quantity.symbol;
     let label = format!("{0} − {0}(reference) [{1}]", italic(symbol), q.quantity.unit);
     let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
@@ -160,6 +160,10 @@ fn panel(
         look.draw(area, &plot.path(t, d));
     }
     plot.axes(true);
+    if is_rounding && off.len() > 1 {
+        let at = (lower[0] + mm(2.0), lower[1] + mm(2.5));
+        text(area, "no difference beyond rounding", at, At::Left, SMALL, INK);
+    }
 }
 
 /// Loses more than a hundredth of the box in a cycle.

@@ -32,7 +32,8 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
         out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REST));
         out
     };
-    let panels = Panels::new(2, (34.0, 20.0, 6.0), (48.0, 70.0));
+    // The number behind the longest bar has room on the right
+    let panels = Panels::new(2, (34.0, 20.0, 9.0), (48.0, 70.0));
     let tall = ROW * l.additions.len() as f64;
     let rows = effects.len().max(4).div_ceil(2) as f64;
     let step = TOP + tall + 14.0 + LINE * rows;

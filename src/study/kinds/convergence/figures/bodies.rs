@@ -2,6 +2,7 @@
 
 use crate::report::canvas::{Area, At, INK, LABEL, PALETTE, RGB, SMALL, figure, italic, line, mm, page_width, text};
 use crate::report::figure::Figure;
+use crate::report::measure::shortened;
 use crate::report::numbers::thousands;
 use crate::report::panels::{heading, letter};
 use crate::report::plot::Axis;
@@ -59,7 +60,7 @@ pub fn meshes(store: &Results) -> Option<Figure> {
             let (x, y) = corner(k);
             let cells = thousands(r.mesh.cells);
             let words = format!("{cells} cells, {} = {:.2} mm", italic("h"), 1e3 * r.mesh.h_m);
-            let words = heading(letter(k, shown.len()), &words);
+            let words = shortened(&heading(letter(k, shown.len()), &words), LABEL, mm(wide));
             text(area, &words, (mm(x), mm(y + 3.0)), At::Left, LABEL, INK);
         }
     });
@@ -121,9 +122,14 @@ pub fn bent(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     } else {
         String::new()
     };
+    let cables = match skin.cables.len() {
+        0 => "",
+        1 => " cable in red,",
+        _ => " cables in red,",
+    };
     let rigid = if skin.rigids.is_empty() { "" } else { " rigid bodies behind in beige," };
     let caption = format!(
-        "Case {} at t = {:.2} s: largest principal stretch λ₁{clipped}, cable in red,{rigid} reference outline in grey.",
+        "Case {} at t = {:.2} s: largest principal stretch λ₁{clipped},{cables}{rigid} reference outline in grey.",
         r.id, skin.t_s
     );
     Some(Figure { name: "bent".into(), svg, caption })

@@ -71,7 +71,12 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let each = (page_width() - LEFT - GAP * (columns - 1) as f64 - 3.0) / columns as f64;
     let bottom = TOP + TALL + ROW * (2 / columns - 1) as f64 + 13.5;
     let across = page_width() - LEFT;
-    let svg = figure(page_width(), bottom - 0.7 + 4.2 * legend_lines(formulations.len(), across), "", |area| {
+    let entry = |(k, name): (usize, &&str)| {
+        let (m, c) = style(k);
+        (Sample::Mark(m, c), title(name))
+    };
+    let entries: Vec<(Sample, String)> = formulations.iter().enumerate().map(entry).collect();
+    let svg = figure(page_width(), bottom - 0.7 + 4.2 * legend_lines(&entries, across), "", |area| {
         let size: [(&str, Size); 2] = [("free degrees of freedom", |d| d.dofs), ("entries of the factor", |d| d.nnz)];
         for (k, (name, x)) in size.into_iter().enumerate() {
             let (left, top) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
@@ -85,11 +90,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
             plot.axes(true);
             plot.title(letter(k, 2), if k == 0 { "Unknowns" } else { "Cholesky factor" });
         }
-        let entry = |(k, name): (usize, &&str)| {
-            let (m, c) = style(k);
-            (Sample::Mark(m, c), title(name))
-        };
-        legend_below(area, (LEFT, bottom), across, formulations.iter().enumerate().map(entry).collect());
+        legend_below(area, (LEFT, bottom), across, entries);
     });
     let caption = format!(
         "{} of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.",

@@ -30,6 +30,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
         .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())
         .collect();
     cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
+    let all = cases.len();
     cases.truncate(PALETTE.len() - 1);
     // The recommended case, where it is not one of the sizes, last
     let sizes = cases.len();
@@ -60,25 +61,14 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     let (first, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
     let row = first + tall + if has_limit { between + low } else { 0.0 } + 11.0;
     let bottom = row * panels.len().div_ceil(columns) as f64;
-    let lines = if is_narrow { 4.2 * legend_lines(cases.len() + 2, page_width() - left) + 3.0 } else { 0.0 };
+    let entries = entries(&cases, sizes, has_limit);
+    let lines = if is_narrow { 4.2 * legend_lines(&entries, page_width() - left) + 3.0 } else { 0.0 };
     let svg = figure(page_width(), bottom - 1.0 + lines, "", |area| {
         for (k, (quantity, study)) in panels.iter().enumerate() {
             let (x, top) = (left + (k % columns) as f64 * (each + gap), first + row * (k / columns) as f64);
             let upper = [mm(x), mm(top), mm(x + each), mm(top + tall)];
             let lower = [mm(x), mm(top + tall + between), mm(x + each), mm(top + tall + between + low)];
             panel(area, &cases, quantity, *study, (upper, lower), letter(k, panels.len()));
-        }
-        let mut entries: Vec<(Sample, String)> = (cases.iter().zip(PALETTE))
-            .map(|(c, color)| {
-                (Sample::Line(color), format!("{} {}", title(&c.record.formulation), thousands(c.record.mesh.cells)))
-            })
-            .collect();
-        if let Some(e) = entries.get_mut(sizes) {
-            e.1 += " *";
-        }
-        if has_limit {
-            entries.push((Sample::Dashed(INK), "Richardson".into()));
-            entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
         }
         if is_narrow {
             legend_below(area, (left, bottom + 1.5), page_width() - left, entries);
@@ -90,12 +80,27 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     let star = if sizes < cases.len() { " The curve with a star is the advised setting." } else { "" };
     let below =
         if has_limit { " (top) and their difference to the Richardson curve of the family (bottom)" } else { "" };
+    let meshes = if sizes < all { format!("the finest {sizes} of {all} meshes") } else { "the meshes".into() };
     let caption = format!(
-        "{}, family {}: the meshes (element and cells) over time{below}.{star}{orders}{more}",
+        "{}, family {}: {meshes} (element and cells) over time{below}.{star}{orders}{more}",
         capital(&store.study.label(variant)),
         family.name
     );
     Some(Figure { name: format!("curves-{variant}"), svg, caption })
+}
+
+/// The legend: meshes, of which the one behind the sizes has a star, and the limit where it is drawn.
+fn entries(cases: &[&StoredCase], sizes: usize, has_limit: bool) -> Vec<(Sample, String)> {
+    let name = |c: &&StoredCase| format!("{} {}", title(&c.record.formulation), thousands(c.record.mesh.cells));
+    let mut entries: Vec<_> = cases.iter().zip(PALETTE).map(|(c, color)| (Sample::Line(color), name(c))).collect();
+    if let Some(e) = entries.get_mut(sizes) {
+        e.1 += " *";
+    }
+    if has_limit {
+        entries.push((Sample::Dashed(INK), "Richardson".into()));
+        entries.push((Sample::Block(BAND), "± GCI of the finest".into()));
+    }
+    entries
 }
 
 /// The quantities with a panel: those that decide, wherever they are listed; else those that the variant lists.
@@ -168,9 +173,9 @@ fn panel(
     if let Some(s) = study {
         dashed(area, &plot.path(&s.t, &s.star), INK, 8, 30.0);
     }
-    let imposed = if study.is_none() && same(&curves) { ", imposed" } else { "" };
+    let alike = if study.is_none() && same(&curves) { ", the same on all meshes" } else { "" };
     plot.axes(study.is_none());
-    plot.title(letter, &format!("{}{imposed}", capital(&q.label)));
+    plot.title(letter, &format!("{}{alike}", capital(&q.label)));
     let Some(s) = study else { return };
     let star = Curve { t: s.t.clone(), f: s.star.clone() };
     let off: Vec<Option<Vec<f64>>> =
@@ -192,8 +197,30 @@ fn panel(
     plot.axes(true);
 }
 
-/// All meshes have one curve, as an imposed quantity has.
+/// Differences of whole curves below this share of their range are no differences of the meshes.
+const ALIKE: f64 = 1e-6;
+
+/// All meshes have one curve, over all times and relative to its range.
 fn same(curves: &[Option<Curve>]) -> bool {
-    let peaks: Vec<f64> = curves.iter().flatten().map(Curve::peak).collect();
-    peaks.len() > 1 && peaks.iter().all(|p| (p - peaks[0]).abs() <= 1e-6 * peaks[0].abs())
+    let all: Vec<&Curve> = curves.iter().flatten().collect();
+    let [first, others @ ..] = &all[..] else { return false };
+    let range = |c: &Curve| {
+        c.f.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - c.f.iter().fold(f64::INFINITY, |m, v| m.min(*v))
+    };
+    let near = |c: &&&Curve| c.common(first).iter().all(|t| (c.at(*t) - first.at(*t)).abs() <= ALIKE * range(first));
+    !others.is_empty() && others.iter().all(|c| near(&c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_are_the_same_as_a_whole_and_relative_to_their_range() {
+        let of = |f: [f64; 3]| Some(Curve { t: vec![0.0, 0.5, 1.0], f: f.into() });
+        assert!(same(&[of([0.0, 1.0, 2.0]), of([0.0, 1.0 + 1e-9, 2.0])]));
+        assert!(!same(&[of([0.0, 1.0, 2.0]), of([0.0, 1.2, 2.0])]), "the same peak only");
+        assert!(!same(&[of([40.0, 40.0, 40.0 + 8e-8]), of([40.0, 40.0, 40.0 + 6e-8])]), "a small range");
+        assert!(!same(&[of([0.0, 1.0, 2.0])]));
+    }
 }

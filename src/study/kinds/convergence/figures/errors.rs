@@ -81,7 +81,7 @@ fn sheet(
         .collect();
     entries.extend(extra);
     let bottom = TOP + TALL + ROW * (shown.len().div_ceil(columns) - 1) as f64 + 13.5;
-    Some(figure(wide, bottom - 1.0 + 4.2 * legend_lines(entries.len(), wide - LEFT), "", |area| {
+    Some(figure(wide, bottom - 1.0 + 4.2 * legend_lines(&entries, wide - LEFT), "", |area| {
         for (k, (q, dots)) in shown.iter().enumerate() {
             let (x, y) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
             let frame = [mm(x), mm(y), mm(x + each), mm(y + TALL)];
@@ -211,9 +211,11 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
             text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
         }
     })?;
+    let drawn = || analysis.quantities.iter().filter(|q| q.deciding && q.reference.is_some()).take(PANELS);
+    let orders = if drawn().any(fits) { ", with the fitted order of each family that has one" } else { "" };
+    let seeds = if drawn().any(|q| !q.noise.is_empty()) { "; the bar is the scatter of the seeds" } else { "" };
     let caption = format!(
-        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells, with \
-         the fitted order of each family; the bar is the scatter of the seeds. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{}",
+        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "error-h".into(), svg, caption })

@@ -96,7 +96,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let rows = sizes.len() * shown.len().div_ceil(columns);
     let below = TOP + rows as f64 * (TALL + BETWEEN) - BETWEEN;
     let across = page_width() - LEFT;
-    let height = below + 12.5 + 4.2 * legend_lines(entries.len(), across);
+    let height = below + 12.5 + 4.2 * legend_lines(&entries, across);
     let svg = figure(page_width(), height, "", |area| {
         for (column, (q, lines)) in shown.iter().enumerate() {
             for (row, (x, name)) in sizes.iter().enumerate() {

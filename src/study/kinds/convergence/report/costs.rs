@@ -3,7 +3,8 @@
 //! Digits are −log₁₀ e with e = max(|f − f*|, U(f*))/|f*| of the worst deciding quantity: no more than the reference can
 //! confirm. The bytes are those of the values of L, 8 an entry; indices, K and work space come on top.
 
-use crate::report::numbers::{digits, percent_cell};
+use crate::report::names::title;
+use crate::report::numbers::{cell, digits, percent_cell};
 use crate::report::table::{Table, headings};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::store::record::{CaseRecord, Role};
@@ -20,7 +21,7 @@ pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
         let found = -error.max(floor).log10();
         rows.push(vec![
             r.id.clone(),
-            r.formulation.clone(),
+            title(&r.formulation),
             r.mesh.cells.to_string(),
             r.dofs.to_string(),
             r.factor_nnz.to_string(),
@@ -28,14 +29,14 @@ pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
             r.all_iterations().to_string(),
             seconds(r.cpu_s),
             seconds(1e3 * r.cpu_s / r.all_iterations().max(1) as f64),
-            percent_cell(error),
-            format!("{found:.2}"),
-            if found > 0.0 { seconds(r.cpu_s / found) } else { "–".into() },
+            cell(error, percent_cell),
+            if found <= 0.0 { "none".into() } else { cell(found, |n| format!("{n:.2}")) },
+            if found > 0.0 && found.is_finite() { seconds(r.cpu_s / found) } else { "–".into() },
         ]);
     }
     Table {
         name: "costs",
-        caption: "Unknowns, entries of the factor and bytes of its values, iterations with those of refused steps, CPU time per iteration, and per digit of the worst deciding quantity. No more digits are counted than the reference has.".into(),
+        caption: "Unknowns, entries of the factor and bytes of its values, iterations with those of refused steps, CPU time per iteration, and per digit of the worst deciding quantity. No more digits are counted than the reference has; a dash where neither has an error.".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Element", "", false),

@@ -4,7 +4,7 @@ pub mod costs;
 pub mod quantities;
 pub mod summary;
 
-use crate::report::numbers::seconds;
+use crate::report::numbers::{percent, seconds};
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
 use crate::study::content::Content;
@@ -47,11 +47,11 @@ fn facts(analysis: &Analysis<ConvergenceFindings>) -> Vec<(String, String)> {
     let Some(r) = &analysis.recommended else { return vec![] };
     let mut out = vec![
         (r.label.clone(), "cheapest setting to trust".into()),
-        (format!("{:.2} %", 100.0 * r.error_bar), format!("error bar, tolerance {:.0} %", 100.0 * analysis.tolerance)),
+        (percent(r.error_bar), format!("error bar, tolerance {}", percent(analysis.tolerance))),
         (seconds(r.cost_s), if analysis.cost == "cpu_s" { "of one core per case" } else { "per case" }.into()),
     ];
     if let Some((label, bar, cost)) = &r.next {
-        out.push((format!("{:.2} %, {}", 100.0 * bar, seconds(*cost)), format!("next better: {label}")));
+        out.push((format!("{}, {}", percent(*bar), seconds(*cost)), format!("next better: {label}")));
     }
     out
 }

@@ -1,6 +1,7 @@
 //! Tables of a convergence study.
 
-use crate::report::numbers::{digits, percent_cell, space};
+use crate::report::names::title;
+use crate::report::numbers::{cell, digits, percent_cell, space, within};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -11,20 +12,19 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     for q in &analysis.quantities {
         for e in &q.estimates {
             let chosen = q.reference.as_ref().is_some_and(|r| r.family == e.family);
-            let decimals = digits(e.uncertainty.max(1e-4 * e.extrapolated.abs()));
             let optional = |v: Option<f64>, n: usize| v.map_or("–".into(), |v| format!("{v:.n$}"));
             rows.push(vec![
                 q.quantity.label.clone(),
                 q.variant.clone(),
-                format!("{} ({})", e.family, e.formulation),
+                of_element(&e.family, &e.formulation),
                 e.role.words().into(),
                 e.class.words().into(),
                 optional(e.convergence_ratio, 2),
                 optional(e.observed_order, 2),
                 optional(e.observed_order_coarser, 2),
                 optional(e.gci_percent, 2),
-                format!("{:.decimals$}{}", e.extrapolated, space(&q.quantity.unit)),
-                percent_cell(e.uncertainty / e.extrapolated.abs()),
+                format!("{}{}", within(e.extrapolated, e.uncertainty), space(&q.quantity.unit)),
+                cell(e.uncertainty / e.extrapolated.abs(), percent_cell),
                 e.method.clone(),
                 if chosen { "reference".into() } else { overlap(q, &e.family) },
             ]);
@@ -41,6 +41,12 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
         rows,
         pick: None,
     }
+}
+
+/// A family with its element, where the name of the family does not tell it.
+fn of_element(family: &str, formulation: &str) -> String {
+    let element = title(formulation);
+    if [element.as_str(), formulation].contains(&family) { element } else { format!("{family} ({element})") }
 }
 
 fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {
@@ -89,8 +95,8 @@ pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
                 s.family.clone(),
                 format!("{:.2}", 1e3 * s.h_m),
                 format!("{:.*}", digits(s.cost_s), s.cost_s),
-                if s.worst.is_finite() { percent_cell(s.worst) } else { "–".into() },
-                if s.worst.is_finite() { s.limited_by.clone() } else { "not run in every variant".into() },
+                cell(s.worst, percent_cell),
+                s.limited_by.clone(),
                 if s.worst <= analysis.tolerance { "yes" } else { "no" }.into(),
             ]
         })
@@ -128,7 +134,7 @@ pub fn curves(analysis: &ConvergenceFindings) -> Table {
                     relative(n.l2_to_finer),
                     relative(n.linf_to_finer),
                     n.l2_error.map_or("–".into(), percent_cell),
-                    format!("{:.1}", (1e4 * n.lag_s).round() / 10.0 + 0.0),
+                    n.lag_s.map_or("–".into(), |lag| format!("{:.1}", (1e4 * lag).round() / 10.0 + 0.0)),
                     n.cycle_defect.map_or("–".into(), |v| format!("{:.1e}", v)),
                     c.observed_order.map_or("–".into(), |p| format!("{p:.2}")),
                 ]);

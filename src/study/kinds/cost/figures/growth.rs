@@ -32,7 +32,12 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
     let panels = Panels::new(kinds.len(), (LEFT, GAP, 5.0), (LEAST, EACH));
     let wide = panels.width();
     let bottom = TOP + TALL + (panels.rows() - 1.0) * ROW + 14.5;
-    let svg = figure(wide, bottom + 4.2 * legend_lines(formulations.len(), wide - LEFT), "", |area| {
+    let entry = |(k, name): (usize, &&str)| {
+        let (m, c) = style(k % PALETTE.len());
+        (Sample::Mark(m, c), title(name))
+    };
+    let entries: Vec<(Sample, String)> = formulations.iter().enumerate().map(entry).collect();
+    let svg = figure(wide, bottom + 4.2 * legend_lines(&entries, wide - LEFT), "", |area| {
         for (k, kind) in kinds.iter().enumerate() {
             let own: Vec<&&GrowthLaw> = laws.iter().filter(|l| l.of == *kind).collect();
             let (label, heading) = match kind {
@@ -70,11 +75,7 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
             plot.axes(true);
             plot.title(letter(k, kinds.len()), heading);
         }
-        let entry = |(k, name): (usize, &&str)| {
-            let (m, c) = style(k % PALETTE.len());
-            (Sample::Mark(m, c), title(name))
-        };
-        legend_below(area, (LEFT, bottom), wide - LEFT, formulations.iter().enumerate().map(entry).collect());
+        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
     });
     let caption = "Growth with the cells: measured (full marks), fitted power law with the 95 % interval of its exponent, and what it \
                    says about twice the most cells before anything is run there (hollow)."

@@ -5,9 +5,9 @@ use crate::report::canvas::{
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
 use crate::report::names;
-use crate::report::numbers::capital;
+use crate::report::numbers::{capital, raised};
 use crate::report::panels::{Panels, letter};
-use crate::report::plot::{Axis, Plot, superscript};
+use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::store::record::Role;
@@ -28,6 +28,8 @@ const ROW: f64 = TALL + 19.0;
 struct Amount {
     label: String,
     title: &'static str,
+    /// In the caption
+    words: &'static str,
     of: fn(&CostedCase) -> Option<f64>,
 }
 
@@ -38,7 +40,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     if shown.is_empty() {
         return None;
     }
-    let cost = Amount { label: "CPU time [s]".into(), title: "", of: |s| Some(s.cost_s) };
+    let cost = Amount { label: "CPU time [s]".into(), title: "", words: "", of: |s| Some(s.cost_s) };
     let (panels, without): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
         shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).partition(|(q, m)| q.uncertainty(*m).is_finite());
     if panels.is_empty() {
@@ -71,21 +73,25 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
         Amount {
             label: format!("free degrees of freedom {}", italic("n")),
             title: "unknowns",
+            words: "unknowns",
             of: |s| Some(s.dofs as f64),
         },
         Amount {
             label: format!("entries of the factor nnz({})", italic("L")),
             title: "Cholesky factor",
+            words: "entries of the factor",
             of: |s| Some(s.factor_nnz as f64),
         },
         Amount {
-            label: format!("operations in all factorisations [10{}]", superscript(9)),
+            label: format!("operations in all factorisations [{}]", raised(9)),
             title: "operations",
+            words: "additions and multiplications of all its factorisations",
             of: |s| Some(1e-9 * s.flops).filter(|f| *f > 0.0),
         },
         Amount {
             label: "largest resident set [MB]".into(),
             title: "memory",
+            words: "largest resident set of the process",
             of: |s| s.memory_bytes.map(|b| 1e-6 * b as f64),
         },
     ];
@@ -102,10 +108,12 @@ pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Op
     let svg = sheet(store, &[q], amounts.len(), |k, area, frame| {
         panel(store, a, q, Measure::Peak, amounts[k], amounts[k].title, area, frame, letter(k, amounts.len()));
     });
+    let over: Vec<&str> = amounts.iter().map(|x| x.words).collect();
     let caption = format!(
-        "Error of the peak {}, {}, over what a case consists of: unknowns, entries of the factor, additions and multiplications \
-         of all its factorisations, and the largest resident set of the process.",
-        q.quantity.label, q.variant_label
+        "Error of the peak {}, {}, over what a case consists of: {}.",
+        q.quantity.label,
+        q.variant_label,
+        over.join("; ")
     );
     Some(Figure { name: format!("work-amounts-{variant}"), svg, caption })
 }
@@ -130,7 +138,7 @@ fn sheet(
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
     let panels = Panels::new(count, (LEFT, GAP, 5.0), (LEAST, EACH));
     let wide = panels.width();
-    let lines = legend_lines(entries.len(), wide - LEFT);
+    let lines = legend_lines(&entries, wide - LEFT);
     let bottom = TOP + ROW * panels.rows() - 6.0;
     figure(wide, bottom + 4.2 * lines + 1.0, "", |area| {
         for k in 0..count {

@@ -1,9 +1,10 @@
 //! The matrix: hard cases downwards, variants across; a disc passes, a triangle stopped with a stated reason, a cross failed.
 
 use crate::report::canvas::{
-    Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_width, text, width,
+    Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_width, text,
 };
 use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
+use crate::report::measure::width;
 use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
 use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;

@@ -1,10 +1,10 @@
 //! Where a scene holds: a map of grades over two axes, one panel for each variant.
 
-use crate::report::canvas::{Area, At, GREY, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
+use crate::report::canvas::{Area, At, GREY, INK, PALETTE, RGB, SMALL, block, figure, italic, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
-use crate::report::numbers::digits;
-use crate::report::panels::{Panels, heading, letter};
+use crate::report::panels::{Panels, headed, letter};
 use crate::study::axis::AxisRecord;
+use crate::study::figures::grid::{MapNumbers, sides};
 use crate::study::kinds::robustness::map::{Grade, Map, Panel};
 use std::collections::BTreeSet;
 
@@ -36,13 +36,12 @@ pub fn draw(map: &Map) -> Figure {
         grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
     let (words, across) = (key(map), panels.width() - LEFT);
     let bottom = TOP + ROW * panels.rows() - 4.0;
-    let lines = legend_lines(entries.len(), across);
+    let lines = legend_lines(&entries, across);
     let svg = figure(panels.width(), bottom + LINE * (lines + words.len() as f64), "", |area| {
         for (k, panel) in map.panels.iter().enumerate() {
             let (left, top) = (panels.x(k), TOP + ROW * panels.row(k));
             squares(area, map, panel, [left, top, left + panels.each, top + TALL], panels.begins_row(k));
-            let title = heading(letter(k, map.panels.len()), &panel.label);
-            text(area, &title, (mm(left), mm(top - 2.6)), At::Left, LABEL, INK);
+            headed(area, (mm(left), mm(top)), mm(panels.each), letter(k, map.panels.len()), &panel.label);
         }
         legend_below(area, (LEFT, bottom), across, entries);
         for (k, words) in words.iter().enumerate() {
@@ -50,15 +49,20 @@ pub fn draw(map: &Map) -> Figure {
         }
     });
     let caption = format!(
-        "{} Numbers are the {} {} [{}]; a right answer is within the tolerance of the study of the reference in its row.",
-        map.setup, map.peak_is, map.quantity.label, map.quantity.unit
+        "{} Numbers are the {} {}; a right answer is within the tolerance of the study of the reference in its row.",
+        map.setup, map.peak_is, map.quantity.label
     );
     Figure { name: format!("map-{}", map.family), svg, caption }
 }
 
+/// Numbers of all panels in one unit.
+fn numbers(map: &Map) -> MapNumbers {
+    MapNumbers::of(map.panels.iter().flat_map(|p| &p.points).filter_map(|p| p.peak), &map.quantity.unit)
+}
+
 /// Meaning of the numbers in the squares, with the unit, and of the abbreviations.
 fn key(map: &Map) -> Vec<String> {
-    let unit = if map.quantity.unit.is_empty() { String::new() } else { format!(" [{}]", map.quantity.unit) };
+    let unit = numbers(map).brackets();
     let mut words = vec![
         format!("number: {}", map.peak_is),
         format!("{} {}{unit}", map.quantity.label, italic(&map.quantity.symbol)),
@@ -72,29 +76,25 @@ fn key(map: &Map) -> Vec<String> {
 fn squares(area: &Area, map: &Map, panel: &Panel, [left, top, right, bottom]: [f64; 4], names: bool) {
     let (first, second): (&AxisRecord, &AxisRecord) = (&map.axes[0], &map.axes[1]);
     let (w, h) = ((right - left) / first.values.len() as f64, (bottom - top) / second.values.len() as f64);
+    let peaks: Vec<f64> = panel.points.iter().filter_map(|p| p.peak).filter(|v| v.is_finite()).collect();
+    let written = numbers(map).written(&peaks, (mm(w), mm(h)));
     for p in &panel.points {
         let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
         let (color, _) = look(p.grade);
         block(area, (mm(x) + 3, mm(y) + 3), (mm(x + w) - 3, mm(y + h) - 3), color);
         let dark = matches!(p.grade, Grade::Right | Grade::Wrong | Grade::Broken);
         let ink = if dark { RGB(0xff, 0xff, 0xff) } else { INK };
-        let words = match p.peak {
-            Some(peak) if peak.is_finite() => format!("{peak:.*}", digits(1e-1 * peak)).replace('-', "−"),
-            _ => abbreviated(&p.status),
+        let words = match p.peak.filter(|peak| peak.is_finite()) {
+            Some(peak) => written
+                .as_ref()
+                .and_then(|all| all.get(peaks.iter().position(|v| *v == peak)?).cloned())
+                .unwrap_or_default(),
+            None => abbreviated(&p.status),
         };
         text(area, &words, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
     }
-    for (k, value) in first.values.iter().enumerate() {
-        text(area, value, (mm(left + w * (k as f64 + 0.5)), mm(bottom + 1.5)), At::Below, SMALL, INK);
-    }
-    let name = |axis: &AxisRecord| format!("{} {}", axis.label, italic(&axis.symbol));
-    text(area, &name(first), (mm(0.5 * (left + right)), mm(bottom + 6.0)), At::Below, LABEL, INK);
-    if names {
-        for (k, value) in second.values.iter().enumerate() {
-            text(area, value, (mm(left - 1.5), mm(bottom - h * (k as f64 + 0.5))), At::Right, SMALL, INK);
-        }
-        text(area, &name(second), (mm(left - 15.0), mm(0.5 * (top + bottom))), At::Turned, LABEL, INK);
-    } else {
+    sides(area, (first, second), [left, top, right, bottom].map(mm), (names, mm(LEFT)));
+    if !names {
         crate::report::canvas::line(area, &[(mm(left), mm(top)), (mm(left), mm(bottom))], GREY, 3);
     }
 }

@@ -1,9 +1,8 @@
 //! Error budgets: one panel per prediction, one bar per group, largest first.
 
-use crate::report::canvas::{
-    At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, line, mm, page_width, text, width,
-};
+use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, line, mm, page_width, text};
 use crate::report::figure::Figure;
+use crate::report::measure::width;
 use crate::report::numbers::{capital, digits, space};
 use crate::report::panels::{heading, letter};
 use crate::report::unit;

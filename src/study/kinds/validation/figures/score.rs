@@ -1,9 +1,10 @@
 //! Measured against predicted values, in half-widths of the intervals.
 
 use crate::report::canvas::{
-    At, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, page_width, text, width,
+    At, INK, Mark, PALE, PALETTE, RGB, SMALL, dashed, figure, fill, mark, mm, page_width, text,
 };
 use crate::report::figure::{Figure, LINE, Sample, legend_below};
+use crate::report::measure::width;
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::Analysis;
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};

@@ -1,0 +1,46 @@
+//! Constants that may have either sign, and the test that tells two answers apart.
+//!
+//! Where λ₂ = 1 and λ₃ = 1/λ, in planar tests and simple shear, a term of Ogden's law has the same stresses with −μ and −α as with μ and α. The fit takes the positive α, and the
+//! intervals hold both signs. In other modes the two laws differ.
+
+use super::warning::FitWarning;
+use crate::calibrate::solve::LawFit;
+use crate::calibrate::{FitResult, Mode, Model};
+use crate::material::FitTerms;
+
+/// Widens the intervals of constants with an open sign by the other sign, and names them.
+pub fn open_signs(mut result: FitResult, answer: &LawFit, model: Model) -> FitResult {
+    let FitTerms::Separable(family) = &model.form.terms else { return result };
+    if !answer.mirrored {
+        return result;
+    }
+    let mirror = |pair: &[f64]| [pair[0] * (family.factor)(-pair[1]).0 / (family.factor)(pair[1]).0, -pair[1]];
+    let other: Vec<f64> = answer.values.chunks_exact(2).flat_map(mirror).collect();
+    for (k, (own, mirrored)) in answer.values.iter().zip(&other).enumerate() {
+        // A term that vanished has no sign
+        if own == mirrored || answer.values[k / 2 * 2] == 0.0 {
+            continue;
+        }
+        let both = |[low, high]: [f64; 2]| [low.min(-high), high.max(-low)];
+        let e = &mut result.parameters[k];
+        e.interval = both(e.interval);
+        result.in_use[k] = both(result.in_use[k]);
+        result.open_signs.push(e.symbol);
+    }
+    let decides = decisive(model, &answer.values, &other, &result);
+    result.warnings.insert(0, FitWarning::OpenSigns { symbols: result.open_signs.clone(), decides });
+    result
+}
+
+/// The mode that was not fitted in which the stresses of two answers differ most at the ends of the fitted stretches, and by what part of the larger one \[–\].
+pub fn decisive(model: Model, own: &[f64], other: &[f64], result: &FitResult) -> Option<(Mode, f64)> {
+    let differ = |mode: Mode, stretch: f64| {
+        let [a, b] = [own, other].map(|values| model.stress(values, mode, stretch));
+        (a - b).abs() / a.abs().max(b.abs())
+    };
+    let modes = Mode::PULLED.into_iter().filter(|m| !result.modes.contains(m));
+    let of = |mode: Mode| {
+        (mode, result.stretch.into_iter().map(|l| differ(mode, l)).filter(|d| d.is_finite()).fold(0.0, f64::max))
+    };
+    modes.map(of).filter(|(_, most)| *most > 0.0).max_by(|a, b| a.1.total_cmp(&b.1))
+}

@@ -1,0 +1,108 @@
+//! Widths of texts in the type of the figures, and texts that fit into a width.
+
+use crate::report::canvas::{ITALIC, LABEL, RAISED, SMALL};
+
+/// Advances of the letters from the blank to the tilde in Liberation Sans \[1/1000 em\]; Liberation Serif is narrower.
+const ADVANCES: [u16; 95] = [
+    278, 278, 355, 556, 556, 889, 667, 191, 333, 333, 389, 584, 278, 333, 278, 278, 556, 556, 556, 556, 556, 556, 556,
+    556, 556, 556, 278, 278, 584, 584, 584, 556, 1015, 667, 667, 722, 722, 667, 611, 778, 722, 278, 500, 667, 556, 833,
+    722, 778, 667, 778, 722, 667, 611, 722, 667, 944, 667, 667, 611, 278, 278, 278, 469, 556, 333, 556, 556, 500, 556,
+    556, 278, 556, 556, 222, 222, 500, 222, 833, 556, 556, 556, 556, 333, 500, 278, 556, 500, 722, 500, 500, 500, 334,
+    260, 334, 584,
+];
+/// Size of raised digits in sizes of the type around them.
+pub const RAISED_SIZE: f64 = 0.7;
+
+fn advance(c: char) -> f64 {
+    match c {
+        ' '..='~' => f64::from(ADVANCES[c as usize - 32]) / 1000.0,
+        '·' | '\u{2000}'..='\u{200a}' | '\u{202f}' => 0.28,
+        '¹' | '²' | '³' => 0.34,
+        '°' => 0.4,
+        '…' => 1.0,
+        c if c.is_uppercase() => 0.75,
+        _ => 0.6,
+    }
+}
+
+/// Width of a text \[units\].
+pub fn width(s: &str, size: i32) -> i32 {
+    let (mut ems, mut of) = (0.0, 1.0);
+    for c in s.chars() {
+        match c {
+            _ if c == ITALIC.0 || c == ITALIC.1 => {}
+            _ if c == RAISED.0 => of = RAISED_SIZE,
+            _ if c == RAISED.1 => of = 1.0,
+            c => ems += of * advance(c),
+        }
+    }
+    (ems * f64::from(size)).round() as i32
+}
+
+/// Width of a text \[mm\].
+pub fn width_in_mm(s: &str, size: i32) -> f64 {
+    f64::from(width(s, size)) * 25.4 / 720.0
+}
+
+/// The text, or its beginning with an ellipsis where it is wider than `room` \[units\].
+pub fn shortened(s: &str, size: i32, room: i32) -> String {
+    if width(s, size) <= room {
+        return s.into();
+    }
+    let mut out = String::new();
+    for c in s.chars() {
+        if width(&format!("{out}{c}…"), size) > room {
+            break;
+        }
+        out.push(c);
+    }
+    format!("{}…", out.trim_end())
+}
+
+/// The text in `count` lines at most, divided at blanks; the last one is shortened where the rest is too long.
+pub fn wrapped(s: &str, size: i32, room: i32, count: usize) -> Vec<String> {
+    let mut lines: Vec<String> = vec![];
+    for word in s.split(' ') {
+        let is_full = lines.len() >= count;
+        match lines.last_mut() {
+            Some(last) if is_full || width(&format!("{last} {word}"), size) <= room => *last = format!("{last} {word}"),
+            _ => lines.push(word.into()),
+        }
+    }
+    lines.into_iter().map(|line| shortened(&line, size, room)).collect()
+}
+
+/// Size of type and lines of a heading for this room \[units\]: in labels where it fits, else smaller, then in two lines.
+pub fn heading_lines(words: &str, room: i32) -> (i32, Vec<String>) {
+    let size = if width(words, LABEL) <= room { LABEL } else { SMALL };
+    (size, wrapped(words, size, room, 2))
+}
+
+/// Label of an axis in this room \[units\]: the words are shortened, the unit behind them stays.
+pub fn label_within(label: &str, room: i32) -> (i32, String) {
+    let size = if width(label, LABEL) <= room { LABEL } else { SMALL };
+    let split = label.rfind(" [").unwrap_or(label.len());
+    let (words, unit) = label.split_at(split);
+    (size, format!("{}{unit}", shortened(words, size, room - width(unit, size))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::canvas::italic;
+
+    #[test]
+    fn texts_fit_into_their_room() {
+        let long = "error of the largest displacement of a tip with a long name, own weight";
+        for room in [200, 700, 1500, 4000] {
+            assert!(width(&shortened(long, SMALL, room), SMALL) <= room);
+            let (size, lines) = heading_lines(long, room);
+            assert!(lines.len() <= 2 && lines.iter().all(|l| width(l, size) <= room), "{lines:?}");
+            let (size, label) = label_within(&format!("{long} {} [kPa]", italic("u")), room);
+            assert!(label.ends_with("[kPa]") && (room < 300 || width(&label, size) <= room), "{label}");
+        }
+        assert_eq!(shortened("short", SMALL, 1000), "short");
+        assert_eq!(heading_lines(long, 1600).1.len(), 2);
+        assert_eq!(wrapped("one two", SMALL, 1, 1), ["…"]);
+    }
+}

@@ -1,0 +1,121 @@
+//! Maps over two axes: names of the values along both sides, and numbers in the squares that have room there.
+
+use crate::report::canvas::{Area, At, INK, SMALL, italic, mm, text};
+use crate::report::measure::{label_within, shortened, width};
+use crate::report::numbers::fixed;
+use crate::report::unit;
+use crate::study::axis::AxisRecord;
+
+/// Room of a name in its square and of a number in its \[units\].
+const MARGIN: i32 = 16;
+/// Height of a line of numbers \[units\].
+const LINE: i32 = 74;
+
+/// `g/cm^3` → `g/cm³`, `40 um` → `40 µm`, `-20 deg` → `−20°`
+pub fn raised(value: &str) -> String {
+    let sign = |text: &str| text.strip_prefix('-').map_or_else(|| text.into(), |size| format!("−{size}"));
+    if let Some(number) = value.strip_suffix(" deg") {
+        return format!("{}°", sign(number));
+    }
+    let micro = value.strip_suffix("um").map(|number| format!("{number}µm"));
+    sign(micro.as_deref().unwrap_or(value)).replace("^2", "²").replace("^3", "³")
+}
+
+/// Values of an axis, and its name with the unit where all of them have one: `−0.2` under `traction q [kPa]`.
+fn named(axis: &AxisRecord) -> (Vec<String>, String) {
+    let name = format!("{} {}", axis.label, italic(&axis.symbol));
+    let unit_of = |value: &String| value.rsplit_once(' ').map(|(_, unit)| unit.to_string());
+    let first = axis.values.first().and_then(unit_of);
+    let shared = first
+        .filter(|_| !axis.numbers.is_empty())
+        .filter(|u| axis.values.iter().all(|v| unit_of(v).as_ref() == Some(u)));
+    let Some(shared) = shared else { return (axis.values.iter().map(|v| raised(v)).collect(), name) };
+    let bare = |value: &String| raised(value.rsplit_once(' ').map_or(value, |(number, _)| number));
+    let unit = if shared == "deg" { "°".into() } else { raised(&format!(" {shared}")).trim().to_string() };
+    (axis.values.iter().map(bare).collect(), format!("{name} [{unit}]"))
+}
+
+/// Names of the values below a map, and at its left where `left_too`; of names that would lie over each other some are left out.
+pub fn sides(area: &Area, (first, second): (&AxisRecord, &AxisRecord), frame: [i32; 4], (left_too, room): (bool, i32)) {
+    let [left, top, right, bottom] = frame;
+    let (values, name) = named(first);
+    let wide = (right - left) / values.len().max(1) as i32;
+    let widest = values.iter().map(|v| width(v, SMALL)).max().unwrap_or(0) + MARGIN;
+    // Numbers between two that have a name can be told; words cannot, and are shortened
+    let every = if first.numbers.is_empty() { 1 } else { (widest as usize).div_ceil(wide.max(1) as usize).max(1) };
+    for (k, value) in values.iter().enumerate().step_by(every) {
+        let shown = shortened(value, SMALL, every as i32 * wide - MARGIN);
+        text(area, &shown, (left + wide * k as i32 + wide / 2, bottom + mm(1.5)), At::Below, SMALL, INK);
+    }
+    let (size, name) = label_within(&name, right - left);
+    text(area, &name, ((left + right) / 2, bottom + mm(6.0)), At::Below, size, INK);
+    if !left_too {
+        return;
+    }
+    let (values, name) = named(second);
+    let (n, tall) = (values.len().max(1) as i32, bottom - top);
+    let every = (LINE * n).div_euclid(tall.max(1)).max(0) as usize + usize::from((LINE * n) % tall.max(1) > 0);
+    let mut widest = 0;
+    for (k, value) in values.iter().enumerate().step_by(every.max(1)) {
+        let shown = shortened(value, SMALL, room - mm(6.5));
+        widest = widest.max(width(&shown, SMALL));
+        let y = bottom - (f64::from(tall) * (k as f64 + 0.5) / f64::from(n)).round() as i32;
+        text(area, &shown, (left - mm(1.5), y), At::Right, SMALL, INK);
+    }
+    let (size, name) = label_within(&name, tall);
+    let at = (left - mm(1.5) - widest.max(mm(8.0)) - mm(1.5), (top + bottom) / 2);
+    text(area, &name, at, At::Turned, size, INK);
+}
+
+/// How the numbers of a map are written.
+pub struct MapNumbers {
+    power: i32,
+    decimals: usize,
+    /// In the brackets of the title
+    pub unit: String,
+}
+
+impl MapNumbers {
+    /// One unit and power of ten for all values, with three digits of the largest one.
+    pub fn of(values: impl Iterator<Item = f64>, unit: &str) -> Self {
+        let largest = values.filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
+        let (power, unit) = unit::with_power(unit, largest, largest);
+        let size = largest * 10f64.powi(power);
+        let decimals = if size > 0.0 { (2 - size.log10().floor() as i32).clamp(0, 5) as usize } else { 0 };
+        Self { power, decimals, unit }
+    }
+
+    /// The number with as many digits as have room in a square; `None` where not even a whole number has.
+    pub fn written(&self, values: &[f64], (wide, tall): (i32, i32)) -> Option<Vec<String>> {
+        let scaled =
+            |decimals: usize| values.iter().map(|v| fixed(v * 10f64.powi(self.power), decimals)).collect::<Vec<_>>();
+        let fits = |all: &Vec<String>| all.iter().all(|n| width(n, SMALL) + MARGIN / 2 <= wide);
+        (0..=self.decimals).rev().map(scaled).find(fits).filter(|_| tall >= LINE)
+    }
+
+    /// ` [kPa]`, or nothing without a unit.
+    pub fn brackets(&self) -> String {
+        if self.unit.is_empty() { String::new() } else { format!(" [{}]", self.unit) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_of_an_axis_as_a_paper_writes_them() {
+        let written = ["-20 deg", "40 um", "1.1 g/cm^3", "0 deg", "-3 mm"].map(raised);
+        assert_eq!(written, ["−20°", "40 µm", "1.1 g/cm³", "0°", "−3 mm"]);
+    }
+
+    #[test]
+    fn numbers_of_a_map_have_one_power_and_fit() {
+        let values = [1.9e-5, 2e-6, 1e-12, 0.0];
+        let numbers = MapNumbers::of(values.into_iter(), "J");
+        assert_eq!(numbers.brackets(), " [µJ]");
+        assert_eq!(numbers.written(&values, (400, 100)).expect("room"), ["19.0", "2.0", "< 0.1", "0.0"]);
+        assert_eq!(numbers.written(&values, (130, 100)).expect("room"), ["19", "2", "< 1", "0"]);
+        assert!(numbers.written(&values, (20, 100)).is_none() && numbers.written(&values, (400, 20)).is_none());
+    }
+}
