@@ -249,7 +249,7 @@ fn tables_that_are_no_tracks_are_refused_with_a_remedy() {
         ("t_s,force_N\n0,1\n", "names columns of markers"),
         ("t_s,a_x,a_y,a_z\n0,1,2,3\n", "--unit mm"),
         ("t_s,a_x_mm,a_y_mm\n0,1,2\n", "names columns of markers"),
-        ("t_s,a_x_mm,a_y_mm,a_z_mm,b_x_mm\n0,1,2,3,4\n", "lack a coordinate: b"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm,b_x_mm\n0,1,2,3,4\n", "without a coordinate: b"),
         ("t_s,a_x_mm,a_y_cm,a_z_mm\n0,1,2,3\n", "different units: cm, mm"),
         ("t_s,a_x_m,a_y_m,a_z_m\n0,150,2,3\n1,151,2,3\n", "off by 1000"),
         ("t_s,a_x_um,a_y_um,a_z_um\n0,0.1,0.2,0.3\n", "off by 1000"),
@@ -276,7 +276,7 @@ fn markers_that_swap_are_named() {
     let names = ["a", "b", "c"].map(String::from);
     let reference: Vec<Vec3> = [[0.0, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.02, 0.04]].map(Vec3::from).to_vec();
     let fact = pose(&tracks, &names, &reference).expect_err("swapped").to_string();
-    assert!(fact.contains("a and b at 0.4 s") && fact.contains("1 markers"), "{fact}");
+    assert!(fact.contains("a and b at 0.4 s") && fact.contains("1 marker"), "{fact}");
     let unknown = pose(&tracks, &["a".into(), "q".into(), "r".into()], &reference).expect_err("unknown").to_string();
     assert!(unknown.contains("no markers q, r"), "{unknown}");
     assert!(pose(&tracks, &names[..2], &reference[..2]).expect_err("two").to_string().contains("three points or more"));

@@ -54,6 +54,7 @@ fn shorter_ranges(fit: &StoredFit) -> String {
     let outside: Vec<&str> = moved().filter(is_outside).map(|(p, _)| p.symbol.as_str()).collect();
     let more = match outside.len() {
         0 => String::new(),
+        1 if spans.len() == 1 => ", more than the interval says".into(),
         n if n == spans.len() => ", more than the intervals say".into(),
         _ => format!(", of {} more than the interval says", wording::all(&outside)),
     };
