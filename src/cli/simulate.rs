@@ -133,7 +133,6 @@ pub fn main(args: Args) -> CommandResult {
     let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
     let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
-    interrupt::set_up(true);
     let (scene, build_s) = build(&file, spec, text, body)?;
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
@@ -254,6 +253,7 @@ fn build(
     text: String,
     body: Arc<Body>,
 ) -> Result<(Scene, f64), Box<dyn std::error::Error>> {
+    interrupt::set_up(true);
     let building = Instant::now();
     let scene = Scene::build(file, spec, text, body)?;
     markers::read(&scene)?;
