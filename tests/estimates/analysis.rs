@@ -474,7 +474,7 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     let damaged = || report::write(dir.path()).unwrap_or_else(|e| panic!("{e}")).damaged.join("\n");
     assert!(damaged().contains("line 3: bending_angle_deg is \"fast\""), "{}", damaged());
     std::fs::write(path("cases/sizes-length-9300.json"), "{\"id\": 3").expect("file");
-    assert!(damaged().contains("sizes-length-9300.json is not a valid record"), "{}", damaged());
+    assert!(damaged().contains("sizes-length-9300.json: it is not a valid record"), "{}", damaged());
     for (provenance, wrote) in [
         (r#"{"version": "0.1.0", "scene": ""}"#, "an earlier build of durometer 0.1.0"),
         (
@@ -484,7 +484,7 @@ fn missing_and_failed_cases_still_get_a_report_and_broken_files_a_remedy() {
     ] {
         let text = format!(r#"{{"id": "sizes-length-9300", "provenance": {provenance}}}"#);
         std::fs::write(path("cases/sizes-length-9300.json"), text).expect("file");
-        let said = damaged();
+        let said = message();
         assert!(
             said.contains(wrote) && said.contains("missing field") && said.contains("run the study again"),
             "{said}"

@@ -139,11 +139,9 @@ fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), 
     {
         return Err(builder.content(place, format!("friction is {mu}"), "a coefficient of friction is not negative"));
     }
-    if let CableDriveSpec::Tension { .. } = spec.drive {
-        if spec.max_tension.is_some() {
-            let fact = "max_tension limits a drive by length, and this one is a tension";
-            return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
-        }
+    if matches!(spec.drive, CableDriveSpec::Tension { .. }) && spec.max_tension.is_some() {
+        let fact = "max_tension limits a drive by length, and this one is a tension";
+        return Err(builder.content(place, fact, "remove it, or take drive = { kind = \"length\", signal = … }"));
     }
     Ok(())
 }
