@@ -82,8 +82,20 @@ def test_a_law_in_python_runs_in_threads_and_its_exception_ends_the_study(tmp_pa
     study = durometer.Study.load(tmp_path)
     with pytest.raises(ZeroDivisionError, match="in the study"):
         study.run(tmp_path / "out", only="c2", isolation="threads")
-    with pytest.raises(durometer.InputError, match="no law `python_in_study`"):
-        study.run(tmp_path / "other", only="c2", isolation="processes")
+
+
+def test_a_law_in_python_is_not_known_in_other_processes(tmp_path: Path) -> None:
+    from test_laws import PythonNeoHookean
+
+    class InThisProcess(PythonNeoHookean):
+        name = "python_in_this_process"
+
+    durometer.register_law(InThisProcess)
+    (tmp_path / "scene.toml").write_text(BEAM.replace("neo_hookean", "python_in_this_process"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    study = durometer.Study.load(tmp_path)
+    with pytest.raises(durometer.InputError, match="no law `python_in_this_process`"):
+        study.run(tmp_path / "out", only="c2", isolation="processes")
 
 
 def test_shipped_studies_are_known_by_name() -> None:
