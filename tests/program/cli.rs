@@ -3,7 +3,7 @@
 use crate::common::stores::{assert_same, contents};
 use crate::common::tools;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -312,6 +312,49 @@ fn simulate_writes_series_signals_record_and_fields() {
         let frame = format!("scene-{k:04}.vtu");
         assert!(pvd.contains(&frame) && out.join(&frame).is_file(), "{frame}");
     }
+}
+
+/// A later run leaves nothing of an earlier one next to its own files, but for saved states and files of others.
+#[test]
+fn a_later_run_removes_what_it_has_not_written() {
+    let (keep, out) = folder();
+    call(&["simulate", SCENE, "--out", &out, "--vtu", "--save-state", "end"], 0);
+    std::fs::write(keep.path().join("scene.notes.txt"), "mine").expect("writable");
+    let names = || -> BTreeSet<String> {
+        let entries = std::fs::read_dir(keep.path()).expect("a folder").flatten();
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+    };
+    assert!(["scene.html", "scene.pvd", "scene-0000.vtu"].iter().all(|file| names().contains(*file)));
+    call(&["simulate", SCENE, "--out", &out, "--no-view"], 0);
+    let left = ["scene-end.state", "scene.csv", "scene.json", "scene.notes.txt", "scene.signals.csv"];
+    assert_eq!(names(), left.map(String::from).into());
+}
+
+/// Where another process writes the rows of a scene of this name, nothing is run.
+#[test]
+#[cfg(unix)]
+fn a_second_run_of_a_name_is_refused() {
+    let (keep, out) = folder();
+    let rows = std::fs::File::create(keep.path().join("scene.partial.csv")).expect("writable");
+    rows.try_lock().expect("nobody else");
+    let output = durometer(&["simulate", SCENE, "--out", &out]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("another process runs a scene of this name"), "{said}");
+    drop(rows);
+    call(&["simulate", SCENE, "--out", &out], 0);
+}
+
+/// A limit on the size of files, as batch systems set one, is an error of writing, and the rows of the run are kept.
+#[test]
+#[cfg(unix)]
+fn a_limit_on_the_size_of_files_is_told() {
+    let (keep, out) = folder();
+    let program = env!("CARGO_BIN_EXE_durometer");
+    let line = format!("ulimit -f 4; exec '{program}' simulate {SCENE} --out '{out}'");
+    let output = Command::new("sh").args(["-c", &line]).current_dir(ROOT).output().expect("a shell");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && said.contains("cannot be written: File too large"), "{said}");
+    assert!(keep.path().join("scene.partial.csv").is_file(), "{said}");
 }
 
 #[test]
