@@ -34,12 +34,13 @@ use crate::effect::{CellPoints, FibreFamilies, Membrane, Mullins, Stressed, Visc
 use crate::material::Law;
 use crate::math::tensor::Vec3;
 use crate::mesh::generate::MeshStore;
+use crate::mesh::wall::Wall;
 use crate::mesh::{Region, TetMesh};
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::{Effect, System, SystemError, SystemParts, Ties};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// A scene ready to run.
@@ -94,6 +95,8 @@ pub struct Scene {
     pub no_limit: Option<String>,
     /// Time that building it took, a part of its `time_budget`
     pub(super) set_up: Duration,
+    /// Its thinnest wall, from when it was asked for
+    pub(super) wall: OnceLock<Option<Wall>>,
 }
 
 /// Additions that a file cannot hold: laws, effects and recorders from Rust.
@@ -279,9 +282,7 @@ impl Scene {
         let measured = read_measured(builder, &spec.comparisons, &columns)?;
         check_continued(builder, !spec.events.is_empty())?;
         let controls = build_controls(builder, &columns, &cables, &cavities)?;
-        let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
-        let frames = frames.chain(&builder.frames).flat_map(AffineFrame::rest);
-        let points = body.mesh.points.iter().copied().chain(frames).collect();
+        let points = points(&body.mesh, &rigids, &contacts, builder);
         let (prescribed, signals, notes) = builder.finish();
         let Builder { nodes, regions, effects, constraints, gathered, spans, skins, tied, begun, .. } = built;
         let parts =
@@ -320,6 +321,7 @@ impl Scene {
             notes,
             no_limit,
             set_up: begun.elapsed(),
+            wall: OnceLock::new(),
         })
     }
 
@@ -351,6 +353,13 @@ impl Scene {
         }
         Err(format!("the scene records no \"{name}\"; {}", hint(name, &columns[1..])))
     }
+}
+
+/// Places at rest of the nodes of the mesh and of all frames.
+fn points(mesh: &TetMesh, rigids: &[RigidBody], contacts: &[NamedContact], builder: &Builder) -> Vec<Vec3> {
+    let frames = rigids.iter().map(|b| &b.frame).chain(contacts.iter().filter_map(NamedContact::moving));
+    let frames = frames.chain(&builder.frames).flat_map(AffineFrame::rest);
+    mesh.points.iter().copied().chain(frames).collect()
 }
 
 /// Numbers of bodies and obstacles that move, and of rigid inserts: each has a frame of four nodes.

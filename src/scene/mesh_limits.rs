@@ -26,8 +26,10 @@ pub fn limits_of_mesh(mesh: &TetMesh, spec: &MeshSpec) -> Vec<(&'static str, Str
 
 /// The thinnest wall of the body. Planes of symmetry and clamped faces are no sides of it.
 pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
-    let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
-    thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
+    *scene.wall.get_or_init(|| {
+        let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
+        thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
+    })
 }
 
 fn limits(mesh: &TetMesh, wall: Option<Wall>, gap: Option<Gap>, spec: &MeshSpec) -> Vec<(&'static str, String)> {

@@ -3,7 +3,7 @@
 use crate::report::canvas::{
     Area, At, GREY, INK, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, page_width, text,
 };
-use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lines, style};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
@@ -76,7 +76,7 @@ fn sheet(
         .map(|k| {
             let f = &store.study.families[*k];
             let (m, c) = style(*k);
-            (Sample::Mark(m, c), crate::report::figure::family_label(&f.name, &f.formulation))
+            (Sample::Mark(m, c), family_label(&f.name, &f.formulation))
         })
         .collect();
     entries.extend(extra);
@@ -183,7 +183,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
                 line(area, &path, style(family).1, 7);
             }
             if let Some((_, p)) = y[0] {
-                orders.push((format!("{p:.2} ({})", e.family), style(family).1));
+                orders.push((format!("{p:.2}, {}", family_label(&e.family, &e.formulation)), style(family).1));
             }
         }
         // The scatter of the seeds about their mean, as it moves the error
