@@ -19,3 +19,13 @@ pub fn keep_freed() {
         }
     }
 }
+
+/// Lets the threads of this process share one arena. With an arena of its own each thread keeps what it frees for itself, and a case whose
+/// factors are freed by one thread and made again by another one takes up to 1.7 times the memory, by chance.
+pub fn share_one_arena() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    // SAFETY: the call has no preconditions; it holds for arenas that do not exist yet.
+    unsafe {
+        libc::mallopt(libc::M_ARENA_MAX, 1);
+    }
+}

@@ -1,5 +1,6 @@
 //! `durometer worker`
 
+use super::memory;
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::threads;
 use durometer::study::run::worker::{Said, obey};
@@ -22,6 +23,8 @@ pub fn main(_: Args) -> CommandResult {
     static SHARED: AtomicBool = AtomicBool::new(false);
     // Where memory is short, the system ends this process before the one that has started it
     std::fs::write("/proc/self/oom_score_adj", "500").ok();
+    // What is expected of a case is then what it takes
+    memory::share_one_arena();
     threads::use_threads(1);
     let mut order = String::new();
     std::io::stdin().read_line(&mut order)?;

@@ -421,8 +421,8 @@ fn cases_take_the_memory_that_is_allowed() {
     for member in ["c0", "c2", "c3"] {
         let work = &record("free", member)["work"];
         let ratio = work["expected_bytes"].as_f64().expect("known") / work["memory_bytes"].as_f64().expect("measured");
-        // Buffers of the assembly and of the columns that are solved for are not in it, and the copy in single precision need not be made
-        assert!((0.75..1.5).contains(&ratio), "{member}: {ratio}");
+        // The copy in single precision need not be made, and not everything that is counted is held at the same time
+        assert!((1.0..1.5).contains(&ratio), "{member}: {ratio}");
     }
     let expected = record("free", "c0")["work"]["expected_bytes"].as_u64().expect("known");
     // Two of them do not fit, and one does: they wait for each other
