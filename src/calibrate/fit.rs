@@ -1,6 +1,7 @@
 //! From a request to a result: choose data points, fit, judge.
 
 use super::judgement::certificate::certificate;
+use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, Stated};
 use super::judgement::mirrored::open_signs;
 use super::judgement::misfit::residuals;
@@ -98,6 +99,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         otherwise: otherwise(&experiment, &setting, &fitted, &answer, is_fitted),
         unidentified: answer.identified.directions.clone(),
         open_signs: vec![],
+        undetermined: vec![],
         stability: certificate(model, &answer.values, answer.modulus, largest),
         partner,
         poisson,
@@ -119,7 +121,9 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));
     result.warnings.extend(no_repeat(&fitted));
     result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));
-    Ok(open_signs(result, &answer, model))
+    result = open_signs(result, &answer, model);
+    result.undetermined = undetermined(&result.parameters, &result.open_signs, &answer, model);
+    Ok(result)
 }
 
 /// The constants with the 95 % interval of the error model, by profile likelihood where the law is not linear in them, and of the stated errors of the
