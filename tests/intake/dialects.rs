@@ -185,7 +185,7 @@ fn requests() -> Vec<Case> {
         case(
             "no names, and columns called by their numbers",
             table("", |l| (l + 0.01, nominal(l + 0.01))).trim_start(),
-            Logged(&["no names of columns; they are taken by their numbers", "\"column 1\" is a stretch"]),
+            Logged(&["no names of columns; they are taken by their numbers", "\"column 1\" is stretch"]),
         )
         .with(|c| {
             (c.strain, c.stress) = (Some("#1".into()), Some("#2".into()));
