@@ -302,17 +302,21 @@ fn laws_with_constants_that_mean_nothing_are_not_determined() {
     }
 }
 
-/// Two large terms that cancel each other on data of one term: no interval is open, and the constants are known in combination only.
+/// Two terms of which a small range with noise knows the sum: no interval is open, and a constant may be zero. That of one term is determined by the same data.
 #[test]
-fn terms_that_cancel_each_other_are_not_determined() {
+fn terms_that_only_their_sum_determines_are_not_determined() {
     let mut noise = Random(5);
     let rows = |noise: &mut Random| {
         let law = model("mooney_rivlin", 2);
-        samples(law, &[0.1e6, 0.02e6], &[Mode::Uniaxial], [1.01, 1.08], 40, |p| p + 200.0 * noise.normal())
+        samples(law, &[0.1e6, 0.02e6], &[Mode::Uniaxial], [1.01, 1.08], 40, |p| p + 2000.0 * noise.normal())
     };
     let r = fitted(model("mooney_rivlin", 2), &[Mode::Uniaxial], rows(&mut noise));
     assert!(r.parameters.iter().all(|e| e.interval.iter().all(|end| end.is_finite())), "{r}");
-    assert!(!r.is_determined() && !r.undetermined.is_empty(), "{:?} {r}", r.undetermined);
+    assert!(
+        !r.is_determined() && r.undetermined[0].ends_with("not distinguished from zero"),
+        "{:?} {r}",
+        r.undetermined
+    );
     let r = fitted(model("neo_hookean", 1), &[Mode::Uniaxial], rows(&mut noise));
     assert!(r.is_determined(), "{r}");
 }

@@ -1,8 +1,7 @@
 //! Which constants of a fitted law the data leave open, and why.
 //!
-//! Determined is a constant with a finite interval, a sign, a value inside the range of the search, and an interval without zero; and a law no combination of whose
-//! constants may change by more than their own size. Strongly correlated constants, such as two large terms that cancel each other, leave such a combination open although
-//! the interval of each may be finite.
+//! Determined is a constant with a finite interval, a sign, a value inside the range of the search, and an interval without zero, which is one smaller than the value. The interval
+//! of a constant is the one where all others are free: constants that only their combination determines, such as two large terms that cancel each other, have wide ones.
 
 use super::estimate::Estimate;
 use crate::calibrate::Model;
@@ -32,9 +31,6 @@ pub fn undetermined(
     take(&|e| open_signs.contains(&e.symbol), "with either sign");
     take(&|e| limits.contains(&e.symbol), "at an end of the search");
     take(&Estimate::may_be_zero, "not distinguished from zero");
-    if found.is_empty() && !answer.identified.directions.is_empty() {
-        found.push("constants known in combination only".into());
-    }
     found
 }
 
