@@ -37,18 +37,14 @@ pub fn stretch_text(v: f64) -> String {
     s.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// Significant digits of a number, beyond which an interval adds none
-const MOST: i32 = 8;
+/// An interval that is a smaller part of its value is rounding, and says nothing about the digits \[–\]
+const EXACT: f64 = 1e-6;
 /// More decimals are written as a power of ten
 const LONG: usize = 7;
 
 /// Decimals that leave two digits of the half-width of an interval, and four of a value without one.
 pub fn decimals(value: f64, half: f64) -> usize {
-    let (size, digits) = if half > 0.0 && half.is_finite() {
-        (half.max(value.abs() * 10f64.powi(2 - MOST)), 2)
-    } else {
-        (value.abs(), 4)
-    };
+    let (size, digits) = if half.is_finite() && half > EXACT * value.abs() { (half, 2) } else { (value.abs(), 4) };
     if size == 0.0 || !size.is_finite() {
         return 1;
     }
@@ -157,6 +153,7 @@ mod tests {
         for (value, unit, half, text) in [
             (357_123.4, "Pa", 23_000.0, "357 kPa"),
             (357_123.4, "Pa", 2.0, "357.1234 kPa"),
+            (357_123.4, "Pa", 0.01, "357.1 kPa"),
             (1.1753, "–", 0.2, "1.18"),
             (-41_234.0, "Pa", 300.0, "-41.23 kPa"),
             (43.21, "Pa", 9000.0, "43 Pa"),

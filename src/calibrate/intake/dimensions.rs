@@ -25,7 +25,7 @@ pub struct Dimensions {
     pub compliance: Option<f64>,
 }
 
-/// The dimension that a symbol of ISO 37 and testXpert stands for, as in `L0 [mm]`.
+/// The dimension that a symbol of ISO 37 and testXpert denotes, as in `L0 [mm]`.
 pub(super) fn symbol(name: &str) -> Option<&'static str> {
     match name.split(['[', '(', ' ']).next()? {
         "L0" | "l0" | "L₀" => Some("gauge_length"),
