@@ -113,7 +113,7 @@ pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Optio
     let leaves = |(a, b): (&Estimate, &Estimate)| a.value < b.interval[0] || a.value > b.interval[1];
     let answer = list(own, other.iter().map(|e| e.value));
     let Offset { mode, strain, .. } = offset;
-    own.iter().zip(other).any(leaves).then(|| FitWarning::Slack { mode, strain, answer })
+    own.iter().zip(other).any(leaves).then_some(FitWarning::Slack { mode, strain, answer })
 }
 
 /// The answer of a choice of data points that was not requested: the last loading, else every data point.
