@@ -23,10 +23,8 @@ impl Bounded {
 
     /// `0.213 (0.198 to 0.228)` with a unit; pascals in the unit that fits. An end without a bound is open.
     pub fn words(&self, unit: &str) -> String {
-        let (factor, printed, digits) = within(self.value, unit, Some(self.interval));
-        let [low, high] = self.interval.map(|end| factor * end);
-        let unit = if matches!(unit, "–" | "1") { String::new() } else { format!(" {printed}") };
-        let end = |v: f64| if v.is_finite() { format!("{v:.digits$}") } else { "open".into() };
-        format!("{:.digits$} ({} to {}){unit}", factor * self.value, end(low), end(high))
+        let printed = within(self.value, unit, Some(self.interval));
+        let [low, high] = self.interval.map(|end| printed.number(end));
+        format!("{} ({low} to {high}){}", printed.number(self.value), printed.suffix())
     }
 }

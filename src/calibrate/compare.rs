@@ -2,15 +2,17 @@
 //!
 //! Two predictions, each as √(Σr²/ΣP²) over the data points left out: *hold-out*, the last third of ln λ of every fitted mode from the rest of
 //! them; *cross-mode*, each fitted mode from the other ones (with one fitted mode: the other modes of the table from it). The score is the worse
-//! of the two; where it is equal the better one decides, then the number of constants. The misfit of the fit itself falls with every constant and
+//! of the two; where it is equal the better one decides, then the number of constants. Laws with constants that the data do not determine come after the others. The misfit of the fit itself falls with every constant and
 //! decides only between laws that are alike in all of this.
 
 use super::constant_format::stretch_text;
 use super::fit::{Choice, choose, headline, read};
 use super::judgement::certificate::{certificate, lost};
+use super::judgement::determined::undetermined;
+use super::judgement::mirrored::either_sign;
 use super::judgement::misfit::residuals;
 use super::solve::{LawSetting, solve};
-use super::{Estimate, Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
+use super::{Experiment, FitError, FitOptions, FitRequest, Misfit, Mode, Model, Sample, fittable_laws};
 use crate::storage;
 use serde::Serialize;
 use std::fmt;
@@ -35,8 +37,8 @@ pub struct Compared {
     pub cross_mode: Option<f64>,
     /// The worse of the two
     pub score: Option<f64>,
-    /// Whether every constant has a finite interval and a sign
-    pub determined: bool,
+    /// Why some constants are not determined, in words; empty where all are
+    pub undetermined: Vec<String>,
     /// Modes in which material stability ends within the principal stretches of the fitted data points, and where: λ, in simple shear γ \[–\]
     pub lost: Vec<(&'static str, f64)>,
 }
@@ -98,6 +100,7 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         let all: Vec<Sample> = experiment.samples.iter().filter(inside).copied().collect();
         predict(&setting, &choice.fitted, &all, &|s| !choice.modes.contains(&s.mode))
     };
+    let (constants, _) = headline(&setting, &choice.fitted, &whole, experiment, options)?;
     let score = [hold_out, cross_mode].into_iter().flatten().reduce(f64::max);
     Ok(Compared {
         law: model.name(),
@@ -109,8 +112,7 @@ fn one(experiment: &Experiment, options: &FitOptions, choice: &Choice, model: Mo
         cross_mode,
         score,
         lost: lost(&stability, choice.stretch),
-        determined: !whole.mirrored
-            && headline(&setting, &choice.fitted, &whole, experiment, options)?.0.iter().all(Estimate::is_determined),
+        undetermined: undetermined(&constants, &either_sign(&whole, model), &whole, model),
     })
 }
 
@@ -131,12 +133,13 @@ fn predict(setting: &LawSetting, fitted: &[Sample], from: &[Sample], picked: &dy
 }
 
 impl Compared {
-    /// The place in the order: laws that are not stable where they were fitted after the stable ones, laws without a prediction last. Misfits
-    /// count as they are printed, so that a law with no larger number in any column is not behind another one.
+    /// The place in the order: laws that are not stable where they were fitted after the stable ones, those with constants that are not determined after the determined
+    /// ones, laws without a prediction last. Misfits count as they are printed, so that a law with no larger number in any column is not behind another one.
     fn rank(&self) -> impl Ord + use<> {
         let shown = |misfit: Option<f64>| misfit.map_or(u32::MAX, |m| (1e3 * m.min(LARGEST)).round() as u32);
         let other = [self.hold_out, self.cross_mode].into_iter().flatten().reduce(f64::min);
-        (!self.lost.is_empty(), shown(self.score), shown(other), self.constants, shown(Some(self.misfit)))
+        let is_open = !self.undetermined.is_empty();
+        (!self.lost.is_empty(), is_open, shown(self.score), shown(other), self.constants, shown(Some(self.misfit)))
     }
 
     /// `yes`, or the modes and amounts at which stability ends
@@ -166,7 +169,11 @@ impl fmt::Display for Comparison {
             f,
             "relative misfit [%] of the data that were fitted, and of data that were not; in the order of the"
         )?;
-        writeln!(f, "worse prediction, then of the other one, then of the number of constants, unstable laws last\n")?;
+        writeln!(
+            f,
+            "worse prediction, then of the other one, then of the number of constants; laws whose constants are"
+        )?;
+        writeln!(f, "not all determined after those, unstable laws last\n")?;
         writeln!(
             f,
             "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted",
@@ -178,7 +185,8 @@ impl fmt::Display for Comparison {
             Some(v) => format!("{:.1}", 100.0 * v),
         };
         for c in &self.laws {
-            let mark = format!("  {}{}", c.stable(), if c.determined { "" } else { "; some constants not determined" });
+            let open = c.undetermined.iter().map(|why| format!("; {why}")).collect::<String>();
+            let mark = format!("  {}{open}", c.stable());
             writeln!(
                 f,
                 "{:30} {:>9} {:>8} {:>9} {:>11}{mark}",

@@ -5,6 +5,7 @@ use super::Estimate;
 /// Factor and unit in which a stress of this size \[Pa\] is printed.
 pub fn stress_unit(size: f64) -> (f64, &'static str) {
     match size.abs() {
+        s if s >= 2e9 => (1e-9, "GPa"),
         s if s >= 2e6 => (1e-6, "MPa"),
         s if s >= 2e3 => (1e-3, "kPa"),
         _ => (1.0, "Pa"),
@@ -13,13 +14,12 @@ pub fn stress_unit(size: f64) -> (f64, &'static str) {
 
 /// A stress \[Pa\] in its unit, with four digits: `-4.312 kPa`.
 pub fn stress_text(stress: f64) -> String {
-    let (factor, unit, n) = within(stress, "Pa", None);
-    format!("{:.n$} {unit}", factor * stress)
+    within(stress, "Pa", None).text(stress)
 }
 
 /// A number without a unit, with four digits.
 pub fn number_text(x: f64) -> String {
-    format!("{x:.*}", decimals(x, 0.0))
+    format!("{x:.*}", decimals(x, 0.0).min(12))
 }
 
 /// `p = 0.40`, `p = 0.023`, `p < 0.001`: the probability of a test.
@@ -37,39 +37,102 @@ pub fn stretch_text(v: f64) -> String {
     s.trim_end_matches('0').trim_end_matches('.').into()
 }
 
-/// Decimals that leave two digits of the half-width of an interval, and four of the value at most.
+/// An interval that is a smaller part of its value is rounding, and says nothing about the digits \[–\]
+const EXACT: f64 = 1e-6;
+/// More decimals are written as a power of ten
+const LONG: usize = 7;
+
+/// Decimals that leave two digits of the half-width of an interval, and four of a value without one.
 pub fn decimals(value: f64, half: f64) -> usize {
-    let size = half.abs().max(1e-2 * value.abs());
-    if size == 0.0 || !size.is_finite() { 1 } else { (1 - size.log10().floor() as i32).clamp(0, 12) as usize }
+    let (size, digits) = if half.is_finite() && half > EXACT * value.abs() { (half, 2) } else { (value.abs(), 4) };
+    if size == 0.0 || !size.is_finite() {
+        return 1;
+    }
+    (digits - 1 - size.log10().floor() as i32).clamp(0, 300) as usize
 }
 
-/// Factor, unit and decimals of a constant with this interval \[SI\].
-pub fn within(value: f64, unit: &str, interval: Option<[f64; 2]>) -> (f64, &str, usize) {
-    let (factor, unit) = if unit == "Pa" { stress_unit(value) } else { (1.0, unit) };
-    let half = interval.map_or(0.0, |[a, b]| 0.5 * (b - a).abs());
-    // An interval that dwarfs the value leaves it two digits all the same
-    let half = if half > value.abs() && value != 0.0 { value.abs() } else { half };
-    (factor, unit, decimals(factor * value, factor * half))
+/// How the numbers of a constant are printed: the unit, and the digits of its interval.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Printed<'a> {
+    pub factor: f64,
+    pub unit: &'a str,
+    pub decimals: usize,
 }
 
-impl Estimate {
-    /// Factor, printed unit with its space, and decimals.
-    fn scale(&self) -> (f64, String, usize) {
-        let (factor, unit, n) = within(self.value, self.unit, self.std_error.is_finite().then_some(self.interval));
-        (factor, if unit == "–" { String::new() } else { format!(" {unit}") }, n)
+impl Printed<'_> {
+    /// A number without its unit \[SI\]; an end that is not finite is open.
+    pub fn number(&self, value: f64) -> String {
+        if value.is_finite() { fixed(self.factor * value, self.decimals) } else { "open".into() }
     }
 
-    /// `357 kPa`: a value of this constant, with its digits.
-    pub fn print(&self, value: f64) -> String {
-        let (factor, unit, n) = self.scale();
-        format!("{:.n$}{unit}", factor * value)
+    /// A number with its unit.
+    pub fn text(&self, value: f64) -> String {
+        self.number(value) + &self.suffix()
     }
 
     /// `334 to 380 kPa`
     pub fn span(&self, [low, high]: [f64; 2]) -> String {
-        let (factor, unit, n) = self.scale();
-        let end = |v: f64| if v.is_finite() { format!("{:.n$}", factor * v) } else { "open".into() };
-        format!("{} to {}{unit}", end(low), end(high))
+        format!("{} to {}{}", self.number(low), self.number(high), self.suffix())
+    }
+
+    /// A half-width or a deviation with its unit, in two digits of its own, so that a small one is not rounded away.
+    pub fn width(&self, width: f64) -> String {
+        Self { decimals: decimals(self.factor * width, self.factor * width), ..*self }.text(width)
+    }
+
+    /// The unit behind a number.
+    pub fn suffix(&self) -> String {
+        if matches!(self.unit, "–" | "1" | "") { String::new() } else { format!(" {}", self.unit) }
+    }
+}
+
+/// A number with these decimals, without the sign of a zero; many decimals become a power of ten.
+fn fixed(value: f64, decimals: usize) -> String {
+    if decimals > LONG {
+        return if value == 0.0 { "0".into() } else { format!("{value:.1e}") };
+    }
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|c| matches!(c, b'0' | b'.')) => zero.into(),
+        _ => text,
+    }
+}
+
+/// A constant with this interval \[SI\], in the unit that fits its size.
+pub fn within(value: f64, unit: &str, interval: Option<[f64; 2]>) -> Printed<'_> {
+    within_size(value, value, unit, interval)
+}
+
+/// A constant with this interval \[SI\]; a stress is in the unit that fits `size`, the one of all constants of a table.
+pub fn within_size(size: f64, value: f64, unit: &str, interval: Option<[f64; 2]>) -> Printed<'_> {
+    let (factor, unit) = if unit == "Pa" { stress_unit(size) } else { (1.0, unit) };
+    let half = interval.map_or(0.0, |[a, b]| 0.5 * (b - a).abs());
+    // An interval that dwarfs the value leaves it two digits all the same
+    let half = if half > value.abs() && value != 0.0 { value.abs() } else { half };
+    Printed { factor, unit, decimals: decimals(factor * value, factor * half) }
+}
+
+/// The largest stress among constants with their units \[Pa\]: it decides about the unit of all.
+pub fn largest_stress<'a>(constants: impl IntoIterator<Item = (f64, &'a str)>) -> f64 {
+    constants.into_iter().filter(|(_, unit)| *unit == "Pa").map(|(v, _)| v.abs()).fold(0.0, f64::max)
+}
+
+/// How the constants of one list are printed: stresses in one unit.
+pub fn printed(all: &[Estimate]) -> Vec<Printed<'static>> {
+    let size = largest_stress(all.iter().map(|e| (e.value, e.unit)));
+    all.iter().map(|e| e.printed(size)).collect()
+}
+
+/// `μ₁ = 12 kPa, α₁ = 3.1`: values of constants, each with the digits of the own estimate.
+pub fn list(own: &[Estimate], values: impl IntoIterator<Item = f64>) -> String {
+    let one = |((e, p), v): ((&Estimate, Printed), f64)| format!("{} = {}", e.symbol, p.text(v));
+    own.iter().zip(printed(own)).zip(values).map(one).collect::<Vec<_>>().join(", ")
+}
+
+impl Estimate {
+    /// Unit and digits among constants of which the largest stress is `size` \[Pa\].
+    pub fn printed(&self, size: f64) -> Printed<'static> {
+        within_size(size, self.value, self.unit, self.std_error.is_finite().then_some(self.interval))
     }
 }
 
@@ -89,16 +152,37 @@ mod tests {
         };
         for (value, unit, half, text) in [
             (357_123.4, "Pa", 23_000.0, "357 kPa"),
-            (357_123.4, "Pa", 1.0, "357.1 kPa"),
+            (357_123.4, "Pa", 2.0, "357.1234 kPa"),
+            (357_123.4, "Pa", 0.01, "357.1 kPa"),
             (1.1753, "–", 0.2, "1.18"),
             (-41_234.0, "Pa", 300.0, "-41.23 kPa"),
             (43.21, "Pa", 9000.0, "43 Pa"),
             (2.345e6, "Pa", f64::INFINITY, "2.345 MPa"),
+            (2.345e9, "Pa", 1e8, "2.35 GPa"),
             (0.0, "Pa", 0.0, "0.0 Pa"),
+            (3.21e-30, "Pa", 1.0, "3.2e-30 Pa"),
         ] {
-            assert_eq!(estimate(value, unit, half).print(value), text);
+            assert_eq!(list(&[estimate(value, unit, half)], [value]), format!("μ = {text}"));
         }
-        assert_eq!(estimate(357e3, "Pa", 23e3).span([334e3, 380e3]), "334 to 380 kPa");
+        let one = estimate(357e3, "Pa", 23e3);
+        assert_eq!(one.printed(357e3).span([334e3, 380e3]), "334 to 380 kPa");
+        assert_eq!(one.printed(357e3).span([-0.1, f64::INFINITY]), "0 to open kPa");
+        assert_eq!(one.printed(357e3).width(0.0), "0.0 kPa");
+        assert_eq!(one.printed(357e3).width(31.0), "0.031 kPa");
+    }
+
+    #[test]
+    fn a_list_has_one_unit() {
+        let estimate = |value: f64, half: f64| Estimate {
+            name: "mu",
+            symbol: "μ",
+            unit: "Pa",
+            value,
+            std_error: half,
+            interval: [value - half, value + half],
+        };
+        let all = [estimate(6123.0, 200.0), estimate(-15.3, 2.6)];
+        assert_eq!(list(&all, all.each_ref().map(|e| e.value)), "μ = 6.12 kPa, μ = -0.0153 kPa");
     }
 
     #[test]
@@ -106,7 +190,7 @@ mod tests {
         let probabilities = [1.0, 0.4, 0.0234, 9e-6, 0.0].map(probability_text);
         assert_eq!(probabilities, ["p = 1.00", "p = 0.40", "p = 0.023", "p < 0.001", "p < 0.001"]);
         let stresses = [-4312.4, 0.0, 12.5, 2.5e9].map(stress_text);
-        assert_eq!(stresses, ["-4.312 kPa", "0.0 Pa", "12.50 Pa", "2500 MPa"]);
+        assert_eq!(stresses, ["-4.312 kPa", "0.0 Pa", "12.50 Pa", "2.500 GPa"]);
         assert_eq!([36.0, -0.012_345, 1.2e6].map(number_text), ["36.00", "-0.01235", "1200000"]);
     }
 }

@@ -22,6 +22,8 @@ pub enum FitError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("{}: cannot be written: {source}; choose another place", path.display())]
     Write { path: PathBuf, source: std::io::Error },
+    #[error("{}: holds {own}, which {by} would replace; name another folder with --out, or pass --replace", path.display())]
+    Replaces { path: PathBuf, own: String, by: String },
     #[error("{}: {message}", path.display())]
     Card { path: PathBuf, message: String },
     #[error(
@@ -30,6 +32,11 @@ pub enum FitError {
         joined(found)
     )]
     Columns { file: String, missing: String, found: Vec<String> },
+    #[error(
+        "{file}: line {line} holds numbers, and no line above names the columns; choose them by their numbers, with what they hold, for example \
+         --strain-column \"#1\" --strain-kind stretch --stress-column \"#2\" --stress-unit MPa, or write a line of names above"
+    )]
+    NoNames { file: String, line: u64 },
     #[error(
         "{file}: {what} may be any of: {}; name the right one with --{flag}, by its name or by its number such as \"#2\"",
         joined(candidates)

@@ -1,6 +1,7 @@
 //! From a request to a result: choose data points, fit, judge.
 
 use super::judgement::certificate::certificate;
+use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, Stated};
 use super::judgement::mirrored::open_signs;
 use super::judgement::misfit::residuals;
@@ -60,8 +61,6 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
     let range_dependence = range_dependence(&experiment, &modes, range.from, &setting, &answer);
-    let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
-    let largest = experiment.samples.iter().map(principal).fold(1.0, f64::max);
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
     if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {
@@ -98,7 +97,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         otherwise: otherwise(&experiment, &setting, &fitted, &answer, is_fitted),
         unidentified: answer.identified.directions.clone(),
         open_signs: vec![],
-        stability: certificate(model, &answer.values, answer.modulus, largest),
+        undetermined: vec![],
+        stability: certificate(model, &answer.values, answer.modulus, largest_stretch(&experiment, model)),
         partner,
         poisson,
         volumetric,
@@ -119,7 +119,20 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));
     result.warnings.extend(no_repeat(&fitted));
     result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));
-    Ok(open_signs(result, &answer, model))
+    Ok(with_open_constants(result, &answer, model))
+}
+
+/// The largest principal stretch of the data, or the reciprocal of the smallest one.
+fn largest_stretch(experiment: &Experiment, model: Model) -> f64 {
+    let principal = |s: &Sample| s.stretches(model.nu).into_iter().fold(s.stretch, f64::max).max(1.0 / s.stretch);
+    experiment.samples.iter().map(principal).fold(1.0, f64::max)
+}
+
+/// The fit with the constants that the data leave open: those without a sign, and all others.
+fn with_open_constants(result: FitResult, answer: &LawFit, model: Model) -> FitResult {
+    let mut result = open_signs(result, answer, model);
+    result.undetermined = undetermined(&result.parameters, &result.open_signs, answer, model);
+    result
 }
 
 /// The constants with the 95 % interval of the error model, by profile likelihood where the law is not linear in them, and of the stated errors of the

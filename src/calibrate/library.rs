@@ -4,7 +4,7 @@
 //! and the nominal stress in uniaxial tension at λ = 2, which suppliers call the 100 % modulus. Foams, laws that are not fitted, and laws given by other constants than those of
 //! a fit have the stiffness and the volume change of their file. Ogden's constants are those of Ogden's convention, whatever the one of the file.
 
-use super::constant_format::within;
+use super::constant_format::{largest_stress, within_size};
 use super::judgement::certificate::{StableRange, certificate, ranges};
 use super::model::unit;
 use super::{FitError, Mode, Model, read_law_file};
@@ -251,12 +251,12 @@ pub fn library_text(library: &Library, folder: &Path) -> String {
         format!("{} to {}", end(0), end(1))
     };
     let row = |l: &ListedLaw| {
+        let size = largest_stress(l.constants.iter().map(|c| (c.value, c.unit)));
         let constant = |c: &ListedConstant| {
-            let (factor, unit, n) = within(c.value, c.unit, c.interval);
-            let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
-            let ends =
-                c.interval.map_or(String::new(), |[a, b]| format!(" ({:.n$} to {:.n$})", factor * a, factor * b));
-            format!("{} = {:.n$}{unit}{ends}", c.symbol, factor * c.value)
+            let printed = within_size(size, c.value, c.unit, c.interval);
+            let number = |v: f64| printed.number(v);
+            let ends = c.interval.map_or(String::new(), |[a, b]| format!(" ({} to {})", number(a), number(b)));
+            format!("{} = {}{ends}", c.symbol, printed.text(c.value))
         };
         let range = |r: [f64; 2]| format!("{:.2} to {:.2}", r[0], r[1]);
         let mark = if l.measured_at_2 { "" } else { " *" };

@@ -31,7 +31,7 @@ pub mod volume;
 
 pub use bounded::Bounded;
 pub use compare::{Compared, Comparison, compare, compare_experiment};
-pub use constant_format::{stress_unit, stretch_text, within};
+pub use constant_format::{Printed, largest_stress, stress_unit, stretch_text, within, within_size};
 pub use curves::{FitCurves, ModeCurves};
 pub use error::FitError;
 pub use fit::{fit, fit_experiment};

@@ -1,6 +1,6 @@
 //! The answer of a fit.
 
-use super::constant_format::{stress_unit, stretch_text};
+use super::constant_format::{Printed, list, printed, stress_unit, stretch_text};
 use super::judgement::compressibility::Written;
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
@@ -140,6 +140,8 @@ pub struct FitResult {
     pub otherwise: Vec<Otherwise>,
     /// Directions that the data do not determine, or hardly
     pub unidentified: Vec<Direction>,
+    /// Why some constants are not determined, in words; empty where all are
+    pub undetermined: Vec<String>,
     /// Symbols of constants that may have either sign: the fitted modes have the same stresses with both
     pub open_signs: Vec<&'static str>,
     /// Range of material stability, by mode
@@ -190,28 +192,28 @@ impl FitResult {
         partner.into_iter().chain(volumetric.map(words)).collect()
     }
 
-    /// False where some constant has no finite interval, or no sign
+    /// Whether the data determine every constant
     pub fn is_determined(&self) -> bool {
-        self.open_signs.is_empty() && self.parameters.iter().all(Estimate::is_determined)
+        self.undetermined.is_empty()
     }
 
     /// `μ = … Pa [… , …]`, one per parameter
     pub fn answer(&self) -> String {
-        let one = |(e, wide): (&Estimate, &[f64; 2])| {
-            let head = format!("{} = {}", e.symbol, e.print(e.value));
-            match (e.std_error.is_finite(), e.is_determined()) {
+        let one = |((e, p), wide): ((&Estimate, Printed), &[f64; 2])| {
+            let head = format!("{} = {}", e.symbol, p.text(e.value));
+            match (e.std_error.is_finite(), e.is_bounded()) {
                 (true, true) if self.open_signs.contains(&e.symbol) => {
-                    format!("{head} (its sign is not determined by the data: 95 % interval {})", e.span(e.interval))
+                    format!("{head} (its sign is not determined by the data: 95 % interval {})", p.span(e.interval))
                 }
-                (true, true) if *wide == e.interval => format!("{head} (95 % interval {})", e.span(e.interval)),
+                (true, true) if *wide == e.interval => format!("{head} (95 % interval {})", p.span(e.interval)),
                 (true, true) => {
-                    format!("{head} (95 % interval {}; if used over this range {})", e.span(e.interval), e.span(*wide))
+                    format!("{head} (95 % interval {}; if used over this range {})", p.span(e.interval), p.span(*wide))
                 }
-                (true, false) => format!("{head} (not determined by the data: 95 % interval {})", e.span(e.interval)),
+                (true, false) => format!("{head} (not determined by the data: 95 % interval {})", p.span(e.interval)),
                 (false, _) => format!("{head} (not determined by the data)"),
             }
         };
-        self.parameters.iter().zip(&self.in_use).map(one).collect::<Vec<_>>().join("\n")
+        self.parameters.iter().zip(printed(&self.parameters)).zip(&self.in_use).map(one).collect::<Vec<_>>().join("\n")
     }
 }
 
@@ -253,14 +255,9 @@ impl FitResult {
             writeln!(f, "noise of {}: {:.3} {unit}, {how}", n.mode, factor * n.std_pa)?;
         }
         for o in &self.otherwise {
-            let all: Vec<_> = o.parameters.iter().map(|e| format!("{} = {}", e.symbol, e.print(e.value))).collect();
+            let all = list(&self.parameters, o.parameters.iter().map(|e| e.value));
             let (words, percent) = (o.treatment.words(), 100.0 * o.change);
-            writeln!(
-                f,
-                "{words} ({} data points): {}; the stresses differ by {percent:.1} % rms",
-                o.rows,
-                all.join(", ")
-            )?;
+            writeln!(f, "{words} ({} data points): {all}; the stresses differ by {percent:.1} % rms", o.rows)?;
         }
         Ok(())
     }
@@ -268,6 +265,7 @@ impl FitResult {
     /// Basis of the intervals, slack, specimens and shorter ranges.
     fn write_intervals(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "intervals: {}", self.interval_assumption)?;
+        let printed = printed(&self.parameters);
         match &self.poisson {
             Some(p) if p.measured => writeln!(f, "Poisson's ratio by the lateral strain: {}", p.ratio.words("–"))?,
             Some(p) if p.ratio.half_width() > 0.0 => {
@@ -277,18 +275,19 @@ impl FitResult {
             None => {}
         }
         for c in &self.measurement {
-            let one = |(e, by): (&Estimate, &f64)| format!("{} ± {}", e.symbol, e.print(*by));
-            let all: Vec<String> = self.parameters.iter().zip(&c.moves).map(one).collect();
+            let one = |((e, p), by): ((&Estimate, &Printed), &f64)| format!("{} ± {}", e.symbol, p.width(*by));
+            let all: Vec<String> = self.parameters.iter().zip(&printed).zip(&c.moves).map(one).collect();
             writeln!(f, "of which the {}: {}", c.error, all.join(", "))?;
         }
         for s in &self.slack {
             let why = if s.asked { "as asked".into() } else { format!("{} data points carry no stress", s.rows) };
-            let (of, [low, high]) = (format!("{} ({})", s.file, s.mode), s.interval);
-            writeln!(f, "slack of {of}: {:.5} of strain (95 % interval {low:.5} to {high:.5}), {why}", s.strain)?;
+            let of = format!("{} ({})", s.file, s.mode);
+            let [low, high] = s.interval.map(|end| if end.is_finite() { format!("{end:.5}") } else { "open".into() });
+            writeln!(f, "slack of {of}: {:.5} of strain (95 % interval {low} to {high}), {why}", s.strain)?;
         }
         if let Some(s) = &self.scatter {
-            for (e, (mean, sd)) in self.parameters.iter().zip(s.means.iter().zip(&s.deviations)) {
-                let (n, mean, sd) = (s.specimens.len(), e.print(*mean), e.print(*sd));
+            for ((e, p), (mean, sd)) in self.parameters.iter().zip(&printed).zip(s.means.iter().zip(&s.deviations)) {
+                let (n, mean, sd) = (s.specimens.len(), p.text(*mean), p.width(*sd));
                 writeln!(f, "{n} specimens: mean {} = {mean}, standard deviation {sd}", e.symbol)?;
             }
             for mode in &self.modes {
@@ -299,8 +298,8 @@ impl FitResult {
                 }
             }
         }
-        for (e, ends) in self.parameters.iter().zip(&self.range_spread) {
-            writeln!(f, "ranges that end earlier give {} from {}", e.symbol, e.span(*ends))?;
+        for ((e, p), ends) in self.parameters.iter().zip(&printed).zip(&self.range_spread) {
+            writeln!(f, "ranges that end earlier give {} from {}", e.symbol, p.span(*ends))?;
         }
         Ok(())
     }

@@ -46,7 +46,7 @@ pub struct Args {
     /// Terms of mooney_rivlin (2, 3, 5), yeoh (1 to 3), ogden (1 to 4), hyperfoam (1 to 3) [default: 2, 3, 3, 1]
     #[arg(long)]
     terms: Option<usize>,
-    /// Folder of the results [default: reports/fit-<name of the table>-<law>]
+    /// Folder of the results [default: reports/fit-<name of the table>-<law>]; it may hold the fit of the same law to the same table, others with --replace only
     #[arg(long)]
     out: Option<PathBuf>,
     /// Stretches that are fitted, e.g. 1..1.6 [default: every data point]
@@ -159,6 +159,9 @@ pub struct Args {
     /// Fit softening (Mullins effect) to unloading and reloading too, and the law to the first loading of every stretch; writes mullins/mullins.toml
     #[arg(long, conflicts_with_all = ["cycle", "zero", "toe"])]
     softening: bool,
+    /// Replace the results of another law or table in the folder of the results
+    #[arg(long)]
+    replace: bool,
     /// Print fit.json instead of words
     #[arg(long)]
     json: bool,
@@ -232,8 +235,12 @@ pub fn main(args: Args) -> CommandResult {
         true => fit_softening(&request).map(|(law, softening)| (law, Some(softening)))?,
         false => (fit(&request)?, None),
     };
+    let law_file = out.join("law.toml");
+    if !args.replace {
+        result.check_replaced(&law_file)?;
+    }
     files::make_folder(&out)?;
-    result.write_law(&out.join("law.toml"))?;
+    result.write_law(&law_file)?;
     result.write_json(&out.join("fit.json"))?;
     durometer::report::fit::write(&out)?;
     softening.as_ref().map(|fit| softening::write(&out.join("mullins"), fit)).transpose()?;
@@ -241,7 +248,7 @@ pub fn main(args: Args) -> CommandResult {
         say!("{}", durometer::storage::read_text(&out.join("fit.json"), durometer::storage::DATA_LIMIT)?);
     } else {
         say!("{result}");
-        say!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
+        say!("results: {}, report: {}", law_file.display(), out.join("index.html").display());
         let lines: Vec<String> = std::iter::once("include = \"law.toml\"".into()).chain(result.scene_lines()).collect();
         say!("in the table of a law of a scene: {}", lines.join(", "));
         if let Some(softening) = &softening {

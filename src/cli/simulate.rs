@@ -484,7 +484,8 @@ fn print(record: &CaseRecord, known: usize) {
     }
     for d in &record.distances {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
-        say!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest)", d.column, d.over, d.file);
+        let inside = d.inside_words().map_or(String::new(), |words| format!(", {words}"));
+        say!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest){inside}", d.column, d.over, d.file);
     }
     record.markers.iter().for_each(|d| say!("{}", markers::words(d)));
     // Contacts that are solved for with multipliers have no counts.

@@ -101,8 +101,7 @@ pub enum MotionError {
 /// A length or an angle of a curve, whose name ends with its unit.
 fn in_unit(value: &f64, curve: &str) -> String {
     let (factor, unit) = if curve.ends_with("_m") { (1e3, "mm") } else { (1.0, "deg") };
-    let (_, unit, n) = within(factor * value, unit, None);
-    format!("{:.n$} {unit}", factor * value)
+    within(factor * value, unit, None).text(factor * value)
 }
 
 /// An exchange of two tracks.

@@ -1,12 +1,11 @@
 //! Measured curves and tracks of markers in files, to be laid over recorded ones.
 
 use super::builder::Builder;
-use super::column::in_unit_of;
 use super::error::part;
 use super::error::{SceneError, hint};
+use super::measured_curve::{self, MeasuredSpec, Wanted};
 use super::quantity::Time;
 use crate::schema::any_of;
-use crate::storage::{self, DATA_LIMIT};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, de};
@@ -123,19 +122,11 @@ pub struct CompareSpec {
     pub x: MeasuredSpec,
     /// Column of the file with the measured values
     pub y: MeasuredSpec,
+    /// Column of the file with the half-widths of the 95 % intervals of the measured values
+    pub uncertainty: Option<MeasuredSpec>,
     /// `[[compare.markers]]` that follow it in the file
     #[serde(default)]
     pub markers: Vec<MarkersSpec>,
-}
-
-/// A column of the measured table.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MeasuredSpec {
-    /// Name of the column in the file
-    pub column: String,
-    /// Unit of its numbers
-    pub unit: String,
 }
 
 fn time() -> String {
@@ -152,6 +143,9 @@ pub struct Measured {
     /// \[samples\]
     pub x: Vec<f64>,
     pub y: Vec<f64>,
+    /// Of the 95 % intervals of y; empty where none were given
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub half_widths: Vec<f64>,
 }
 
 /// Everything measured that recorded columns are compared with.
@@ -159,18 +153,6 @@ pub struct Measured {
 pub struct MeasuredData {
     pub curves: Vec<Measured>,
     pub tracks: Vec<MeasuredTracks>,
-}
-
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-enum MeasuredError {
-    #[error("{file}: {why}; the path is relative to the scene")]
-    Unreadable { file: String, why: String },
-    #[error("{file}: there is no column \"{column}\"; {hint}")]
-    Column { file: String, column: String, hint: String },
-    #[error("{file}: line {line}: \"{text}\" in column {column} is no finite number; correct or remove the line")]
-    Number { file: String, line: u64, text: String, column: String },
-    #[error("{file}: it has fewer than two rows; a curve needs two")]
-    Short { file: String },
 }
 
 /// The measured curves and tracks, with what they are compared with among `columns`.
@@ -192,16 +174,17 @@ fn curves(builder: &Builder, specs: &[CompareSpec], columns: &[String]) -> Resul
                 return Err(builder.content(&place, fact, hint(name, columns)));
             }
         }
-        let factor = |name: &str, unit: &str| {
-            in_unit_of(name, &format!("1 {unit}").as_str().into())
-                .map_err(|e| part(builder.file, format!("{place}: {name}"), e))
-        };
-        let factors = [factor(&spec.over, &spec.x.unit)?, factor(&spec.column, &spec.y.unit)?];
+        let (x, y) = ((&spec.x, &spec.over, false), (&spec.y, &spec.column, false));
+        let columns = [x, y].into_iter().chain(spec.uncertainty.as_ref().map(|width| (width, &spec.column, true)));
+        let wanted = columns.map(|(column, recorded, is_width)| {
+            Wanted::new(column, recorded, is_width).map_err(|e| part(builder.file, format!("{place}: {recorded}"), e))
+        });
+        let all = wanted.collect::<Result<Vec<_>, _>>()?;
         let path = builder.file.parent().unwrap_or(Path::new("")).join(&spec.file);
-        let (x, y) = read(&path, [&spec.x.column, &spec.y.column]).map_err(|e| part(builder.file, &place, e))?;
-        let [x, y] = [(x, factors[0]), (y, factors[1])].map(|(v, f)| v.into_iter().map(|v| v * f).collect());
+        let read = measured_curve::read(&path, &all).map_err(|e| part(builder.file, &place, e))?;
+        let [x, y, half_widths] = std::array::from_fn(|k| read.get(k).cloned().unwrap_or_default());
         let source = spec.file.display().to_string();
-        Ok(Measured { column: spec.column.clone(), over: spec.over.clone(), source, x, y })
+        Ok(Measured { column: spec.column.clone(), over: spec.over.clone(), source, x, y, half_widths })
     };
     specs.iter().enumerate().map(one).collect()
 }
@@ -242,34 +225,4 @@ fn tracks(builder: &Builder, specs: &[MarkersSpec], columns: &[String]) -> Resul
         })
     };
     specs.iter().enumerate().map(one).collect()
-}
-
-fn read(path: &Path, names: [&String; 2]) -> Result<(Vec<f64>, Vec<f64>), MeasuredError> {
-    let file = path.display().to_string();
-    let bytes = storage::read(path, DATA_LIMIT);
-    let bytes = bytes.map_err(|e| MeasuredError::Unreadable { file: file.clone(), why: e.to_string() })?;
-    let unreadable = |e: csv::Error| MeasuredError::Unreadable { file: file.clone(), why: e.to_string() };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(bytes.as_slice());
-    let known: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(String::from).collect();
-    let mut places = [0; 2];
-    for (place, name) in places.iter_mut().zip(names) {
-        let missing = || MeasuredError::Column { file: file.clone(), column: name.clone(), hint: hint(name, &known) };
-        *place = known.iter().position(|k| k == name).ok_or_else(missing)?;
-    }
-    let mut out = [Vec::new(), Vec::new()];
-    for record in reader.records() {
-        let record = record.map_err(unreadable)?;
-        for ((values, place), name) in out.iter_mut().zip(places).zip(names) {
-            let text = record.get(place).unwrap_or_default();
-            let value = text.parse().ok().filter(|v: &f64| v.is_finite());
-            values.push(value.ok_or_else(|| MeasuredError::Number {
-                file: file.clone(),
-                line: record.position().map_or(0, csv::Position::line),
-                text: text.into(),
-                column: name.clone(),
-            })?);
-        }
-    }
-    let [x, y] = out;
-    if x.len() < 2 { Err(MeasuredError::Short { file }) } else { Ok((x, y)) }
 }

@@ -79,6 +79,7 @@ mod jump;
 mod kind;
 mod law_terms;
 mod linear;
+mod measured_curve;
 mod mesh_file;
 mod mesh_limits;
 mod mesh_spec;

@@ -1,7 +1,8 @@
 //! A scene as it is given in a TOML file. Unknown keys are refused; there is no default physics.
 
-pub use super::compare::{CompareSpec, Comparisons, MarkersSpec, MeasuredSpec};
+pub use super::compare::{CompareSpec, Comparisons, MarkersSpec};
 pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
+pub use super::measured_curve::MeasuredSpec;
 pub use super::mesh_spec::{
     CornersSpec, DeformSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
 };

@@ -98,19 +98,21 @@ fn laws_are_ranked_by_what_they_predict() {
             .map(|f| f.term_counts.len())
             .sum::<usize>()
     );
-    let score = |c: &Compared| Some((!c.lost.is_empty(), c.score?.min(10.0)));
-    let scores: Vec<(bool, f64)> = table.laws.iter().filter_map(score).collect();
-    let ranked = |w: &[(bool, f64)]| !w[0].0 && w[1].0 || (w[0].0 == w[1].0 && w[0].1 <= w[1].1 + 1e-3);
+    let order = |c: &Compared| (!c.lost.is_empty(), !c.undetermined.is_empty());
+    let score = |c: &Compared| Some((order(c), c.score?.min(10.0)));
+    let scores: Vec<((bool, bool), f64)> = table.laws.iter().filter_map(score).collect();
+    let ranked = |w: &[((bool, bool), f64)]| w[0].0 < w[1].0 || (w[0].0 == w[1].0 && w[0].1 <= w[1].1 + 1e-3);
     assert!(scores.windows(2).all(ranked) && scores.len() == table.laws.len(), "{scores:?}");
     // A law that is no worse in any column, as they are printed, is not behind one that is worse in some
     let shown = |misfit: Option<f64>| (1e3 * misfit.expect("two predictions").min(10.0)).round() as usize;
     let columns = |c: &Compared| {
         let misfits = [Some(c.misfit), c.hold_out, c.cross_mode].map(shown);
-        [usize::from(!c.lost.is_empty()), c.constants, misfits[0], misfits[1], misfits[2]]
+        let (is_unstable, is_open) = order(c);
+        [usize::from(is_unstable), usize::from(is_open), c.constants, misfits[0], misfits[1], misfits[2]]
     };
-    let all: Vec<[usize; 5]> = table.laws.iter().map(columns).collect();
+    let all: Vec<[usize; 6]> = table.laws.iter().map(columns).collect();
     for (k, behind) in all.iter().enumerate() {
-        let is_beaten = |before: &&[usize; 5]| *before != behind && behind.iter().zip(*before).all(|(a, b)| a <= b);
+        let is_beaten = |before: &&[usize; 6]| *before != behind && behind.iter().zip(*before).all(|(a, b)| a <= b);
         let beaten = all[..k].iter().find(is_beaten);
         assert!(beaten.is_none(), "{}: {beaten:?} {behind:?}\n{table}", table.laws[k].label);
     }

@@ -4,8 +4,8 @@ use crate::common::Random;
 use crate::common::made::{fitted, options, samples, table};
 use crate::common::tools;
 use durometer::calibrate::{
-    FitRequest, FitWarning, Mode, Model, Sample, SlackChoice, StretchRange, compare, compare_experiment, fit,
-    fit_experiment,
+    FitOptions, FitRequest, FitWarning, Mode, Model, Sample, SlackChoice, StretchRange, Weighting, compare,
+    compare_experiment, fit, fit_experiment,
 };
 use std::path::{Path, PathBuf};
 
@@ -272,4 +272,77 @@ fn a_law_that_ends_before_the_held_out_data_has_failed() {
     let all = compare_experiment(&table(rows), &options(law, &[Mode::Uniaxial])).expect("compares");
     let gent = all.laws.iter().find(|c| c.law == "gent").expect("listed");
     assert!(gent.hold_out.expect("two thirds are enough") > 0.5, "{all}");
+}
+
+/// Treloar's uniaxial table determines the constants of the laws with one or two of them, and not the eight of Ogden's law with four terms, of which some may be zero and one is at the end of its search;
+/// the comparison and the fit of each law say the same, and a law with open constants is behind the determined ones.
+#[test]
+fn laws_with_constants_that_mean_nothing_are_not_determined() {
+    let mut request = FitRequest::new(treloar(), "all");
+    request.options.modes = vec![Mode::Uniaxial];
+    let table = compare(&request).expect("compares");
+    let of = |law: &str, terms: usize| {
+        table.laws.iter().find(|c| c.law == law && c.terms == terms).unwrap_or_else(|| panic!("{law} {terms}"))
+    };
+    for (law, terms) in [("neo_hookean", 1), ("yeoh", 1), ("arruda_boyce", 1), ("gent", 1)] {
+        assert!(of(law, terms).undetermined.is_empty(), "{table}");
+    }
+    for terms in [3, 4] {
+        let open = &of("ogden", terms).undetermined;
+        assert!(open.iter().any(|why| why.ends_with("at an end of the search")), "{open:?}");
+    }
+    let open: Vec<bool> = table.laws.iter().filter(|c| c.lost.is_empty()).map(|c| !c.undetermined.is_empty()).collect();
+    assert!(open.is_sorted() && open.contains(&true) && open.contains(&false), "{table}");
+    assert!(table.to_string().contains("at an end of the search"), "{table}");
+    for c in &table.laws {
+        request.options.law = c.law.into();
+        request.options.terms = Some(c.terms);
+        let fit = fit(&request).unwrap_or_else(|e| panic!("{}: {e}", c.label));
+        assert_eq!((fit.is_determined(), &fit.undetermined), (c.undetermined.is_empty(), &c.undetermined), "{fit}");
+    }
+}
+
+/// Two terms of which a small range with noise knows the sum: no interval is open, and a constant may be zero. That of one term is determined by the same data.
+#[test]
+fn terms_that_only_their_sum_determines_are_not_determined() {
+    let mut noise = Random(5);
+    let rows = |noise: &mut Random| {
+        let law = model("mooney_rivlin", 2);
+        samples(law, &[0.1e6, 0.02e6], &[Mode::Uniaxial], [1.01, 1.08], 40, |p| p + 2000.0 * noise.normal())
+    };
+    let r = fitted(model("mooney_rivlin", 2), &[Mode::Uniaxial], rows(&mut noise));
+    assert!(r.parameters.iter().all(|e| e.interval.iter().all(|end| end.is_finite())), "{r}");
+    assert!(
+        !r.is_determined() && r.undetermined[0].ends_with("not distinguished from zero"),
+        "{:?} {r}",
+        r.undetermined
+    );
+    let r = fitted(model("neo_hookean", 1), &[Mode::Uniaxial], rows(&mut noise));
+    assert!(r.is_determined(), "{r}");
+}
+
+/// A slack that the data leave open has open ends, and stresses that are all zero are refused with each weighting.
+#[test]
+fn no_number_is_printed_that_is_none() {
+    let law = model("yeoh", 1);
+    let cycle = [1.0, 1.1, 1.2, 1.3, 1.2, 1.1, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.4, 1.2, 1.0];
+    let one = |(k, l): (usize, &f64)| Sample {
+        mode: Mode::Uniaxial,
+        stretch: *l,
+        second: 1.0,
+        stress: 1e5 * (l - l.powi(-2)),
+        line: k as u64 + 2,
+        specimen: 0,
+    };
+    let rows: Vec<Sample> = cycle.iter().enumerate().map(one).collect();
+    let mut o = options(law, &[Mode::Uniaxial]);
+    o.slack = SlackChoice::Yes;
+    let text = fit_experiment(&table(rows.clone()), &o).expect("fits").to_string();
+    assert!(!text.contains("inf ") && !text.contains("NaN"), "{text}");
+    let zero: Vec<Sample> = rows.into_iter().map(|s| Sample { stress: 0.0, ..s }).collect();
+    for weighting in [Weighting::Absolute, Weighting::Relative] {
+        let o = FitOptions { weighting, ..options(law, &[Mode::Uniaxial]) };
+        let error = fit_experiment(&table(zero.clone()), &o).expect_err("no stress").to_string();
+        assert!(error.contains("every stress in the fitted range is zero"), "{error}");
+    }
 }

@@ -178,6 +178,25 @@ fn requests() -> Vec<Case> {
             (c.strain_kind, c.stress_unit) = (Some("stretch".parse().expect("known")), Some("Pa".into()));
         }),
         case(
+            "no names and no flags",
+            &table("1,0", |l| (l, nominal(l))),
+            Refused(&["line 1 holds numbers", "--strain-column \"#1\""]),
+        ),
+        case(
+            "no names, and columns called by their numbers",
+            table("", |l| (l + 0.01, nominal(l + 0.01))).trim_start(),
+            Logged(&["no names of columns; they are taken by their numbers", "\"column 1\" is stretch"]),
+        )
+        .with(|c| {
+            (c.strain, c.stress) = (Some("#1".into()), Some("#2".into()));
+            (c.strain_kind, c.stress_unit) = (Some("stretch".parse().expect("known")), Some("Pa".into()));
+        }),
+        case(
+            "a data point at rest",
+            &table("stretch,stress (Pa)", |l| (l, nominal(l))),
+            Logged(&["data points without strain and stress, which say nothing about a law"]),
+        ),
+        case(
             "travel of a machine",
             &table("Extension (mm),stress (Pa)", |l| (33.0 * (l - 1.0), nominal(l))),
             Doubted(&["crosshead travel"]),

@@ -183,7 +183,11 @@ fn broken() -> Vec<Case> {
     vec![
         case("an empty file", "", Refused(&["the file is empty"])),
         case("names only", "stretch,stress (Pa)\n", Refused(&["no data below"])),
-        case("numbers only", "1,0\n1.1,5\n1.2,9\n", Refused(&["no column of"])),
+        case(
+            "numbers only",
+            "1,0\n1.1,5\n1.2,9\n",
+            Refused(&["line 1 holds numbers", "no line above names the columns"]),
+        ),
         case(
             "numbers beyond all measure",
             "stretch,stress (MPa)\n1.1,1e308\n1.2,1e300\n",

@@ -170,6 +170,21 @@ fn testxpert() -> Vec<Case> {
             Refused(&["no column of"]),
         ),
         case("testxpert, tabs", &strained.replace(';', "\t"), Read),
+        measured(case(
+            "testxpert, symbols of dimensions",
+            &travelled.replace(head, "L0;33,0;mm\na0;3,00;mm\nb0 [mm];6,00\n"),
+            Logged(&["18.000000 mm² (6 mm × 3 mm)", "33"]),
+        )),
+        measured(case(
+            "testxpert, table of results",
+            &travelled.replace(head, "\"Nr\";\"L0\";\"S0\"\n\"\";\"mm\";\"mm²\"\n1;33;18\n"),
+            Logged(&["18.000000 mm² (as given)"]),
+        )),
+        measured(case(
+            "testxpert, results of specimens with other sections",
+            &travelled.replace(head, "\"Nr\";\"L0\";\"S0\"\n\"\";\"mm\";\"mm²\"\n1;33;18\n2;33;17\n"),
+            Refused(&["give the undeformed cross-section"]),
+        )),
         case(
             "testxpert, characteristic values only",
             "Bruchdehnung;Höchstkraft\n%;N\n430;12,5\n",

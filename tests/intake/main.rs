@@ -6,6 +6,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod compared;
 mod dialects;
 mod hostile;
 mod machines;

@@ -435,6 +435,9 @@ fn an_undetermined_fit_ends_with_code_3() {
     assert!(said.contains("not determined by the data") && said.contains("unidentifiable"), "{said}");
     let page = read(&PathBuf::from(&out).join("index.html"));
     assert!(page.contains("not determined"));
+    let other = ["fit", &csv, "--law", "neo_hookean", "--mode", "uniaxial", "--out", &out];
+    call(&other, 2);
+    call(&[&other[..], &["--replace"]].concat(), 0);
     let all =
         call(&["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out], 0);
     assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");

@@ -110,7 +110,7 @@ fn words_of_a_negative_quantity_agree_with_its_elasticity() {
     let found = along(&q.along, "p");
     assert_eq!(found.trend, Trend::Falling);
     assert!(found.elasticity.expect("of one sign").iter().all(|e| (e - 0.7).abs() < 1e-12), "{found:?}");
-    let expected = "falls (its magnitude rises) with key p p, by up to 80 % (elasticity of the magnitude 0.70 from";
+    let expected = "falls (its magnitude rises) with key p p, by 80 % (elasticity of the magnitude 0.70 from";
     assert!(q.sentence.contains(expected), "{}", q.sentence);
 }
 

@@ -69,6 +69,9 @@ impl fmt::Display for SharedError {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Accuracy(pub BTreeMap<SharedError, f64>);
 
+/// No error of a measurement is as large \[SI\]
+const LARGEST: f64 = 1e30;
+
 impl Accuracy {
     fn set(&mut self, key: &str, text: &str) -> Result<(), FitError> {
         let refuse = |reason: String| FitError::Accuracy { key: key.into(), text: text.into(), reason };
@@ -77,8 +80,10 @@ impl Accuracy {
             return Err(refuse(format!("there is no such error; known: {}", known.join(", "))));
         };
         let value = units::parse(text, dimension).map_err(|e| refuse(e.to_string()))?;
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(refuse("must be above zero: the half-width of a 95 % interval".into()));
+        if !(value > 0.0 && value < LARGEST) {
+            return Err(refuse(
+                "must be above zero and below 1e30 in SI units: the half-width of a 95 % interval".into(),
+            ));
         }
         self.0.insert(kind, value);
         Ok(())

@@ -149,6 +149,12 @@ pub fn is_header(cells: &[String], choice: &ColumnChoice) -> bool {
     strain.iter().any(|s| stress.iter().any(|t| s != t))
 }
 
+/// True of a line with a number in every column that is chosen by its number.
+pub fn is_row(cells: &[String], choice: &ColumnChoice) -> bool {
+    let (strain, stress) = candidates(cells, choice);
+    strain.iter().chain(&stress).all(|k| is_number(&cells[*k]))
+}
+
 /// The first line that names both columns, and whether there are numbers below; one with numbers below is preferred.
 pub fn find_header(lines: &[Line], choice: &ColumnChoice) -> Option<(usize, bool)> {
     let found = || (0..lines.len()).filter(|k| is_header(&lines[*k].cells, choice));

@@ -25,6 +25,18 @@ pub struct Dimensions {
     pub compliance: Option<f64>,
 }
 
+/// The dimension that a symbol of ISO 37 and testXpert denotes, as in `L0 [mm]`.
+pub(super) fn symbol(name: &str) -> Option<&'static str> {
+    match name.split(['[', '(', ' ']).next()? {
+        "L0" | "l0" | "L₀" => Some("gauge_length"),
+        "a0" | "a₀" => Some("thickness"),
+        "b0" | "b₀" => Some("width"),
+        "d0" | "D0" | "d₀" => Some("diameter"),
+        "S0" | "A0" | "S₀" | "A₀" => Some("area"),
+        _ => None,
+    }
+}
+
 /// Cross-sections from different dimensions have to agree within this part \[–\]
 const AGREE: f64 = 0.01;
 
@@ -90,7 +102,10 @@ impl Dimensions {
                     "gauge_length"
                 }
                 () if is(&["cross-section", "cross section", "querschnitt"]) => "area",
-                () => continue,
+                () => match symbol(name) {
+                    Some(key) => key,
+                    None => continue,
+                },
             };
             let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {}", names::spelled(&u)));
             let mut one = Self::default();

@@ -69,10 +69,9 @@ impl Experiment {
         }
         let (delimiter, lines, at) = find_header(file, &text, &choice)?;
         samples::check_quotes(file, &lines[at..])?;
-        let header: Vec<_> = lines[..at].iter().map(|l| parts::pair(&l.cells)).collect();
-        let below = columns::below_names(&lines, at);
-        let (names, _) = columns::with_units(&lines[at], (below > at + 1).then(|| &lines[below - 1]));
-        let body = &lines[below..];
+        let mut header: Vec<_> = lines[..at].iter().map(|l| parts::pair(&l.cells)).collect();
+        header.extend(parts::of_results(&lines[..at]));
+        let (names, body) = names_and_body(&lines, at, &choice, &mut audit);
         let asked = mode.or(card.as_ref().and_then(|c| c.mode));
         let mut columns = columns::resolve(file, &names, &choice, asked)?;
         let decimal = decimal_mark(file, body, &columns, &choice, delimiter)?;
@@ -99,6 +98,12 @@ impl Experiment {
         }
         read.finish(file, &mut audit)?;
         let samples = read.samples;
+        let at_rest: Vec<u64> = samples.iter().filter(|s| !s.is_informative()).map(|s| s.line).collect();
+        audit.add_rows(
+            AuditKind::Intake,
+            "data points without strain and stress, which say nothing about a law",
+            at_rest,
+        );
         let table = meaning::Read { file, names: &names.cells, body, decimal, columns: &columns, samples: &samples };
         table.check(&choice, &mut audit)?;
         table.check_compression(&choice, &header, &mut audit)?;
@@ -192,12 +197,27 @@ fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
     [WithHold, WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
 }
 
+/// The line of names with the units of a line below, and the lines of data. Where the columns are named by numbers and the line holds numbers, the table has no names, and
+/// the line is one of data.
+fn names_and_body<'a>(lines: &'a [Line], at: usize, choice: &ColumnChoice, audit: &mut Audit) -> (Line, &'a [Line]) {
+    if columns::is_row(&lines[at].cells, choice) {
+        let number = lines[at].number;
+        let message = "the table has no names of columns; they are taken by their numbers".to_string();
+        audit.add(AuditKind::Intake, message, vec![number]);
+        let cells = (1..=lines[at].cells.len()).map(|k| format!("column {k}")).collect();
+        return (Line { number, cells }, &lines[at..]);
+    }
+    let below = columns::below_names(lines, at);
+    let (names, _) = columns::with_units(&lines[at], (below > at + 1).then(|| &lines[below - 1]));
+    (names, &lines[below..])
+}
+
 /// Characters in which the column names are sought first
 const BEGINNING: usize = 1 << 16;
 
 /// The delimiter and the line under which strain and stress are both named.
 fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, Vec<Line>, usize), FitError> {
-    let mut found = Vec::new();
+    let (mut found, mut bare, mut is_named) = (Vec::new(), None, false);
     let beginning = text.char_indices().nth(BEGINNING).and_then(|(end, _)| Some(&text[..text[..end].rfind('\n')? + 1]));
     for delimiter in beginning.iter().flat_map(|_| table::DELIMITERS) {
         let lines = table::split(beginning.expect("a long text"), delimiter);
@@ -213,11 +233,18 @@ fn find_header(file: &str, text: &str, choice: &ColumnChoice) -> Result<(char, V
         // For the message: the line above the first one with two numbers has the names.
         let numbers = |l: &Line| l.cells.iter().filter(|c| table::is_number(c)).count();
         let first = lines.iter().position(|l| numbers(l) >= 2);
+        let is_name = |c: &&String| !c.is_empty() && !table::is_number(c);
+        let above = first.map(|i| i.checked_sub(1).map_or(0, |i| lines[i].cells.iter().filter(is_name).count()));
+        is_named |= above.is_some_and(|names| names > 1);
+        bare = bare.or(first.filter(|_| above.is_some_and(|names| names < 2)).map(|i| lines[i].number));
         let names = first.and_then(|i| i.checked_sub(1)).or((!lines.is_empty()).then_some(0));
         let names = names.map(|i| columns::quoted(&lines[i].cells)).unwrap_or_default();
         if names.len() > found.len() {
             found = names;
         }
+    }
+    if let (Some(line), false, None, None) = (bare, is_named, &choice.strain, &choice.stress) {
+        return Err(FitError::NoNames { file: file.into(), line });
     }
     if found.is_empty() {
         found.push("none, the file is empty".into());

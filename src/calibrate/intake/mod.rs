@@ -11,5 +11,5 @@ pub(crate) mod names;
 pub(super) mod parts;
 pub(crate) mod roles;
 pub(super) mod samples;
-pub(crate) mod table;
+pub(crate) use crate::storage::table;
 pub(super) mod unusual;

@@ -8,7 +8,7 @@ use super::table::{self, Decimal, Line};
 use super::{
     audit::{Audit, AuditKind},
     columns::ColumnChoice,
-    dimensions::Dimensions,
+    dimensions::{self, Dimensions},
     names,
 };
 use crate::calibrate::FitError;
@@ -32,6 +32,23 @@ pub fn pair(cells: &[String]) -> (String, String) {
         Some((key, value)) if rest.is_empty() => (key.trim().into(), value.trim().into()),
         _ => (first.trim_end_matches(':').into(), rest.join(" ")),
     }
+}
+
+/// Key and value of a table of results above the data, whose names are symbols of dimensions, with a line of units below and one of numbers for each specimen.
+/// A dimension that differs between specimens is left out.
+pub fn of_results(lines: &[Line]) -> Vec<(String, String)> {
+    let is_names = |l: &Line| l.cells.iter().filter(|c| dimensions::symbol(c).is_some()).count() > 1;
+    let Some(at) = lines.iter().position(is_names) else { return vec![] };
+    let below = columns::below_names(lines, at);
+    let (names, _) = columns::with_units(&lines[at], (below > at + 1).then(|| &lines[below - 1]));
+    let is_row = |l: &&Line| l.cells.iter().any(|c| table::is_number(c));
+    let rows: Vec<&Line> = lines[below.min(lines.len())..].iter().take_while(is_row).collect();
+    let one = |k: usize| {
+        let value = rows.first()?.cells.get(k)?;
+        let is_same = rows.iter().all(|l| l.cells.get(k) == Some(value));
+        (dimensions::symbol(&names.cells[k]).is_some() && is_same).then(|| (names.cells[k].clone(), value.clone()))
+    };
+    (0..names.cells.len()).filter_map(one).collect()
 }
 
 /// The file that is divided.

@@ -2,8 +2,8 @@
 //! that a scene records.
 
 use super::{InverseError, OffsetAxis};
-use crate::calibrate::intake::table::{self, Decimal};
 use crate::math::units::{self, Dimension, UnitError};
+use crate::storage::table::{self, Decimal, Named};
 use crate::storage::{self, DATA_LIMIT};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -61,7 +61,8 @@ impl Measured {
         let bytes =
             storage::read(&path, DATA_LIMIT).map_err(|source| InverseError::Read { path: path.clone(), source })?;
         let (text, _) = table::decode(&bytes).map_err(|what| InverseError::NotText { path: path.clone(), what })?;
-        let (lines, header, [ix, iy]) = find(&path, &text, spec)?;
+        let Named { body, places, .. } = find(&path, &text, spec)?;
+        let [ix, iy] = [places[0], places[1]];
         let factor = |c: &ColumnSpec| c.factor().map_err(|fact| refuse(&path, c, fact));
         let (fx, fy) = (factor(&spec.x)?, factor(&spec.y)?);
         let range = match &spec.range {
@@ -71,7 +72,6 @@ impl Measured {
                 [end(&ends[0])?, end(&ends[1])?]
             }
         };
-        let body = &lines[header + 1..];
         let cells = body.iter().flat_map(|l| [ix, iy].map(|i| l.cells.get(i))).flatten();
         let decimal = Decimal::of(cells.map(String::as_str))
             .map_err(|cell| InverseError::Decimal { path: path.clone(), cell })?;
@@ -153,27 +153,13 @@ fn recorded(column: &str) -> (Dimension, f64) {
     }
 }
 
-/// The lines, the one with both names, and the places of the two columns.
-fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<(Vec<table::Line>, usize, [usize; 2]), InverseError> {
-    let mut longest: Vec<String> = vec![];
-    for delimiter in table::DELIMITERS {
-        let lines = table::split(text, delimiter);
-        let place = |cells: &[String], name: &str| cells.iter().position(|c| c.eq_ignore_ascii_case(name.trim()));
-        let both = |l: &table::Line| Some([place(&l.cells, &spec.x.column)?, place(&l.cells, &spec.y.column)?]);
-        if let Some((at, columns)) = lines.iter().enumerate().find_map(|(k, l)| Some((k, both(l)?))) {
-            return Ok((lines, at, columns));
-        }
-        let names = lines.iter().find(|l| l.cells.iter().filter(|c| !c.is_empty()).count() > 1);
-        if let Some(names) = names.filter(|l| l.cells.len() > longest.len()) {
-            longest.clone_from(&names.cells);
-        }
-    }
-    let names = longest.iter().filter(|c| !c.is_empty()).map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(", ");
-    let (x, y) = (spec.x.column.clone(), spec.y.column.clone());
-    Err(InverseError::Columns {
-        path: path.into(),
-        x,
-        y,
-        found: if names.is_empty() { "nothing".into() } else { names },
+/// The lines below the names of the two columns, and their places.
+fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<Named, InverseError> {
+    // A line of units is named among the lines that are left out
+    table::named(text, &[&spec.x.column, &spec.y.column], &|_| false).map_err(|(_, names)| {
+        let names = names.iter().map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(", ");
+        let (x, y) = (spec.x.column.clone(), spec.y.column.clone());
+        let found = if names.is_empty() { "nothing".into() } else { names };
+        InverseError::Columns { path: path.into(), x, y, found }
     })
 }

@@ -17,8 +17,14 @@ pub struct Estimate {
 
 impl Estimate {
     /// Whether both ends of the interval are finite.
-    pub fn is_determined(&self) -> bool {
+    pub fn is_bounded(&self) -> bool {
         self.std_error.is_finite() && self.interval.iter().all(|end| end.is_finite())
+    }
+
+    /// Whether the interval has zero in it; one without a width has not.
+    pub fn may_be_zero(&self) -> bool {
+        let [low, high] = self.interval;
+        low <= 0.0 && high >= 0.0 && low < high
     }
 }
 

@@ -8,19 +8,27 @@ use crate::calibrate::solve::LawFit;
 use crate::calibrate::{FitResult, Mode, Model};
 use crate::material::FitTerms;
 
+/// The constants with the other sign, where the fitted modes have the same stresses with both, and the places of those that have a sign.
+fn mirror(answer: &LawFit, model: Model) -> Option<(Vec<f64>, Vec<usize>)> {
+    let FitTerms::Separable(family) = &model.form.terms else { return None };
+    let one = |pair: &[f64]| [pair[0] * (family.factor)(-pair[1]).0 / (family.factor)(pair[1]).0, -pair[1]];
+    let other: Vec<f64> = answer.mirrored.then(|| answer.values.chunks_exact(2).flat_map(one).collect())?;
+    // A term that vanished has no sign
+    let is_open = |k: &usize| answer.values[*k] != other[*k] && answer.values[k / 2 * 2] != 0.0;
+    let open = (0..other.len()).filter(is_open).collect();
+    Some((other, open))
+}
+
+/// Symbols of the constants that may have either sign.
+pub fn either_sign(answer: &LawFit, model: Model) -> Vec<&'static str> {
+    let open = mirror(answer, model).map(|(_, open)| open).unwrap_or_default();
+    open.into_iter().map(|k| answer.identified.estimates[k].symbol).collect()
+}
+
 /// Widens the intervals of constants with an open sign by the other sign, and names them.
 pub fn open_signs(mut result: FitResult, answer: &LawFit, model: Model) -> FitResult {
-    let FitTerms::Separable(family) = &model.form.terms else { return result };
-    if !answer.mirrored {
-        return result;
-    }
-    let mirror = |pair: &[f64]| [pair[0] * (family.factor)(-pair[1]).0 / (family.factor)(pair[1]).0, -pair[1]];
-    let other: Vec<f64> = answer.values.chunks_exact(2).flat_map(mirror).collect();
-    for (k, (own, mirrored)) in answer.values.iter().zip(&other).enumerate() {
-        // A term that vanished has no sign
-        if own == mirrored || answer.values[k / 2 * 2] == 0.0 {
-            continue;
-        }
+    let Some((other, open)) = mirror(answer, model) else { return result };
+    for k in open {
         let both = |[low, high]: [f64; 2]| [low.min(-high), high.max(-low)];
         let e = &mut result.parameters[k];
         e.interval = both(e.interval);

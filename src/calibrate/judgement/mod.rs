@@ -5,6 +5,7 @@ mod clusters;
 pub(super) mod compressibility;
 mod correlated;
 mod curve_errors;
+pub(super) mod determined;
 mod directions;
 pub(crate) mod error_model;
 pub(crate) mod errors;

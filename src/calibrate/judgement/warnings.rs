@@ -2,11 +2,13 @@
 
 use super::certificate::lost;
 use super::compressibility::UNNOTICED;
+use super::determined::limits;
 use super::estimate::Estimate;
 use super::mirrored::decisive;
 use super::misfit::{Misfit, Residual};
 use super::repeats::Repeats;
 use super::warning::FitWarning;
+use crate::calibrate::constant_format::list;
 use crate::calibrate::solve::offset::Offset;
 use crate::calibrate::solve::{LawFit, Pattern};
 use crate::calibrate::{
@@ -38,7 +40,8 @@ pub fn warnings(
         let (constants, rows) = (result.parameters.len() + result.slack.len(), result.rows);
         found.push(FitWarning::NoFreedom { constants, rows, least: answer.identified.least.clone() });
     }
-    found.extend(limits(answer, model));
+    let limits = limits(answer, model);
+    found.extend((!limits.is_empty()).then_some(FitWarning::Limit { found: limits }));
     found.extend(undefined(answer, model, experiment));
     found.extend(cycles(result));
     found.extend(may_be_zero(result));
@@ -108,23 +111,22 @@ pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
 pub fn slack_hint(own: &[Estimate], offset: Offset, other: &[Estimate]) -> Option<FitWarning> {
     // The slack is in the residuals of the one fit, and widens its interval
     let leaves = |(a, b): (&Estimate, &Estimate)| a.value < b.interval[0] || a.value > b.interval[1];
-    let all: Vec<_> = own.iter().zip(other).map(|(a, b)| format!("{} = {}", a.symbol, a.print(b.value))).collect();
+    let answer = list(own, other.iter().map(|e| e.value));
     let Offset { mode, strain, .. } = offset;
-    own.iter().zip(other).any(leaves).then(|| FitWarning::Slack { mode, strain, answer: all.join(", ") })
+    own.iter().zip(other).any(leaves).then_some(FitWarning::Slack { mode, strain, answer })
 }
 
 /// The answer of a choice of data points that was not requested: the last loading, else every data point.
 fn cycles(result: &FitResult) -> Option<FitWarning> {
     let unasked = || result.otherwise.iter().filter(|o| o.unasked);
     let other = unasked().find(|o| o.treatment == Treatment::LastLoading).or_else(|| unasked().next())?;
-    let all: Vec<_> = other.parameters.iter().map(|e| format!("{} = {}", e.symbol, e.print(e.value))).collect();
-    Some(FitWarning::Cycles { treatment: other.treatment, change: other.change, answer: all.join(", ") })
+    let answer = list(&result.parameters, other.parameters.iter().map(|e| e.value));
+    Some(FitWarning::Cycles { treatment: other.treatment, change: other.change, answer })
 }
 
 /// Constants with a finite interval that contains zero, of laws that do not need them.
 fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
-    let holds_zero =
-        |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.interval[0] <= 0.0 && e.interval[1] >= 0.0;
+    let holds_zero = |e: &&Estimate| e.std_error.is_finite() && e.value != 0.0 && e.may_be_zero();
     let symbols: Vec<_> = result.parameters.iter().filter(holds_zero).map(|e| e.symbol).collect();
     (!symbols.is_empty()).then_some(FitWarning::MayBeZero { symbols })
 }
@@ -132,10 +134,9 @@ fn may_be_zero(result: &FitResult) -> Option<FitWarning> {
 /// The constants at the minimum next to the least one.
 fn other_minimum(result: &FitResult, answer: &LawFit, model: Model) -> Option<FitWarning> {
     let values = answer.others.first()?;
-    let all: Vec<_> =
-        result.parameters.iter().zip(values).map(|(e, v)| format!("{} = {}", e.symbol, e.print(*v))).collect();
+    let all = list(&result.parameters, values.iter().copied());
     let decides = decisive(model, &answer.values, values, result);
-    Some(FitWarning::OtherMinimum { answer: all.join(", "), minima: answer.others.len(), decides })
+    Some(FitWarning::OtherMinimum { answer: all, minima: answer.others.len(), decides })
 }
 
 /// One warning per mode and side of rest in which least squares alone would give an unstable law.
@@ -154,21 +155,6 @@ fn unstable(result: &FitResult, model: Model) -> Option<FitWarning> {
     let linear = matches!(model.form.terms, FitTerms::Linear(_));
     (!lost.is_empty()).then_some(FitWarning::Unstable { lost, reach, linear })
 }
-
-/// Shape constants at an end of the interval that is searched.
-fn limits(answer: &LawFit, model: Model) -> Option<FitWarning> {
-    let FitTerms::Separable(family) = &model.form.terms else { return None };
-    let wall = family.wall();
-    let at_wall = |(k, x): (usize, &f64)| {
-        let e = &answer.identified.estimates[2 * k + 1];
-        (x.abs() >= NEAR_WALL * wall && answer.values[2 * k] != 0.0).then_some((e.symbol, e.value))
-    };
-    let found: Vec<_> = answer.at.iter().enumerate().filter_map(at_wall).collect();
-    (!found.is_empty()).then_some(FitWarning::Limit { found })
-}
-
-/// Part of the searched interval from which on a constant is at its end \[–\]
-const NEAR_WALL: f64 = 0.99;
 
 /// Data points outside the range at which the law is not defined.
 fn undefined(answer: &LawFit, model: Model, experiment: &Experiment) -> Option<FitWarning> {

@@ -27,7 +27,8 @@ impl Rows {
     pub fn new(samples: &[Sample], weight: &[f64], nu: f64) -> Result<Self, FitError> {
         let weighted: Vec<f64> = samples.iter().zip(weight).map(|(s, w)| w * s.stress).collect();
         let norm = weighted.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if norm == 0.0 {
+        // Relative weights of a zero are infinite, and their norm is no number
+        if norm == 0.0 || samples.iter().all(|s| s.stress == 0.0) {
             return Err(FitError::ZeroStress);
         }
         let places: Vec<_> = samples.iter().map(|s| (s.mode, s.stretches(nu))).collect();

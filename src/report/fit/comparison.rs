@@ -29,7 +29,7 @@ struct Law {
     misfit: f64,
     hold_out: Option<f64>,
     cross_mode: Option<f64>,
-    determined: bool,
+    undetermined: Vec<String>,
     lost: Vec<(String, f64)>,
 }
 
@@ -52,7 +52,7 @@ pub fn write(dir: &Path) -> Result<(), ReportError> {
             Paragraph::new("Data").text(format!("{about} From {}.", stored.data)),
             Paragraph::new("Comparison").text(format!(
                 "Each of these laws was fitted to the same data points: {laws}. They are ranked by what they predict, the last third of the \
-                 logarithmic stretches from the rest and one mode from the others, of the laws that are stable over the fitted stretches."
+                 logarithmic stretches from the rest and one mode from the others, of the laws whose constants the data determine and that are stable over the fitted stretches."
             )),
             software(std::slice::from_ref(&stored.version)),
         ],
@@ -77,15 +77,15 @@ fn table(stored: &Stored) -> Table {
             percent(Some(c.misfit)),
             percent(c.hold_out),
             percent(c.cross_mode),
-            if c.determined { "yes" } else { "no" }.into(),
+            if c.undetermined.is_empty() { "yes".into() } else { format!("no: {}", c.undetermined.join("; ")) },
             if c.lost.is_empty() { "yes".into() } else { c.lost.iter().map(lost).collect::<Vec<_>>().join(", ") },
         ]
     };
     Table {
         name: "comparison",
         caption: "Relative misfit of the rows that were fitted, and of rows that were not: the last third of ln λ from the rest, and one \
-                  mode from the others. The order is that of the worse prediction, then of the other one, then of the number of constants; laws that are not stable over the \
-                  fitted stretches are last. Stable: in every mode as far as its principal stretches lie between 1/λ and λ of the largest \
+                  mode from the others. The order is that of the worse prediction, then of the other one, then of the number of constants; laws with constants that the data do \
+                  not determine come after the others, and laws that are not stable over the fitted stretches are last. Stable: in every mode as far as its principal stretches lie between 1/λ and λ of the largest \
                   fitted one, in tension or compression; otherwise the modes in which it is not, and the amounts up to which it is."
             .into(),
         columns: headings(&[

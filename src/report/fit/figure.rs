@@ -1,7 +1,7 @@
 //! A law and the data it was fitted to: stress against stretch, residuals below; left the fitted range, right all data.
 
-use crate::calibrate::stress_unit;
 use crate::calibrate::{Mode, ModeCurves};
+use crate::calibrate::{Printed, stress_unit};
 use crate::report::canvas::{
     Area, At, GREY, INK, LABEL, Mark, PALETTE, RGB, dashed, figure, fill, hollow, italic, line, mark, mm, text,
 };
@@ -70,7 +70,8 @@ pub fn draw(fit: &StoredFit) -> Option<Figure> {
         }
         // More constants than three would lie on the curves; they are listed in the table
         let shown = if fit.parameters.len() > SHOWN { &[] } else { &fit.parameters[..] };
-        let words = shown.iter().map(label);
+        let printed = fit.printed();
+        let words = shown.iter().zip(&printed).map(label);
         for (k, words) in words.enumerate() {
             text(area, &words, (mm(LEFT + 3.0), mm(TOP + 4.0 + 4.5 * k as f64)), At::Left, LABEL, INK);
         }
@@ -101,11 +102,10 @@ fn is_drawn(modes: &[&ModeCurves], stretch: [f64; 2], fitted: bool) -> bool {
 }
 
 /// `μ = 357 kPa [334, 380]`
-fn label(p: &Parameter) -> String {
-    let (f, unit, n) = p.scale();
-    let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
-    let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{:.n$}, {:.n$}]", f * a, f * b));
-    format!("{} = {:.n$}{unit}{interval}", italic(&p.symbol), f * p.value).replace('-', "−")
+fn label((p, printed): (&Parameter, &Printed)) -> String {
+    let number = |v: f64| printed.number(v);
+    let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{}, {}]", number(a), number(b)));
+    format!("{} = {}{interval}", italic(&p.symbol), printed.text(p.value)).replace('-', "−")
 }
 
 fn style(mode: Mode) -> (Mark, RGB) {

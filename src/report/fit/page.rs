@@ -1,6 +1,6 @@
 //! `index.html` of a fit.
 
-use crate::calibrate::stretch_text;
+use crate::calibrate::{Printed, stretch_text};
 use crate::report::figure::Figure;
 use crate::report::fit::stored::{Entry, Parameter, StoredFit};
 use crate::report::numbers::capital;
@@ -10,7 +10,8 @@ use crate::wording;
 
 /// The result in words.
 pub fn answer(fit: &StoredFit) -> String {
-    let constants: Vec<String> = fit.parameters.iter().map(|p| format!("{} = {}", p.symbol, p.words())).collect();
+    let one = |(p, printed): (&Parameter, Printed)| format!("{} = {}", p.symbol, p.words(&printed));
+    let constants: Vec<String> = fit.parameters.iter().zip(fit.printed()).map(one).collect();
     let [a, b] = fit.stretch.map(stretch_text);
     let percent = 100.0 * fit.misfit.rms_relative;
     let mut out = format!(
@@ -48,10 +49,13 @@ pub fn answer(fit: &StoredFit) -> String {
 
 /// Constants of ranges that end earlier, in one sentence, and whether the intervals contain them.
 fn shorter_ranges(fit: &StoredFit) -> String {
-    let moved = || fit.parameters.iter().zip(&fit.range_spread).filter(|(_, [low, high])| low < high);
-    let spans: Vec<String> = moved().map(|(p, ends)| format!("{} from {}", p.symbol, p.span(*ends))).collect();
-    let is_outside = |(p, [low, high]): &(&Parameter, &[f64; 2])| p.ends().is_some_and(|[a, b]| *low < a || *high > b);
-    let outside: Vec<&str> = moved().filter(is_outside).map(|(p, _)| p.symbol.as_str()).collect();
+    let printed = fit.printed();
+    let of = |k: usize| (&fit.parameters[k], fit.range_spread[k]);
+    let moved: Vec<usize> = (0..fit.range_spread.len()).filter(|k| of(*k).1[0] < of(*k).1[1]).collect();
+    let span = |k: &usize| format!("{} from {}", of(*k).0.symbol, printed[*k].span(of(*k).1));
+    let spans: Vec<String> = moved.iter().map(span).collect();
+    let is_outside = |(p, [low, high]): &(&Parameter, [f64; 2])| p.ends().is_some_and(|[a, b]| *low < a || *high > b);
+    let outside: Vec<&str> = moved.iter().map(|k| of(*k)).filter(is_outside).map(|(p, _)| p.symbol.as_str()).collect();
     let more = match outside.len() {
         0 => String::new(),
         1 if spans.len() == 1 => ", more than the interval says".into(),

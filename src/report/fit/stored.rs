@@ -1,6 +1,6 @@
 //! A fit as `fit.json` stores it, and its constants in words.
 
-use crate::calibrate::{Band, FitCurves, SharedError, Treatment, within};
+use crate::calibrate::{Band, FitCurves, Printed, SharedError, Treatment, largest_stress, within_size};
 use crate::report::names::symbol;
 use serde::{Deserialize, Deserializer};
 
@@ -150,33 +150,26 @@ fn with_subscripts<'de, D: Deserializer<'de>>(from: D) -> Result<String, D::Erro
     String::deserialize(from).map(|text| symbol(&text))
 }
 
+impl StoredFit {
+    /// Unit and digits of every constant: two digits of the half-width of its interval, stresses in one unit.
+    pub fn printed(&self) -> Vec<Printed<'_>> {
+        let size = largest_stress(self.parameters.iter().map(|p| (p.value, p.unit.as_str())));
+        self.parameters.iter().map(|p| within_size(size, p.value, &p.unit, p.ends())).collect()
+    }
+}
+
 impl Parameter {
     /// Both ends of the interval, where the data determine the constant.
     pub fn ends(&self) -> Option<[f64; 2]> {
         Some([self.interval[0]?, self.interval[1]?])
     }
 
-    /// Factor, printed unit and decimals: two digits of the half-width of the interval, four of the value at most.
-    pub fn scale(&self) -> (f64, &str, usize) {
-        within(self.value, &self.unit, self.ends())
-    }
-
-    /// `334 to 380 kPa`
-    pub fn span(&self, [low, high]: [f64; 2]) -> String {
-        let (f, unit, n) = self.scale();
-        let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
-        format!("{:.n$} to {:.n$}{unit}", f * low, f * high)
-    }
-
     /// `357 kPa (95 % interval 334 to 380 kPa)`
-    pub fn words(&self) -> String {
-        let (f, unit, n) = self.scale();
-        let unit = if unit == "–" { String::new() } else { format!(" {unit}") };
+    pub fn words(&self, printed: &Printed) -> String {
+        let value = printed.text(self.value);
         match self.ends() {
-            Some([a, b]) => {
-                format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit})", f * self.value, f * a, f * b)
-            }
-            None => format!("{:.n$}{unit} (not determined by the data)", f * self.value),
+            Some(ends) => format!("{value} (95 % interval {})", printed.span(ends)),
+            None => format!("{value} (not determined by the data)"),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Tables of a fit.
 
-use crate::calibrate::{Band, stretch_text, within};
+use crate::calibrate::{Band, Printed, stretch_text, within};
 use crate::report::fit::stored::{Contribution, Misfit, Parameter, Scatter, Specimen, StoredFit};
 use crate::report::table::{Table, headings};
 
@@ -28,10 +28,10 @@ pub fn all(fit: &StoredFit) -> Vec<Table> {
 }
 
 fn parameters(fit: &StoredFit) -> Table {
+    let printed = fit.printed();
     let mut rows: Vec<Vec<String>> = (fit.parameters.iter().enumerate())
         .map(|(k, p)| {
-            let (f, unit, n) = p.scale();
-            let number = |v: f64| format!("{:.n$}", f * v);
+            let number = |v: f64| printed[k].number(v);
             let known = |v: Option<f64>| v.map_or("not determined".into(), number);
             let [low, high] = fit.range_spread.get(k).copied().unwrap_or([p.value; 2]);
             let wide = fit.in_use.get(k).copied().unwrap_or_default().map(|v| v.map_or("open".into(), number));
@@ -39,7 +39,7 @@ fn parameters(fit: &StoredFit) -> Table {
             vec![
                 p.symbol.clone(),
                 p.name.clone(),
-                unit.into(),
+                printed[k].unit.into(),
                 number(p.value),
                 known(p.std_error),
                 end(p.interval[0]),
@@ -53,8 +53,8 @@ fn parameters(fit: &StoredFit) -> Table {
         let (symbol, unit) = if name == "nu" { ("ν", "–") } else { ("κ", "Pa") };
         // A Poisson's ratio near ½ has its meaning in the last digits
         let (unit, number) = match within(*value, unit, None) {
-            (f, "–", _) => ("–", (f * value).to_string()),
-            (f, unit, n) => (unit, format!("{:.n$}", f * value)),
+            Printed { unit: "–", .. } => ("–", value.to_string()),
+            printed => (printed.unit, printed.number(*value)),
         };
         let dash = || String::from("–");
         let given = "given, not fitted".to_string();
@@ -82,13 +82,17 @@ fn parameters(fit: &StoredFit) -> Table {
     }
 }
 
+/// `μ₁ = 12 kPa, α₁ = 3.1`
+fn list(parameters: &[Parameter], printed: &[Printed]) -> String {
+    let one = |(p, printed): (&Parameter, &Printed)| format!("{} = {}", p.symbol, printed.text(p.value));
+    parameters.iter().zip(printed).map(one).collect::<Vec<_>>().join(", ")
+}
+
 /// Parts of the stated errors of the measurement.
 fn measurement(fit: &StoredFit) -> Table {
+    let printed = fit.printed();
     let row = |c: &Contribution| {
-        let moves = fit.parameters.iter().zip(&c.moves).map(|(p, by)| {
-            let (f, unit, n) = p.scale();
-            format!("{:.n$}{}", f * by, if unit == "–" { String::new() } else { format!(" {unit}") })
-        });
+        let moves = printed.iter().zip(&c.moves).map(|(p, by)| p.width(*by));
         let stated = [c.error.to_string(), format!("{:.3e}", c.half_width), c.error.unit().into()];
         stated.into_iter().chain(moves).collect()
     };
@@ -129,18 +133,8 @@ fn next(s: &Scatter) -> Option<Table> {
 
 /// Effect of the treatment of the rows on the fitted constants.
 fn otherwise(fit: &StoredFit) -> Table {
-    let constants = |parameters: &[Parameter]| {
-        let one = |(p, own): (&Parameter, &Parameter)| {
-            let (f, unit, n) = own.scale();
-            format!(
-                "{} = {:.n$}{}",
-                p.symbol,
-                f * p.value,
-                if unit == "–" { String::new() } else { format!(" {unit}") }
-            )
-        };
-        parameters.iter().zip(&fit.parameters).map(one).collect::<Vec<_>>().join(", ")
-    };
+    let printed = fit.printed();
+    let constants = |parameters: &[Parameter]| list(parameters, &printed);
     let mut rows = vec![vec!["as fitted".into(), fit.rows.to_string(), constants(&fit.parameters), "–".into()]];
     rows.extend(fit.otherwise.iter().map(|o| {
         let change = format!("{:.1}", 100.0 * o.change);
@@ -161,19 +155,16 @@ fn specimens(fit: &StoredFit, s: &Scatter) -> Table {
         let one = |(k, p): (usize, &Parameter)| format!("{} = {}", p.symbol, value(k));
         fit.parameters.iter().enumerate().map(one).collect::<Vec<_>>().join(", ")
     };
-    let number = |k: usize, v: f64| {
-        let (f, unit, n) = fit.parameters[k].scale();
-        format!("{:.n$}{}", f * v, if unit == "–" { String::new() } else { format!(" {unit}") })
-    };
+    let printed = fit.printed();
     let row = |one: &Specimen| {
         let level = format!("{:.3}", one.level);
-        vec![one.file.clone(), one.rows.to_string(), level, constants(&|k| number(k, one.parameters[k].value))]
+        vec![one.file.clone(), one.rows.to_string(), level, list(&one.parameters, &printed)]
     };
     let mut rows: Vec<Vec<String>> = s.specimens.iter().map(row).collect();
     let dash = || String::from("–");
     let summary = |name: &str, value: &dyn Fn(usize) -> String| vec![name.into(), dash(), dash(), constants(value)];
-    rows.push(summary("mean", &|k| number(k, s.means[k])));
-    rows.push(summary("standard deviation", &|k| number(k, s.deviations[k])));
+    rows.push(summary("mean", &|k| printed[k].text(s.means[k])));
+    rows.push(summary("standard deviation", &|k| printed[k].width(s.deviations[k])));
     Table {
         name: "specimens",
         caption: "Each specimen fitted alone. The level is its stresses over those of the fit to all data points."
@@ -258,20 +249,17 @@ fn ranges(fit: &StoredFit) -> Table {
     picked.extend((0..n).find(own));
     picked.sort_unstable();
     picked.dedup();
-    let head: Vec<_> = fit.parameters.iter().map(Parameter::scale).collect();
+    let printed = fit.printed();
     let rows = (picked.iter())
         .map(|k| {
             let r = &fit.range_dependence[*k];
             let mark = if own(k) { " (fitted)" } else { "" };
             let mut cells = vec![format!("{}{mark}", stretch_text(r.to)), r.rows.to_string()];
-            let value = |(p, (f, unit, n)): (&Parameter, &(f64, &str, usize))| {
-                let unit = if *unit == "–" { String::new() } else { format!(" {unit}") };
-                format!("{} = {:.n$}{unit}", p.symbol, f * p.value, n = *n)
-            };
-            cells.push(r.parameters.iter().zip(&head).map(value).collect::<Vec<_>>().join(", "));
+            cells.push(list(&r.parameters, &printed));
             // Intervals of several constants would hide the values
-            if let ([p], [(f, _, n)]) = (&r.parameters[..], &head[..]) {
-                cells.push(p.ends().map_or("–".into(), |[a, b]| format!("{:.n$} to {:.n$}", f * a, f * b)));
+            if let ([p], [printed]) = (&r.parameters[..], &printed[..]) {
+                let ends = |[a, b]: [f64; 2]| format!("{} to {}", printed.number(a), printed.number(b));
+                cells.push(p.ends().map_or("–".into(), ends));
             }
             cells.push(format!("{:.1}", 100.0 * r.rms_relative));
             cells
@@ -280,7 +268,7 @@ fn ranges(fit: &StoredFit) -> Table {
     let all =
         if picked.len() < n { format!(" {} of {n} ranges; all are in fit.json.", picked.len()) } else { String::new() };
     let mut columns = vec![("Largest stretch", "", true), ("Data points", "", true), ("Value", "", true)];
-    if head.len() == 1 {
+    if printed.len() == 1 {
         columns.push(("95 % interval", "", true));
     }
     columns.push(("Rms", "%", true));

@@ -79,8 +79,8 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
     let unit = if p.dimension == Dimension::PRESSURE { "Pa" } else { "" };
     // A constant without an interval has the digits that it was given
     let given = |number: f64| {
-        let (factor, unit, _) = within(number, unit, None);
-        format!("{}{}", plain(factor * number), joined(unit))
+        let printed = within(number, unit, None);
+        format!("{}{}", plain(printed.factor * number), joined(printed.unit))
     };
     let shown = match numbers[..] {
         [] => return None,
@@ -93,13 +93,14 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
             match ends(format!("{}_interval", p.name)) {
                 None => given(number),
                 Some([a, b]) => {
-                    let (f, unit, n) = within(number, unit, Some([a, b]));
-                    let unit = joined(unit);
+                    let printed = within(number, unit, Some([a, b]));
+                    let unit = joined(printed.unit);
+                    let text = |v: f64| printed.number(v);
                     // The interval for use contains the misfit of the law too
                     let wider = in_use.filter(|ends| *ends != [a, b]).map_or(String::new(), |[a, b]| {
-                        format!(", {:.n$} to {:.n$}{unit} with the misfit of the law", f * a, f * b)
+                        format!(", {} to {}{unit} with the misfit of the law", text(a), text(b))
                     });
-                    format!("{:.n$}{unit} (95 % interval {:.n$} to {:.n$}{unit}{wider})", f * number, f * a, f * b)
+                    format!("{}{unit} (95 % interval {} to {}{unit}{wider})", text(number), text(a), text(b))
                 }
             }
         }

@@ -19,6 +19,16 @@ pub struct Distance {
     pub l2: f64,
     /// max |d|/max |m| \[–\]
     pub largest: f64,
+    /// Points with |d| within the uncertainty of the measured value, where that was given
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inside: Option<usize>,
+}
+
+impl Distance {
+    /// `12 of 15 points within the uncertainty`, where that was given
+    pub fn inside_words(&self) -> Option<String> {
+        self.inside.map(|inside| format!("{inside} of {} points within the uncertainty", self.points))
+    }
 }
 
 /// Distance of a recorded point from a measured marker.

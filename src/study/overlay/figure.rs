@@ -1,17 +1,38 @@
 //! A measured curve as marks, the recorded one as a line.
 
-use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
+use crate::report::canvas::{At, INK, MARKS, PALETTE, RGB, SMALL, figure, hollow, line, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
 use crate::report::plot::{Axis, Plot};
+use crate::scene::Measured;
 use crate::scene::column::label;
 use crate::study::overlay::distance::Overlay;
+
+/// Sentence of a caption about the bars
+pub(super) const BARS: &str = " Bars are the 95 % intervals of the measured values.";
+
+/// The measured values with the ends of their bars.
+pub(super) fn reach(measured: &Measured) -> impl Iterator<Item = f64> + '_ {
+    let ends = measured.y.iter().zip(&measured.half_widths).flat_map(|(y, w)| [y - w, y + w]);
+    measured.y.iter().copied().chain(ends)
+}
+
+/// A bar of the uncertainty at each measured value.
+pub(super) fn bars(plot: &Plot, measured: &Measured, color: RGB) {
+    for ((x, y), w) in measured.x.iter().zip(&measured.y).zip(&measured.half_widths) {
+        line(plot.area, &plot.path(&[*x, *x], &[y - w, y + w]), color, 10);
+    }
+}
 
 pub fn draw(name: &str, overlay: &Overlay) -> Figure {
     let Overlay { measured, x, y, distance } = overlay;
     let (left, top, tall) = (18.0, 4.0, 60.0);
     let words = distance.as_ref().map_or_else(
         || vec!["no common range".to_string()],
-        |d| vec![format!("L2 {:.2} %", 100.0 * d.l2), format!("largest {:.2} %", 100.0 * d.largest)],
+        |d| {
+            let far = [format!("L2 {:.2} %", 100.0 * d.l2), format!("largest {:.2} %", 100.0 * d.largest)];
+            let inside = d.inside.map(|n| format!("{n} of {} within bars", d.points));
+            far.into_iter().chain(inside).collect()
+        },
     );
     let WithLegend { wide, legend: key, size } =
         WithLegend::new((left, top, top + tall + 12.0), 2.5 + words.len() as f64);
@@ -21,10 +42,11 @@ pub fn draw(name: &str, overlay: &Overlay) -> Figure {
             area,
             frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],
             x: Axis::linear(both(x, &measured.x), &label(&measured.over)),
-            y: Axis::linear(both(y, &measured.y), &label(&measured.column)),
+            y: Axis::linear(y.iter().copied().chain(reach(measured)), &label(&measured.column)),
         };
         plot.grid();
         line(area, &plot.path(x, y), PALETTE[0], 10);
+        bars(&plot, measured, PALETTE[1]);
         for at in plot.path(&measured.x, &measured.y) {
             hollow(area, MARKS[0], at, 22, PALETTE[1]);
         }
@@ -36,6 +58,7 @@ pub fn draw(name: &str, overlay: &Overlay) -> Figure {
             text(area, words, at(2.5 + k as f64), At::Left, SMALL, INK);
         }
     });
-    let caption = format!("{} over {}: {}.", measured.column, measured.over, words.join(", "));
+    let bars = if measured.half_widths.is_empty() { "" } else { BARS };
+    let caption = format!("{} over {}: {}.{bars}", measured.column, measured.over, words.join(", "));
     Figure { name: name.into(), svg, caption }
 }

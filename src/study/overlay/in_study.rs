@@ -9,6 +9,7 @@ use crate::scene::Measured;
 use crate::scene::column::label;
 use crate::study::figures::axis_label;
 use crate::study::overlay::distance::Distance;
+use crate::study::overlay::figure::{BARS, bars, reach};
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::study::store::results::Results;
 
@@ -77,12 +78,13 @@ fn draw(
             area,
             frame: [mm(left), mm(top), mm(left + wide), mm(top + tall)],
             x: Axis::linear(values(0, &measured.x), &over),
-            y: Axis::linear(values(1, &measured.y), &own),
+            y: Axis::linear(values(1, &reach(measured).collect::<Vec<_>>()), &own),
         };
         plot.grid();
         for (k, [x, y]) in curves.iter().enumerate() {
             line(area, &plot.path(x, y), PALETTE[k % SHOWN], 10);
         }
+        bars(&plot, measured, INK);
         for at in plot.path(&measured.x, &measured.y) {
             hollow(area, MARKS[0], at, 22, INK);
         }
@@ -94,13 +96,15 @@ fn draw(
     });
     let of = |c: &&StoredCase| {
         let d = distance(&c.record, measured)?;
-        Some(format!("{}: {:.2} % (L2), {:.2} % (largest)", c.record.id, 100.0 * d.l2, 100.0 * d.largest))
+        let inside = d.inside_words().map_or(String::new(), |words| format!(", {words}"));
+        Some(format!("{}: {:.2} % (L2), {:.2} % (largest){inside}", c.record.id, 100.0 * d.l2, 100.0 * d.largest))
     };
     let far: Vec<String> = cases.iter().filter_map(of).collect();
     let far = if far.is_empty() { "no range in common".into() } else { far.join("; ") };
     let rest = if cases.len() < all { " Of each family the finest mesh is shown." } else { "" };
+    let bars = if measured.half_widths.is_empty() { "" } else { BARS };
     let caption = format!(
-        "Measured {} ({}) and that of the simulation, {}. Distances from the measured curve: {far}.{rest}",
+        "Measured {} ({}) and that of the simulation, {}. Distances from the measured curve: {far}.{bars}{rest}",
         own.replace(['\u{e000}', '\u{e001}'], "").split(" [").next().unwrap_or_default(),
         measured.source,
         store.study.label(variant)
@@ -127,14 +131,16 @@ pub fn table(store: &Results) -> Option<Table> {
     let curves = |r: &CaseRecord| -> Vec<Vec<String>> {
         let row = |d: &Distance| {
             let [l2, largest] = [d.l2, d.largest].map(percent_cell);
-            vec![r.id.clone(), d.column.clone(), d.over.clone(), d.file.clone(), d.points.to_string(), l2, largest]
+            let inside = d.inside.map_or("–".into(), |n| n.to_string());
+            let points = d.points.to_string();
+            vec![r.id.clone(), d.column.clone(), d.over.clone(), d.file.clone(), points, l2, largest, inside]
         };
         r.distances.iter().map(row).collect()
     };
     let rows: Vec<Vec<String>> = store.cases.iter().flat_map(|c| curves(&c.record)).collect();
     (!rows.is_empty()).then(|| Table {
         name: "compare",
-        caption: "Distances of recorded curves from measured ones in their common range, as shares of the measured curve: root mean square and largest.".into(),
+        caption: "Distances of recorded curves from measured ones in their common range, as shares of the measured curve: root mean square and largest; and the points at which the recorded curve is within the uncertainty of the measured one, where that was given.".into(),
         columns: headings(&[
             ("Case", "", false),
             ("Column", "", false),
@@ -143,6 +149,7 @@ pub fn table(store: &Results) -> Option<Table> {
             ("Points", "", true),
             ("L2", "%", true),
             ("Largest", "%", true),
+            ("Within uncertainty", "", true),
         ]),
         rows,
         pick: None,

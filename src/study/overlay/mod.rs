@@ -41,6 +41,9 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     let (m, f) = (of(&m), of(&f));
     let d: Vec<f64> = f.iter().zip(&m).map(|(f, m)| f - m).collect();
     let most = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let given = !measured.half_widths.is_empty();
+    let widths = given.then(|| branch(&measured.x, &measured.half_widths)).flatten().map(|w| of(&w));
+    let inside = widths.map(|w| d.iter().zip(&w).filter(|(d, w)| d.abs() <= **w).count());
     let Measured { column, over, source, .. } = measured;
     let (l2, largest) = (l2(&t, &d) / l2(&t, &m), most(&d) / most(&m));
     (t.len() >= 2 && l2.is_finite()).then(|| Distance {
@@ -52,6 +55,7 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
         to,
         l2,
         largest,
+        inside,
     })
 }
 
@@ -112,7 +116,18 @@ mod tests {
 
     fn measured(x: &[f64], y: &[f64]) -> Measured {
         let name = |s: &str| s.to_string();
-        Measured { column: name("f"), over: name("x"), source: name("m.csv"), x: x.to_vec(), y: y.to_vec() }
+        let (x, y, half_widths) = (x.to_vec(), y.to_vec(), vec![]);
+        Measured { column: name("f"), over: name("x"), source: name("m.csv"), x, y, half_widths }
+    }
+
+    #[test]
+    fn points_within_their_uncertainty_are_counted() {
+        // d = 0, 0.1, 0.2 at x = 0, 0.5, 1; the point at 3 is beyond the run
+        let mut m = measured(&[0.0, 0.5, 1.0, 3.0], &[0.0, 1.0, 2.0, 6.0]);
+        let inside = |m: &Measured| distance(m, &[0.0, 1.0], &[0.0, 2.2]).expect("a common range").inside;
+        assert_eq!(inside(&m), None);
+        m.half_widths = vec![0.01, 0.11, 0.15, 9.0];
+        assert_eq!(inside(&m), Some(2));
     }
 
     #[test]

@@ -242,6 +242,13 @@ pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
     }
 }
 
+/// `67 %`; `up to 67 %`, where the change differs between values of the other keys.
+fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool) -> String {
+    let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
+    let several = lines.iter().filter(|line| line.len() > 1).count() > 1;
+    format!("{}{}", if several { "up to " } else { "" }, percent(a.change))
+}
+
 fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
     if q.along.is_empty() {
         return format!("{}: too few converged cases to say anything.", capital(&q.peak_title()));
@@ -257,7 +264,7 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
         let everywhere = if lines > 1 { ", whatever the others are" } else { "" };
         // Numbers that fall in the file: the words follow the number, not the order
         let down = axes.iter().any(|x| x.name == a.axis && x.numbers.windows(2).any(|w| w[1] < w[0]));
-        let change = percent(a.change);
+        let by = amount(q, a, axes, list);
         let (rises, falls, of) = match q.is_negative() {
             true => ("rises (its magnitude falls)", "falls (its magnitude rises)", " of the magnitude"),
             false => ("rises", "falls", ""),
@@ -265,17 +272,18 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
         words += &match (a.trend, down) {
             (Trend::Constant, _) => format!(". It does not depend on {axis}"),
             _ if a.change <= tolerance => {
+                let change = percent(a.change);
                 format!(". It hardly depends on {axis}: by at most {change}, within {}", percent(tolerance))
             }
-            (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by up to {change}"),
+            (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by {by}"),
             (Trend::Mixed, _) => {
-                format!(". Along {axis} it rises or falls, depending on the others, by up to {change}")
+                format!(". Along {axis} it rises or falls, depending on the others, by {by}")
             }
             (Trend::Rising, false) | (Trend::Falling, true) => {
-                format!(". It {rises} with {axis}{everywhere}, by up to {change}")
+                format!(". It {rises} with {axis}{everywhere}, by {by}")
             }
             (Trend::Falling, false) | (Trend::Rising, true) => {
-                format!(". It {falls} with {axis}{everywhere}, by up to {change}")
+                format!(". It {falls} with {axis}{everywhere}, by {by}")
             }
         };
         if let Some([least, most, ends]) = a.elasticity.filter(|_| a.change > tolerance) {
@@ -333,7 +341,7 @@ fn verdict_of(
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
         let name = format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
         let words: Vec<String> = (strong.iter())
-            .map(|a| format!("{} (up to {})", axis_words(&sweep.axes, &a.axis, list), percent(a.change)))
+            .map(|a| format!("{} ({})", axis_words(&sweep.axes, &a.axis, list), amount(q, a, &sweep.axes, list)))
             .collect();
         match words.is_empty() {
             true => format!("{name} stays within {}", percent(tolerance)),
