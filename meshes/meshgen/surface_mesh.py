@@ -22,8 +22,6 @@ def mesh(request: Request) -> tuple:
     path, scale = Path(request.parameters["path"]), request.parameters["unit_m"] / MM
     if not (request.length or request.cells or request.cgal):
         raise BadRequest("no size", "give size.length or size.cells")
-    if request.order == 2 and request.levels:
-        raise BadRequest(f"{path.name} has no CAD behind it to curve the cells on", "drop levels, or use order 1")
     found = repair.closed(path.name, *surface_file.read(path, request.parameters["format"]), may_cross=request.generator == "cgal")
     for line in found.repairs:
         gmsh_driver.log(f"repaired: {line}")

@@ -36,7 +36,7 @@ pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
     let dir = match args.out {
         Some(dir) => dir,
-        None => PathBuf::from("reports").join(Study::read(&file, &changes)?.name),
+        None => PathBuf::from("reports").join(Study::name_of(&file)),
     };
     let cases = list(&Study::read_with_additions(&file, &changes, &dir)?, &dir);
     if args.json {

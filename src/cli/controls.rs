@@ -83,9 +83,9 @@ impl Source {
     pub fn note(&self) -> Option<String> {
         match self {
             Self::None | Self::Program(_) => None,
-            Self::Recording(replay) => {
-                Some(format!("the controlled signals have the values of a recording (SHA-256 {})", replay.sha256))
-            }
+            Self::Recording(Replay { sha256, extent, .. }) => Some(format!(
+                "the controlled signals have the values of a recording of {extent}, which hold to the end (SHA-256 {sha256})"
+            )),
             Self::Page(file) => {
                 let file = file.display();
                 Some(format!(

@@ -120,6 +120,7 @@ fn mesh(import: &Import, imported: &Imported) {
             say!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
         }
     }
+    imported.body.volumes.iter().for_each(|volume| say!("volume       {volume}"));
     imported.body.warnings.iter().for_each(|warning| say!("warning      {warning}"));
     imported.body.notes.iter().for_each(|note| say!("note         {note}"));
     limits_of_mesh(mesh, &import.spec).iter().for_each(|(kind, limit)| say!("{kind:12} {limit}"));

@@ -63,6 +63,8 @@ pub fn main(args: Args) -> CommandResult {
             quality.dihedral_min_deg,
             quality.dihedral_max_deg
         );
+        body.volumes.iter().for_each(|volume| say!("volume       {volume}"));
+        body.warnings.iter().for_each(|warning| say!("warning      {warning}"));
         // The scene says which nodes are held, if nothing is wrong with it
         let built = Scene::build(&file, scene.clone(), text, body.clone());
         let limits = built.map_or_else(|_| limits_of_mesh(mesh, spec), |scene| limits_of_scene(&scene));

@@ -69,8 +69,7 @@ pub struct Args {
 pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.study, "study.toml")?;
     let changes = super::arguments::changes(&args.set)?;
-    let named = Study::read(&file, &changes)?.name;
-    let dir = args.how.dir(&named);
+    let dir = args.how.dir(&Study::name_of(&file));
     let study = Study::read_with_additions(&file, &changes, &dir)?;
     if args.engine.engine != Engine::Local {
         if args.live {

@@ -92,11 +92,11 @@ impl Cable {
         self.blocks.nodes(s)
     }
 
-    /// Derivatives of the length by the unknowns at displacement x: those of a change Σ_s τ_s·(dp_{s+1} − dp_s).
-    pub fn length_gradient(&self, x: &[f64]) -> Vec<(u32, f64)> {
+    /// Derivatives of the length of the segments from `from` on by the unknowns at displacement x: those of a change Σ_s τ_s·(dp_{s+1} − dp_s).
+    pub fn length_gradient(&self, x: &[f64], from: usize) -> Vec<(u32, f64)> {
         let w = self.means.of(x);
         let mut of_guides = vec![0.0; w.len()];
-        for s in 0..self.segments() {
+        for s in from..self.segments() {
             let along = self.direction(&w, s).normalize();
             for (guide, sign) in self.ends(s).iter().zip(self.signs(s)) {
                 (0..3).for_each(|i| of_guides[3 * *guide as usize + i] += sign * along[i]);

@@ -34,11 +34,12 @@ impl Body {
         }
         let base = if own { None } else { Some(Self::sound(file, spec, store, progress)?) };
         let (mut named, mut paths) = (Vec::<(String, TetMesh)>::new(), BTreeMap::new());
-        let (mut sources, mut notes, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut sources, mut notes, mut warnings, mut volumes) = (vec![], vec![], vec![], vec![]);
         if let Some(base) = &base {
             sources.push(base.source.clone());
             notes.extend(base.notes.clone());
             warnings.extend(base.warnings.clone());
+            volumes.extend(base.volumes.clone());
         }
         for part in &spec.parts {
             let (a, b) = placement(file, part)?;
@@ -48,6 +49,7 @@ impl Body {
                 let named = |words: &String| format!("{}: {words}", part.name);
                 notes.extend(own.notes.iter().map(named));
                 warnings.extend(own.warnings.iter().map(named));
+                volumes.extend(own.volumes.clone());
             }
             let body = own.as_ref().or(base.as_ref()).expect("a part without a source has the mesh");
             for (path, cable) in &body.paths {
@@ -73,6 +75,7 @@ impl Body {
             sha256,
             notes,
             warnings,
+            volumes,
             undeformed: None,
             patches: Patches::default(),
         })

@@ -8,6 +8,7 @@ use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volu
 use super::mesh_spec::{DeformSpec, ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
 use super::patches::Patches;
 use super::quantity::Length;
+use super::source_volume::SourceVolume;
 use crate::mesh::element::CELL_EDGES;
 use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
@@ -42,8 +43,10 @@ pub struct Body {
     pub sha256: String,
     /// Notes on changes to the content of the file
     pub notes: Vec<String>,
-    /// Warnings of a doubtful size
+    /// Warnings of a doubtful size, and of a volume that the mesh misses
     pub warnings: Vec<String>,
+    /// Volumes of the surfaces and CAD that were meshed
+    pub volumes: Vec<SourceVolume>,
     /// Of a body with `[mesh.deform]`: what it was before
     pub undeformed: Option<Arc<Undeformed>>,
     /// Balls of the scenes so far
@@ -102,6 +105,8 @@ impl Body {
             sha256: String::new(),
             notes: self.notes.clone(),
             warnings: self.warnings.clone(),
+            // Those of the shape before
+            volumes: vec![],
             undeformed: None,
             patches: Patches::default(),
         };
@@ -120,6 +125,7 @@ impl Body {
             sha256,
             notes: vec![],
             warnings: vec![],
+            volumes: vec![],
             undeformed: None,
             patches: Patches::default(),
         }
@@ -143,6 +149,7 @@ impl Body {
                 sha256,
                 notes: vec![],
                 warnings: vec![],
+                volumes: vec![],
                 undeformed: None,
                 patches: Patches::default(),
             });
@@ -166,8 +173,11 @@ impl Body {
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
+        let volume = SourceVolume::of(&made.manifest);
         let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
         body.notes = made.manifest.dropped;
+        body.warnings.extend(volume.as_ref().and_then(SourceVolume::warning));
+        body.volumes.extend(volume);
         if let Source::File { unit_m, .. } = request.source {
             body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
         }
@@ -205,6 +215,7 @@ impl Body {
             sha256,
             notes: vec![],
             warnings: vec![],
+            volumes: vec![],
             undeformed: None,
             patches: Patches::default(),
         })

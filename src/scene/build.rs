@@ -257,8 +257,8 @@ impl Scene {
         let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
-        let spans = build_spans(builder, &spec.stages)?;
-        check_numerics(builder, &spec.numerics)?;
+        let spans = build_spans(file, &spec.stages)?;
+        check_numerics(file, &spec.numerics)?;
         builder.set_spans(spans);
         rules::check(file, &spec, &builder.spans)?;
         attach_skins(builder, &spec.skins)?;
@@ -277,7 +277,7 @@ impl Scene {
         note_effects(builder, &spec.effects);
         let no_limit = reasons_of_no_limit(builder, &spec);
         check_stages(builder, &spec.stages)?;
-        check_output(builder, &spec.output)?;
+        check_output(file, &builder.spans, &spec.output)?;
         let columns = columns(recorders(&probes, &cables, &cavities, &rigids, &contacts));
         let measured = read_measured(builder, &spec.comparisons, &columns)?;
         check_continued(builder, !spec.events.is_empty())?;

@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::control::SignalBuilder;
 use super::control::spec::EventSpec;
-use super::error::{SceneError, hint, part};
+use super::error::{SceneError, content, hint, part};
 use super::held_rim::HeldRims;
 use super::name::{REMEDY, is_name};
 use super::parts::selectors::SelectorSpec;
@@ -203,7 +203,7 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn content(&self, place: &str, fact: impl Into<String>, remedy: impl Into<String>) -> SceneError {
-        SceneError::Content { file: self.file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
+        content(self.file, place, fact, remedy)
     }
 
     pub(super) fn region(&self, place: &str, name: &str) -> Result<&Region, SceneError> {

@@ -136,6 +136,11 @@ pub fn explain(message: &str) -> String {
     }
 }
 
+/// A mistake in a scene: its place, the fact and the remedy.
+pub(super) fn content(file: &Path, place: &str, fact: impl Into<String>, remedy: impl Into<String>) -> SceneError {
+    SceneError::Content { file: file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
+}
+
 /// A mistake in a part of a scene, from its own error.
 pub(super) fn part(
     file: &Path,

@@ -47,6 +47,7 @@
 //!
 //! [`SceneBuilder`] adds what a file cannot hold: laws, effects, recorders, a mesh.
 
+mod before_meshing;
 mod bodies;
 mod body;
 mod build;
@@ -111,6 +112,7 @@ mod shape;
 mod signal;
 mod signal_table;
 mod skin;
+mod source_volume;
 pub mod spec;
 mod stable;
 mod stages;
@@ -121,9 +123,9 @@ mod stress_recovery;
 pub mod stretch;
 mod surface_unit;
 mod turning;
-mod used_laws;
 mod winding;
 
+pub use before_meshing::mistakes_before_meshing;
 pub use body::{Body, request};
 pub use build::{Scene, SceneBuilder};
 pub use builder::LawSource;
@@ -134,7 +136,7 @@ pub use column::unit as unit_of_column;
 pub use compare::{Measured, MeasuredData, MeasuredTracks};
 pub(crate) use cut_regions::cut_regions;
 pub use energy_growth::EnergyFromNothing;
-pub use error::{Mistake, SceneError, hint};
+pub use error::{Line, Mistake, SceneError, hint};
 pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
     path_dependence,
@@ -164,9 +166,9 @@ pub use scalar_sensitivity::{ScalarSensitivity, check_scalar, scalar_sensitivity
 pub use sensitivities::{Sensitivities, SensitivityRecorder};
 pub use sensitivity_error::SensitivityError;
 pub use skin::NamedSkin;
+pub use source_volume::SourceVolume;
 pub use spec::SceneSpec;
 pub use start::StartSpec;
 pub use starter::starter;
 pub use stored::{is_stored, keep};
-pub use used_laws::check_laws;
 pub use winding::Winding;

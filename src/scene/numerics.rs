@@ -1,12 +1,12 @@
 //! `[numerics]`: what decides how a scene is solved, never what it is.
 
-use super::builder::Builder;
-use super::error::SceneError;
+use super::error::{SceneError, content};
 use super::linear::{LinearSpec, MemorySpec};
 use super::quantity::{Length, Time};
 use crate::solve::MOST_CUTS;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::path::Path;
 
 /// Tolerances and methods of the solution; every key has a default
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -62,33 +62,33 @@ impl Default for NumericsSpec {
 }
 
 /// Refuses settings without a meaning.
-pub(super) fn check_numerics(builder: &Builder, n: &NumericsSpec) -> Result<(), SceneError> {
+pub(super) fn check_numerics(file: &Path, n: &NumericsSpec) -> Result<(), SceneError> {
     if !(n.tolerance > 0.0 && n.tolerance < 1.0) {
         let fact = format!("tolerance = {}", n.tolerance);
-        return Err(builder.content("numerics", fact, "it lies between 0 and 1, for example 1e-8"));
+        return Err(content(file, "numerics", fact, "it lies between 0 and 1, for example 1e-8"));
     }
     if !(n.accuracy > 0.0 && n.accuracy < 1.0) {
         let fact = format!("accuracy = {}", n.accuracy);
-        return Err(builder.content("numerics", fact, "it lies between 0 and 1, for example 1e-6"));
+        return Err(content(file, "numerics", fact, "it lies between 0 and 1, for example 1e-6"));
     }
     if let Some(budget) = n.time_budget.filter(|b| b.0 <= 0.0) {
         let fact = format!("time_budget = {} s", budget.0);
-        return Err(builder.content("numerics", fact, "give a positive time, for example \"10 min\""));
+        return Err(content(file, "numerics", fact, "give a positive time, for example \"10 min\""));
     }
     if let Some(error) = n.time_error.filter(|e| !(e.0 > 0.0 && e.0.is_finite())) {
         let fact = format!("time_error = {} m", error.0);
-        return Err(builder.content("numerics", fact, "give a positive length, for example \"0.05 mm\""));
+        return Err(content(file, "numerics", fact, "give a positive length, for example \"0.05 mm\""));
     }
     if n.reuse_threshold.is_nan() || n.reuse_threshold < 0.0 {
         let fact = format!("reuse_threshold = {}", n.reuse_threshold);
-        return Err(builder.content("numerics", fact, "give a number of back-substitutions, 0 or more"));
+        return Err(content(file, "numerics", fact, "give a number of back-substitutions, 0 or more"));
     }
     if n.max_iterations == 0 {
-        return Err(builder.content("numerics", "max_iterations = 0", "allow at least one iteration"));
+        return Err(content(file, "numerics", "max_iterations = 0", "allow at least one iteration"));
     }
     if n.cuts > MOST_CUTS {
         let fact = format!("cuts = {}: 2^{} parts of a step", n.cuts, n.cuts);
-        return Err(builder.content("numerics", fact, format!("take {MOST_CUTS} at most; 10 is usual")));
+        return Err(content(file, "numerics", fact, format!("take {MOST_CUTS} at most; 10 is usual")));
     }
     Ok(())
 }

@@ -1,11 +1,12 @@
 //! Output of a run in addition to its record, and its schedule: fields for ParaView, rows of the time series.
 
-use super::builder::Builder;
-use super::error::SceneError;
+use super::error::{SceneError, content};
 use super::instant::rounding;
 use super::quantity::Time;
+use crate::solve::TimeSpan;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::path::Path;
 
 /// Rates and fields of the files of a run.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -88,22 +89,22 @@ impl ScheduleSpec {
 }
 
 /// Refuses times that a run does not reach, and output of nothing.
-pub(super) fn check_output(builder: &Builder, spec: &OutputSpec) -> Result<(), SceneError> {
-    let end = builder.spans.last().map_or(0.0, |s| s.end);
+pub(super) fn check_output(file: &Path, spans: &[TimeSpan], spec: &OutputSpec) -> Result<(), SceneError> {
+    let end = spans.last().map_or(0.0, |s| s.end);
     let fields = spec.fields.as_ref().map(|f| ("output.fields", f.schedule()));
     for (place, ScheduleSpec { every, times }) in
         fields.into_iter().chain(spec.series.clone().map(|s| ("output.series", s)))
     {
         if every.is_some_and(|every| every.0 <= 0.0) {
-            return Err(builder.content(place, "`every` is not positive", "give the time from one to the next"));
+            return Err(content(file, place, "`every` is not positive", "give the time from one to the next"));
         }
         if let Some(t) = times.iter().find(|t| !(0.0..=end * (1.0 + 1e-9)).contains(&t.0)) {
             let remedy = format!("take times from 0 to {end} s, the end of the last stage");
-            return Err(builder.content(place, format!("the run has no t = {} s", t.0), remedy));
+            return Err(content(file, place, format!("the run has no t = {} s", t.0), remedy));
         }
     }
     if spec.fields.as_ref().is_some_and(|f| f.what.is_empty()) {
-        return Err(builder.content("output.fields", "`what` is empty", "list fields such as \"displacement\""));
+        return Err(content(file, "output.fields", "`what` is empty", "list fields such as \"displacement\""));
     }
     Ok(())
 }

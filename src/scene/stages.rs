@@ -1,7 +1,7 @@
 //! The stages of a scene, each with an integrator, and what the signals must allow in them.
 
 use super::builder::Builder;
-use super::error::SceneError;
+use super::error::{SceneError, content};
 use super::kind::by_kind;
 use super::protocol::{NamedSignal, between};
 use super::quantity::Time;
@@ -11,6 +11,7 @@ use crate::solve::{Integrator, TimeSpan};
 use crate::system::EnergyRole;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::path::Path;
 
 by_kind!(IntegratorSpec);
 
@@ -85,30 +86,30 @@ pub enum IntegratorSpec {
 }
 
 /// The stages of a scene in time.
-pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec<TimeSpan>, SceneError> {
+pub(super) fn build_spans(file: &Path, stages: &[StageSpec]) -> Result<Vec<TimeSpan>, SceneError> {
     let mut start = 0.0;
     let mut spans = Vec::new();
     for (k, stage) in stages.iter().enumerate() {
         let place = format!("stage {}", k + 1);
         if stage.dt.0 <= 0.0 || stage.duration.0 <= 0.0 {
             let fact = format!("dt = {} s, duration = {} s", stage.dt.0, stage.duration.0);
-            return Err(builder.content(&place, fact, "both must be positive"));
+            return Err(content(file, &place, fact, "both must be positive"));
         }
         if stage.duration.0 / stage.dt.0 > MOST_STEPS {
             let fact = format!("{:.1e} steps of {:e} s", stage.duration.0 / stage.dt.0, stage.dt.0);
-            return Err(builder.content(&place, fact, "take a larger dt or a shorter duration (check their units)"));
+            return Err(content(file, &place, fact, "take a larger dt or a shorter duration (check their units)"));
         }
         if stage.max_steps.is_some() && stage.continuation.is_none() {
             let fact = "max_steps without continuation";
-            return Err(builder.content(&place, fact, "add continuation = \"arc_length\", or remove it"));
+            return Err(content(file, &place, fact, "add continuation = \"arc_length\", or remove it"));
         }
         if stage.integration_steps.is_some() && stage.integrator != IntegratorSpec::ImplicitEulerCorrected {
             let fact = "integration_steps without a loop that looks for contact between its steps";
             let remedy = "remove it, or take integrator = \"implicit_euler_corrected\"";
-            return Err(builder.content(&place, fact, remedy));
+            return Err(content(file, &place, fact, remedy));
         }
         if stage.integration_steps == Some(0) {
-            return Err(builder.content(&place, "integration_steps = 0", "take 1 or more"));
+            return Err(content(file, &place, "integration_steps = 0", "take 1 or more"));
         }
         let integrator = match stage.integrator {
             IntegratorSpec::Static if stage.continuation.is_some() => {
@@ -117,7 +118,7 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
             }
             _ if stage.continuation.is_some() => {
                 let fact = "a continuation follows equilibria, and this stage has inertia or damping";
-                return Err(builder.content(&place, fact, "take integrator = \"static\", or remove `continuation`"));
+                return Err(content(file, &place, fact, "take integrator = \"static\", or remove `continuation`"));
             }
             IntegratorSpec::Static => Integrator::Static,
             IntegratorSpec::ImplicitEuler => Integrator::ImplicitEuler { linearised: false },
@@ -130,18 +131,18 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
                 Integrator::GeneralisedAlpha { rho }
             }
             IntegratorSpec::GeneralisedAlpha { rho } => {
-                return Err(builder.content(&place, format!("rho = {rho}"), "it lies between 0 and 1"));
+                return Err(content(file, &place, format!("rho = {rho}"), "it lies between 0 and 1"));
             }
             IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 && gamma >= 0.5 => {
                 Integrator::Newmark { beta, gamma }
             }
             IntegratorSpec::Newmark { beta, gamma, .. } if beta > 0.0 => {
                 let fact = format!("gamma = {gamma} makes energy in every step (beta = {beta})");
-                return Err(builder.content(&place, fact, "take gamma from 0.5 on, where it is neutral; more damps"));
+                return Err(content(file, &place, fact, "take gamma from 0.5 on, where it is neutral; more damps"));
             }
             IntegratorSpec::Newmark { beta, gamma, .. } => {
                 let fact = format!("beta = {beta}, gamma = {gamma}");
-                return Err(builder.content(&place, fact, "beta must be positive; the usual ones are 0.25 and 0.5"));
+                return Err(content(file, &place, fact, "beta must be positive; the usual ones are 0.25 and 0.5"));
             }
         };
         let end = start + stage.duration.0;
@@ -149,11 +150,7 @@ pub(super) fn build_spans(builder: &Builder, stages: &[StageSpec]) -> Result<Vec
         start = end;
     }
     if spans.is_empty() {
-        return Err(builder.content(
-            "stage",
-            "the scene has no stage",
-            "add a [[stage]] with integrator, duration, dt",
-        ));
+        return Err(content(file, "stage", "the scene has no stage", "add a [[stage]] with integrator, duration, dt"));
     }
     Ok(spans)
 }

@@ -4,15 +4,12 @@
 //! k-th point takes the k-th value of each.
 
 use crate::math::units;
-use crate::study::spec::{FamilySpec, Mistake};
+use crate::study::spec::{FamilySpec, MOST_CASES, Mistake};
 use crate::study::store::record::Role;
 use crate::wording::count;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashSet};
-
-/// Most points of a grid of axes.
-const MOST_POINTS: f64 = 1e6;
 
 /// `[[axis]]` of a study.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -97,7 +94,7 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
     Ok(Expanded { family, axes, points })
 }
 
-/// Index of the value on every axis, point after point.
+/// Index of the value on every axis, point after point; too many are refused before there is one.
 fn combinations(specs: &[AxisSpec], combine: Combine) -> Result<Vec<Vec<usize>>, Mistake> {
     let count = |s: &AxisSpec| s.values.len();
     if combine == Combine::List {
@@ -107,18 +104,24 @@ fn combinations(specs: &[AxisSpec], combine: Combine) -> Result<Vec<Vec<usize>>,
             let remedy = "in a list every axis has one value a point; or take combine = \"grid\"";
             return Err((format!("axis {}", other.name), fact, remedy.into()));
         }
+        check_points(first as f64)?;
         return Ok((0..first).map(|k| vec![k; specs.len()]).collect());
     }
-    let points: f64 = specs.iter().map(|s| count(s) as f64).product();
-    if points > MOST_POINTS {
-        let fact = format!("the axes make {points:.1e} points");
-        return Err(("axis".into(), fact, format!("take fewer values: at most {MOST_POINTS:e} points are run")));
-    }
+    check_points(specs.iter().map(|s| count(s) as f64).product())?;
     let along = |done: Vec<Vec<usize>>, spec: &AxisSpec| {
         let next = |at: &Vec<usize>| (0..count(spec)).map(|k| [&at[..], &[k]].concat()).collect::<Vec<_>>();
         done.iter().flat_map(next).collect()
     };
     Ok(specs.iter().fold(vec![vec![]], along))
+}
+
+fn check_points(points: f64) -> Result<(), Mistake> {
+    if points <= MOST_CASES as f64 {
+        return Ok(());
+    }
+    let number = if points < 1e9 { points.to_string() } else { format!("{points:.1e}") };
+    let remedy = format!("take fewer values, or divide the study: at most {MOST_CASES} points are run");
+    Err(("axis".into(), format!("the axes make {number} points"), remedy))
 }
 
 impl AxisSpec {

@@ -5,12 +5,12 @@ use crate::report::names::title;
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::storage;
 use crate::study::case::{After, Case};
-use crate::study::extension::Additions;
+use crate::study::extension::{AddedLines, Additions, at_line};
 use crate::study::growth::{self, Growth};
 use crate::study::inverse::UseSpec;
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
-use crate::study::spec::{FamilySpec, VariantSpec, check_names, refuse};
+use crate::study::spec::{FamilySpec, MOST_CASES, VariantSpec, check_names, refuse};
 use crate::study::store::case_files::is_ambiguous;
 use crate::study::store::record::{FamilyRecord, Quantity, Role, SCHEMA, StudyRecord};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -90,6 +90,12 @@ pub fn parse(file: &Path, text: &str, extent: Extent) -> Result<(StudySpec, Stor
 }
 
 impl Study {
+    /// The name of the study of a file, that of its folder.
+    pub fn name_of(file: &Path) -> String {
+        let name = |path: PathBuf| path.parent()?.file_name().map(|n| n.to_string_lossy().into_owned());
+        std::path::absolute(file).ok().and_then(name).unwrap_or_else(|| "study".into())
+    }
+
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
         Self::read_extent(file, changes, Extent::Whole)
@@ -100,7 +106,7 @@ impl Study {
         let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
         Self::expand(file, changes, Extent::Whole, |expansion, source| {
             growth.add_to(&mut expansion.families, source);
-            additions.add_to(&mut expansion.families, dir)
+            Ok(Added { file: Additions::file(dir), lines: additions.add_to(&mut expansion.families, dir)? })
         })
     }
 
@@ -110,7 +116,7 @@ impl Study {
         let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
         Self::expand(file, &[], Extent::Whole, |expansion, _| {
             growth.add_to(&mut expansion.families, &growth.of);
-            additions.add_to(&mut expansion.families, dir)
+            Ok(Added { file: Additions::file(dir), lines: additions.add_to(&mut expansion.families, dir)? })
         })
     }
 
@@ -121,14 +127,14 @@ impl Study {
 
     /// Reads as much of `study.toml` as `extent` says, and expands it.
     pub fn read_extent(file: &Path, changes: &[(String, toml::Value)], extent: Extent) -> Result<Self, SceneError> {
-        Self::expand(file, changes, extent, |_, _| Ok(()))
+        Self::expand(file, changes, extent, |_, _| Ok(Added::default()))
     }
 
     fn expand(
         file: &Path,
         changes: &[(String, toml::Value)],
         extent: Extent,
-        add: impl FnOnce(&mut StoredExpansion, &str) -> Result<(), SceneError>,
+        add: impl FnOnce(&mut StoredExpansion, &str) -> Result<Added, SceneError>,
     ) -> Result<Self, SceneError> {
         let (text, table) = read_table(file)?;
         if table.contains_key("mesh") && !table.contains_key("family") {
@@ -144,12 +150,9 @@ impl Study {
             source: e.into(),
         })?;
         let source = growth::digest(&expansion.details, &scene, changes)?;
-        add(&mut expansion, &source)?;
-        let name = std::path::absolute(file)
-            .ok()
-            .and_then(|p| p.parent()?.file_name().map(|n| n.to_string_lossy().into_owned()))
-            .unwrap_or_else(|| "study".into());
-        let changes = Changes { given: changes, first: false };
+        let added = add(&mut expansion, &source)?;
+        let name = Self::name_of(file);
+        let changes = Changes { given: changes, first: false, added };
         Ok(Self { source_sha256: source, ..Self::assemble(&name, file, &scene, spec, expansion, &changes)? })
     }
 
@@ -169,7 +172,7 @@ impl Study {
             tolerance: around.tolerance.into(),
         };
         let stem = scene.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let changes = Changes { given: changes, first: true };
+        let changes = Changes { given: changes, first: true, added: Added::default() };
         Self::assemble(&format!("{kind}-{stem}"), &scene, &scene, spec, expansion, &changes)
     }
 
@@ -188,6 +191,7 @@ impl Study {
             check_names(names)
                 .map_err(|(k, fact, remedy)| refuse(file, (format!("{what} {}", k + 1), fact, remedy.into())))?;
         }
+        check_number(file, &expansion)?;
         let (all, ids, scenes) = (vec![], HashSet::new(), HashMap::new());
         let mut cases = CaseList { file, scene, expansion: &expansion, changes, all, ids, scenes };
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
@@ -255,6 +259,22 @@ impl Study {
     }
 }
 
+/// Refuses a study of too many cases, before they are made.
+fn check_number(file: &Path, expansion: &StoredExpansion) -> Result<(), SceneError> {
+    let of_family = |family: &FamilySpec| {
+        let wanted = |v: &&VariantSpec| family.variants.as_ref().is_none_or(|names| names.contains(&v.name));
+        let own = |v: &VariantSpec| family.own.get(&v.name).map_or(0, toml::Table::len);
+        expansion.variants.iter().filter(wanted).map(|v| family.members.len() + own(v)).sum::<usize>()
+    };
+    let number: usize = expansion.families.iter().map(of_family).sum();
+    if number <= MOST_CASES {
+        return Ok(());
+    }
+    let remedy =
+        format!("take fewer values, members or variants, or divide the study: it has at most {MOST_CASES} cases");
+    Err(refuse(file, ("study".into(), format!("its variants and families make {number} cases"), remedy)))
+}
+
 fn tolerance(text: &str) -> Result<f64, (String, String, String)> {
     let place = || "tolerance".to_string();
     let tolerance = units::parse(text, Dimension::NONE)
@@ -265,10 +285,18 @@ fn tolerance(text: &str) -> Result<f64, (String, String, String)> {
     Err((place(), format!("it is {tolerance}"), "it lies between 0 and 1; write for example \"2 %\"".into()))
 }
 
-/// Changes of the command line, made before or after those of the study.
+/// Changes of the command line, made before or after those of the study, and the members that were added to it.
 struct Changes<'a> {
     given: &'a [(String, toml::Value)],
     first: bool,
+    added: Added,
+}
+
+/// Members that another file has added to the study.
+#[derive(Default)]
+struct Added {
+    file: PathBuf,
+    lines: AddedLines,
 }
 
 /// The cases of a study as they are found, family after family.
@@ -284,6 +312,15 @@ struct CaseList<'a> {
 }
 
 impl CaseList<'_> {
+    /// The file that has a member of a family, and the place of the member there.
+    fn origin(&self, family: &FamilySpec, label: &str, place: &str) -> (&Path, String) {
+        let Added { file, lines } = &self.changes.added;
+        match lines.get(&(family.name.clone(), label.into())) {
+            Some(line) => (file, at_line(Some(line), place)),
+            None => (self.file, place.into()),
+        }
+    }
+
     fn family(&mut self, family: &FamilySpec) -> Result<FamilyRecord, SceneError> {
         let file = self.file;
         let mistake = |place: String, fact: String, remedy: String| refuse(file, (place, fact, remedy));
@@ -306,19 +343,24 @@ impl CaseList<'_> {
                 family.members.iter().chain(family.own.get(&variant.name).into_iter().flatten()).collect();
             let labels: Vec<String> = members.iter().map(|(label, _)| (*label).clone()).collect();
             let place = format!("family {}: members", family.name);
-            check_names(&labels).map_err(|(_, fact, remedy)| mistake(place, fact, remedy.into()))?;
+            check_names(&labels).map_err(|(k, fact, remedy)| {
+                let (file, place) = self.origin(family, &labels[k], &place);
+                refuse(file, (place, fact, remedy.into()))
+            })?;
             for (label, member) in members {
                 let place = format!("family {}, member {label}, variant {}", family.name, variant.name);
                 let Some(member) = member.as_table() else {
                     let remedy = "write { \"mesh.cells\" = 4500 }".into();
-                    return Err(mistake(place, "it is not a table".into(), remedy));
+                    let (file, place) = self.origin(family, label, &place);
+                    return Err(refuse(file, (place, "it is not a table".into(), remedy)));
                 };
                 let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
-                let own = [pairs(&variant.set), pairs(&family.set), before.clone(), pairs(member)].concat();
+                let others = [pairs(&variant.set), pairs(&family.set), before.clone()].concat();
                 if family.role == Role::Cumulative {
                     before.extend(pairs(member));
                 }
-                let (id, found) = self.case((family, variant, label), &scene_file, &own, &place)?;
+                let (id, found) =
+                    self.case((family, variant, label), &scene_file, (&others, &pairs(member)), &place)?;
                 ids.push(id);
                 formulation = found;
             }
@@ -331,15 +373,23 @@ impl CaseList<'_> {
         &mut self,
         (family, variant, label): (&FamilySpec, &VariantSpec, &String),
         scene_file: &Path,
-        own: &[(String, toml::Value)],
+        (others, member): (&[(String, toml::Value)], &[(String, toml::Value)]),
         place: &str,
     ) -> Result<(String, String), SceneError> {
-        let given = self.changes.given;
+        let (given, own) = (self.changes.given, &[others, member].concat()[..]);
         let all = if self.changes.first { [given, own] } else { [own, given] }.concat();
         let (spec, text) = read_scene(scene_file, &all).map_err(|e| {
-            // The fault is that of the study if the scene alone is sound and the changes of the study are not
+            // The fault is that of the study if the scene alone is sound and the changes of the study are not, and that of the file which has the member
+            // if the other changes are sound.
             let sound = |changes: &[_]| read_scene(scene_file, changes).is_ok();
-            if sound(&[]) && !sound(own) { e.caused_by(self.file, place) } else { e }
+            match sound(&[]) && !sound(own) {
+                true if sound(others) => {
+                    let (file, place) = self.origin(family, label, place);
+                    e.caused_by(file, &place)
+                }
+                true => e.caused_by(self.file, place),
+                false => e,
+            }
         })?;
         let formulation = spec.formulation();
         let expansion = self.expansion;
@@ -356,12 +406,14 @@ impl CaseList<'_> {
         if !self.ids.insert(id.clone()) {
             let fact = format!("another case is called {id} too");
             let remedy = "rename the family, the variant or the member".into();
-            return Err(refuse(self.file, (place.into(), fact, remedy)));
+            let (file, place) = self.origin(family, label, place);
+            return Err(refuse(file, (place, fact, remedy)));
         }
         if is_ambiguous(&id) {
             let fact = format!("the files of case {id} would have the names of files of another case");
             let remedy = "rename it without the end behind the last dot, or write a hyphen for the dot".into();
-            return Err(refuse(self.file, (place.into(), fact, remedy)));
+            let (file, place) = self.origin(family, label, place);
+            return Err(refuse(file, (place, fact, remedy)));
         }
         self.scenes.entry(scene).or_insert_with(|| id.clone());
         self.all.push(Case {

@@ -3,7 +3,7 @@
 //! The file has the form of a study file, `[family.tet10]` with members in place of `[[family]]`. It belongs to the results: a later run
 //! expands the study with it, and the members may be moved to the study file, which then takes precedence.
 
-use crate::scene::{SceneError, from_text, hint, read_table};
+use crate::scene::{Line, SceneError, from_text, hint, read_table};
 use crate::schema::AnyTable;
 use crate::study::estimate::growth::Predicted;
 use crate::study::spec::{FamilySpec, refuse};
@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use toml::de::DeTable;
 
 /// A mesh to be added to a family.
 #[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
@@ -37,7 +38,16 @@ pub struct Additions {
     /// Family → label → changes by path
     #[serde(rename = "family", default)]
     pub families: BTreeMap<String, toml::Table>,
+    /// Family → its line in the file
+    #[serde(skip)]
+    lines: BTreeMap<String, usize>,
+    /// Family and label → the line of the member
+    #[serde(skip)]
+    member_lines: AddedLines,
 }
+
+/// Family and label of each member that was added to a study → its line in the file of the additions.
+pub type AddedLines = BTreeMap<(String, String), usize>;
 
 impl Additions {
     /// The file of a folder of results.
@@ -52,7 +62,8 @@ impl Additions {
             return Ok(Self::default());
         }
         let (text, _) = read_table(&file)?;
-        from_text(&file, &text, "")
+        let (lines, member_lines) = lines(&text);
+        Ok(Self { lines, member_lines, ..from_text(&file, &text, "")? })
     }
 
     /// With another member.
@@ -69,18 +80,45 @@ impl Additions {
         head.to_string() + &toml::to_string(self).expect("tables with string keys only")
     }
 
-    /// Adds the members to the families of the study; one that the study has itself stays as it is there.
-    pub fn add_to(&self, families: &mut [FamilySpec], dir: &Path) -> Result<(), SceneError> {
+    /// Adds the members to the families of the study, and says in which lines of the file they are; one that the study has itself stays as it is there.
+    pub fn add_to(&self, families: &mut [FamilySpec], dir: &Path) -> Result<AddedLines, SceneError> {
+        let mut added = AddedLines::new();
         for (name, members) in &self.families {
             let known: Vec<String> = families.iter().map(|f| f.name.clone()).collect();
             let Some(family) = families.iter_mut().find(|f| f.name == *name) else {
                 let fact = "the study has no such family".to_string();
-                return Err(refuse(&Self::file(dir), (format!("family {name}"), fact, hint(name, &known))));
+                let place = at_line(self.lines.get(name), &format!("family {name}"));
+                return Err(refuse(&Self::file(dir), (place, fact, hint(name, &known))));
             };
             for (label, set) in members {
-                family.members.entry(label.clone()).or_insert_with(|| set.clone());
+                if family.members.contains_key(label) {
+                    continue;
+                }
+                family.members.insert(label.clone(), set.clone());
+                let key = (name.clone(), label.clone());
+                added.extend(self.member_lines.get(&key).map(|line| (key.clone(), *line)));
             }
         }
-        Ok(())
+        Ok(added)
     }
+}
+
+/// The place in the file with its line, where that is known.
+pub fn at_line(line: Option<&usize>, place: &str) -> String {
+    line.map_or_else(|| place.into(), |line| format!("line {line}: {place}"))
+}
+
+/// The lines of the families, and of their members.
+fn lines(text: &str) -> (BTreeMap<String, usize>, AddedLines) {
+    let (mut families, mut members) = (BTreeMap::new(), AddedLines::new());
+    let file = DeTable::parse(text).ok();
+    let all = file.as_ref().and_then(|file| file.get_ref().get("family")?.get_ref().as_table());
+    for (name, family) in all.into_iter().flatten() {
+        let family_name = name.get_ref().to_string();
+        families.insert(family_name.clone(), Line::of(text, name.span()).number);
+        for (label, _) in family.get_ref().as_table().into_iter().flatten() {
+            members.insert((family_name.clone(), label.get_ref().to_string()), Line::of(text, label.span()).number);
+        }
+    }
+    (families, members)
 }

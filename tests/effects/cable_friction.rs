@@ -146,12 +146,32 @@ fn over_rings_the_tension_grows_by_the_capstan_law() {
     }
 }
 
-/// The rows of the cable with friction and μ = 0 against its one row without: the same problem by two ways, each solved to 1e-8.
+/// A scene with the coefficient 0 is solved like one without the key, to the last bit, and records the columns of a cable with friction besides.
+#[test]
+fn the_coefficient_zero_is_a_cable_without_friction() {
+    for drive in
+        [RAISED, r#"{ kind = "tension", signal = { kind = "ramp", from = "0 N", to = "0.1 N", end = "1 s" } }"#]
+    {
+        let plain = ended(&beam(&[bent("EA = \"20 N\"", drive)], "0.1 s", Order::Linear));
+        let zero = ended(&beam(&[bent("EA = \"20 N\"\nfriction = 0", drive)], "0.1 s", Order::Linear));
+        for name in plain.columns.iter().filter(|name| !name.contains("cpu") && !name.contains("wall")) {
+            assert_eq!(column(&plain, name), column(&zero, name), "{drive}: {name}");
+        }
+        let (first, drawn) = (column(&zero, "cable_tension_N"), column(&zero, "cable_drawn_m"));
+        for name in ["cable_end_tension_N", "cable_tension_1_N", "cable_tension_4_N"] {
+            assert_eq!(column(&zero, name), first, "{drive}: {name}");
+        }
+        let slip = column(&zero, "cable_slip_1_m");
+        assert!(slip.iter().zip(&drawn).any(|(slip, drawn)| *slip != 0.0 && slip != drawn), "{drive}: {slip:?}");
+    }
+}
+
+/// The rows of the cable with a friction that vanishes, μ = 1e-12, against its one row without: the same problem by two ways, each solved to 1e-8.
 #[test]
 fn without_friction_it_is_the_plain_cable() {
     for extra in ["", "EA = \"20 N\"", "max_tension = \"0.08 N\""] {
         let plain = ended(&beam(&[bent(extra, RAISED)], "0.1 s", Order::Linear));
-        let rows = ended(&beam(&[bent(&format!("{extra}\nfriction = 0"), RAISED)], "0.1 s", Order::Linear));
+        let rows = ended(&beam(&[bent(&format!("{extra}\nfriction = 1e-12"), RAISED)], "0.1 s", Order::Linear));
         for name in ["cable_tension_N", "cable_length_m", "xmax_z_m", "elastic_J", "work_J"] {
             let (a, b) = (column(&plain, name), column(&rows, name));
             let size = a.iter().fold(0.0, |m: f64, v| m.max(v.abs()));

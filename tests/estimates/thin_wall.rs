@@ -124,6 +124,22 @@ fn a_refused_study_is_extended_by_the_mesh_that_it_asks_for() {
     let said = String::from_utf8_lossy(&wrong.stderr);
     assert_eq!(wrong.status.code(), Some(2), "{said}");
     assert!(said.contains("the study has no such family") && said.contains("did you mean `sizes`"), "{said}");
+    let place = |line: usize, family: &str| {
+        format!("{}: line {line}: family {family}", results.join("extension.toml").display())
+    };
+    assert!(said.contains(&place(1, "size")), "{said}");
+    // What is wrong with an added member is said of the file that has it
+    for (member, fact) in [
+        ("a = {}\nnew = { \"mesh.cellls\" = 5 }", "cellls"),
+        ("a = {}\nnew = 3", "it is not a table"),
+        ("a = {}\n\"x y\" = {}", "cannot be part of a file name"),
+    ] {
+        std::fs::write(results.join("extension.toml"), format!("[family.sizes]\n{member}\n")).expect("writable");
+        let wrong = durometer(&["run", study, "--out", results_text]);
+        let said = String::from_utf8_lossy(&wrong.stderr);
+        assert_eq!(wrong.status.code(), Some(2), "{said}");
+        assert!(said.contains(&place(3, "sizes")) && said.contains(fact), "{said}");
+    }
 }
 
 const FREE: fn(u32, usize) -> bool = |_, _| false;

@@ -32,6 +32,7 @@ fn a_recording_sets_the_values_of_a_page_again() {
     let recording = recorded.to_str().expect("UTF-8");
     let replayed = run(&again, &["--set", BY_HAND, "--replay", recording]);
     assert!(replayed.status.success(), "{}", String::from_utf8_lossy(&replayed.stderr));
+    assert!(text(&again, "scene.json").contains("a recording of 3 rows, the last at 0.5 s, which hold to the end"));
     let state = by_hand.join("scene-0.5s.state");
     let restart = ["--set", BY_HAND, "--restart", state.to_str().expect("UTF-8")];
     assert!(run(&restarted, &[&restart[..], &["--replay", recording]].concat()).status.success());
@@ -83,6 +84,15 @@ fn bad_flags_are_refused_before_the_run() {
         "line 2: a value is no finite number",
     );
     refuses(&["--set", BY_HAND, "--replay", &file("t_s,cable_shortening_m\n0\n")], "line 2: it has not as many values");
+    // 0.0021 that was cut off is 0.002
+    refuses(
+        &["--set", BY_HAND, "--replay", &file("t_s,cable_shortening_m\n0,0.001\n0.25,0.002")],
+        "line 3: it has no line break at its end, so that the file was cut off there; record it again",
+    );
+    refuses(
+        &["--set", BY_HAND, "--replay", &file("t_s,cable_shortening_m")],
+        "line 1: it has no line break at its end",
+    );
     refuses(
         &["--set", BY_HAND, "--replay", &file("t_s,cable_shortening_m\n1,0\n1,0\n")],
         "line 3: its time is not after",

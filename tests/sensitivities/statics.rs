@@ -108,9 +108,27 @@ fn mixed_formulation_and_imposed_tension() {
 #[test]
 fn an_elastic_cable_and_one_that_yields() {
     let body = body();
-    for extra in ["EA = \"20 N\"", "max_tension = \"0.1 N\""] {
+    for extra in ["EA = \"20 N\"", "max_tension = \"0.1 N\"", "EA = \"20 N\"\nfriction = 0"] {
         let drive = format!("{LENGTH}\n{extra}");
         println!("{extra}: {:.1e}", check("displacement", &drive, &example_table("neo_hookean"), &body));
+    }
+}
+
+/// A coefficient of friction that is 0 changes no derivative; those of its own columns are checked above.
+#[test]
+fn the_coefficient_of_friction_zero_changes_no_derivative() {
+    let (body, law) = (body(), example_table("neo_hookean"));
+    let of = |extra: &str| {
+        let scene = build(&text("displacement", &format!("{LENGTH}\n{extra}"), &law), &body);
+        sensitivities::sensitivities(&scene, &["E".into()]).1
+    };
+    let (plain, zero) = (of(""), of("friction = 0"));
+    assert!(zero.columns.len() > plain.columns.len(), "{:?}", zero.columns);
+    for (place, name) in plain.columns.iter().enumerate() {
+        let same = zero.columns.iter().position(|c| c == name).unwrap_or_else(|| panic!("{name} is missing"));
+        for (a, b) in plain.rows.iter().zip(&zero.rows) {
+            assert_eq!(a[place], b[same], "{name}");
+        }
     }
 }
 

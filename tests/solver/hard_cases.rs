@@ -219,6 +219,7 @@ fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
         sha256: body.sha256.clone(),
         notes: body.notes.clone(),
         warnings: body.warnings.clone(),
+        volumes: vec![],
         undeformed: None,
         patches: durometer::scene::Patches::default(),
     }
@@ -289,6 +290,7 @@ impl Similar {
             sha256: body.sha256.clone(),
             notes: body.notes.clone(),
             warnings: body.warnings.clone(),
+            volumes: vec![],
             undeformed: None,
             patches: durometer::scene::Patches::default(),
         }

@@ -151,6 +151,45 @@ fn processes_give_the_results_of_threads() {
     assert!(apart.iter().all(|record| record.work.memory_bytes.is_some_and(|bytes| bytes > 1 << 20)), "{apart:?}");
 }
 
+/// Mistakes that end a case are found in all cases before the first one runs: those that need no mesh before there is one, the others on the meshes.
+#[test]
+fn all_cases_with_mistakes_are_named_before_one_runs() {
+    let folder = study(&[[4, 2, 2], [5, 2, 2]]);
+    let at = folder.path();
+    let text = std::fs::read_to_string(at.join("study.toml")).expect("the study");
+    let refuses = |members: &str, named: &[&str], unnamed: &str| {
+        std::fs::write(at.join("study.toml"), format!("{text}{members}")).expect("writable");
+        let (code, said) = finish(command(at, "results", &[]).spawn().expect("it starts"));
+        assert_eq!(code, Some(2), "{said}");
+        assert!(said.contains("none of the cases was run, because some are refused"), "{said}");
+        assert!(named.iter().all(|name| said.contains(name)) && !said.contains(unnamed), "{said}");
+        let records = std::fs::read_dir(at.join("results/cases")).into_iter().flatten().count();
+        assert_eq!(records, 0, "{said}");
+    };
+    let sound = "case steps-press-c0";
+    refuses(
+        "x0 = { \"numerics.cuts\" = 1000 }\nx1 = { \"stage.0.dt\" = \"-1 s\" }\nx2 = { \"laws.rubber.nu\" = 0.6 }\n",
+        &[
+            "case steps-press-x0",
+            "numerics: cuts",
+            "case steps-press-x1",
+            "stage 1: dt",
+            "case steps-press-x2",
+            "laws.rubber",
+        ],
+        sound,
+    );
+    refuses(
+        "x0 = { \"constraint.fixed.region\" = \"zmni\" }\nx1 = { \"constraint.prescribed.components\" = \"w\" }\n\
+         x2 = { \"mesh.regions\" = { far = { kind = \"box\", min = [\"1 m\", \"1 m\", \"1 m\"], max = [\"2 m\", \"2 m\", \"2 m\"] } } }\n",
+        &["case steps-press-x0", "did you mean `zmin`", "case steps-press-x1", "case steps-press-x2", "far"],
+        sound,
+    );
+    // Without mistakes everything runs
+    std::fs::write(at.join("study.toml"), text).expect("writable");
+    assert_eq!(finish(command(at, "results", &[]).spawn().expect("it starts")).0, Some(0));
+}
+
 /// A panic is the status of its case; the next run computes it again.
 #[test]
 fn a_panic_ends_its_case_only() {

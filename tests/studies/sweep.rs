@@ -249,6 +249,31 @@ fn mistakes_in_axes_are_named() {
     }
 }
 
+/// A study is refused by its number of cases before any of them is made, of a grid, of a list and of several variants: 990 000 took minutes and gigabytes.
+#[test]
+fn too_many_cases_are_refused_by_their_number() {
+    let axis = |name: &str, key: &str, n: usize| {
+        let values: Vec<String> = (0..n).map(|k| format!("{}", 0.1 + 1e-7 * k as f64)).collect();
+        let values = values.join(", ");
+        format!("[[axis]]\nname = \"{name}\"\nkeys = [\"{key}\"]\nlabel = \"l\"\nsymbol = \"s\"\nvalues = [{values}]\n")
+    };
+    let grid = |n: [usize; 2]| axis("nu", "laws.rubber.nu", n[0]) + &axis("mu", "laws.rubber.mu", n[1]);
+    let other = "[[variant]]\nname = \"other\"\nquantity = [{ name = \"bending_angle_deg\", label = \"angle\", symbol = \"θ\", unit = \"°\" }]\n";
+    let points = "or divide the study: at most 20000 points are run";
+    for (text, fact, remedy) in [
+        (grid([1000, 990]), "axis: the axes make 990000 points; take fewer values", points),
+        (format!("combine = \"list\"\n{}", grid([20_001; 2])), "axis: the axes make 20001 points", points),
+        (
+            format!("{}{other}", grid([150, 100])),
+            "study: its variants and families make 30000 cases",
+            "it has at most 20000 cases",
+        ),
+    ] {
+        let said = written(&format!("kind = \"sweep\"\n{text}")).1.expect_err("too many cases");
+        assert!(said.contains(fact) && said.contains(remedy), "{said}");
+    }
+}
+
 /// Under length control without other loads the angle of a homogeneous body does not depend on E, and the tension is
 /// proportional to it: an elasticity of 1, at the residual of Newton's method (1e-8) over ln 2.
 #[test]

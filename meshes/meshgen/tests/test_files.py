@@ -139,7 +139,20 @@ class Files(Case):
                 self.assertEqual(manifest["regions"]["outer"]["count"], manifest["facets"])
                 self.assertLess(abs(manifest["volume_error"]), error)
                 self.assertEqual(manifest["order"], order)
-        self.reject("no CAD behind", "part.stl", size={"length": 0.003, "levels": 1}, order=2)
+
+    def test_levels_of_a_surface(self):
+        """Each cell of a surface file becomes eight; those of order 2 are the ones of order 1 with nodes in the middle of straight edges."""
+        self.export("part.stl")
+        coarse = self.take("part.stl", size={"length": 0.004})
+        linear, quadratic = (self.take("part.stl", size={"length": 0.004, "levels": 1}, order=order) for order in (1, 2))
+        for fine in (linear, quadratic):
+            self.assertEqual(fine["cells"], 8 * coarse["cells"])
+            self.assertEqual(fine["facets"], 4 * coarse["facets"])
+            self.assertLess(abs(fine["volume_error"]), abs(coarse["volume_error"]))
+        self.assertEqual(quadratic["regions"], linear["regions"])
+        self.assertAlmostEqual(quadratic["volume_m3"] / linear["volume_m3"], 1, delta=1e-9)
+        self.assertAlmostEqual(quadratic["quality"]["jacobian_min"], 1, delta=1e-6)
+        self.covers_boundary(quadratic, "face_")
 
     def test_bad_surfaces(self):
         def store(name, points, **cells):

@@ -5,6 +5,7 @@
 
 pub mod body;
 mod error;
+mod geometry_digest;
 pub mod interpreter;
 pub mod manifest;
 mod python;

@@ -1,10 +1,11 @@
 //! Meshes: found by the hash of their request, else made now and kept.
 
 use super::error::GenerateError;
+use super::geometry_digest::geometry_sha256;
 use super::interpreter;
 use super::manifest::Manifest;
 use super::python::Mesher;
-use super::request::{MeshRequest, Size, TIME_LIMIT_S, conversion, without_field};
+use super::request::{MeshRequest, Size, Source, TIME_LIMIT_S, conversion, without_field};
 use crate::catalogue::{Home, Origin};
 use crate::mesh::{TetMesh, read};
 use crate::storage::{self, DATA_LIMIT};
@@ -90,7 +91,22 @@ impl MeshStore {
     fn lookup(&self, request: &MeshRequest, name: &str) -> Option<PathBuf> {
         let files = self.folders(request).map(|folder| folder.join(format!("{name}.msh.gz")));
         // A power cut may have taken the name of one of the two
-        files.into_iter().find(|p| p.is_file() && manifest_path(p).is_file())
+        let mut whole = files.into_iter().filter(|p| p.is_file() && manifest_path(p).is_file()).peekable();
+        whole.peek()?;
+        let now = self.geometry_sha256(request);
+        whole.find(|path| {
+            // A manifest that cannot be read is refused where the mesh is
+            let made_of = read_manifest(&manifest_path(path)).ok().and_then(|manifest| manifest.geometry_sha256);
+            made_of.is_none() || made_of == now
+        })
+    }
+
+    /// Digest of the Python of the body that is asked for.
+    fn geometry_sha256(&self, request: &MeshRequest) -> Option<String> {
+        match &request.source {
+            Source::Body { name, .. } => geometry_sha256(&self.home.path, name),
+            Source::File { .. } => None,
+        }
     }
 
     /// The folders of committed and of made meshes.
@@ -105,7 +121,7 @@ impl MeshStore {
         let made = stored.is_none();
         let path = match stored {
             Some(path) => path,
-            None => self.make(json, &name, request.time_limit_s, progress)?,
+            None => self.make(request, json, &name, progress)?,
         };
         let manifest = read_manifest(&manifest_path(&path))?;
         if !made {
@@ -207,14 +223,16 @@ impl MeshStore {
     /// Calls the mesher. It writes under a temporary name; the manifest is kept first, so a mesh has always one.
     fn make(
         &self,
+        asked: &MeshRequest,
         mut json: serde_json::Value,
         name: &str,
-        limit_s: f64,
         progress: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, GenerateError> {
         let (part, target) = self.places(name)?;
         json["output"] = serde_json::json!(part);
-        let answer = self.mesher().call(&json, name, limit_s, progress).and_then(|answer| {
+        // As it is before the mesher reads it
+        let geometry = self.geometry_sha256(asked);
+        let answer = self.mesher().call(&json, name, asked.time_limit_s, progress).and_then(|answer| {
             let manifest = manifest_path(&target);
             let bad = |e: serde_json::Error| GenerateError::Manifest { file: manifest.clone(), fact: e.to_string() };
             let mut value: serde_json::Value = serde_json::from_str(&answer).map_err(bad)?;
@@ -224,6 +242,9 @@ impl MeshStore {
                     request.shift_remove("output");
                 }
                 without_folders(request);
+            }
+            if let (Some(geometry), Some(entries)) = (&geometry, value.as_object_mut()) {
+                entries.insert("geometry_sha256".into(), geometry.clone().into());
             }
             // Nothing that cannot be read back is kept.
             serde_json::from_value::<Manifest>(value.clone()).map_err(bad)?;

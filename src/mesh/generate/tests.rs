@@ -76,6 +76,36 @@ fn a_mesh_is_made_once_and_found_from_then_on() {
     assert!(left.is_empty(), "{left:?}");
 }
 
+/// A mesh is made anew when the Python of its body changes, or that of a body which it takes; one whose manifest does not say what it was made of is kept.
+#[test]
+fn a_mesh_is_made_anew_when_the_geometry_of_its_body_changes() {
+    let (_folder, store) = project(&working());
+    let meshes = store.home.path.join("meshes");
+    std::fs::create_dir_all(meshes.join("stub")).expect("writable");
+    std::fs::write(meshes.join("stub/body.toml"), BODY).expect("writable");
+    let write = |file: &str, text: &str| std::fs::write(meshes.join(file), text).expect("writable");
+    let made = || store.mesh(&request(), &mut |_| {}).unwrap_or_else(|e| panic!("{e}")).made;
+    assert!(made() && !made());
+    write("rod/geometry.py", "from stub.geometry import build\n");
+    write("stub/geometry.py", "SIZE = 1\n");
+    assert!(!made(), "of an earlier version");
+    std::fs::remove_dir_all(&store.home.meshes).expect("there");
+    assert!(made() && !made());
+    for (file, text) in
+        [("rod/geometry.py", "from stub.geometry import build\nSIZE = 2\n"), ("stub/geometry.py", "SIZE = 2\n")]
+    {
+        write(file, text);
+        assert_eq!(store.stored(&request()), Ok(None), "{file}");
+        assert!(made() && !made(), "{file}");
+    }
+    // A mesh that lies with its body is left aside too, and found again with the geometry that it was made of
+    let committed = store.commit(&request(), &mut |_| {}).expect("stored");
+    write("stub/geometry.py", "SIZE = 3\n");
+    assert!(made());
+    write("stub/geometry.py", "SIZE = 2\n");
+    assert_eq!(store.stored(&request()), Ok(Some(committed)));
+}
+
 #[test]
 fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     let (_folder, store) = project("");

@@ -1,10 +1,12 @@
 //! Values that controlled signals were set to during a run, in a table that a later run sets them from again.
 //!
 //! A row has the time of a point of the time grid and the values that were set there, which the signals reach at the next point. A value holds until the
-//! next row. Numbers are written in the shortest form that reads back the same, so that the later run gets the same bits.
+//! next row. Numbers are written in the shortest form that reads back the same, so that the later run gets the same bits. Every row ends with a line
+//! break: a last one without is a row that was cut off, in the middle of a number perhaps, and is refused.
 
 use super::{ControlError, Controller, Observation, Reply};
 use crate::storage::{self, DATA_LIMIT};
+use crate::wording::count;
 use std::path::Path;
 
 /// Why a recording cannot be used.
@@ -18,6 +20,10 @@ pub enum RecordingError {
     Header { file: String },
     #[error("{file}: line {line}: {fact}; record it again")]
     Row { file: String, line: usize, fact: String },
+    #[error(
+        "{file}: line {line}: it has no line break at its end, so that the file was cut off there; record it again, or remove this line to set only what is before it, or end it if it is whole"
+    )]
+    CutOff { file: String, line: usize },
     #[error(
         "{file}: it sets {found}, and the scene leaves {wanted} to a controller; give the recording of a run of this scene"
     )]
@@ -54,6 +60,9 @@ impl Recording {
             let list = |names: &[String]| if names.is_empty() { "nothing".into() } else { names.join(", ") };
             return Err(RecordingError::Signals { file: file.into(), found: list(&found), wanted: list(signals) });
         }
+        if !text.ends_with('\n') {
+            return Err(RecordingError::CutOff { file: file.into(), line: text.lines().count() });
+        }
         let mut rows: Vec<(f64, Vec<f64>)> = vec![];
         for (k, record) in reader.records().enumerate() {
             let refuse = |fact: &str| RecordingError::Row { file: file.into(), line: k + 2, fact: fact.into() };
@@ -68,6 +77,14 @@ impl Recording {
             rows.push((t, numbers));
         }
         Ok(Self { signals: found, rows })
+    }
+
+    /// How much it sets: `3 rows, the last at 0.5 s`.
+    fn extent(&self) -> String {
+        match self.rows.last() {
+            Some((t, _)) => format!("{}, the last at {t} s", count(self.rows.len(), "row")),
+            None => "no row".into(),
+        }
     }
 
     /// The names of the columns.
@@ -85,6 +102,8 @@ impl Recording {
 pub struct Replay {
     /// Digest of the recording as text
     pub sha256: String,
+    /// How much is set: `3 rows, the last at 0.5 s`
+    pub extent: String,
     rows: std::iter::Peekable<std::vec::IntoIter<(f64, Vec<f64>)>>,
 }
 
@@ -92,7 +111,8 @@ impl Replay {
     pub fn new(recording: Recording) -> Self {
         let lines = recording.rows.iter().map(|(t, values)| Recording::line(*t, values));
         let text = Recording::header(&recording.signals) + &lines.collect::<String>();
-        Self { sha256: storage::sha256(&text), rows: recording.rows.into_iter().peekable() }
+        let (sha256, extent) = (storage::sha256(&text), recording.extent());
+        Self { sha256, extent, rows: recording.rows.into_iter().peekable() }
     }
 }
 

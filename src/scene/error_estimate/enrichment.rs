@@ -182,6 +182,7 @@ impl EnrichedScene {
             sha256: sha256.clone(),
             notes: notes.clone(),
             warnings: warnings.clone(),
+            volumes: vec![],
             undeformed: None,
             patches: Patches::default(),
         };

@@ -3,7 +3,7 @@
 use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
-use crate::scene::{Body, ParameterKey, Progress, SceneError, check_laws};
+use crate::scene::{Body, ParameterKey, Progress, Scene, SceneError, mistakes_before_meshing};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
@@ -21,6 +21,8 @@ use crate::study::store::outcome::refused;
 use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME, StudyRecord};
 use crate::wording::first;
 use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::fmt::Display;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -28,6 +30,9 @@ use std::time::Duration;
 
 /// Time between two looks at cases that other runs compute.
 const LOOK: Duration = Duration::from_millis(200);
+
+/// Largest mesh on which a case is checked before the first one runs \[cells\].
+const CHECKED_CELLS: usize = 20_000;
 
 /// Follows the run of a study; what it does not implement is ignored.
 pub trait Watch: Sync {
@@ -168,18 +173,38 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     Ok(records)
 }
 
-/// Refuses a study with cases whose laws have constants without a meaning, before any is run; not where a refusal is a result.
+/// Refuses a study with cases that have mistakes which no mesh is needed to see, before any is meshed; not where a refusal is a result.
 fn check_scenes(study: &Study, cases: &[&Case]) -> Result<(), RunError> {
     if study.rules.keep_refusals {
         return Ok(());
     }
-    let refused = |c: &&&Case| {
-        let why = check_laws(&c.scene_file, &c.spec, &c.text).err()?;
-        Some(format!("case {} (family {}, variant {}, member {}): {why}", c.id, c.family, c.variant, c.member))
+    let mistakes = |c: &&Case| -> Vec<String> {
+        mistakes_before_meshing(&c.scene_file, &c.spec).into_iter().map(|why| of_case(c, &why)).collect()
     };
     let ready = cases.iter().filter(|c| c.after.is_none() && c.plan.is_none());
-    let refused: Vec<String> = ready.filter_map(|c| refused(&c)).collect();
+    all_sound(study, ready.flat_map(mistakes).collect())
+}
+
+fn of_case(c: &Case, why: &dyn Display) -> String {
+    format!("case {} (family {}, variant {}, member {}): {why}", c.id, c.family, c.variant, c.member)
+}
+
+fn all_sound(study: &Study, refused: Vec<String>) -> Result<(), RunError> {
     if refused.is_empty() { Ok(()) } else { Err(RunError::Refused { file: study.file.clone(), refused }) }
+}
+
+/// Why a case that is to be run would be refused on its mesh. On a large one this is left to its run, since a scene takes memory, and so is a panic,
+/// which is the status of its case.
+fn mistake_on_mesh(task: &Task, body: Body) -> Option<String> {
+    let case = &task.case;
+    if task.keep_refusals || case.plan.is_some() || body.mesh.cell_count() > CHECKED_CELLS {
+        return None;
+    }
+    let checked = || match Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body.into()) {
+        Ok(scene) => task.check(&scene).map_err(|why| of_case(case, &why)),
+        Err(why) => Err(of_case(case, &why)),
+    };
+    catch_unwind(AssertUnwindSafe(checked)).ok()?.err()
 }
 
 /// Notes which stored results are of other inputs, among the cases that are not run. One that waits for others may never get its turn; the rest of
@@ -242,7 +267,7 @@ fn prepare(
     watch: &dyn Watch,
 ) -> Result<VecDeque<Turn>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
-    let mut all = vec![];
+    let (mut all, mut refused) = (vec![], vec![]);
     for (case, constants) in cases {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(VecDeque::new());
@@ -256,12 +281,20 @@ fn prepare(
         // Results of other inputs do not count from here on, also where the run is stopped before there are new ones
         store.compare_inputs(&case.id, Some(&case.identity(body.as_ref()).sha256))?;
         let identity = body.as_ref().map(|body| case.identity(Some(body)));
-        let size = body.map_or(0, |body| body.mesh.points.len());
+        let size = body.as_ref().map_or(0, |body| body.mesh.points.len());
         let files = inputs.files.get(&case.id).cloned().unwrap_or_default();
         let task = Task { files, ..Task::new(study, case, constants, options.vtu) };
-        let before = store.record(&task.case.id).map(|record| record.provenance.record_sha256);
+        let stored = store.record(&task.case.id);
+        let counts = |record: &CaseRecord| {
+            identity.as_ref().is_some_and(|identity| record.provenance.counts_for(identity, options.accept_build))
+        };
+        if options.redo || !stored.as_ref().is_some_and(counts) {
+            refused.extend(body.and_then(|body| mistake_on_mesh(&task, body)));
+        }
+        let before = stored.map(|record| record.provenance.record_sha256);
         all.push(Ready { task, identity, size, before });
     }
+    all_sound(study, refused)?;
     // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
     // leaves with the allocator must not count as that of a small one.
     all.sort_by_key(|ready| std::cmp::Reverse(ready.size));

@@ -104,6 +104,10 @@ impl EffectPart for ElasticSpec {
         Ok(effect)
     }
 
+    fn law(&self) -> Option<&str> {
+        Some(&self.law)
+    }
+
     fn words(&self) -> String {
         let added = if self.overlap.is_some() { ", added" } else { "" };
         format!("region {}, law {}, formulation {}{added}", self.region, self.law, self.formulation.name())

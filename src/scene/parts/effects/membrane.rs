@@ -55,6 +55,10 @@ impl EffectPart for MembraneSpec {
         Ok(Box::new(sheet))
     }
 
+    fn law(&self) -> Option<&str> {
+        Some(&self.law)
+    }
+
     fn words(&self) -> String {
         let Self { name, region, law, thickness } = self;
         format!("{name}, region {region}, law {law}, {:.4} mm thick", thickness.0 * 1e3)

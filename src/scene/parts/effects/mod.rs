@@ -70,6 +70,11 @@ impl EffectSpec {
         self.part().words()
     }
 
+    /// The table of the law that it takes.
+    pub(in crate::scene) fn law(&self) -> Option<&str> {
+        self.part().law()
+    }
+
     /// The region whose cells it makes elastic, and whether it adds to another effect there.
     pub(in crate::scene) fn resists(&self) -> Option<(&str, bool)> {
         self.part().resists()

@@ -66,6 +66,10 @@ impl EffectPart for MullinsSpec {
         Ok(Box::new(shared))
     }
 
+    fn law(&self) -> Option<&str> {
+        Some(&self.law)
+    }
+
     fn words(&self) -> String {
         let constants =
             self.softening.constants().map_or_else(|e| e, |(r, m, b)| format!("r {r}, m {} Pa, beta {b}", shown(m)));

@@ -14,6 +14,11 @@ pub(in crate::scene) trait EffectPart {
     /// Its keys in words: `region body, law rubber, formulation mixed`.
     fn words(&self) -> String;
 
+    /// The table of the law that it takes.
+    fn law(&self) -> Option<&str> {
+        None
+    }
+
     /// The region whose cells it makes elastic, and whether it adds to another effect there.
     fn resists(&self) -> Option<(&str, bool)> {
         None

@@ -124,6 +124,10 @@ impl EffectPart for ViscoelasticSpec {
         Ok(Box::new(shared))
     }
 
+    fn law(&self) -> Option<&str> {
+        Some(&self.law)
+    }
+
     fn words(&self) -> String {
         let moduli = match self.moduli {
             ModuliSpec::LongTerm => "long_term",

@@ -77,7 +77,7 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
                 note_jump(builder, &named, &shortening, Impact::Growing);
             }
             note_let_out(builder, &name, &shortening);
-            match spec.friction {
+            match spec.capstan() {
                 Some(mu) => {
                     let pull = Pull::Length { shortening, most };
                     builder.constraints.extend(cable_friction::constraints(cable.clone(), pull, mu, softness));
@@ -94,7 +94,7 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
             let named = format!("{name}_imposed_tension_N");
             let tension = builder.signal(place, named, signal, Dimension::FORCE)?;
             check_tension(builder, place, &tension)?;
-            match spec.friction {
+            match spec.capstan() {
                 Some(mu) => {
                     builder.constraints.extend(cable_friction::constraints(
                         cable.clone(),
@@ -112,8 +112,8 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
         }
     };
     let by_length = spec.drive.is_by_length();
-    let friction = spec.friction.is_some();
-    Ok(NamedCable { name, cable, drive, by_length, friction, softness, most })
+    let (by_segment, friction) = (spec.friction.is_some(), spec.capstan().is_some());
+    Ok(NamedCable { name, cable, drive, by_length, by_segment, friction, softness, most })
 }
 
 fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), SceneError> {

@@ -16,6 +16,9 @@ pub struct NamedCable {
     pub drive: Drive,
     pub by_length: bool,
     pub friction: bool,
+    /// Whether the tension of each segment and the slip through each guide are recorded; they are where the scene gives a coefficient of friction,
+    /// 0 among them, so that the columns do not depend on its value
+    pub by_segment: bool,
     /// 1/EA \[1/N\], 0 if it does not stretch
     pub softness: f64,
     /// Tension at which the drive yields \[N\], infinite if it never does
@@ -53,15 +56,15 @@ impl Condition {
 }
 
 impl Recorder for NamedCable {
-    /// Columns: tension at the pull point and length; what was taken in where that is not the change of length; with friction
+    /// Columns: tension at the pull point and length; what was taken in where that is not the change of length; with a coefficient of friction
     /// the tension at the end, of each segment, and the slip through each guide.
     fn columns(&self) -> Vec<String> {
         let name = &self.name;
         let mut out = vec![format!("{name}_tension_N"), format!("{name}_length_m")];
-        if self.friction || self.softness > 0.0 || self.most < f64::INFINITY {
+        if self.by_segment || self.softness > 0.0 || self.most < f64::INFINITY {
             out.push(format!("{name}_drawn_m"));
         }
-        if self.friction {
+        if self.by_segment {
             let n = self.cable.segments();
             out.push(format!("{name}_end_tension_N"));
             out.extend((1..=n).map(|s| format!("{name}_tension_{s}_N")));
@@ -81,7 +84,7 @@ impl Recorder for NamedCable {
         }
         let passed = self.passed(&tensions, &lengths);
         out.push(passed[0]);
-        if self.friction {
+        if self.by_segment {
             out.push(tensions[tensions.len() - 1]);
             out.extend_from_slice(&tensions);
             out.extend_from_slice(&passed[1..]);
@@ -89,19 +92,27 @@ impl Recorder for NamedCable {
         out
     }
 
-    /// Of tension, length and what was drawn in, softness × rest × tension − length; not used of a cable with friction.
+    /// Of tension, length, what was drawn in and what has passed each guide, softness × rest × tension − length from there on, where the tension is the
+    /// same everywhere; not used of a cable with friction.
     fn gradients(&self, _: &Body, state: &State, _: &[f64]) -> Vec<Option<Gradient>> {
-        let tension = self.drive.gradient();
-        let length = self.cable.length_gradient(&state.x);
-        let rest: f64 = self.cable.lengths_at_rest().iter().sum();
-        let drawn = Gradient {
-            x: length.iter().map(|(dof, w)| (*dof, -w)).collect(),
-            lambda: tension.lambda.iter().map(|(c, w)| (*c, w * self.softness * rest)).collect(),
-            ..Gradient::default()
+        let (tension, rest) = (self.drive.gradient(), self.cable.lengths_at_rest());
+        let passed = |from: usize| {
+            let softness = self.softness * rest[from..].iter().sum::<f64>();
+            Gradient {
+                x: self.cable.length_gradient(&state.x, from).iter().map(|(dof, w)| (*dof, -w)).collect(),
+                lambda: tension.lambda.iter().map(|(c, w)| (*c, w * softness)).collect(),
+                ..Gradient::default()
+            }
         };
-        let mut out = [tension, Gradient::of_displacements(length), drawn].map(Some).to_vec();
+        let length = Gradient::of_displacements(self.cable.length_gradient(&state.x, 0));
+        let mut out = vec![tension.clone(), length, passed(0)];
+        if self.by_segment {
+            // The tension at the end and those of the segments
+            out.extend(vec![tension.clone(); 1 + rest.len()]);
+            out.extend((1..rest.len()).map(passed));
+        }
         out.truncate(self.columns().len());
-        out
+        out.into_iter().map(Some).collect()
     }
 
     /// Cables with friction are refused before.
@@ -111,9 +122,9 @@ impl Recorder for NamedCable {
 }
 
 impl NamedCable {
-    /// Columns of its tensions: at the pull point, and with friction of each segment.
+    /// Columns of its tensions: at the pull point, and with a coefficient of friction of each segment.
     pub fn tension_columns(&self) -> Vec<String> {
-        let segments = if self.friction { self.cable.segments() } else { 0 };
+        let segments = if self.by_segment { self.cable.segments() } else { 0 };
         let own = (1..=segments).map(|s| format!("{}_tension_{s}_N", self.name));
         std::iter::once(format!("{}_tension_N", self.name)).chain(own).collect()
     }

@@ -44,7 +44,7 @@ pub struct CableSpec {
     pub axial: Option<Force>,
     /// Tension at which a drive by length yields
     pub max_tension: Option<Force>,
-    /// Coefficient of friction at guides and rings; none means the same tension everywhere
+    /// Coefficient of friction at guides and rings; none, like 0, means the same tension everywhere
     pub friction: Option<f64>,
 }
 
@@ -184,6 +184,13 @@ impl CableDriveSpec {
     }
 }
 
+impl CableSpec {
+    /// The coefficient of the capstan law; none of a cable that has the same tension everywhere, as with the coefficient 0.
+    pub(super) fn capstan(&self) -> Option<f64> {
+        self.friction.filter(|mu| *mu != 0.0)
+    }
+}
+
 impl ConstraintPart for CableSpec {
     fn headline(&self) -> Option<Headline> {
         let name = match &self.guides {
@@ -197,7 +204,7 @@ impl ConstraintPart for CableSpec {
     }
 
     fn exact(&self) -> Option<&'static str> {
-        match (&self.friction, self.drive.is_by_length()) {
+        match (self.capstan(), self.drive.is_by_length()) {
             (_, true) => Some("a cable driven by length"),
             (Some(_), false) => Some("a cable with friction"),
             (None, false) => None,
@@ -205,7 +212,7 @@ impl ConstraintPart for CableSpec {
     }
 
     fn has_friction(&self) -> bool {
-        self.friction.is_some()
+        self.capstan().is_some()
     }
 
     /// Notes a guide radius smaller than h; a cable through points has no limit as h → 0.
