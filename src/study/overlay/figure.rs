@@ -2,8 +2,9 @@
 
 use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
-use crate::scene::column::label;
+use crate::scene::column::{label, words as named};
 use crate::study::overlay::distance::Overlay;
 
 pub fn draw(name: &str, overlay: &Overlay) -> Figure {
@@ -36,6 +37,7 @@ pub fn draw(name: &str, overlay: &Overlay) -> Figure {
             text(area, words, at(2.5 + k as f64), At::Left, SMALL, INK);
         }
     });
-    let caption = format!("{} over {}: {}.", measured.column, measured.over, words.join(", "));
+    let caption =
+        format!("{} over {}: {}.", capital(&named(&measured.column).0), named(&measured.over).0, words.join(", "));
     Figure { name: name.into(), svg, caption }
 }
