@@ -28,7 +28,8 @@ fn style(name: &str) -> Style {
 /// The study with the names of its families replaced, also those of its cases.
 fn with_families(mut study: Study, name: impl Fn(&str) -> String) -> Study {
     for family in &mut study.0.families {
-        let old = std::mem::replace(&mut family.name, name(&family.name));
+        let old = family.name.clone();
+        family.name = name(&old);
         for case in study.1.iter_mut().filter(|c| c.record.family == old) {
             case.record.family.clone_from(&family.name);
         }
@@ -130,7 +131,7 @@ fn figures_of_awkward_studies_are_legible() {
 /// Predictions of several records and quantities, whose numbers have every size.
 fn predictions(records: usize, quantities: usize, words: &str) -> Analysis<ValidationFindings> {
     let one = |(record, quantity): (usize, usize)| {
-        let size = [1.0, 1e-9, 1e9, -3.0][quantity % 4];
+        let size: f64 = [1.0, 1e-9, 1e9, -3.0][quantity % 4];
         let group = |k: usize| Contribution {
             group: format!("group {k} {words}"),
             deviation: size.abs() * 0.1f64.powi(k as i32),
