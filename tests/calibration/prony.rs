@@ -340,6 +340,18 @@ fn relaxation_without_a_plateau_is_named() {
     assert!(long.is_determined(), "{long}");
 }
 
+/// Times of microseconds are not printed as zero.
+#[test]
+fn short_times_keep_their_digits() {
+    let early = RelaxationWarning::Early { tau: 2.345e-6, first: 1.2e-5 }.to_string();
+    assert!(
+        early.contains("the time 0.000002345 s is shorter than that of the first data point, 0.00001200 s"),
+        "{early}"
+    );
+    let end = RelaxationWarning::NoPlateau { end: 3.21e-4, slope: 0.1 }.to_string();
+    assert!(end.contains("they end at 0.0003210 s"), "{end}");
+}
+
 /// R = 50 kPa (1 + ½(1 + t)^−p) over four decades: no sum of exponentials, and above G∞ = 50 kPa by 13 % at 1000 s where p = 0.2. Where the curve still falls by
 /// 5 % a decade its plateau is determined in two of 20 draws at most; the interval of one that is determined leaves out the truth in two of 20 draws at most.
 #[test]

@@ -85,14 +85,19 @@ impl Column {
         if self.cells <= LEAST_PARAGRAPH { whole } else { self.piece.max(LEAST_PARAGRAPH).min(whole) }
     }
 
+    /// Whether its texts are paragraphs in this width \[pt\].
+    fn breaks(&self, room: f64) -> bool {
+        room < self.cells - 1e-6
+    }
+
     /// Lines of a cell of it in this width \[pt\].
     pub fn lines(&self, cell: &str, room: f64) -> usize {
-        if room >= self.cells { 1 } else { widths::lines(cell, room) }
+        if self.breaks(room) { widths::lines(cell, room) } else { 1 }
     }
 
     /// Its letter in the head of a table, for this width in the usual size of type and the scale of the size that is used.
     pub fn spec(&self, room: f64, scale: f64) -> String {
-        if room >= self.cells {
+        if !self.breaks(room) {
             return self.spec.clone();
         }
         format!(">{{\\raggedright\\arraybackslash}}p{{{:.0}pt}}", (room * scale).floor())
@@ -130,7 +135,7 @@ impl Column {
     /// A cell of it in this width \[pt\].
     pub fn cell(&self, cell: &str, room: f64) -> String {
         let cell = unsigned_zero(cell);
-        if room < self.cells {
+        if self.breaks(room) {
             let parts: Vec<String> = pieces(cell).map(escape).collect();
             // A line breaks at blanks and hyphens without a command
             let joined =
