@@ -2,6 +2,7 @@
 
 use super::files;
 use super::outcome::{CommandResult, Outcome};
+use durometer::report::numbers::seconds;
 use durometer::study::expand::Study;
 use durometer::study::listing::{Listed, State, list};
 use std::path::PathBuf;
@@ -47,7 +48,7 @@ pub fn main(args: Args) -> CommandResult {
     say!("{:40} {:11} {:>8} {:>10} {:>9}  identity", "case", "state", "nodes", "time", "memory");
     for c in &cases {
         let nodes = c.nodes.map_or_else(none, |n| n.to_string());
-        let cost = c.expected.cost_s.map_or_else(none, |s| format!("{s:.2} s"));
+        let cost = c.expected.cost_s.map_or_else(none, seconds);
         let memory = c.expected.memory_bytes.map_or_else(none, |b| format!("{} MiB", b >> 20));
         let identity = c.identity.as_ref().map_or_else(none, |i| i[..12].into());
         say!("{:40} {:11} {nodes:>8} {cost:>10} {memory:>9}  {identity}", c.id, c.state.words());
@@ -66,8 +67,12 @@ fn totals(cases: &[Listed]) -> String {
     match known[..] {
         [] => format!("{} cases: {words}", cases.len()),
         _ => {
-            let seconds: f64 = known.iter().sum();
-            format!("{} cases: {words}; {seconds:.0} s expected for {} that are not stored", cases.len(), known.len())
+            format!(
+                "{} cases: {words}; {} expected for {} that are not stored",
+                cases.len(),
+                seconds(known.iter().sum()),
+                known.len()
+            )
         }
     }
 }

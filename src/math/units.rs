@@ -213,6 +213,14 @@ pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     if own == unit { Ok(value) } else { parse(text, dimension).map(|value| value / factor) }
 }
 
+/// A quantity with a blank between number and unit: `65mm` is `65 mm`; `None` where the text is no number with a unit.
+pub fn spaced(text: &str) -> Option<String> {
+    let (_, unit) = split(text).ok()?;
+    parse_unit(unit).ok()?;
+    let number = text.trim().strip_suffix(unit)?.trim_end();
+    (!unit.is_empty()).then(|| format!("{number} {unit}"))
+}
+
 /// A number as it is shown, with nine significant digits: 0.93 g/cm^3 is 930 kg/m^3, where the product of the factors is 929.9999999999999.
 pub fn shown(x: f64) -> f64 {
     format!("{x:.8e}").parse().unwrap_or(x)

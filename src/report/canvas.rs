@@ -14,6 +14,9 @@ const PER_MM: f64 = 720.0 / 25.4;
 pub const LABEL: i32 = 80;
 pub const SMALL: i32 = 70;
 
+/// Height of the tallest figure that a page of A4 has with its caption \[mm\].
+const TALLEST: f64 = 230.0;
+
 pub const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GREY: RGBColor = RGBColor(0x80, 0x80, 0x80);
@@ -35,6 +38,11 @@ pub type Point = (i32, i32);
 /// Width of a figure over the whole width of the [style] \[mm\].
 pub fn page_width() -> f64 {
     style::current().sheet()
+}
+
+/// Height of the tallest figure of the [style] on its sheet \[mm\].
+pub fn page_height() -> f64 {
+    TALLEST / style::current().zoom(page_width())
 }
 
 /// Columns of panels that a sheet takes, `most` at most: each is at least `least` wide \[mm\].

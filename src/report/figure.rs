@@ -32,6 +32,14 @@ pub fn drawn<F: Into<Option<Figure>>>(name: &str, draw: impl FnOnce() -> F) -> O
     outcome.map_or_else(|_| Some(Err(ReportError::drawing(name))), |figure| figure.map(Ok))
 }
 
+/// Name of a sheet of a figure that may have several, and its part for the caption: nothing where there is one sheet.
+pub fn numbered(name: &str, sheet: usize, of: usize) -> (String, String) {
+    match of {
+        1 => (name.into(), String::new()),
+        _ => (format!("{name}-{}", sheet + 1), format!(" (part {} of {of})", sheet + 1)),
+    }
+}
+
 /// Appearance of the sample of a legend entry.
 pub enum Sample {
     Line(RGB),
@@ -150,7 +158,8 @@ impl WithLegend {
 /// `sizes (tet4)`, but `tet10 mixed` for a family named after its element.
 pub fn family_label(family: &str, formulation: &str) -> String {
     let element = title(formulation);
-    if family == formulation { element } else { format!("{} ({element})", family.replace('_', " ")) }
+    let name = title(family);
+    if name == element { element } else { format!("{name} ({element})") }
 }
 
 /// Colour of a region below what a reference can resolve.
@@ -166,6 +175,13 @@ pub fn style(family: usize) -> (Mark, RGB) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_family_that_is_named_after_its_element_is_named_once() {
+        let labels = [("tet4_up", "tet4_up"), ("tet4 mixed", "tet4_up"), ("sizes", "tet4"), ("tet10", "tet10_up")];
+        let shown = ["tet4 mixed", "tet4 mixed", "sizes (tet4)", "tet10 (tet10 mixed)"];
+        assert_eq!(labels.map(|(family, element)| family_label(family, element)), shown);
+    }
 
     #[test]
     fn forty_nine_families_look_different() {
@@ -185,6 +201,8 @@ mod tests {
         assert_eq!(kept.len(), 50);
         assert!(kept.windows(2).all(|w| (w[0].0 - w[1].0).abs() <= 20));
         assert_eq!(apart([(0, 0), (100, 0), (1, 0)], 20), [(0, 0), (100, 0)]);
+        let peak = (0..1000).map(|k| if k == 501 { (k, -300) } else { (k, 0) });
+        assert!(apart(peak, 20).contains(&(501, -300)), "a peak of a single point is shown");
     }
 
     #[test]

@@ -1,12 +1,13 @@
 //! Names as a paper writes them.
 
+use crate::math::units;
 use crate::{material, solve};
 
 /// A law, an integrator, an element or another word of a file as a paper writes it: `Neo-Hookean`, `implicit Euler`, `tet10 mixed`; a name
-/// without one has blanks.
+/// without one has blanks, and a quantity one before its unit.
 pub fn title(name: &str) -> String {
-    let known = solve::integrator_title(name).or_else(|| element_title(name));
-    known.map_or_else(|| material::title(name), String::from)
+    let known = solve::integrator_title(name).or_else(|| element_title(name)).map(String::from);
+    known.or_else(|| units::spaced(name)).unwrap_or_else(|| material::title(name))
 }
 
 /// The symbol of a constant by its key in files: `mu` is μ, `tau1` is τ₁, `C10` is C₁₀; other names, and symbols, stay.
@@ -67,5 +68,6 @@ mod tests {
         assert_eq!(title("neo_hookean"), "Neo-Hookean");
         assert_eq!(title("tet10_up"), "tet10 mixed");
         assert_eq!(title("a_word"), "a word");
+        assert_eq!(["65mm", "0.5 kPa", "2x", "n4", "3d_body"].map(title), ["65 mm", "0.5 kPa", "2x", "n4", "3d body"]);
     }
 }

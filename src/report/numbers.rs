@@ -35,6 +35,11 @@ pub fn significant(x: f64, digits: i32) -> String {
     format!("{:.*}", (-last).max(0) as usize, (x / unit).round() * unit)
 }
 
+/// A measured number for a table: three significant digits, and all of those before the point.
+pub fn measured(x: f64) -> String {
+    format!("{x:.*}", digits(0.1 * x))
+}
+
 /// Five digits, whatever the size.
 pub fn five_digits(value: f64) -> String {
     let size = value.abs();
@@ -143,6 +148,12 @@ mod tests {
             ["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero),
             ["0.0", "0.00", "0", "-0.01", "-", "–"]
         );
+    }
+
+    #[test]
+    fn no_measured_number_is_rounded_to_zero() {
+        let shown = [12345.67, 123.4, 5.678, 0.00342, 3.2e-7, 0.0].map(measured);
+        assert_eq!(shown, ["12346", "123", "5.68", "0.00342", "0.000000320", "0.0"]);
     }
 
     #[test]

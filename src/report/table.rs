@@ -32,7 +32,8 @@ fn minus(cell: &str) -> String {
 }
 
 impl Table {
-    fn heading(&self, k: usize) -> String {
+    /// The heading of a column by its number, with its unit.
+    pub fn heading(&self, k: usize) -> String {
         let (name, unit, _) = &self.columns[k];
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
     }

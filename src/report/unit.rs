@@ -62,11 +62,16 @@ pub fn parts(label: &str) -> (&str, &str) {
         .map_or((label, ""), |(words, unit)| (words.trim_end(), unit))
 }
 
+/// Words with their unit in brackets, where they have one: `shift x [m]`.
+pub fn labelled(words: &str, unit: &str) -> String {
+    if unit.is_empty() { words.into() } else { format!("{words} [{unit}]") }
+}
+
 /// `shift x [m]` becomes `shift x [mm]` with the power 3, and `cells` becomes `cells [10⁶]` with −6.
 pub fn readable(label: &str, largest: f64, step: f64) -> (i32, String) {
     let (words, own) = parts(label);
     let (power, unit) = with_power(own, largest, step);
-    (power, if unit.is_empty() { words.into() } else { format!("{words} [{unit}]") })
+    (power, labelled(words, &unit))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Tables that every kind of study shows: all cases, and the time of their effects.
 
 use crate::report::names::title;
-use crate::report::numbers::{capital, digits};
+use crate::report::numbers::{capital, digits, measured, percent_cell};
 use crate::report::table::{Table, headings};
 use crate::study::curve::extreme_word;
 use crate::study::store::record::{CaseRecord, Quantity};
@@ -10,6 +10,11 @@ use crate::study::store::results::Results;
 /// Megabytes (10⁶ bytes) of the values of the factor, 8 bytes an entry.
 pub fn factor_mb(r: &CaseRecord) -> f64 {
     8e-6 * r.factor_nnz as f64
+}
+
+/// A time of a curve \[s\]: milliseconds, and finer where it is shorter.
+fn time_of(t: f64) -> String {
+    format!("{t:.*}", if t == 0.0 { 3 } else { digits(0.1 * t).max(3) })
 }
 
 /// The quantities that some variant judges, once each.
@@ -29,18 +34,18 @@ pub fn cases(store: &Results) -> Table {
     let rows = (store.cases.iter().map(|c| &c.record))
         .map(|r| {
             let peak = |q: &&Quantity| match r.probes.get(&q.name) {
-                Some(p) => [format!("{:.*}", digits(1e-3 * p.peak), p.peak), format!("{:.3}", p.peak_t_s)],
+                Some(p) => [format!("{:.*}", digits(1e-3 * p.peak), p.peak), time_of(p.peak_t_s)],
                 None => ["–".into(), "–".into()],
             };
             let mesh = vec![
                 r.id.clone(),
                 title(&r.formulation),
                 r.mesh.cells.to_string(),
-                format!("{:.3}", 1e3 * r.mesh.h_m),
+                measured(1e3 * r.mesh.h_m),
                 format!("{:.2}", r.mesh.min_quality),
                 r.dofs.to_string(),
                 r.factor_nnz.to_string(),
-                format!("{:.1}", factor_mb(r)),
+                measured(factor_mb(r)),
                 r.solver.linear.multigrid.as_ref().map_or("direct".into(), |m| format!("{} levels", m.levels)),
                 format!("{}", r.dt_s),
                 if r.converged() { r.status.clone() } else { format!("{} !", r.status) },
@@ -51,8 +56,8 @@ pub fn cases(store: &Results) -> Table {
             let cost = vec![
                 r.steps.to_string(),
                 r.all_iterations().to_string(),
-                format!("{:.2}{}", r.wall_s, if r.shared { " (shared)" } else { "" }),
-                format!("{:.2}", r.cpu_s),
+                format!("{}{}", measured(r.wall_s), if r.shared { " (shared)" } else { "" }),
+                measured(r.cpu_s),
             ];
             mesh.into_iter().chain(judged.iter().flat_map(peak)).chain(cost).collect()
         })
@@ -94,9 +99,9 @@ pub fn effects(store: &Results) -> Table {
             rows.push(vec![
                 r.id.clone(),
                 e.name.clone(),
-                format!("{:.3}", 1e3 * e.wall_s),
-                format!("{:.3}", 1e3 * e.wall_s / r.steps.max(1) as f64),
-                format!("{:.1}", 100.0 * e.wall_s / r.wall_s),
+                measured(1e3 * e.wall_s),
+                measured(1e3 * e.wall_s / r.steps.max(1) as f64),
+                percent_cell(e.wall_s / r.wall_s),
             ]);
         }
     }

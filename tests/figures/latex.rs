@@ -144,7 +144,56 @@ fn tables_of_every_published_study_compile() {
     assert!(count > 60, "{count} tables");
     std::fs::write(dir.path().join("tables.tex"), document(&body)).expect("a file");
     for engine in ENGINES {
-        compile(dir.path(), engine, "tables");
+        assert_fits(&compile(dir.path(), engine, "tables"));
+    }
+}
+
+/// Nothing is wider than the text by more than a point, and no float is taller than the page.
+fn assert_fits(log: &str) {
+    let too_wide = |line: &&str| {
+        let by = line.strip_prefix("Overfull \\hbox (").and_then(|rest| rest.split_once("pt")).map(|(by, _)| by);
+        by.is_some_and(|by| by.parse::<f64>().expect("a width") > 1.0)
+    };
+    let beyond: Vec<&str> = log.lines().filter(|l| too_wide(l) || l.contains("Float too large")).collect();
+    assert!(beyond.is_empty(), "{} beyond the text:\n{}", beyond.len(), beyond.join("\n"));
+}
+
+/// Tables of many columns, long texts and long headings, short and long, fit into the text.
+#[test]
+fn a_wide_table_fits_into_the_text() {
+    if without_latex() {
+        return;
+    }
+    let heading = |k: usize| match k % 3 {
+        0 => (format!("Largest displacement of tip {k} in x"), "mm".to_string(), true),
+        1 => ("at".to_string(), "s".to_string(), true),
+        _ => (format!("Reason {k}"), String::new(), false),
+    };
+    let sentence = "The step was cut 12 times and did not converge, see coarse-implicit_euler-with-a-long-name; ";
+    let cell = |row: usize, k: usize| match k {
+        0 => format!("family-variant-{row}"),
+        // The same in every row
+        _ if k % 7 == 0 => "7".to_string(),
+        _ if k % 3 == 2 => sentence.repeat(k % 4),
+        _ => format!("-{}.{row}e-12", k * row),
+    };
+    let table = |columns: usize, rows: usize| {
+        let columns: Vec<_> =
+            std::iter::once(("Case".to_string(), String::new(), false)).chain((1..columns).map(heading)).collect();
+        let rows = (0..rows).map(|row| (0..columns.len()).map(|k| cell(row, k)).collect()).collect();
+        latex::table(&Table { name: "wide", caption: "Wide.".into(), columns, rows, pick: None })
+    };
+    for (columns, rows) in [(4, 3), (9, 30), (30, 5), (30, 60), (30, 1)] {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let source = table(columns, rows);
+        if columns == 30 {
+            assert!(source.matches("  Case & ").count() > 1, "each part begins with the first column: {source}");
+            assert_eq!(source.contains("The same in every row: at [s] 7;"), rows > 1, "{source}");
+        }
+        std::fs::write(dir.path().join("wide.tex"), document(&source)).expect("a file");
+        for engine in ENGINES {
+            assert_fits(&compile(dir.path(), engine, "wide"));
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod awkward;
 mod latex;
 mod pdf;
 
@@ -140,6 +141,9 @@ fn texts(group: &usvg::Group, out: &mut Vec<(String, usvg::Rect)>) {
     }
 }
 
+/// Height of the tallest figure \[mm\].
+const LONGEST: f64 = 230.0;
+
 /// What is wrong with a drawing in a style.
 fn faults(name: &str, svg: &str, style: Style) -> Vec<String> {
     let mut out = vec![];
@@ -158,6 +162,11 @@ fn faults(name: &str, svg: &str, style: Style) -> Vec<String> {
     let label_pt = 8.0 * wide / (view[2] * 25.4 / 720.0);
     if wide > style.width_mm + 0.01 {
         out.push(format!("{name}: {wide} mm wide"));
+    }
+    let tall = attribute(svg, "height");
+    // A slide has another height than a page
+    if style.width_mm <= 180.0 && tall > LONGEST + 0.01 {
+        out.push(format!("{name}: {tall} mm tall"));
     }
     // The width is stated in hundredths of a millimetre, and the sheet in whole units
     if (label_pt / style.font_pt - 1.0).abs() > 2e-3 {

@@ -1,5 +1,6 @@
 //! Refusals of a fit of a Prony series, with fact, place and remedy.
 
+use crate::calibrate::constant_format::number_text;
 use crate::calibrate::intake::roles::ColumnError;
 use crate::calibrate::{FitError, stretch_text};
 use crate::material::LawSpecError;
@@ -23,7 +24,8 @@ pub enum RelaxationError {
     )]
     NoRamp { file: String },
     #[error(
-        "{file}: the loading lasts {ramp:.4} s and the data end at {last:.4} s, so that no data point is of the held state; check --ramp, --start and the unit of time, or measure longer"
+        "{file}: the loading lasts {} s and the data end at {} s, so that no data point is of the held state; check --ramp, --start and the unit of time, or measure longer",
+        number_text(*ramp), number_text(*last)
     )]
     LongRamp { file: String, ramp: f64, last: f64 },
     #[error("{flag} = {value}: {remedy}")]

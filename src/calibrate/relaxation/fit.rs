@@ -7,6 +7,7 @@ use super::result::{RelaxationFit, RelaxationTerm, RelaxationWarning};
 use super::retardation::moduli;
 use super::search::{self, Series, Weighted};
 use super::table::{self, RelaxationRequest, TermChoice};
+use crate::calibrate::constant_format::number_text;
 use crate::calibrate::judgement::errors;
 use crate::calibrate::{Bounded, CurveSet, FitSummary, MeasuredCurves};
 use crate::math::statistics::t_quantile;
@@ -108,10 +109,12 @@ fn put_into_words(fit: &mut RelaxationFit) {
     let (n, [first, last]) = (fit.terms.len(), fit.span);
     let plural = if n == 1 { "" } else { "s" };
     let mut answer = format!(
-        "Prony series of {n} term{plural} from {} ({}): {} values, {first:.4} s to {last:.4} s, misfit {:.2} % rms",
+        "Prony series of {n} term{plural} from {} ({}): {} values, {} s to {} s, misfit {:.2} % rms",
         fit.data,
         fit.experiment.name(),
         fit.rows,
+        number_text(first),
+        number_text(last),
         100.0 * fit.misfit
     );
     if !fit.is_determined() {

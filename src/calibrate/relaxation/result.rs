@@ -2,6 +2,7 @@
 
 use super::error::RelaxationError;
 use super::response::TestKind;
+use crate::calibrate::constant_format::number_text;
 use crate::calibrate::{Bounded, ErrorModel, FitSummary};
 use crate::storage;
 use serde::{Deserialize, Serialize};
@@ -45,25 +46,30 @@ impl fmt::Display for RelaxationWarning {
         match self {
             Self::NoPlateau { end, slope } => write!(
                 f,
-                "the data do not determine the long-term modulus: they end at {end:.4} s without a plateau, where the modulus falls by {:.1} % a decade; \
+                "the data do not determine the long-term modulus: they end at {} s without a plateau, where the modulus falls by {:.1} % a decade; \
                  use the series for shorter times only, or measure longer",
+                number_text(*end),
                 100.0 * slope
             ),
             Self::LongTerm { interval: [low, high] } => write!(
                 f,
-                "the data do not determine the long-term modulus: its interval reaches from {low:.4} to {high:.4} in its unit"
+                "the data do not determine the long-term modulus: its interval reaches from {} to {} in its unit",
+                number_text(*low),
+                number_text(*high)
             ),
             Self::Liquid => f.write_str(
                 "nothing is left in the long run: the series is that of a liquid, and the effect viscoelastic refuses it; measure longer",
             ),
             Self::TimeAtLimit { tau } => {
-                write!(f, "the time {tau:.4} s lies at the end of what the data resolve: its own value is not determined")
+                write!(f, "the time {} s lies at the end of what the data resolve: its own value is not determined", number_text(*tau))
             }
             Self::Early { tau, first } => write!(
                 f,
-                "the time {tau:.4} s is shorter than that of the first data point, {first:.4} s: its share is an extrapolation"
+                "the time {} s is shorter than that of the first data point, {} s: its share is an extrapolation",
+                number_text(*tau),
+                number_text(*first)
             ),
-            Self::NoShare { tau } => write!(f, "the time {tau:.4} s got no share: the bound g ≥ 0 holds it at zero, and the intervals are those of the others"),
+            Self::NoShare { tau } => write!(f, "the time {} s got no share: the bound g ≥ 0 holds it at zero, and the intervals are those of the others", number_text(*tau)),
         }
     }
 }

@@ -2,11 +2,14 @@
 //!
 //! A fragment needs `booktabs`, `graphicx`, `longtable` and `siunitx` (version 3); [`PACKAGES`] loads them.
 
+mod column;
 mod commands;
+mod layout;
 mod letters;
 mod packages;
 mod table;
 mod units;
+mod widths;
 
 pub use letters::escape;
 pub use packages::PACKAGES;

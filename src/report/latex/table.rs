@@ -1,100 +1,95 @@
-//! A table as a float, or where it is long, as one that breaks across pages.
+//! A table as a float, or where it is long, as one that breaks across pages; both fit into the width of the text.
 
+use super::column::Column;
+use super::layout::{Layout, Part, Size};
 use super::letters::escape;
 use super::packages::NEEDS;
-use super::units::{Room, number, unit};
-use crate::report::numbers::unsigned_zero;
 use crate::report::table::Table;
 
-/// Rows of a float; a longer table is set by `longtable`, which a page with two columns does not take.
-const FLOAT_ROWS: usize = 40;
-/// Characters of a line in the usual size of type.
-const LINE: usize = 85;
-/// Sizes of type with the characters of a line.
-const SIZES: [(&str, usize); 4] =
-    [("\\normalsize", LINE), ("\\small", 93), ("\\footnotesize", 105), ("\\scriptsize", 125)];
+/// Lines of a float; a longer table is set by `longtable`, which a page with two columns does not take.
+const FLOAT_LINES: usize = 40;
 
-/// The table with its caption, its label `tab:<name>`, rules of booktabs, and columns of numbers aligned by siunitx.
+/// The table with its caption, its label `tab:<name>`, rules of booktabs, and columns of numbers aligned by siunitx. It is no wider than
+/// the text of an article.
 pub fn table(t: &Table) -> String {
     let columns: Vec<Column> = (0..t.columns.len()).map(|k| Column::of(t, k)).collect();
-    let spec: String = columns.iter().map(|c| c.spec.as_str()).collect();
-    let head = row(columns.iter().map(|c| c.heading.clone()));
-    let body: String =
-        (t.rows.iter()).map(|cells| row(columns.iter().zip(cells).map(|(c, cell)| c.cell(cell)))).collect();
-    let caption = format!("\\caption{{{}}}\\label{{tab:{}}}", escape(&t.caption), t.name);
-    let wide = columns.iter().map(|c| c.width + 2).sum::<usize>();
-    let size = SIZES.iter().find(|(_, line)| wide <= *line).map_or("\\tiny", |(size, _)| *size);
-    if t.rows.len() > FLOAT_ROWS {
-        let head = format!("  \\toprule\n{head}  \\midrule\n");
-        return format!(
-            "{NEEDS}\n\\begingroup{size}\\setlength{{\\tabcolsep}}{{3pt}}\n\\begin{{longtable}}{{{spec}}}\n  {caption}\\\\\n{head}  \\endfirsthead\n{head}  \\endhead\n  \\bottomrule\n  \\endfoot\n{body}\\end{{longtable}}\n\\endgroup\n"
-        );
+    let Layout { size, parts, same } = Layout::of(t, &columns);
+    let caption = format!("\\caption{{{}}}\\label{{tab:{}}}", escape(&caption(t, &same)), t.name);
+    let gap = format!("{}\\setlength{{\\tabcolsep}}{{{}pt}}", size.command, size.gap);
+    let parts: Vec<Rules> = parts.iter().map(|part| Rules::of(t, &columns, part, size)).collect();
+    if parts.iter().map(|part| part.lines).sum::<usize>() > FLOAT_LINES {
+        let continued = format!("\\caption*{{\\tablename~\\ref{{tab:{}}}, continued}}", t.name);
+        let long = parts.iter().enumerate().map(|(k, part)| match k {
+            0 => part.long(&caption),
+            _ => format!("\\addtocounter{{table}}{{-1}}\n{}", part.long(&continued)),
+        });
+        return format!("{NEEDS}\n\\begingroup{gap}\n{}\\endgroup\n", long.collect::<String>());
     }
-    let rules =
-        format!("\\begin{{tabular}}{{{spec}}}\n  \\toprule\n{head}  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}");
-    // A table that is wider than any size of type takes becomes as wide as the text
-    let inside = if size == "\\tiny" {
-        format!("\\resizebox{{\\linewidth}}{{!}}{{%\n{rules}}}")
-    } else {
-        format!("{size}\n{rules}")
-    };
-    format!("{NEEDS}\n\\begin{{table}}[htbp]\n\\centering\n{caption}\n{inside}\n\\end{{table}}\n")
+    let inside: Vec<String> = parts.iter().map(Rules::float).collect();
+    let inside = inside.join("\n\\par\\medskip\n");
+    format!("{NEEDS}\n\\begin{{table}}[htbp]\n\\centering\n{caption}\n{gap}\n{inside}\n\\end{{table}}\n")
 }
 
-/// How a column is set.
-struct Column {
-    spec: String,
-    heading: String,
-    /// Cells are read by siunitx
-    numbers: bool,
-    /// Characters of its widest cell
-    width: usize,
-}
-
-impl Column {
-    fn of(t: &Table, k: usize) -> Self {
-        let (name, si, is_number) = &t.columns[k];
-        let cells = || t.rows.iter().filter_map(|row| row.get(k)).map(String::as_str);
-        let read: Option<Vec<Option<String>>> = is_number
-            .then(|| {
-                cells()
-                    .map(unsigned_zero)
-                    .map(|c| if EMPTY.contains(&c) { Some(None) } else { number(c).map(Some) })
-                    .collect()
-            })
-            .flatten();
-        let numbers = read.filter(|read| read.iter().any(Option::is_some));
-        let spec = match &numbers {
-            Some(read) => read.iter().flatten().fold(Room::default(), |room, n| room.with(n)).column(),
-            None if *is_number => "r".into(),
-            None => "l".into(),
-        };
-        let si_text = if si.is_empty() { String::new() } else { unit(si).unwrap_or_else(|| escape(si)) };
-        let heading = match (escape(name), si_text) {
-            (name, si) if si.is_empty() => name,
-            (name, si) => format!("{name} [{si}]"),
-        };
-        let heading = if numbers.is_some() { format!("{{{heading}}}") } else { heading };
-        let title = name.chars().count() + if si.is_empty() { 0 } else { si.chars().count() + 3 };
-        let width = cells().map(|c| c.chars().count()).max().unwrap_or(0).max(title);
-        Self { spec, heading, numbers: numbers.is_some(), width }
-    }
-
-    fn cell(&self, cell: &str) -> String {
-        let cell = unsigned_zero(cell);
-        match number(cell) {
-            Some(number) if self.numbers => number,
-            _ if self.numbers => format!("{{{}}}", escape(cell)),
-            _ => escape(cell),
+/// The caption, and the columns that are the same in every row.
+fn caption(t: &Table, same: &[(String, String)]) -> String {
+    let has_value = |cell: &str| !["", "–", "-"].contains(&cell);
+    let (with, without): (Vec<_>, Vec<_>) = same.iter().partition(|(_, cell)| has_value(cell));
+    let with: Vec<String> = with.iter().map(|(heading, cell)| format!("{heading} {cell}")).collect();
+    let without: Vec<&str> = without.iter().map(|(heading, _)| heading.as_str()).collect();
+    let mut caption = t.caption.clone();
+    for (words, columns) in [("The same in every row", with.join("; ")), ("Without values", without.join("; "))] {
+        if !columns.is_empty() {
+            caption += &format!(" {words}: {columns}.");
         }
     }
+    caption.trim_start().into()
 }
 
-/// Cells of a column of numbers that have no value.
-const EMPTY: [&str; 3] = ["", "–", "-"];
+/// Columns with their head and their rows as LaTeX.
+struct Rules {
+    spec: String,
+    head: String,
+    body: String,
+    /// Lines of the head and the rows
+    lines: usize,
+}
 
-fn row(cells: impl Iterator<Item = String>) -> String {
-    format!("  {} \\\\\n", cells.collect::<Vec<_>>().join(" & "))
+impl Rules {
+    fn of(t: &Table, columns: &[Column], part: &Part, size: Size) -> Self {
+        let row = |cells: Vec<String>| format!("  {} \\\\\n", cells.join(" & "));
+        let of = |(k, wide): &(usize, f64)| (&columns[*k], *k, *wide);
+        let lines = |cells: &[String]| part.iter().map(of).map(|(c, k, wide)| c.lines(&cells[k], wide)).max();
+        let heads: Vec<(usize, String)> = part.iter().map(of).map(|(c, _, wide)| c.head(wide)).collect();
+        let tallest = heads.iter().map(|(lines, _)| *lines).max().unwrap_or(0);
+        Self {
+            spec: part.iter().map(of).map(|(c, _, wide)| c.spec(wide, size.scale)).collect(),
+            head: row(heads.into_iter().map(|(_, head)| head).collect()),
+            body: t
+                .rows
+                .iter()
+                .map(|cells| row(part.iter().map(of).map(|(c, k, wide)| c.cell(&cells[k], wide)).collect()))
+                .collect(),
+            lines: tallest + t.rows.iter().filter_map(|cells| lines(cells)).sum::<usize>(),
+        }
+    }
+
+    /// As a table that does not break, no wider than the text of any document.
+    fn float(&self) -> String {
+        let Self { spec, head, body, .. } = self;
+        let rules = format!(
+            "\\begin{{tabular}}{{{spec}}}\n  \\toprule\n{head}  \\midrule\n{body}  \\bottomrule\n\\end{{tabular}}"
+        );
+        format!("\\resizebox{{\\ifdim\\width>\\linewidth\\linewidth\\else\\width\\fi}}{{!}}{{%\n{rules}}}")
+    }
+
+    /// As a table that breaks across pages.
+    fn long(&self, caption: &str) -> String {
+        let Self { spec, body, .. } = self;
+        let head = format!("  \\toprule\n{}  \\midrule\n", self.head);
+        format!(
+            "\\begin{{longtable}}{{{spec}}}\n  {caption}\\\\\n{head}  \\endfirsthead\n{head}  \\endhead\n  \\bottomrule\n  \\endfoot\n{body}\\end{{longtable}}\n"
+        )
+    }
 }
 
 #[cfg(test)]
@@ -119,7 +114,7 @@ mod tests {
 
     #[test]
     fn a_long_table_breaks_across_pages() {
-        assert!(of(vec![vec!["a", "1", "2"]; FLOAT_ROWS]).contains("\\begin{table}[htbp]"));
-        assert!(of(vec![vec!["a", "1", "2"]; FLOAT_ROWS + 1]).contains("\\begin{longtable}"));
+        assert!(of(vec![vec!["a", "1", "2"]; FLOAT_LINES - 1]).contains("\\begin{table}[htbp]"));
+        assert!(of(vec![vec!["a", "1", "2"]; FLOAT_LINES]).contains("\\begin{longtable}"));
     }
 }

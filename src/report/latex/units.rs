@@ -1,5 +1,7 @@
 //! Units and numbers as siunitx takes them.
 
+use super::widths::width;
+
 /// Symbols of units with their macros; prefixes are those of [`PREFIXES`].
 const SYMBOLS: [(&str, &str); 19] = [
     ("m", "\\metre"),
@@ -113,6 +115,17 @@ impl Room {
             exponent: self.exponent.max(digits(exponent)),
             negative_exponent: self.negative_exponent || exponent.starts_with('-'),
         }
+    }
+
+    /// Width of the column \[pt\].
+    pub fn width(self) -> f64 {
+        let sign = |negative: bool| if negative { "−" } else { "" };
+        let decimals = if self.decimals > 0 { format!(".{}", "0".repeat(self.decimals)) } else { String::new() };
+        let exponent = match self.exponent {
+            0 => String::new(),
+            n => format!(" ×10{}{}", sign(self.negative_exponent), "0".repeat(n)),
+        };
+        width(&format!("{}{}{decimals}{exponent}", sign(self.negative), "0".repeat(self.whole)))
     }
 
     /// `S[table-format=-2.3]`

@@ -4,6 +4,7 @@ use crate::calibrate::{CurveSet, MeasuredCurves, stress_unit};
 use crate::report::canvas::{Area, GREY, Point, figure, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, apart, legend, style};
 use crate::report::plot::{Axis, Plot};
+use crate::report::unit::labelled;
 
 const LEFT: f64 = 18.0;
 /// Width of the panels on a page that has room for them \[mm\]
@@ -40,10 +41,10 @@ pub fn draw(curves: &MeasuredCurves) -> Option<Figure> {
             .filter(shown)
             .map(|p| factor * p[1])
     };
-    let label = format!("{} [{unit}]", curves.y_label);
+    let label = labelled(&curves.y_label, unit);
     let y = if curves.log_y { Axis::log(all(), &label) } else { Axis::linear(all(), &label) };
     let left = curves.sets.iter().flat_map(|s| &s.residuals).filter(shown).map(|p| factor * p[1]);
-    let low = Axis::linear(left.chain([0.0]), &format!("residual [{unit}]"));
+    let low = Axis::linear(left.chain([0.0]), &labelled("residual", unit));
     // Three intervals are enough for a low panel
     let low = Axis { step: if (low.hi - low.lo) / low.step > 4.5 { 2.0 * low.step } else { low.step }, ..low };
     let height = TOP + TALL + BETWEEN + LOW + 13.0 + 4.2 * (1 + curves.sets.len()) as f64;

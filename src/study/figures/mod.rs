@@ -4,6 +4,7 @@ pub mod grid;
 pub mod time;
 
 use crate::report::canvas::italic;
+use crate::report::unit::labelled;
 use crate::study::store::record::Quantity;
 
 /// Quantities that a figure with a panel for each shows.
@@ -16,8 +17,7 @@ pub fn first_of(quantities: usize) -> String {
 
 /// `bending angle θ [°]`, for an axis.
 pub fn axis_label(q: &Quantity, prefix: &str) -> String {
-    let unit = if q.unit.is_empty() { String::new() } else { format!(" [{}]", q.unit) };
-    format!("{prefix}{} {}{unit}", q.label, italic(&q.symbol))
+    labelled(&format!("{prefix}{} {}", q.label, italic(&q.symbol)), &q.unit)
 }
 
 #[cfg(test)]

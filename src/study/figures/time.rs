@@ -1,7 +1,7 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, page_width, text};
-use crate::report::figure::{Figure, LINE, Sample, family_label, legend};
+use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, page_height, page_width, text};
+use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, family_label, legend, numbered};
 use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{seconds, thousands};
 use crate::report::panels::{Panels, letter};
@@ -10,20 +10,18 @@ use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
+const PHASES: [&str; 4] = ["assembly", "factorisation", "solve", "rest"];
 const ROW: f64 = 4.6;
 const TOP: f64 = 6.0;
 
-/// Of the meshes of a variant.
-pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure> {
+/// Of the meshes of a variant, on as many sheets as their height needs.
+pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
     let mut rows: Vec<&CaseRecord> = (store.cases.iter().map(|c| &c.record))
         .filter(|r| r.variant == variant && r.converged() && r.wall_s > 0.0)
         .filter(|r| matches!(role(r), Some(Role::Sizes | Role::Nested | Role::Remeshed | Role::Element)))
         .collect();
     rows.sort_by(|a, b| (b.formulation.as_str(), a.mesh.cells).cmp(&(a.formulation.as_str(), b.mesh.cells)));
-    if rows.is_empty() {
-        return None;
-    }
     let mut effects: Vec<&str> = rows.iter().flat_map(|r| r.effects.iter().map(|e| e.name.as_str())).collect();
     effects.sort_unstable();
     effects.dedup();
@@ -31,15 +29,33 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         |name: &str| -> f64 { rows.iter().flat_map(|r| &r.effects).filter(|e| e.name == name).map(|e| e.wall_s).sum() };
     effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
     effects.truncate(PALETTE.len());
-    let phases = ["assembly", "factorisation", "solve", "rest"];
-    let names_mm = rows.iter().map(|r| width_in_mm(&name_of(r), SMALL)).fold(0.0, f64::max);
+    let longest = rows.iter().map(|r| width_in_mm(&name_of(r), SMALL)).fold(0.0, f64::max);
     // A name takes half of the page at most
-    let room = (names_mm + 5.0).clamp(41.0, (0.5 * page_width()).min(page_width() - 60.0).max(41.0));
+    let room = (longest + 5.0).clamp(41.0, (0.5 * page_width()).min(page_width() - 60.0).max(41.0));
     let panels = Panels::new(2, (room, 16.0, 14.0), (44.0, 70.0));
+    let below = 13.5 + LINE * PHASES.len().max(effects.len()).div_ceil(2) as f64;
+    let most = ((page_height() / panels.rows() - TOP - below) / ROW).floor().max(1.0) as usize;
+    let sheets = rows.len().div_ceil(most);
+    let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
+    let of = |(k, rows): (usize, &[&CaseRecord])| {
+        drawn(name, || {
+            let (name, part) = numbered(name, k, sheets);
+            let caption = format!(
+                "Share of the wall time per case ({}){part}, total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra. Output is not part of it.{shared}",
+                store.study.label(variant)
+            );
+            Figure { name, svg: sheet(rows, &effects, &panels, (room, below)), caption }
+        })
+    };
+    // Sheets of the same length
+    rows.chunks(rows.len().div_ceil(sheets.max(1)).max(1)).enumerate().filter_map(of).collect()
+}
+
+/// Panels of the cases, with room for their names at the left and for the legends below \[mm\].
+fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below): (f64, f64)) -> String {
     let tall = ROW * rows.len() as f64;
-    let lines = phases.len().max(effects.len()).div_ceil(2) as f64;
-    let step = TOP + tall + 13.5 + LINE * lines;
-    let svg = figure(panels.width(), step * panels.rows(), "", |area| {
+    let step = TOP + tall + below;
+    figure(panels.width(), step * panels.rows(), "", |area| {
         let phase = |r: &CaseRecord| {
             let p = &r.phases;
             let parts = [p.assembly_s, p.factorisation_s, p.solve_s];
@@ -53,10 +69,10 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
         };
         let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
         let frame = |(x, top): (f64, f64)| [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
-        bars(area, frame(place(0)), letter(0, 2), "Phases", &rows, &phase);
-        bars(area, frame(place(1)), letter(1, 2), "Evaluation of the effects", &rows, &effect);
+        bars(area, frame(place(0)), letter(0, 2), "Phases", rows, &phase);
+        bars(area, frame(place(1)), letter(1, 2), "Evaluation of the effects", rows, &effect);
         for (x, top) in [0, 1].into_iter().filter(|k| panels.begins_row(*k)).map(place) {
-            names(area, (x, top, x + panels.each), room, &rows);
+            names(area, (x, top, x + panels.each), room, rows);
         }
         let put = |number: usize, names: &[&str]| {
             let (x, top) = place(number);
@@ -65,18 +81,13 @@ pub fn of_variant(store: &Results, variant: &str, name: String) -> Option<Figure
                 // From the left edge of the page, so that the second name fits into a narrow one
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
                 let at = (mm(left + 28.0 * (k % 2) as f64), mm(top + tall + 13.5 + LINE * (k / 2) as f64));
-                legend(area, at, &[(Sample::Block(color), name.replace('_', " "))]);
+                let words = shortened(&name.replace('_', " "), SMALL, mm(20.5));
+                legend(area, at, &[(Sample::Block(color), words)]);
             }
         };
-        put(0, &phases);
-        put(1, &effects);
-    });
-    let shared = if rows.iter().any(|r| r.shared) { " Cases ran at the same time." } else { "" };
-    let caption = format!(
-        "Share of the wall time per case ({}), total next to the bar: (a) by phase, (b) by effect, the rest being linear algebra. Output is not part of it.{shared}",
-        store.study.label(variant)
-    );
-    Some(Figure { name, svg, caption })
+        put(0, &PHASES);
+        put(1, effects);
+    })
 }
 
 /// Family, element and cells of a case.

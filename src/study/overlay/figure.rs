@@ -2,9 +2,10 @@
 
 use crate::report::canvas::{At, INK, MARKS, PALETTE, RGB, SMALL, figure, hollow, line, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
+use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::scene::Measured;
-use crate::scene::column::label;
+use crate::scene::column::{label, words as named};
 use crate::study::overlay::distance::Overlay;
 
 /// Sentence of a caption about the bars
@@ -59,6 +60,11 @@ pub fn draw(name: &str, overlay: &Overlay) -> Figure {
         }
     });
     let bars = if measured.half_widths.is_empty() { "" } else { BARS };
-    let caption = format!("{} over {}: {}.{bars}", measured.column, measured.over, words.join(", "));
+    let caption = format!(
+        "{} over {}: {}.{bars}",
+        capital(&named(&measured.column).0),
+        named(&measured.over).0,
+        words.join(", ")
+    );
     Figure { name: name.into(), svg, caption }
 }

@@ -2,11 +2,11 @@
 
 use super::markers::{MarkerOverlay, words};
 use crate::report::canvas::{At, INK, MARKS, PALETTE, SMALL, figure, hollow, line, mm, text};
-use crate::report::figure::{Figure, LINE, Sample, WithLegend, legend};
+use crate::report::figure::{Figure, LINE, Sample, WithLegend, apart, legend};
 use crate::report::plot::{Axis, Plot};
 
-/// Most marks of one marker in a panel.
-const MARKED: usize = 40;
+/// Least distance of the marks of one marker in a panel \[units\].
+const APART: i32 = 54;
 /// Markers with a colour of their own, and lines of the legend.
 const COLOURS: usize = 6;
 
@@ -35,12 +35,10 @@ pub fn draw(name: &str, overlay: &MarkerOverlay) -> Figure {
                 let scaled = |v: &[f64]| v.iter().map(|v| 1e3 * v).collect::<Vec<_>>();
                 let curve = &pair.simulated[axis];
                 line(area, &plot.path(&curve.t, &scaled(&curve.f)), PALETTE[k % COLOURS], 10);
-                let inside: Vec<&(f64, [f64; 3])> =
-                    pair.measured.iter().filter(|(t, _)| *t >= plot.x.lo && *t <= plot.x.hi).collect();
-                for (t, m) in inside.iter().step_by(inside.len().div_ceil(MARKED).max(1)) {
-                    for at in plot.path(&[*t], &[1e3 * m[axis]]) {
-                        hollow(area, MARKS[0], at, 18, PALETTE[k % COLOURS]);
-                    }
+                let inside = pair.measured.iter().filter(|(t, _)| *t >= plot.x.lo && *t <= plot.x.hi);
+                let places = inside.flat_map(|(t, m)| plot.path(&[*t], &[1e3 * m[axis]]));
+                for at in apart(places, APART) {
+                    hollow(area, MARKS[0], at, 18, PALETTE[k % COLOURS]);
                 }
             }
             plot.axes(true);

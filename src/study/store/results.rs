@@ -67,7 +67,8 @@ pub fn stored(dir: &Path, id: &str) -> Result<Option<StoredCase>, ReportError> {
 }
 
 impl Results {
-    fn without_cases(study: StudyRecord) -> Self {
+    /// Results of a study of which no case is done.
+    pub fn without_cases(study: StudyRecord) -> Self {
         let (cases, derived, damaged, outdated) = (vec![], None, vec![], vec![]);
         let (skins, motions) = (BTreeMap::new(), BTreeMap::new());
         let (found, sensitivities) = (BTreeMap::new(), BTreeMap::new());

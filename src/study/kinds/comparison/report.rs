@@ -4,6 +4,8 @@ use crate::report::figure::drawn;
 use crate::report::names::title;
 use crate::report::numbers::{digits, percent, percent_cell, space, span};
 use crate::report::table::{Table, headings};
+use crate::report::unit::labelled;
+use crate::scene::column;
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
 use crate::study::kinds::comparison::analysis::{ComparisonFindings, MemberDifferences, signed};
@@ -229,7 +231,7 @@ fn answers(store: &Results, a: &ComparisonFindings) -> Table {
                 rows.push(vec![
                     store.study.member(&r.member),
                     l.variant.clone(),
-                    label.map_or(column.clone(), |q| format!("{} [{}]", q.label, q.unit)),
+                    label.map_or_else(|| column::label(column), |q| labelled(&q.label, &q.unit)),
                     format!("{peak:.*}", digits(1e-2 * peak)),
                     change.map_or("–".into(), |c| format!("{:.3}", 100.0 * c)),
                 ]);

@@ -21,10 +21,10 @@ pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
     let variants = || store.study.variants.iter();
     let precision = |v: &String| drawn("precision", || work::precision(store, a, v));
     let amounts = |v: &String| drawn("amounts", || work::amounts(store, a, v));
-    let times = |v: &String| drawn("time", || time::of_variant(store, v, format!("time-{v}")));
+    let times = |v: &String| time::of_variant(store, v, &format!("time-{v}"));
     let mut figures: Vec<_> = variants().filter_map(precision).chain(variants().filter_map(amounts)).collect();
     figures.extend(drawn("growth", || growth::draw(a)));
-    figures.extend(variants().filter_map(times));
+    figures.extend(variants().flat_map(times));
     let supported = a.quantities.iter().any(|q| q.answers.iter().any(|x| x.cheapest.is_some()));
     Content {
         facts: a.quantities.iter().filter_map(|q| fact(q, a.tolerance)).collect(),

@@ -5,6 +5,7 @@ use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
+use crate::report::unit::labelled;
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative};
 use crate::study::kinds::reduction::record::QuantityRecord;
 
@@ -104,7 +105,7 @@ pub fn bars(a: &ReductionFindings) -> Option<Figure> {
     let svg = sheet(model.quantities.len(), entries, |k, area, frame| {
         let (q, asked) = (&model.quantities[k], &a.quantities[k]);
         let points = known(q);
-        let unit = |of: &str| format!("{of} [{}]", asked.unit);
+        let unit = |of: &str| labelled(of, &asked.unit);
         let x = Axis::log(points.iter().map(|e| e[0]), &unit("error"));
         let y = Axis::log(points.iter().map(|e| e[1]), &unit("estimate"));
         let ends = [x.lo.max(y.lo), x.hi.min(y.hi)];

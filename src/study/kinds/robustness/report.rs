@@ -1,6 +1,7 @@
 //! Report of a robustness study: the matrix, every reference, the maps.
 
 use crate::report::figure::drawn;
+use crate::report::numbers::measured;
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
@@ -151,7 +152,7 @@ fn every(a: &RobustnessFindings) -> Table {
             c.steps.to_string(),
             c.newton_iterations.to_string(),
             c.cuts.to_string(),
-            format!("{:.3}", c.wall_s),
+            measured(c.wall_s),
         ]
     };
     Table {

@@ -2,6 +2,7 @@
 //!
 //! All cases of the [design](super::design) have derivatives by unknowns and inputs.
 
+use crate::scene::column;
 use crate::scene::{ParameterKey, SceneError, from_text, hint, read_scene, unit_of_column};
 use crate::study::kind::Expansion;
 use crate::study::kinds::validation::constants::{record, unknown, without_use};
@@ -50,7 +51,7 @@ pub fn expand(study: &ValidationStudy, file: &Path, scene: &Path) -> Result<Expa
         // The column as it is recorded: the label is that of what is evaluated from it
         let quantity = |q: &&QuantityPlan| Quantity {
             name: q.column.clone(),
-            label: q.column.clone(),
+            label: column::words(&q.column).0,
             symbol: q.symbol.clone(),
             unit: match unit_of_column(&q.column) {
                 "1" => String::new(),
@@ -136,7 +137,8 @@ impl<'a> Builder<'a> {
         self.check_sources();
         let families = study.families.iter().map(|f| self.family(f)).collect();
         let (points, checks) = (BTreeMap::new(), BTreeMap::new());
-        ValidationPlan { unknowns, inputs, records, quantities, families, tracks: plans, points, checks }
+        let reference = study.reference.clone();
+        ValidationPlan { unknowns, inputs, records, quantities, families, reference, tracks: plans, points, checks }
     }
 
     /// The evaluated tracks of all records that have some.

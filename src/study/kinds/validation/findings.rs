@@ -14,6 +14,9 @@ pub struct ValidationFindings {
     pub chi2: f64,
     pub freedom: usize,
     pub predictions: Vec<Prediction>,
+    /// Origin of the values that predictions are compared with, in words; they are measured if absent
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
     /// Terms of the budget with their origin: (term, deviation, source)
     pub sources: Vec<(String, String, String)>,
     /// Scatter of the repeats of quantities that have any
@@ -21,6 +24,13 @@ pub struct ValidationFindings {
     pub scatter: Vec<FoundScatter>,
     /// Audit of the tracks that values were measured in
     pub tracks: Vec<TracksPlan>,
+}
+
+impl ValidationFindings {
+    /// The word for the values that predictions are compared with: `measured`, or their origin.
+    pub fn reference(&self) -> &str {
+        self.reference.as_deref().unwrap_or("measured")
+    }
 }
 
 /// Scatter of single values between repeats.

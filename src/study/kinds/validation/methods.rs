@@ -28,9 +28,10 @@ pub fn search(a: &ValidationFindings) -> Vec<Paragraph> {
     let score = match scored.is_empty() {
         true => format!("Predictions: {}.", count(a.predictions.len(), "value")),
         false => format!(
-            "Of {} {} can be judged by measured values; {} of these lie within their 95 % intervals.",
+            "Of {} {} can be judged by {}; {} of these lie within their 95 % intervals.",
             count(a.predictions.len(), "predicted value"),
             scored.len(),
+            a.reference.as_ref().map_or("measured values".into(), |reference| format!("values of {reference}")),
             scored.iter().filter(|inside| **inside).count()
         ),
     };

@@ -12,6 +12,9 @@ pub struct ValidationPlan {
     pub records: Vec<RecordPlan>,
     pub quantities: Vec<QuantityPlan>,
     pub families: Vec<FamilyPlan>,
+    /// Origin of the values that predictions are compared with, in words; they are measured if absent
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
     /// Files of tracks that values were measured in
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tracks: Vec<TracksPlan>,

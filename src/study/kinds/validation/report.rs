@@ -1,7 +1,7 @@
 //! Report of a validation, and `predictions.toml`.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, space};
+use crate::report::numbers::{capital, digits, space};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
@@ -21,8 +21,9 @@ use serde_json::{Map, Value, json};
 const SHOWN: usize = 12;
 
 pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
-    let figures = [drawn("budget", || budget::draw(a)), drawn("score", || score::draw(a))];
-    let sentences = a.predictions.iter().take(SHOWN).flat_map(|p| std::iter::once(sentence(p)).chain(advice(p)));
+    let figures = budget::draw(a).into_iter().chain(drawn("score", || score::draw(a)));
+    let sentences =
+        a.predictions.iter().take(SHOWN).flat_map(|p| std::iter::once(sentence(p, a.reference())).chain(advice(p)));
     Content {
         facts: a.predictions.iter().take(4).map(fact).collect(),
         sentences: sentences.collect(),
@@ -30,7 +31,7 @@ pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
         // A study without unknowns has no constants and no calibration
         tables: [constants(a), fitted(a), budgets(a)].into_iter().filter(|t| !t.rows.is_empty()).collect(),
         folded: folded(store, a),
-        figures: figures.into_iter().flatten().collect(),
+        figures: figures.collect(),
         claims: a.predictions.iter().map(claim).collect(),
         search: methods::search(a),
         files: vec![("predictions.toml".into(), predictions::text(a, &store.study.study))],
@@ -87,14 +88,17 @@ fn answer(a: &ValidationFindings) -> Table {
     };
     Table {
         name: "predictions",
-        caption: "Predicted values with the 95 % interval of a further measurement; score: distance of the measured value over the half-width on its side, within ±1 inside.".into(),
+        caption: format!(
+            "Predicted values with the 95 % interval of a further measurement; score: distance of the {} value over the half-width on its side, within ±1 inside.",
+            a.reference()
+        ),
         columns: headings(&[
             ("Record", "", false),
             ("Quantity", "", false),
             ("Unit", "", false),
             ("Predicted", "", true),
             ("Interval", "", true),
-            ("Measured", "", true),
+            (&capital(a.reference()), "", true),
             ("Score", "", true),
             ("Inside", "", false),
         ]),

@@ -29,6 +29,8 @@ pub struct ValidationStudy {
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
+    /// What the values under `measured` come from, in words, where they are not measured: `COMSOL`
+    pub reference: Option<String>,
     /// Runs per record at random places, which show how far the response surfaces are off
     #[serde(default = "usual_checks")]
     pub checks: usize,

@@ -15,8 +15,16 @@ const FAR: f64 = 2.0;
 /// Degrees of freedom of a scatter below which a verdict states them.
 const FEW: usize = 3;
 
-/// `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, of at most six terms.
-pub fn sentence(p: &Prediction) -> String {
+/// Predictions that are compared, in words: `3 measured predictions`, or `3 predictions that COMSOL gives too`.
+fn compared(found: &ValidationFindings, number: usize) -> String {
+    match &found.reference {
+        Some(reference) => format!("{} that {reference} gives too", count(number, "prediction")),
+        None => count(number, "measured prediction"),
+    }
+}
+
+/// `16.97 ± 0.71 mm (95 %: zero 0.68, load 0.12 mm)`, of at most six terms, and the value of the reference.
+pub fn sentence(p: &Prediction, reference: &str) -> String {
     let n = digits(0.1 * (p.interval[1] - p.interval[0]));
     let (up, down) = (p.interval[1] - p.value, p.value - p.interval[0]);
     let half = if (up - down).abs() < 0.05 * (up + down) {
@@ -42,7 +50,7 @@ pub fn sentence(p: &Prediction) -> String {
             Some(false) => "outside of the interval",
             None => "not judged, since the interval lacks the error of the mesh",
         };
-        words += &format!("; measured {m:.n$}{}, {place}", space(&p.unit));
+        words += &format!("; {reference} {m:.n$}{}, {place}", space(&p.unit));
     }
     (words + ".").replace(" -", " −")
 }
@@ -59,7 +67,7 @@ pub fn verdict(found: &ValidationFindings) -> String {
             1 => "lies in its 95 % interval",
             _ => "lie in their 95 % intervals",
         };
-        words.push(format!("{inside} of {} {lie}.", count(scored.len(), "measured prediction")));
+        words.push(format!("{inside} of {} {lie}.", compared(found, scored.len())));
     }
     let unjudged = found.predictions.iter().filter(|p| p.measured.is_some() && p.inside.is_none()).count();
     if unjudged > 0 {
@@ -68,9 +76,9 @@ pub fn verdict(found: &ValidationFindings) -> String {
         } else {
             "are not judged, since their intervals lack"
         };
-        words.push(format!("{} {of} the error of the mesh.", count(unjudged, "measured prediction")));
+        words.push(format!("{} {of} the error of the mesh.", compared(found, unjudged)));
     }
-    words.extend(found.predictions.iter().take(SHOWN).map(sentence));
+    words.extend(found.predictions.iter().take(SHOWN).map(|p| sentence(p, found.reference())));
     if found.predictions.len() > SHOWN {
         let more = match found.predictions.len() - SHOWN {
             1 => "One more prediction is in the table.".into(),

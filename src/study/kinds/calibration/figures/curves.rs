@@ -3,9 +3,10 @@
 use crate::report::canvas::{
     At, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, page_width, text,
 };
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, Sample, apart, legend};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
+use crate::report::unit::labelled;
 use crate::scene::column::label;
 use crate::study::figures::axis_label;
 use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, scaled};
@@ -20,8 +21,8 @@ const BETWEEN: f64 = 5.0;
 const LOW: f64 = 22.0;
 /// A page that is narrower has one window below the other \[mm\]
 const NARROW: f64 = 160.0;
-/// Measured points that are drawn at most
-const ROWS: usize = 120;
+/// Size of the marks of measured points \[units\]
+const POINT: i32 = 11;
 
 /// Places on the page \[mm\].
 struct Windows {
@@ -50,8 +51,6 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
     let quantity = store.study.quantities.get(&v.variant)?.iter().find(|q| q.name == found.y)?;
     let (c, m) = (v.constants.first()?, &found.measured);
     let Windows { each, constants, height } = windows();
-    let every = m.x.len().div_ceil(ROWS);
-    let rows = || m.x.iter().zip(&m.y).zip(&found.predicted).step_by(every);
     let svg = figure(page_width(), height, "", |area| {
         let upper = [mm(LEFT), mm(TOP), mm(LEFT + each), mm(TOP + TALL)];
         let base = TOP + TALL + BETWEEN;
@@ -61,20 +60,21 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         let values = found.curve.iter().map(|p| p[1]).chain(m.y.iter().copied());
         let plot = Plot { area, frame: upper, x: x.clone(), y: Axis::linear(values, &axis_label(quantity, "")) };
         plot.grid();
-        for ((x, y), _) in rows() {
-            mark(area, Mark::Circle, plot.at(*x, *y), 11, PALETTE[0]);
+        // Of many points those that do not cover each other
+        for at in apart(plot.path(&m.x, &m.y), 2 * POINT) {
+            mark(area, Mark::Circle, at, POINT, PALETTE[0]);
         }
         let (cx, cy): (Vec<f64>, Vec<f64>) = found.curve.iter().map(|p| (p[0], p[1])).unzip();
         line(area, &plot.path(&cx, &cy), INK, 9);
         plot.axes(false);
         plot.title(Some('a'), &capital(&quantity.label));
-        let residual = || m.y.iter().zip(&found.predicted).map(|(y, f)| y - f);
-        let label = format!("residual [{}]", quantity.unit);
-        let plot = Plot { area, frame: lower, x, y: Axis::linear(residual().chain([0.0]), &label) };
+        let residual: Vec<f64> = m.y.iter().zip(&found.predicted).map(|(y, f)| y - f).collect();
+        let label = labelled("residual", &quantity.unit);
+        let plot = Plot { area, frame: lower, x, y: Axis::linear(residual.iter().copied().chain([0.0]), &label) };
         plot.grid();
         line(area, &[(plot.frame[0], plot.at(cx[0], 0.0).1), (plot.frame[2], plot.at(cx[0], 0.0).1)], GREY, 6);
-        for ((x, y), f) in rows() {
-            mark(area, Mark::Circle, plot.at(*x, y - f), 11, PALETTE[0]);
+        for at in apart(plot.path(&m.x, &residual), 2 * POINT) {
+            mark(area, Mark::Circle, at, POINT, PALETTE[0]);
         }
         plot.axes(true);
         let entries =
@@ -87,7 +87,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         let values = own.chain(c.interval.into_iter().flatten()).chain(c.gauge).map(|v| factor * v);
         let n = c.cases.len();
         let unit = if unit.is_empty() { "–" } else { unit };
-        let x = Axis::linear(values, &format!("{} [{unit}]", italic(&c.symbol)));
+        let x = Axis::linear(values, &labelled(&italic(&c.symbol), unit));
         let plot = Plot { area, frame, x, y: Axis::exact(-0.7, n as f64 + 0.7, "") };
         plot.grid_x();
         let words = |row: f64, s: &str| text(area, s, (mm(side - 2.0), plot.at(0.0, row).1), At::Right, LABEL, INK);
@@ -97,7 +97,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
             let [a, b] = o.interval.unwrap_or([o.value; 2]);
             line(area, &[plot.at(factor * a, row), plot.at(factor * b, row)], color, 9);
             mark(area, Mark::Square, plot.at(factor * o.value, row), 20, color);
-            let name = if o.role == Role::Sizes { format!("{} cells", o.cells) } else { o.member.clone() };
+            let name = if o.role == Role::Sizes { format!("{} cells", o.cells) } else { store.study.member(&o.member) };
             words(row, &name);
         }
         if let Some([a, b]) = c.interval {

@@ -7,6 +7,7 @@ use crate::report::names::title;
 use crate::report::numbers::{capital, thousands};
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
+use crate::report::unit::labelled;
 use crate::study::curve::Curve;
 use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
@@ -182,7 +183,7 @@ fn panel(
         (curves.iter()).map(|c| c.as_ref().map(|c| s.t.iter().map(|t| c.at(*t) - star.at(*t)).collect())).collect();
     let minus: Vec<f64> = s.gci.iter().map(|g| -g).collect();
     let values = off.iter().flatten().flatten().chain(&s.gci).chain(&minus).copied();
-    let label = format!("{} − {} [{}]", italic(&q.symbol), italic(&format!("{}*", q.symbol)), q.unit);
+    let label = labelled(&format!("{} − {}", italic(&q.symbol), italic(&format!("{}*", q.symbol))), &q.unit);
     let plot = Plot { area, frame: lower, x: time, y: Axis::linear(values, &label) };
     plot.grid();
     let mut ring = plot.path(&s.t, &s.gci);

@@ -1,10 +1,10 @@
 //! The matrix: hard cases downwards, variants across; a disc passes, a triangle stopped with a stated reason, a cross failed.
 
 use crate::report::canvas::{
-    Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_width, text,
+    Area, At, INK, LABEL, Mark, PALE, PALETTE, RGB, SMALL, block, figure, line, mark, mm, page_height, page_width, text,
 };
-use crate::report::figure::{Drawn, Figure, Sample, drawn, legend};
-use crate::report::measure::width;
+use crate::report::figure::{Drawn, Figure, Sample, drawn, legend, numbered};
+use crate::report::measure::{shortened, width};
 use crate::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
 use crate::study::outcome::CaseOutcome;
 use crate::study::store::results::Results;
@@ -16,8 +16,8 @@ const HEAD: f64 = 43.6;
 /// Height of the headings of groups, and of those that would meet their neighbours \[mm\]
 const GROUP: f64 = 5.6;
 const RAISED: f64 = 2.0;
-/// Lines on a sheet; more go onto a further one
-const TALLEST: usize = 62;
+/// Height of the legend \[mm\]
+const FOOT: f64 = 9.0;
 /// Cases that make a matrix
 const LEAST: usize = 4;
 /// Under the heading of a suite
@@ -49,7 +49,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
             cases.push((&c.suite, &c.member));
         }
     }
-    let pages = pages(&cases);
+    let pages = pages(&cases, ((page_height() - HEAD - FOOT) / ROW).floor().max(2.0) as usize);
     let name = |l: &Line| l.member.map_or(0, |m| width(&written(store, m), SMALL));
     let names = f64::from(pages.iter().flatten().map(name).max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
     let across = ((page_width() - names - 3.0) / COLUMN).floor().max(1.0) as usize;
@@ -68,15 +68,15 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Vec<Drawn> {
     sheets.iter().enumerate().filter_map(of).collect()
 }
 
-/// The cases under the headings of their suites, as (suite, case) in order, on sheets. A suite stays on one sheet, or goes on under its heading
+/// The cases under the headings of their suites, as (suite, case) in order, on sheets of this many lines at most. A suite stays on one sheet, or goes on under its heading
 /// where it is longer.
-fn pages<'a>(cases: &[(&'a str, &'a str)]) -> Vec<Vec<Line<'a>>> {
+fn pages<'a>(cases: &[(&'a str, &'a str)], tallest: usize) -> Vec<Vec<Line<'a>>> {
     let mut pages: Vec<Vec<Line>> = vec![];
-    for part in cases.chunk_by(|a, b| a.0 == b.0).flat_map(|suite| suite.chunks(TALLEST - 1)) {
+    for part in cases.chunk_by(|a, b| a.0 == b.0).flat_map(|suite| suite.chunks(tallest - 1)) {
         let heading = Line { suite: part[0].0, member: None };
         let own = std::iter::once(heading).chain(part.iter().map(|(suite, case)| Line { suite, member: Some(case) }));
         match pages.last_mut() {
-            Some(page) if page.len() + part.len() < TALLEST => page.extend(own),
+            Some(page) if page.len() + part.len() < tallest => page.extend(own),
             _ => pages.push(own.collect()),
         }
     }
@@ -114,7 +114,7 @@ fn sheet(
     let entries = [(CaseOutcome::Pass, "pass"), (CaseOutcome::Stopped, "stopped"), (CaseOutcome::Fail, "fail")];
     // Three entries of the legend need some room
     let wide = (names + COLUMN * variants.len() as f64 + 3.0).max(80.0);
-    let svg = figure(wide, bottom + 9.0, "", |area| {
+    let svg = figure(wide, bottom + FOOT, "", |area| {
         for (k, variant) in variants.iter().enumerate() {
             let name = store.study.labels.get(*variant).unwrap_or(variant);
             turned(area, name, names + COLUMN * (k as f64 + 0.5));
@@ -141,12 +141,12 @@ fn sheet(
             legend(area, (mm(2.0 + 26.0 * k as f64), mm(bottom + 5.0)), &[entry]);
         }
     });
-    let part = if of > 1 { format!(" (part {} of {of})", number + 1) } else { String::new() };
+    let (name, part) = numbered("matrix", number, of);
     let caption = format!(
         "Hard cases{part}: a disc ended as it should and met its references, a triangle has no answer and says why, as is right there, \
          a cross failed. An empty place was not asked for."
     );
-    Figure { name: if of > 1 { format!("matrix-{}", number + 1) } else { "matrix".into() }, svg, caption }
+    Figure { name, svg, caption }
 }
 
 /// Headings over the columns of a group, with a line across them.
@@ -169,8 +169,9 @@ fn groups(store: &Results, area: &Area, variants: &[&String], names: f64) {
 
 /// Names that are too long for a column stand upright.
 fn turned(area: &Area, name: &str, x: f64) {
-    let long = width(name, LABEL) / 2;
-    text(area, name, (mm(x) + mm(1.2), mm(HEAD - 2.0) - long), At::Turned, LABEL, INK);
+    let name = shortened(name, LABEL, mm(HEAD - GROUP - 4.5));
+    let long = width(&name, LABEL) / 2;
+    text(area, &name, (mm(x) + mm(1.2), mm(HEAD - 2.0) - long), At::Turned, LABEL, INK);
 }
 
 #[cfg(test)]
@@ -190,11 +191,11 @@ mod tests {
             }
         };
         let cases: Vec<(&str, &str)> = names.iter().enumerate().map(|(k, n)| (suite(k), n.as_str())).collect();
-        let pages = pages(&cases);
+        let pages = pages(&cases, 62);
         let shown = pages.iter().flatten().filter_map(|l| Some((l.suite, l.member?)));
         assert_eq!(shown.collect::<Vec<_>>(), cases);
         for page in &pages {
-            assert!(page.len() <= TALLEST && page[0].member.is_none());
+            assert!(page.len() <= 62 && page[0].member.is_none());
             assert!(page.windows(2).all(|w| w[1].suite == w[0].suite || w[1].member.is_none()));
         }
         let of_b = |page: &&Vec<Line>| page.iter().any(|l| l.suite == "b");

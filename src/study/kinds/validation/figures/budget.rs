@@ -1,10 +1,12 @@
-//! Error budgets: one panel per prediction, one bar per group, largest first.
+//! Error budgets: one panel per prediction, one bar per group, largest first, on as many sheets as their height needs.
 
-use crate::report::canvas::{At, INK, LABEL, PALETTE, RGB, SMALL, block, figure, italic, line, mm, page_width, text};
-use crate::report::figure::Figure;
-use crate::report::measure::width;
+use crate::report::canvas::{
+    Area, At, INK, PALETTE, RGB, SMALL, block, figure, italic, line, mm, page_height, page_width, text,
+};
+use crate::report::figure::{Drawn, Figure, drawn, numbered};
+use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{capital, digits, space};
-use crate::report::panels::{heading, letter};
+use crate::report::panels::{Panels, headed, letter};
 use crate::report::unit;
 use crate::study::analysis::Analysis;
 use crate::study::figures::{PANELS, first_of};
@@ -13,53 +15,86 @@ use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 
 /// Predictions and groups that are drawn.
 const BARS: usize = 9;
+/// Widths of the bars, and of the numbers at their right \[mm\]
+const LEAST: f64 = 20.0;
 const WIDE: f64 = 62.0;
+const RIGHT: f64 = 22.0;
 const ROW: f64 = 5.0;
 const HEAD: f64 = 9.0;
 const GAP: f64 = 6.0;
-const RIGHT: f64 = 22.0;
 const TOTAL: RGB = RGB(0x55, 0x55, 0x55);
 
-/// `None` without a prediction.
-pub fn draw(a: &Analysis<ValidationFindings>) -> Option<Figure> {
+/// A row of panels needs this height \[mm\].
+fn height(row: &[&Prediction]) -> f64 {
+    let bars = row.iter().map(|p| 1 + p.budget.len().min(BARS)).max().unwrap_or(0);
+    HEAD + ROW * bars as f64 + GAP
+}
+
+/// Panels next to each other where the page has room for two, no sheet of them taller than a page; nothing without a prediction.
+pub fn draw(a: &Analysis<ValidationFindings>) -> Vec<Drawn> {
     let shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).take(PANELS).collect();
-    let rows = |p: &Prediction| 1 + p.budget.len().min(BARS);
-    let names = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| width(&c.group, SMALL));
-    let left = f64::from(names.max().unwrap_or(0)) / f64::from(mm(1.0)) + 6.0;
-    let wide = WIDE.min(page_width() - left - RIGHT).max(20.0);
-    let height = shown.iter().map(|p| HEAD + ROW * rows(p) as f64 + GAP).sum::<f64>();
-    let svg = figure(left + wide + RIGHT, height, "", |area| {
-        let mut top = 0.0;
-        for (k, p) in shown.iter().enumerate() {
-            let total = half_width(&p.budget);
-            let title = format!("{} {}, {}", capital(&p.label), italic(&p.symbol), p.record_label);
-            let title = heading(letter(k, shown.len()), &title);
-            text(area, &title, (mm(1.0), mm(top + 4.0)), At::Left, LABEL, INK);
-            let (power, unit) = unit::shown(&p.unit, total);
-            let factor = 10f64.powi(power);
-            let n = digits(0.1 * factor * total);
-            let bars = std::iter::once(("all together", total, TOTAL))
-                .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
-            for (j, (name, half, color)) in bars.enumerate() {
-                let y = top + HEAD + ROW * (j as f64 + 0.5);
-                let long = wide * half / total;
-                text(area, name, (mm(left - 1.5), mm(y)), At::Right, SMALL, INK);
-                block(area, (mm(left), mm(y - 1.6)), (mm(left + long), mm(y + 1.6)), color);
-                let (least, shown) = (0.5 * 10f64.powi(-(n as i32)), factor * half);
-                let number = match shown < least {
-                    true => format!("< {least:.*}{}", n + 1, space(unit)),
-                    false => format!("± {shown:.n$}{}", space(unit)),
-                };
-                text(area, &number, (mm(left + long + 1.2), mm(y)), At::Left, SMALL, INK);
-            }
-            let bottom = top + HEAD + ROW * rows(p) as f64;
-            line(area, &[(mm(left), mm(top + HEAD)), (mm(left), mm(bottom))], INK, 4);
-            top = bottom + GAP;
+    let names = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| width_in_mm(&c.group, SMALL));
+    let left = (names.fold(0.0, f64::max) + 6.0).min(page_width() - RIGHT - LEAST);
+    let places = |count: usize| Panels::new(count, (left, left + RIGHT, RIGHT), (LEAST, WIDE));
+    let columns = places(shown.len()).columns;
+    let mut sheets: Vec<Vec<&Prediction>> = vec![];
+    let mut tall = f64::INFINITY;
+    for row in shown.chunks(columns) {
+        if tall + height(row) > page_height() {
+            sheets.push(vec![]);
+            tall = 0.0;
         }
-    });
+        tall += height(row);
+        sheets.last_mut().expect("a sheet").extend(row);
+    }
     let more = first_of(a.predictions.len());
-    let caption = format!(
-        "Half-width of the 95 % interval of each prediction that every group of errors alone would give, largest first; groups add as squares.{more}"
-    );
-    (!shown.is_empty()).then(|| Figure { name: "budget".into(), svg, caption })
+    let of = |(k, predictions): (usize, &Vec<&Prediction>)| {
+        drawn("budget", || {
+            let (name, part) = numbered("budget", k, sheets.len());
+            let caption = format!(
+                "Half-width of the 95 % interval of each prediction that every group of errors alone would give{part}, largest first; groups add as squares.{more}"
+            );
+            Figure { name, svg: sheet(predictions, &places(predictions.len().max(columns)), left), caption }
+        })
+    };
+    sheets.iter().enumerate().filter_map(of).collect()
+}
+
+fn sheet(predictions: &[&Prediction], places: &Panels, left: f64) -> String {
+    let rows: Vec<f64> = predictions.chunks(places.columns).map(height).collect();
+    figure(places.width(), rows.iter().sum(), "", |area| {
+        for (k, p) in predictions.iter().enumerate() {
+            let top = rows[..k / places.columns].iter().sum::<f64>();
+            let words = format!("{} {}, {}", capital(&p.label), italic(&p.symbol), p.record_label);
+            let from = places.x(k) - left + 1.0;
+            let wide = left + places.each + RIGHT - 4.0;
+            headed(area, (mm(from), mm(top + HEAD - 1.0)), mm(wide), letter(k, predictions.len()), &words);
+            panel(area, p, (places.x(k), top + HEAD), places.each, left);
+        }
+    })
+}
+
+/// The bars of a prediction with their names and numbers.
+fn panel(area: &Area, p: &Prediction, (x, top): (f64, f64), wide: f64, left: f64) {
+    let total = half_width(&p.budget);
+    let (power, unit) = unit::shown(&p.unit, total);
+    let factor = 10f64.powi(power);
+    let n = digits(0.1 * factor * total);
+    let bars = std::iter::once(("all together", total, TOTAL))
+        .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
+    let mut bottom = top;
+    for (j, (name, half, color)) in bars.enumerate() {
+        let y = top + ROW * (j as f64 + 0.5);
+        let long = wide * half / total;
+        text(area, &shortened(name, SMALL, mm(left - 3.0)), (mm(x - 1.5), mm(y)), At::Right, SMALL, INK);
+        block(area, (mm(x), mm(y - 1.6)), (mm(x + long), mm(y + 1.6)), color);
+        let (least, shown) = (0.5 * 10f64.powi(-(n as i32)), factor * half);
+        let number = match shown < least {
+            true => format!("< {least:.*}{}", n + 1, space(unit)),
+            false => format!("± {shown:.n$}{}", space(unit)),
+        };
+        text(area, &number, (mm(x + long + 1.2), mm(y)), At::Left, SMALL, INK);
+        bottom = top + ROW * (j as f64 + 1.0);
+    }
+    line(area, &[(mm(x), mm(top)), (mm(x), mm(bottom))], INK, 4);
 }
