@@ -1,4 +1,4 @@
-//! Tall rigid boxes on a plane with friction: they land, stand, slide and tip.
+//! Tall rigid boxes on a plane with friction: they land, rest, slide and tip.
 
 use crate::common::{column, run, scene};
 use crate::setup::CUBE;
