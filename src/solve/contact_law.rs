@@ -27,6 +27,11 @@ impl<'a> ContactLaw<'a> {
         Self { normal: point.law, friction }
     }
 
+    /// A point without friction that yields by so much \[m/N\] where it is pressed.
+    pub fn unilateral(yielding: f64) -> Self {
+        Self { normal: NormalLaw::Unilateral { yielding }, friction: None }
+    }
+
     /// p and ∂p/∂q; without friction the components of sliding are zero. `w`: of the normal component, and of sliding \[m/N\].
     pub fn force(&self, q: &Vector3<f64>, w: [f64; 2]) -> (Vector3<f64>, Matrix3<f64>) {
         let (normal, by_gap) = self.normal_force(q.x, w[0]);
@@ -47,6 +52,18 @@ impl<'a> ContactLaw<'a> {
             }
         }
         (p, slope)
+    }
+
+    /// How many times more than p the forces that the law has at the displacements q + w p are off, of the normal component and of sliding: 1 + w s for a
+    /// law of the stiffness s, ∂p/∂q = −s/(1 + w s). A unilateral point has none: its force is an unknown of its own.
+    pub fn amplification(&self, slope: &Matrix3<f64>, w: [f64; 2]) -> [f64; 2] {
+        let of = |w: f64, give: f64| 1.0 / (1.0 - w * give).max(f64::EPSILON);
+        let normal = match self.normal {
+            NormalLaw::Unilateral { .. } => 1.0,
+            NormalLaw::Potential(..) => of(w[0], -slope[(0, 0)]),
+        };
+        let (mean, half) = (0.5 * (slope[(1, 1)] + slope[(2, 2)]), 0.5 * (slope[(1, 1)] - slope[(2, 2)]));
+        [normal, of(w[1], half.hypot(slope[(1, 2)]) - mean)]
     }
 
     /// p_n and ∂p_n/∂q_n.
@@ -163,6 +180,24 @@ mod tests {
                 assert!((force - size).abs() <= 1e-9 * (size + p.x), "{q:?}: {force} for {size}");
                 assert!(p.y * left.z - p.z * left.y <= 1e-9 * force * left.norm(), "against the sliding");
             }
+        }
+    }
+
+    /// The force of the law at q + w p changes by the amplification times a small change of p alone: h is 1e-6 of the lengths on which the laws change, as below.
+    #[test]
+    fn forces_of_the_displacements_are_off_by_the_amplification() {
+        let law = ContactLaw { normal: NormalLaw::Potential(&Barrier, 3e-6), friction: Some((0.4, 2e-6)) };
+        for q in displacements() {
+            let (p, slope) = law.force(&q, W);
+            let [normal, sliding] = law.amplification(&slope, W);
+            // Without w a force is the one at the displacement itself.
+            let end = Vec3::new(q.x + W[0] * p.x, q.y + W[1] * p.y, q.z + W[1] * p.z);
+            let stiffness = -law.force(&end, [0.0; 2]).1;
+            let of_gap = 1.0 + W[0] * stiffness[(0, 0)];
+            let tangential = stiffness.fixed_view::<2, 2>(1, 1).symmetric_eigenvalues().max();
+            assert!((normal / of_gap - 1.0).abs() < 1e-6, "{q:?}: {normal} for {of_gap}");
+            let of_sliding = 1.0 + W[1] * tangential;
+            assert!((sliding / of_sliding - 1.0).abs() < 1e-6, "{q:?}: {sliding} for {of_sliding}");
         }
     }
 

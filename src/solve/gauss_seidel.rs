@@ -28,15 +28,17 @@ use std::time::{Duration, Instant};
 const SWEEPS: usize = 20_000;
 /// Change of the value of a constraint by which λ' is differentiated, as a share of it \[–\].
 const DIFFERENCE: f64 = 1e-3;
-/// Change of a gap over the last sweep, as a share of the largest gap \[–\].
+/// Change of a gap over the last sweep, as a share of the largest gap, and that of a force, as a share of the largest one \[–\].
 const EXACT: f64 = 1e-10;
 
 /// Sweeps before Newton's method is tried, and then whenever there were twice as many \[–\].
 const TRIED: usize = 8;
 /// Sweeps from which on they have to converge \[–\].
 const WATCHED: usize = 2048;
-/// Iterations of Newton's method, each of which is to reduce the defect by this factor \[–\].
+/// Iterations of Newton's method, each of which is to reduce the defect by this share of it, times that of the step that is taken \[–\].
 const NEWTON: (usize, f64) = (30, 0.5);
+/// Smallest share of a step of it that is tried \[–\].
+const SHORTEST: f64 = 0.05;
 
 /// A point under pressure.
 pub(super) struct Pressed<'a> {
@@ -92,7 +94,25 @@ impl Changes {
     }
 }
 
+/// The equations p − P(q(p)) = 0 at some forces p.
+struct Defect {
+    /// p − P(q(p)) \[N\]
+    forces: DVector<f64>,
+    /// Its derivative by p
+    tangent: DMatrix<f64>,
+    /// [`ContactLaw::amplification`] of each component
+    amplification: Vec<f64>,
+}
+
 impl<'a> Contacts<'a> {
+    /// Points without friction with these distances without forces, the response W \[rows\] and the yielding of each.
+    pub fn frictionless(distances: Vec<f64>, w: Vec<Vec<f64>>, yielding: impl Iterator<Item = f64>) -> Self {
+        let n = distances.len();
+        let point = |(first, yielding)| Pressed { place: first, first, law: ContactLaw::unilateral(yielding) };
+        let points = yielding.enumerate().map(point).collect();
+        Self { points, free: distances, w, back: vec![Vec::new(); n], p: vec![0.0; n], ..Self::default() }
+    }
+
     /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
     pub fn add(&mut self, system: &System, place: usize, point: &ContactPoint<'a>, (gap, displacement): (f64, Vec3)) {
         let row = |shares: &[f64], direction: &Vec3| -> Vec<(usize, f64)> {
@@ -181,6 +201,7 @@ impl<'a> Contacts<'a> {
                 }
             }
             if change <= enough {
+                self.iterate(&multipliers, old)?;
                 return multipliers(&self.crossing());
             }
             if is_lost {
@@ -188,7 +209,7 @@ impl<'a> Contacts<'a> {
             }
             changes.add(sweep, change);
             if sweep >= TRIED && sweep.is_power_of_two() {
-                self.iterate(&multipliers, old, enough)?;
+                self.iterate(&multipliers, old)?;
                 // The next sweep shows whether Newton's method has found the forces.
                 is_lost = sweep >= WATCHED && !changes.lead_to(enough, sweep);
             }
@@ -229,28 +250,34 @@ impl<'a> Contacts<'a> {
     }
 
     /// Newton's method for p − P(q(p)) = 0, where P are the forces on all points by their displacements q without them, as long as it converges:
-    /// sweeps alone converge slowly where points share a load.
+    /// sweeps alone converge slowly where points share a load. It ends where the laws have the forces p at the displacements that p leaves, or at their
+    /// rounding, where the defect does not fall any more.
     fn iterate(
         &mut self,
         multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
         old: &[f64],
-        enough: f64,
     ) -> Result<(), Failure> {
-        let (mut defect, mut tangent) = self.defect(&multipliers, old)?;
+        let mut defect = self.defect(&multipliers, old)?;
         for _ in 0..NEWTON.0 {
-            let size = self.size(&defect);
-            if size <= enough {
+            let off = defect.forces.iter().zip(&defect.amplification).map(|(d, times)| (d * times).abs());
+            if off.fold(0.0, larger) <= EXACT * self.p.iter().fold(0.0, |m: f64, p| m.max(p.abs())) {
                 return Ok(());
             }
-            let Some(step) = tangent.lu().solve(&defect) else { return Ok(()) };
-            let before = self.p.clone();
-            self.p.iter_mut().zip(step.iter()).for_each(|(p, d)| *p -= d);
-            (defect, tangent) = self.defect(&multipliers, old)?;
-            // NaN is not smaller.
-            let shrinks = self.size(&defect) <= NEWTON.1 * size;
-            if !shrinks {
-                self.p = before;
-                return Ok(());
+            let size = self.size(&defect.forces);
+            let Some(step) = defect.tangent.lu().solve(&defect.forces) else { return Ok(()) };
+            let (before, mut share) = (self.p.clone(), 1.0);
+            loop {
+                self.p.iter_mut().zip(&before).zip(step.iter()).for_each(|((p, old), d)| *p = old - share * d);
+                defect = self.defect(&multipliers, old)?;
+                // NaN is not smaller.
+                if self.size(&defect.forces) <= (1.0 - NEWTON.1 * share) * size {
+                    break;
+                }
+                share *= 0.5;
+                if share < SHORTEST {
+                    self.p = before;
+                    return Ok(());
+                }
             }
         }
         Ok(())
@@ -261,12 +288,12 @@ impl<'a> Contacts<'a> {
         (0..defect.len()).map(|i| self.w[i][i] * defect[i].abs()).fold(0.0, larger)
     }
 
-    /// p − P(q(p)) and its derivative by p.
+    /// The defect of the present forces.
     fn defect(
         &self,
         multipliers: impl Fn(&[f64]) -> Result<Vec<f64>, Failure>,
         old: &[f64],
-    ) -> Result<(DVector<f64>, DMatrix<f64>), Failure> {
+    ) -> Result<Defect, Failure> {
         let (n, crossing) = (self.p.len(), self.crossing());
         let lambda = multipliers(&crossing)?;
         // λ' is linear in the values of the constraints, piece by piece.
@@ -278,13 +305,15 @@ impl<'a> Contacts<'a> {
             let changed = multipliers(&other)?;
             by_value.push(changed.iter().zip(&lambda).map(|(new, old)| (new - old) / step).collect::<Vec<f64>>());
         }
-        let mut defect = DVector::from_column_slice(&self.p);
-        let mut tangent = DMatrix::identity(n, n);
+        let mut forces = DVector::from_column_slice(&self.p);
+        let (mut tangent, mut amplification) = (DMatrix::identity(n, n), vec![0.0; n]);
         for k in 0..self.points.len() {
             let (range, p, slope) = self.force_on(k, &lambda, old);
             let own = self.own(k);
+            let times = self.points[k].law.amplification(&slope, own);
             for (a, i) in range.clone().enumerate() {
-                defect[i] -= p[a];
+                forces[i] -= p[a];
+                amplification[i] = times[usize::from(a > 0)];
             }
             for j in 0..n {
                 // λ' − λ by p_j
@@ -301,7 +330,7 @@ impl<'a> Contacts<'a> {
                 }
             }
         }
-        Ok((defect, tangent))
+        Ok(Defect { forces, tangent, amplification })
     }
 }
 

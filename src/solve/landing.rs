@@ -6,8 +6,9 @@
 //! ```
 //!
 //! with the distances d of the points from the reach of their contact. v' = 0 is admissible among obstacles at rest, so kinetic energy does
-//! not grow: from p = 0, every sweep of Gauss–Seidel lowers ½ pᵀWp + pᵀ(Hv + d/Δt), W = H M⁻¹ Hᵀ, and ½ v'ᵀMv' − ½ vᵀMv = ½ pᵀWp + pᵀHv is
-//! no larger than that. The step then finds the points where they are to be, and no acceleration of an impact gets into its memory, from
+//! not grow: with W = H M⁻¹ Hᵀ and pᵀ(Hv' + d/Δt) = 0, ½ v'ᵀMv' − ½ vᵀMv = ½ pᵀWp + pᵀHv = −½ pᵀWp − pᵀd/Δt. p is found by
+//! [`gauss_seidel`](super::gauss_seidel). Of free rigid bodies v' is a rigid motion: M⁻¹Hᵀ alone would strain them, and their stiffness, in the step, would
+//! give the points other velocities than v'. The step then finds the points where they are to be, and no acceleration of an impact gets into its memory, from
 //! which later steps would throw the points back. An impact has no rebound of its own: bodies rebound by their elasticity. A contact with a
 //! potential that is so soft that the steps resolve the vibration on it is left to the rule.
 //!
@@ -16,12 +17,14 @@
 //! ([`StepSolver::hits`]; Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 1993, §II.6). Points of deformable bodies are left to the rule.
 //!
 //! Source: Deuflhard, Krause & Ertel, *Int. J. Numer. Meth. Eng.* 73 (2008), the prediction of the contact-stabilised Newmark method.
-//! Limits: not between deformable surfaces; constraints and the stiffness of rigid bodies answer within the step, not to the impact itself; the impulse
+//! Limits: not between deformable surfaces; constraints and the stiffness of rigid parts of a body answer within the step, not to the impact itself; the impulse
 //! is in no force that is recorded.
 
+use super::free_bodies::FreeBody;
+use super::gauss_seidel::Contacts;
 use super::start::Start;
 use super::step_solver::StepSolver;
-use super::{Failure, Integrator, Step};
+use super::{Failure, Integrator, Limit, Step};
 use crate::system::{ContactPoint, Dofs, NormalLaw, State, System};
 use std::collections::BTreeSet;
 
@@ -33,8 +36,8 @@ const SLOW: f64 = 1e-3;
 const STILL: f64 = 1e-10;
 /// Δt² W A φ″, the square of the angle of the vibration on a contact with a potential in a step, below which the step resolves it \[–\].
 const RESOLVED: f64 = 1.0;
-/// Sweeps of Gauss–Seidel, and the change of a motion in the last one as a share of the largest motion.
-const SWEEPS: (usize, f64) = (1000, 1e-6);
+/// Share of its response by which a point yields \[–\]: more points than a body has motions have impulses with the least sum of squares.
+const YIELDING: f64 = 1e-9;
 /// Most points that land together: W is dense.
 const MANY: usize = 500;
 /// Motions of a step, by the velocities and accelerations at its start, within which a rigid body is going to hit something.
@@ -53,10 +56,12 @@ impl<'a> StepSolver<'a> {
         if landing.is_empty() {
             return Ok(None);
         }
+        let (limit, places) = (self.solver.equations.limit.clone(), self.points);
         let mass = self.mass(state)?;
+        let bodies = FreeBody::all(system, mass, places, &state.x);
         let (mut landed, mut approach) = (state.clone(), approach);
         for points in landing.chunks(MANY) {
-            for (z, p) in impulses(mass, system, points, &approach)? {
+            for (z, p) in impulses((&mut *mass, &bodies), system, points, &approach, &limit)? {
                 landed.v.iter_mut().zip(&z).for_each(|(v, z)| *v += z * p / approach.dt);
                 approach.motion.iter_mut().zip(&z).for_each(|(d, z)| *d += z * p);
             }
@@ -89,9 +94,13 @@ impl<'a> StepSolver<'a> {
         if hit.is_empty() {
             return false;
         }
+        let (limit, places) = (self.solver.equations.limit.clone(), self.points);
         let Ok(mass) = self.mass(state) else { return true };
-        let is_stopped =
-            |points| impulses(mass, system, points, &approach).map_or(true, |all| all.iter().any(|(_, p)| *p > 0.0));
+        let bodies = FreeBody::all(system, mass, places, &state.x);
+        let is_stopped = |points| {
+            let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit);
+            found.map_or(true, |all| all.iter().any(|(_, p)| *p > 0.0))
+        };
         hit.chunks(MANY).any(is_stopped)
     }
 
@@ -159,19 +168,22 @@ fn stiffness(point: &ContactPoint) -> f64 {
     potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
 }
 
-/// M⁻¹ Hᵀ of each point, and Δt p: 0 of a point that is prescribed along its normal, and where the contact is so soft that the step resolves it.
+/// M⁻¹ Hᵀ of each point, of free `bodies` as rigid motions, and Δt p: 0 of a point that is prescribed along its normal, and where the contact is so soft that the step resolves it.
 fn impulses(
-    mass: &mut Start,
+    (mass, bodies): (&mut Start, &[FreeBody]),
     system: &System,
     points: &[ContactPoint],
-    Approach { motion, size, dt, .. }: &Approach,
+    Approach { motion, dt, .. }: &Approach,
+    limit: &Limit,
 ) -> Result<Vec<(Vec<f64>, f64)>, Failure> {
     let mut response = |point: &ContactPoint| {
         let mut against = vec![0.0; motion.len()];
         for (&node, share) in point.nodes.iter().zip(&point.shares) {
             (0..3).for_each(|i| against[3 * node as usize + i] -= share * point.normal[i]);
         }
-        mass.solve(system, Some(system.restrict(&against)))
+        let mut response = mass.solve(system, Some(system.restrict(&against)))?;
+        bodies.iter().for_each(|body| body.make_rigid(&mut response));
+        Ok::<_, Failure>(response)
     };
     let responses = points.iter().map(&mut response).collect::<Result<Vec<_>, _>>()?;
     let w: Vec<Vec<f64>> = points.iter().map(|point| responses.iter().map(|z| along(point, z)).collect()).collect();
@@ -182,18 +194,12 @@ fn impulses(
         w[k][k] > 0.0 && (matches!(points[k].law, NormalLaw::Unilateral { .. }) || dt * dt * stiff >= RESOLVED)
     };
     let stopped: Vec<usize> = (0..points.len()).filter(|&k| stops(k)).collect();
+    let among = |row: usize| -> Vec<f64> { stopped.iter().map(|&column| w[row][column]).collect() };
+    let distances = stopped.iter().map(|&k| rooms[k]).collect();
+    let yielding = stopped.iter().map(|&k| YIELDING * w[k][k]);
+    let mut contacts = Contacts::frictionless(distances, stopped.iter().map(|&k| among(k)).collect(), yielding);
+    contacts.settle(|_| Ok(Vec::new()), &[], limit)?;
     let mut p = vec![0.0; points.len()];
-    for _ in 0..SWEEPS.0 {
-        let mut change = 0.0;
-        for &k in &stopped {
-            let left = rooms[k] + w[k].iter().zip(&p).map(|(w, p)| w * p).sum::<f64>();
-            let new = f64::max(0.0, p[k] - left / w[k][k]);
-            change = f64::max(change, w[k][k] * (new - p[k]).abs());
-            p[k] = new;
-        }
-        if change <= SWEEPS.1 * size {
-            break;
-        }
-    }
+    stopped.iter().zip(&contacts.p).for_each(|(&k, of_point)| p[k] = *of_point);
     Ok(responses.into_iter().zip(p).collect())
 }

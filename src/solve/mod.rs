@@ -28,6 +28,7 @@ mod driver_memory;
 mod equations;
 mod equilibrium_path;
 mod failure;
+mod free_bodies;
 mod free_motions;
 mod gauss_seidel;
 mod globalisation;

@@ -59,6 +59,15 @@ impl Start {
         system.expand(&force, &mut a);
         Ok(a)
     }
+
+    /// M v \[equations\] of the velocities of these equations, the others at rest.
+    pub fn momentum(&self, v: &[(usize, f64)]) -> Vec<f64> {
+        let n = self.sums.pattern.n;
+        let (mut all, mut momentum) = (vec![0.0; n], vec![0.0; n]);
+        v.iter().for_each(|&(equation, v)| all[equation] = v);
+        self.sums.pattern.multiply(&self.mass, &all, &mut momentum);
+        momentum
+    }
 }
 
 /// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state, dampers that of

@@ -17,3 +17,4 @@ mod start;
 mod statics;
 mod sticking;
 mod surface;
+mod tall;

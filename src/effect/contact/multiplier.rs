@@ -13,8 +13,9 @@
 //! Limits: the force has a step where the active set changes. A step that passes through a thin obstacle is not seen.
 
 use super::friction::Coulomb;
-use super::placement::Pair;
+use super::placement::{Pair, Placed};
 use super::{Contact, NormalForce, NormalForces};
+use crate::math::tensor::Mat3;
 use crate::system::friction::HISTORY;
 use crate::system::{
     At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError,
@@ -46,14 +47,25 @@ impl Multiplier {
     }
 
     fn pair(&self, x: &[f64], b: usize) -> Pair {
+        self.pair_with(&self.contact.obstacle.at(x), x, b)
+    }
+
+    /// The same with the obstacle where it is at x.
+    fn pair_with(&self, placed: &Placed, x: &[f64], b: usize) -> Pair {
         let at = self.contact.position(x, b);
-        let placed = self.contact.obstacle.at(x);
         let witness = self.contact.obstacle.shape.nearest(&placed.local(&at));
         placed.pair(&at, &witness, self.contact.points[b].radius)
     }
 
-    fn point(&self, [x, old]: [&[f64]; 2], dt: f64, b: usize) -> ContactPoint<'_> {
-        let pair = self.pair(x, b);
+    /// These contact points at x, in a step from displacement `old`.
+    fn points_of(&self, [x, old]: [&[f64]; 2], dt: f64, of: impl Iterator<Item = usize>) -> Vec<ContactPoint<'_>> {
+        let (placed, turn) = (self.contact.obstacle.at(x), self.contact.obstacle.turn([x, old]));
+        of.map(|b| self.point([x, old], dt, b, (&placed, turn))).collect()
+    }
+
+    /// A point with its obstacle at x, which has turned by so much.
+    fn point(&self, [x, old]: [&[f64]; 2], dt: f64, b: usize, (placed, turn): (&Placed, Mat3)) -> ContactPoint<'_> {
+        let pair = self.pair_with(placed, x, b);
         let shares = pair.shares(&self.contact.points[b].weights);
         let [spot, sliding] = self.contact.contact_shares([x, old], b, &pair.normal, &shares);
         ContactPoint {
@@ -66,7 +78,7 @@ impl Multiplier {
             force: self.pressed_stiffness() * (self.scalar(x, b) - pair.gap).max(0.0),
             friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
             history: HISTORY * b,
-            turn: self.contact.obstacle.turn([x, old]),
+            turn,
             law: NormalLaw::Unilateral { yielding: YIELDING / self.pressed_stiffness() },
         }
     }
@@ -122,7 +134,7 @@ impl ContactPoints for Multiplier {
 
     fn points(&self, [x, old]: [&[f64]; 2], dt: f64, _: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let start = Instant::now();
-        let points: Vec<ContactPoint> = (0..self.contact.points.len()).map(|b| self.point([x, old], dt, b)).collect();
+        let points = self.points_of([x, old], dt, 0..self.contact.points.len());
         let search = self.contact.search(caches);
         search.count([points.len(), points.len(), 0]);
         search.counts.search += start.elapsed();
@@ -145,7 +157,7 @@ impl ContactPoints for Multiplier {
 
     fn inside(&self, x: &[f64], depth: f64) -> Vec<ContactPoint<'_>> {
         let inside = (0..self.contact.points.len()).filter(|&b| self.contact.gap(x, b) < -depth);
-        inside.map(|b| self.point([x, x], f64::INFINITY, b)).collect()
+        self.points_of([x, x], f64::INFINITY, inside)
     }
 }
 

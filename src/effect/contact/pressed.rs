@@ -104,7 +104,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
 
     fn points(&self, [x, old]: [&[f64]; 2], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let Contact { points, obstacle, .. } = &*self.contact;
-        let placed = obstacle.at(x);
+        let (placed, turn) = (obstacle.at(x), obstacle.turn([x, old]));
         let mut found = Vec::new();
         for b in self.contact.near(x, self.response.reach() + margin, caches) {
             let (at, point) = (self.contact.position(x, b as usize), &points[b as usize]);
@@ -127,7 +127,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
                     force: self.response.potential(pair.gap).map_or(0.0, |[_, first, _]| -first * point.area),
                     friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
                     history: HISTORY * b as usize,
-                    turn: obstacle.turn([x, old]),
+                    turn,
                     law: NormalLaw::Potential(&self.response, point.area),
                 }
             }));
