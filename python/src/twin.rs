@@ -138,7 +138,10 @@ impl Twin {
             };
             let value: f64 = value.extract()?;
             if !(value.is_finite() && tolerance > 0.0) {
-                return Err(input(&format!("{name} is to be {value} within {tolerance}"), "give a finite value, and a tolerance above zero"));
+                return Err(input(
+                    &format!("{name} is to be {value} within {tolerance}"),
+                    "give a finite value, and a tolerance above zero",
+                ));
             }
             let size = model.model().largest[quantity].max(value.abs());
             all.push(Target { quantity, value, tolerance: tolerance * size });
