@@ -23,11 +23,7 @@ pub fn main(_: Args) -> CommandResult {
     static SHARED: AtomicBool = AtomicBool::new(false);
     // Where memory is short, the system ends this process before the one that has started it
     std::fs::write("/proc/self/oom_score_adj", "500").ok();
-<<<<<<< HEAD
     // So that a case takes the memory that is expected of it
-=======
-    // The expected memory of a case is then the memory that it takes
->>>>>>> wt-c
     memory::share_one_arena();
     threads::use_threads(1);
     let mut order = String::new();
