@@ -193,6 +193,14 @@ fn all_sound(study: &Study, refused: Vec<String>) -> Result<(), RunError> {
     if refused.is_empty() { Ok(()) } else { Err(RunError::Refused { file: study.file.clone(), refused }) }
 }
 
+/// The text of a scene without its mesh, but with the regions that it names: scenes that differ in their meshes alone have mostly the same mistakes.
+fn scene_but_for_mesh(text: &str) -> String {
+    let mut scene: toml::Table = toml::from_str(text).unwrap_or_default();
+    let regions = scene.remove("mesh").and_then(|mut mesh| mesh.as_table_mut()?.remove("regions"));
+    scene.extend(regions.map(|regions| ("regions".into(), regions)));
+    toml::to_string(&scene).unwrap_or_default()
+}
+
 /// Why a case that is to be run would be refused on its mesh. On a large one this is left to its run, since a scene takes memory, and so is a panic,
 /// which is the status of its case.
 fn mistake_on_mesh(task: &Task, body: Body) -> Option<String> {
@@ -267,7 +275,9 @@ fn prepare(
     watch: &dyn Watch,
 ) -> Result<VecDeque<Turn>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
-    let (mut all, mut refused) = (vec![], vec![]);
+    let mut all: Vec<Ready> = vec![];
+    // Scene without its mesh → size and index of its smallest mesh, and that mesh
+    let mut smallest = BTreeMap::new();
     for (case, constants) in cases {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(VecDeque::new());
@@ -288,13 +298,21 @@ fn prepare(
         let counts = |record: &CaseRecord| {
             identity.as_ref().is_some_and(|identity| record.provenance.counts_for(identity, options.accept_build))
         };
-        if options.redo || !stored.as_ref().is_some_and(counts) {
-            refused.extend(body.and_then(|body| mistake_on_mesh(&task, body)));
+        if let Some(body) = body.filter(|_| options.redo || !stored.as_ref().is_some_and(counts)) {
+            let checked = smallest.entry(scene_but_for_mesh(&task.case.text)).or_insert_with(|| (size, all.len(), None));
+            if size <= checked.0 {
+                *checked = (size, all.len(), Some(body));
+            }
         }
         let before = stored.map(|record| record.provenance.record_sha256);
         all.push(Ready { task, identity, size, before });
     }
-    all_sound(study, refused)?;
+    let mut refused: Vec<(usize, String)> = vec![];
+    for (_, k, body) in smallest.into_values() {
+        refused.extend(body.and_then(|body| mistake_on_mesh(&all[k].task, body)).map(|why| (k, why)));
+    }
+    refused.sort();
+    all_sound(study, refused.into_iter().map(|(_, why)| why).collect())?;
     // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
     // leaves with the allocator must not count as that of a small one.
     all.sort_by_key(|ready| std::cmp::Reverse(ready.size));
