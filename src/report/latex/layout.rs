@@ -6,6 +6,9 @@ use crate::report::table::Table;
 /// Width of the text of an article in one column, less what widths are estimated too small by \[pt\].
 const LINE: f64 = 345.0 - 4.0;
 
+/// Characters of a cell that may move into the caption.
+const LONGEST_IN_CAPTION: usize = 40;
+
 /// A size of type.
 #[derive(Clone, Copy)]
 pub struct Size {
@@ -50,7 +53,11 @@ impl Layout {
         if let Some(layout) = plain.or_else(|| fits(&all, Column::with_broken_heading, &SIZES)) {
             return layout;
         }
-        let is_same = |k: usize| k > 0 && t.rows.len() > 1 && t.rows.iter().all(|row| row[k] == t.rows[0][k]);
+        let is_same = |k: usize| {
+            let is_short = |cell: &str| cell.chars().count() <= LONGEST_IN_CAPTION;
+            let own = k > 0 && !columns[k].follows && t.rows.len() > 1 && is_short(&t.rows[0][k]);
+            own && t.rows.iter().all(|row| row[k] == t.rows[0][k])
+        };
         let (same, differ): (Vec<usize>, Vec<usize>) = all.iter().partition(|k| is_same(**k));
         let same = same.into_iter().map(|k| (t.heading(k), t.rows[0][k].clone())).collect();
         let layout = fits(&differ, Column::with_broken_heading, &SIZES)

@@ -4,6 +4,7 @@ use crate::report::canvas::{
     Area, At, GREY, INK, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, page_width, text,
 };
 use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
+use crate::report::measure::shortened;
 use crate::report::numbers::capital;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
@@ -202,12 +203,13 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         plot.axes(true);
         plot.title(letter, &capital(&q.title()));
         // Upper left: small h has small errors, so only the tolerance can lie there
-        let [l, t, ..] = frame;
+        let [l, t, r, b] = frame;
         let taken = 40 + 85 * orders.len() as i32;
         let tolerance = plot.at(plot.x.lo, tolerance).1 - t;
-        let from = if (0..taken + 40).contains(&tolerance) { tolerance + 70 } else { 60 };
+        let is_crossed = (0..taken + 40).contains(&tolerance) && tolerance + 70 + taken < b - t;
+        let from = if is_crossed { tolerance + 70 } else { 60 };
         for (k, (words, color)) in orders.iter().enumerate() {
-            let words = format!("{} = {}", italic("p"), words);
+            let words = shortened(&format!("{} = {}", italic("p"), words), SMALL, r - l - 80);
             text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
         }
     })?;

@@ -1,6 +1,6 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
+use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_height, page_width};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::panels::letter;
@@ -14,7 +14,9 @@ use crate::study::store::results::Results;
 const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
+/// Height of a panel, and of one of many on a page \[mm\]
 const TALL: f64 = 50.0;
+const LOWEST: f64 = 25.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 60.0;
 /// From a frame to the one below it, with numbers, label and title between them \[mm\].
@@ -94,15 +96,17 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let columns = columns(2, (LEFT + 5.0, GAP, LEAST));
     let each = (page_width() - LEFT - 5.0 - GAP * (columns - 1) as f64) / columns as f64;
     let rows = sizes.len() * shown.len().div_ceil(columns);
-    let below = TOP + rows as f64 * (TALL + BETWEEN) - BETWEEN;
     let across = page_width() - LEFT;
-    let height = below + 12.5 + 4.2 * legend_lines(&entries, across);
+    let foot = 12.5 + 4.2 * legend_lines(&entries, across);
+    let tall = TALL.min((page_height() - TOP - foot + BETWEEN) / rows as f64 - BETWEEN).max(LOWEST);
+    let below = TOP + rows as f64 * (tall + BETWEEN) - BETWEEN;
+    let height = below + foot;
     let svg = figure(page_width(), height, "", |area| {
         for (column, (q, lines)) in shown.iter().enumerate() {
             for (row, (x, name)) in sizes.iter().enumerate() {
                 let (i, j) = if columns == 1 { (0, sizes.len() * column + row) } else { (column, row) };
-                let (left, top) = (LEFT + i as f64 * (each + GAP), TOP + j as f64 * (TALL + BETWEEN));
-                let frame = [mm(left), mm(top), mm(left + each), mm(top + TALL)];
+                let (left, top) = (LEFT + i as f64 * (each + GAP), TOP + j as f64 * (tall + BETWEEN));
+                let frame = [mm(left), mm(top), mm(left + each), mm(top + tall)];
                 let plot = Plot { area, frame, x: Axis::log(dots().map(x), name), y: y.clone() };
                 levels(&plot, q, tolerance);
                 lines.iter().for_each(|l| curve(&plot, l, x));

@@ -125,7 +125,8 @@ fn sheet(
             let (top, y) = (mm(HEAD + ROW * k as f64), mm(HEAD + ROW * (k as f64 + 0.5)));
             let Some(member) = l.member else {
                 block(area, (0, top), (right, mm(HEAD + ROW * (k as f64 + 1.0))), BAND);
-                text(area, &l.suite.replace('-', " "), (mm(0.8), y), At::Left, SMALL, INK);
+                let heading = shortened(&l.suite.replace('-', " "), SMALL, mm(wide - 1.6));
+                text(area, &heading, (mm(0.8), y), At::Left, SMALL, INK);
                 continue;
             };
             text(area, &written(store, member), (mm(names - 2.0), y), At::Right, SMALL, INK);

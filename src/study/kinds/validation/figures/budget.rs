@@ -22,6 +22,8 @@ const RIGHT: f64 = 22.0;
 const ROW: f64 = 5.0;
 const HEAD: f64 = 9.0;
 const GAP: f64 = 6.0;
+/// Name of the bar of all groups
+const ALL: &str = "all together";
 const TOTAL: RGB = RGB(0x55, 0x55, 0x55);
 
 /// A row of panels needs this height \[mm\].
@@ -33,7 +35,8 @@ fn height(row: &[&Prediction]) -> f64 {
 /// Panels next to each other where the page has room for two, no sheet of them taller than a page; nothing without a prediction.
 pub fn draw(a: &Analysis<ValidationFindings>) -> Vec<Drawn> {
     let shown: Vec<&Prediction> = a.predictions.iter().filter(|p| !p.budget.is_empty()).take(PANELS).collect();
-    let names = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| width_in_mm(&c.group, SMALL));
+    let groups = shown.iter().flat_map(|p| p.budget.iter().take(BARS)).map(|c| c.group.as_str());
+    let names = groups.chain([ALL]).map(|name| width_in_mm(name, SMALL));
     let left = (names.fold(0.0, f64::max) + 6.0).min(page_width() - RIGHT - LEAST);
     let places = |count: usize| Panels::new(count, (left, left + RIGHT, RIGHT), (LEAST, WIDE));
     let columns = places(shown.len()).columns;
@@ -80,7 +83,7 @@ fn panel(area: &Area, p: &Prediction, (x, top): (f64, f64), wide: f64, left: f64
     let (power, unit) = unit::shown(&p.unit, total);
     let factor = 10f64.powi(power);
     let n = digits(0.1 * factor * total);
-    let bars = std::iter::once(("all together", total, TOTAL))
+    let bars = std::iter::once((ALL, total, TOTAL))
         .chain(p.budget.iter().take(BARS).map(|c| (c.group.as_str(), COVERAGE * c.deviation, PALETTE[0])));
     let mut bottom = top;
     for (j, (name, half, color)) in bars.enumerate() {
