@@ -19,6 +19,22 @@ use crate::study::view;
 use crate::wording::few;
 use std::path::Path;
 
+/// Removes the sheets of an earlier report that has another number of them: `time` where there are `time-1` and `time-2` now. A file that cannot be
+/// removed stays.
+fn remove_other_sheets(dir: &Path, drawn: &[&str]) {
+    let base = |name: &str| match name.rsplit_once('-') {
+        Some((base, sheet)) if sheet.bytes().all(|b| b.is_ascii_digit()) => base.to_string(),
+        _ => name.to_string(),
+    };
+    let bases: Vec<String> = drawn.iter().map(|name| base(name)).collect();
+    for path in std::fs::read_dir(dir).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        if bases.contains(&base(&stem)) && !drawn.contains(&stem.as_str()) {
+            std::fs::remove_file(&path).ok();
+        }
+    }
+}
+
 /// Writes the report of the study in `dir`, next to its cases.
 ///
 /// A figure that cannot be drawn costs neither the numbers nor the page, which names it. `summary.json` comes first, for a disk that is full.
@@ -67,6 +83,8 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         files::write(&dir.join(page::VIEW), viewer::page::page(&results.study.study, &shown).as_bytes())?;
     }
     files::write(&dir.join("index.html"), page::html(&results, &content, &figures, &shown).as_bytes())?;
+    let drawn: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
+    remove_other_sheets(&dir.join("figures"), &drawn);
     for (figure, pictures) in figures.iter().zip(&pictures) {
         pictures.save(&dir.join("figures"), figure)?;
     }

@@ -36,7 +36,7 @@ pub struct Layout {
     pub size: Size,
     /// Parts that stand below each other, each of which begins with the first column
     pub parts: Vec<Part>,
-    /// Headings with units and cells of the columns that are the same in every row and stand in the caption
+    /// Headings with units and cells of the columns that are the same in every row and are named in the caption
     pub same: Vec<(String, String)>,
 }
 

@@ -2,11 +2,11 @@
 
 use super::letters::escape;
 
-/// Advances of the letters from the blank to the tilde in `cmr10`, and of its mathematical signs where the text is set by them \[1/1000 em\].
+/// Advances of the letters from the blank to the tilde in `cmr10`, of its mathematical signs where the text is set by them, and of the underscore of xelatex \[1/1000 em\].
 const ADVANCES: [u16; 95] = [
     333, 278, 500, 833, 500, 833, 778, 278, 389, 389, 500, 778, 278, 333, 278, 500, 500, 500, 500, 500, 500, 500, 500,
     500, 500, 500, 278, 278, 778, 778, 778, 472, 778, 750, 708, 722, 764, 681, 653, 785, 750, 361, 514, 778, 625, 917,
-    750, 778, 681, 778, 736, 556, 722, 750, 750, 1028, 750, 750, 611, 278, 500, 278, 500, 333, 278, 500, 556, 444, 556,
+    750, 778, 681, 778, 736, 556, 722, 750, 750, 1028, 750, 750, 611, 278, 500, 278, 500, 750, 278, 500, 556, 444, 556,
     444, 306, 500, 556, 278, 306, 528, 278, 833, 556, 500, 556, 528, 392, 394, 389, 556, 528, 722, 528, 528, 444, 500,
     278, 500, 500,
 ];

@@ -29,7 +29,7 @@ pub struct ValidationStudy {
     /// Families of cases that differ in one respect
     #[serde(rename = "family", default)]
     pub families: Vec<FamilySpec>,
-    /// What the values under `measured` come from, in words, where they are not measured: `COMSOL`
+    /// Origin of the values under `measured`, in words, where they are not measured: `COMSOL`
     pub reference: Option<String>,
     /// Runs per record at random places, which show how far the response surfaces are off
     #[serde(default = "usual_checks")]

@@ -80,7 +80,8 @@ fn sheet(predictions: &[&Prediction], places: &Panels, left: f64) -> String {
 /// The bars of a prediction with their names and numbers.
 fn panel(area: &Area, p: &Prediction, (x, top): (f64, f64), wide: f64, left: f64) {
     let total = half_width(&p.budget);
-    let (power, unit) = unit::shown(&p.unit, total);
+    let (power, unit) = unit::with_power(&p.unit, total, total);
+    let unit = if unit.starts_with("10") { format!("· {unit}") } else { unit };
     let factor = 10f64.powi(power);
     let n = digits(0.1 * factor * total);
     let bars = std::iter::once((ALL, total, TOTAL))
@@ -93,8 +94,8 @@ fn panel(area: &Area, p: &Prediction, (x, top): (f64, f64), wide: f64, left: f64
         block(area, (mm(x), mm(y - 1.6)), (mm(x + long), mm(y + 1.6)), color);
         let (least, shown) = (0.5 * 10f64.powi(-(n as i32)), factor * half);
         let number = match shown < least {
-            true => format!("< {least:.*}{}", n + 1, space(unit)),
-            false => format!("± {shown:.n$}{}", space(unit)),
+            true => format!("< {least:.*}{}", n + 1, space(&unit)),
+            false => format!("± {shown:.n$}{}", space(&unit)),
         };
         text(area, &number, (mm(x + long + 1.2), mm(y)), At::Left, SMALL, INK);
         bottom = top + ROW * (j as f64 + 1.0);
