@@ -176,7 +176,7 @@ impl fmt::Display for Comparison {
         writeln!(f, "not all determined after those, unstable laws last\n")?;
         writeln!(
             f,
-            "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted",
+            "{:30} {:>9} {:>8} {:>9} {:>11}  stable where fitted; constants that are open",
             "law", "constants", "fitted", "hold-out", "cross-mode"
         )?;
         let percent = |v: Option<f64>| match v {

@@ -72,6 +72,9 @@ impl Printed<'_> {
 
     /// `334 to 380 kPa`
     pub fn span(&self, [low, high]: [f64; 2]) -> String {
+        if !low.is_finite() && !high.is_finite() {
+            return "open at both ends".into();
+        }
         format!("{} to {}{}", self.number(low), self.number(high), self.suffix())
     }
 

@@ -10,7 +10,7 @@
 //! p is sane from ½ to 1.05 times the formal order; no other order is extrapolated with. δ = |f₁ − f*|, ΔM = max |fᵢ − fⱼ| (the
 //! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). Of an oscillating family ΔM is that of the three finest meshes, and a coarser
 //! mesh j counts with |f₁ − fⱼ| or, where it is less, with the error of f₁ that a first order has, |f₁ − fⱼ|/(hⱼ/h₁ − 1): a finer mesh tells
-//! something new, and one that is far coarser nothing. With three meshes alone it is multiplied by 1.5 or more, because they do not tell an extremum
+//! something new, and one that is far coarser nothing. With three meshes alone |f₁ − f₂|/(h₂/h₁ − 1) is added, because they do not tell an extremum
 //! from noise. A reference closer to the finest value than that value is to its limit
 //! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
 //! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
@@ -228,18 +228,14 @@ fn range(f: &[f64]) -> f64 {
     f.iter().copied().fold(f64::NEG_INFINITY, f64::max) - f.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Factor on ΔM of an oscillating family of three meshes: with it, 95 of 100 limits are inside the bars that are within a tolerance of 2 %, see
-/// `tests/estimates/coverage_of_estimates.rs`.
-const ALONE: f64 = 1.5;
-
 /// ΔM of an oscillating family, finest first: that of the three finest meshes, or the difference of a coarser one from the finest, of which no more counts
-/// than the error of the finest by a first order. Three meshes alone do not tell an extremum, beyond which the limit lies, from noise: their ΔM is
-/// multiplied by [`ALONE`], or by more where the finest mesh hardly refines.
+/// than the error of the finest by a first order. Three meshes alone do not tell an extremum, beyond which the limit lies, from noise: the error that the
+/// finest has by a first order is added to their ΔM.
 pub fn oscillation(h: &[f64], f: &[f64]) -> f64 {
     let by_first_order = |hj: f64| h[0] / (hj - h[0]);
     let coarser = h.iter().zip(f).skip(3).map(|(hj, fj)| (fj - f[0]).abs() * by_first_order(*hj).min(1.0));
-    let alone = if f.len() == 3 { by_first_order(h[1]).max(ALONE) } else { 1.0 };
-    coarser.fold(alone * range(&f[..f.len().min(3)]), f64::max)
+    let alone = if f.len() == 3 { (f[1] - f[0]).abs() * by_first_order(h[1]) } else { 0.0 };
+    coarser.fold(alone + range(&f[..f.len().min(3)]), f64::max)
 }
 
 /// Diverging differences do not matter where three times their range is below this share of the tolerance.

@@ -299,7 +299,8 @@ fn prepare(
             identity.as_ref().is_some_and(|identity| record.provenance.counts_for(identity, options.accept_build))
         };
         if let Some(body) = body.filter(|_| options.redo || !stored.as_ref().is_some_and(counts)) {
-            let checked = smallest.entry(scene_but_for_mesh(&task.case.text)).or_insert_with(|| (size, all.len(), None));
+            let checked =
+                smallest.entry(scene_but_for_mesh(&task.case.text)).or_insert_with(|| (size, all.len(), None));
             if size <= checked.0 {
                 *checked = (size, all.len(), Some(body));
             }
