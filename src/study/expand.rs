@@ -285,6 +285,9 @@ fn tolerance(text: &str) -> Result<f64, (String, String, String)> {
     Err((place(), format!("it is {tolerance}"), "it lies between 0 and 1; write for example \"2 %\"".into()))
 }
 
+/// Keys of a scene with the values that they are set to, in the order of their setting.
+type Pairs = [(String, toml::Value)];
+
 /// Changes of the command line, made before or after those of the study, and the members that were added to it.
 struct Changes<'a> {
     given: &'a [(String, toml::Value)],
@@ -373,7 +376,7 @@ impl CaseList<'_> {
         &mut self,
         (family, variant, label): (&FamilySpec, &VariantSpec, &String),
         scene_file: &Path,
-        (others, member): (&[(String, toml::Value)], &[(String, toml::Value)]),
+        (others, member): (&Pairs, &Pairs),
         place: &str,
     ) -> Result<(String, String), SceneError> {
         let (given, own) = (self.changes.given, &[others, member].concat()[..]);

@@ -173,7 +173,7 @@ fn a_wide_table_fits_into_the_text() {
     let cell = |row: usize, k: usize| match k {
         0 => format!("family-variant-{row}"),
         // The same in every row
-        _ if k % 7 == 0 => "7".to_string(),
+        _ if k.is_multiple_of(7) => "7".to_string(),
         _ if k % 3 == 2 => format!("{row} {}", sentence.repeat(k % 4)),
         _ => format!("-{}.{row}e-12", k * row),
     };
