@@ -1,7 +1,7 @@
 //! A study file expanded into cases.
 
+use crate::material;
 use crate::math::units::{self, Dimension};
-use crate::report::names::title;
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::storage;
 use crate::study::case::{After, Case};
@@ -496,7 +496,7 @@ fn member_labels(families: &[FamilySpec]) -> BTreeMap<String, String> {
     let members = families.iter().flat_map(|f| f.members.iter().chain(f.own.values().flatten()));
     let misleading = members.filter(|(name, member)| !sets(member, name)).filter_map(|(name, _)| {
         let plain = name.replace('_', " ");
-        (title(name) != plain).then(|| (name.clone(), plain))
+        (material::title(name) != plain).then(|| (name.clone(), plain))
     });
     misleading.chain(families.iter().flat_map(|f| f.labels.clone())).collect()
 }
@@ -511,7 +511,7 @@ mod tests {
             r#"
 name = "members"
 role = "members"
-members = { linear = { "mesh.element" = "tet4" }, gent = { "laws.rubber.law" = "gent" }, yeoh = {}, fine = {} }
+members = { linear = { "mesh.element" = "tet4" }, gent = { "laws.rubber.law" = "gent" }, yeoh = {}, fine = {}, tet10_up = {}, 65mm = {} }
 labels = { yeoh = "three terms" }
 "#,
         )
