@@ -3,6 +3,7 @@
 //! | Step | File |
 //! |---|---|
 //! | Which cases run | [`only`], [`waiting`] |
+//! | Mistakes of scenes, before the first case runs | `mistakes` |
 //! | Cases that follow from the results of others | [`growing`] |
 //! | Side by side, and which stored result is reused | [`runner`] |
 //! | Memory and threads of cases that run side by side | [`memory`], [`cores`] |
@@ -19,6 +20,7 @@ pub mod growing;
 pub mod inputs;
 mod live_case;
 pub mod memory;
+mod mistakes;
 pub mod one_run;
 pub mod only;
 pub mod refinement;

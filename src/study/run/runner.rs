@@ -3,13 +3,14 @@
 use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
-use crate::scene::{Body, ParameterKey, Progress, Scene, SceneError, mistakes_before_meshing};
+use crate::scene::{Body, ParameterKey, Progress, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
 use crate::study::run::cores::{Cores, Share};
 use crate::study::run::inputs::uncertain_constants;
 use crate::study::run::memory::{self, Admission, Allowance, SHARE};
+use crate::study::run::mistakes::{self, SmallestMeshes};
 use crate::study::run::only::Only;
 use crate::study::run::task::Task;
 use crate::study::run::waiting;
@@ -21,8 +22,6 @@ use crate::study::store::outcome::refused;
 use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME, StudyRecord};
 use crate::wording::first;
 use std::collections::{BTreeMap, HashMap, VecDeque};
-use std::fmt::Display;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -30,9 +29,6 @@ use std::time::Duration;
 
 /// Time between two looks at cases that other runs compute.
 const LOOK: Duration = Duration::from_millis(200);
-
-/// Largest mesh on which a case is checked before the first one runs \[cells\].
-const CHECKED_CELLS: usize = 20_000;
 
 /// Follows the run of a study; what it does not implement is ignored.
 pub trait Watch: Sync {
@@ -137,7 +133,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         let known = first(&study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>());
         return Err(RunError::NoSuchCase { only: only.clone(), known });
     }
-    check_scenes(study, &cases)?;
+    all_sound(study, mistakes::before_meshing(study, &cases))?;
     let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let store = Store::open(dir)?;
     let locks = Locks::join(dir, &study.sha256())?;
@@ -173,46 +169,9 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     Ok(records)
 }
 
-/// Refuses a study with cases that have mistakes which no mesh is needed to see, before any is meshed; not where a refusal is a result.
-fn check_scenes(study: &Study, cases: &[&Case]) -> Result<(), RunError> {
-    if study.rules.keep_refusals {
-        return Ok(());
-    }
-    let mistakes = |c: &&Case| -> Vec<String> {
-        mistakes_before_meshing(&c.scene_file, &c.spec).into_iter().map(|why| of_case(c, &why)).collect()
-    };
-    let ready = cases.iter().filter(|c| c.after.is_none() && c.plan.is_none());
-    all_sound(study, ready.flat_map(mistakes).collect())
-}
-
-fn of_case(c: &Case, why: &dyn Display) -> String {
-    format!("case {} (family {}, variant {}, member {}): {why}", c.id, c.family, c.variant, c.member)
-}
-
+/// Refuses a study some of whose cases have mistakes.
 fn all_sound(study: &Study, refused: Vec<String>) -> Result<(), RunError> {
     if refused.is_empty() { Ok(()) } else { Err(RunError::Refused { file: study.file.clone(), refused }) }
-}
-
-/// The text of a scene without its mesh, but with the regions that it names: scenes that differ in their meshes alone have mostly the same mistakes.
-fn scene_but_for_mesh(text: &str) -> String {
-    let mut scene: toml::Table = toml::from_str(text).unwrap_or_default();
-    let regions = scene.remove("mesh").and_then(|mut mesh| mesh.as_table_mut()?.remove("regions"));
-    scene.extend(regions.map(|regions| ("regions".into(), regions)));
-    toml::to_string(&scene).unwrap_or_default()
-}
-
-/// Why a case that is to be run would be refused on its mesh. On a large one this is left to its run, since a scene takes memory, and so is a panic,
-/// which is the status of its case.
-fn mistake_on_mesh(task: &Task, body: Body) -> Option<String> {
-    let case = &task.case;
-    if task.keep_refusals || case.plan.is_some() || body.mesh.cell_count() > CHECKED_CELLS {
-        return None;
-    }
-    let checked = || match Scene::build(&case.scene_file, case.spec.clone(), case.text.clone(), body.into()) {
-        Ok(scene) => task.check(&scene).map_err(|why| of_case(case, &why)),
-        Err(why) => Err(of_case(case, &why)),
-    };
-    catch_unwind(AssertUnwindSafe(checked)).ok()?.err()
 }
 
 /// Notes which stored results are of other inputs, among the cases that are not run. One that waits for others may never get its turn; the rest of
@@ -276,8 +235,7 @@ fn prepare(
 ) -> Result<VecDeque<Turn>, RunError> {
     // Meshes first, one after the other: the mesher takes its own time, and two cases may want the same mesh.
     let mut all: Vec<Ready> = vec![];
-    // Scene without its mesh → size and index of its smallest mesh, and that mesh
-    let mut smallest = BTreeMap::new();
+    let mut smallest = SmallestMeshes::default();
     for (case, constants) in cases {
         if options.stop.load(Ordering::Relaxed) {
             return Ok(VecDeque::new());
@@ -299,21 +257,12 @@ fn prepare(
             identity.as_ref().is_some_and(|identity| record.provenance.counts_for(identity, options.accept_build))
         };
         if let Some(body) = body.filter(|_| options.redo || !stored.as_ref().is_some_and(counts)) {
-            let checked =
-                smallest.entry(scene_but_for_mesh(&task.case.text)).or_insert_with(|| (size, all.len(), None));
-            if size <= checked.0 {
-                *checked = (size, all.len(), Some(body));
-            }
+            smallest.add(all.len(), &task, &body);
         }
         let before = stored.map(|record| record.provenance.record_sha256);
         all.push(Ready { task, identity, size, before });
     }
-    let mut refused: Vec<(usize, String)> = vec![];
-    for (_, k, body) in smallest.into_values() {
-        refused.extend(body.and_then(|body| mistake_on_mesh(&all[k].task, body)).map(|why| (k, why)));
-    }
-    refused.sort();
-    all_sound(study, refused.into_iter().map(|(_, why)| why).collect())?;
+    all_sound(study, smallest.mistakes(|k| &all[k].task))?;
     // The largest first, so that the last ones to end are short. Where memory is measured the smallest: what a large case
     // leaves with the allocator must not count as that of a small one.
     all.sort_by_key(|ready| std::cmp::Reverse(ready.size));
