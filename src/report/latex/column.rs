@@ -10,8 +10,8 @@ use crate::report::table::Table;
 const HEADING_LINES: f64 = 4.0;
 /// Least width of a column whose texts are broken, in the usual size of type \[pt\].
 const LEAST_PARAGRAPH: f64 = 75.0;
-/// Cells of a column of numbers that have no value.
-const EMPTY: [&str; 3] = ["", "–", "-"];
+/// Cells that have no value.
+pub(super) const EMPTY: [&str; 3] = ["", "–", "-"];
 
 /// How a column is set.
 pub struct Column {

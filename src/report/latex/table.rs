@@ -1,6 +1,6 @@
 //! A table as a float, or where it is long, as one that breaks across pages; both fit into the width of the text.
 
-use super::column::Column;
+use super::column::{Column, EMPTY};
 use super::layout::{Layout, Part, Size};
 use super::letters::escape;
 use super::packages::NEEDS;
@@ -32,8 +32,7 @@ pub fn table(t: &Table) -> String {
 
 /// The caption, and the columns that are the same in every row.
 fn caption(t: &Table, same: &[(String, String)]) -> String {
-    let has_value = |cell: &str| !["", "–", "-"].contains(&cell);
-    let (with, without): (Vec<_>, Vec<_>) = same.iter().partition(|(_, cell)| has_value(cell));
+    let (without, with): (Vec<_>, Vec<_>) = same.iter().partition(|(_, cell)| EMPTY.contains(&cell.as_str()));
     let with: Vec<String> = with.iter().map(|(heading, cell)| format!("{heading} {cell}")).collect();
     let without: Vec<&str> = without.iter().map(|(heading, _)| heading.as_str()).collect();
     let mut caption = t.caption.clone();
