@@ -8,9 +8,12 @@
 //! The factor a takes what a change of amplitude does, which is no lag. τ is of first order: it is given up to half the time ‖g − mean‖₂/‖ġ‖₂ in which
 //! g varies, 1/ω of an oscillation, where the next order is (ωτ)²/6 = 4 % of it.
 
+use crate::report::numbers::{capital, percent};
 use crate::scene::{ExtremeKind, extreme};
-use crate::study::store::record::{Series, StoredCase};
+use crate::study::store::record::{Series, StoredCase, StudyRecord};
+use crate::wording::count;
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 
 /// One column over time.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -147,15 +150,54 @@ pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> Option<f64> {
     (lag.abs() <= FIRST_ORDER * varies).then_some(lag)
 }
 
-/// Peak of a quantity: its extreme, the value farthest from the first one. What does not start at zero, like the length of a cable, is
-/// judged by its largest change.
+/// Peak of a quantity: its extreme, the value farthest from the first one, of all rows of the run. What does not start at zero, like the length of a
+/// cable, is judged by its largest change.
 pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
-    let curve = Curve::of(&case.series, quantity);
-    if let Some(c) = curve.as_ref().filter(|c| starts_elsewhere(c)) {
-        return Some(extreme(c.f.iter().copied())?.value - c.f[0]);
+    let farthest = farthest(case, quantity)?;
+    Some(farthest - starts_elsewhere(case, quantity).unwrap_or(0.0)).filter(|v| v.is_finite())
+}
+
+/// The value farthest from the first one. The rows of a series may be a few of those of the run, whose extreme is in the record.
+fn farthest(case: &StoredCase, quantity: &str) -> Option<f64> {
+    let recorded = case.record.probes.get(quantity).map(|p| p.peak);
+    recorded.or_else(|| Some(extreme(Curve::of(&case.series, quantity)?.f)?.value))
+}
+
+/// The value at which a quantity starts, if that is not zero against its largest one.
+fn starts_elsewhere(case: &StoredCase, quantity: &str) -> Option<f64> {
+    let first = *case.series.columns.get(quantity)?.first()?;
+    let largest = farthest(case, quantity)?.abs().max(first.abs());
+    (first.abs() > 1e-3 * largest).then_some(first)
+}
+
+/// Share of its largest change by which the written rows of a quantity may miss its extreme without a warning.
+const MISSED: f64 = 0.01;
+
+/// A warning for each quantity whose curves, of the written rows, miss its extreme, which is of all rows.
+pub fn missed_extremes(study: &StudyRecord, cases: &[StoredCase]) -> Vec<String> {
+    let missed = |case: &StoredCase, name: &str| {
+        let written = Curve::of(&case.series, name)?;
+        let (first, farthest) = (written.f[0], farthest(case, name)?);
+        let share = (farthest - extreme(written.f)?.value).abs() / (farthest - first).abs();
+        (share > MISSED).then_some(share)
+    };
+    let mut labels = BTreeMap::new();
+    for (name, label) in study.quantities.values().flatten().map(|q| (&q.name, &q.label)) {
+        labels.entry(name).or_insert(label);
     }
-    let stored = case.record.probes.get(quantity).map(|p| p.peak);
-    stored.or_else(|| Some(extreme(curve?.f)?.value)).filter(|v| v.is_finite())
+    let warning = |(name, label): (&String, &String)| {
+        let shares: Vec<f64> = cases.iter().filter_map(|case| missed(case, name)).collect();
+        let most = shares.iter().copied().reduce(f64::max)?;
+        Some(format!(
+            "{}: the written rows of {} of {} miss the extreme, by up to {}; peaks are of all rows, but curves, norms and figures are of these: write more rows \
+             with `series.every` of [output].",
+            capital(label),
+            shares.len(),
+            count(cases.len(), "case"),
+            percent(most)
+        ))
+    };
+    labels.into_iter().filter_map(warning).collect()
 }
 
 /// Words for a peak that is a change.
@@ -164,7 +206,7 @@ pub const CHANGE: &str = "largest change of";
 /// Words for the peak of a quantity over some cases: [`extreme_word`], or [`CHANGE`] where it is a change.
 pub fn peak_words<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
     let cases: Vec<&StoredCase> = cases.into_iter().collect();
-    match cases.iter().filter_map(|c| Curve::of(&c.series, quantity)).any(|c| starts_elsewhere(&c)) {
+    match cases.iter().any(|c| starts_elsewhere(c, quantity).is_some()) {
         true => CHANGE,
         false => extreme_word(cases, quantity),
     }
@@ -178,11 +220,6 @@ pub fn extreme_word<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantit
         Some(kind) if kinds.all(|k| k == kind) => kind.name(),
         _ => "extreme",
     }
-}
-
-/// Whether a curve does not start at zero.
-fn starts_elsewhere(c: &Curve) -> bool {
-    c.f[0].abs() > 1e-3 * c.peak().abs()
 }
 
 #[cfg(test)]

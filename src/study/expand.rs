@@ -149,7 +149,8 @@ impl Study {
             place: "scene".into(),
             source: e.into(),
         })?;
-        let source = growth::digest(&expansion.details, &scene, changes)?;
+        let columns = expansion.variants.iter().flat_map(|v| &v.quantities).map(|q| q.name.as_str());
+        let source = growth::digest(&expansion.details, &columns.collect::<Vec<_>>(), &scene, changes)?;
         let added = add(&mut expansion, &source)?;
         let name = Self::name_of(file);
         let changes = Changes { given: changes, first: false, added };

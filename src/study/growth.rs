@@ -4,7 +4,7 @@
 //! study file, scene and build of the program; for others it is left aside, and the search begins again.
 
 use crate::report::files;
-use crate::scene::SceneError;
+use crate::scene::{SceneError, named_files, read_scene, read_table};
 use crate::storage::sha256;
 use crate::study::spec::FamilySpec;
 use crate::study::store::identity::Build;
@@ -87,9 +87,71 @@ impl Growth {
     }
 }
 
-/// Digest of what a search depends on: the details of the study, its scene, the changes to it, and the program.
-pub fn digest(details: &Value, scene: &Path, changes: &[(String, toml::Value)]) -> Result<String, SceneError> {
-    let (text, _) = crate::scene::read_table(scene)?;
+/// Digest of what a search depends on: the details of the study, the columns that it asks for, its scene with everything that this includes and names,
+/// the changes to it, and the program.
+pub fn digest(
+    details: &Value,
+    columns: &[&str],
+    scene: &Path,
+    changes: &[(String, toml::Value)],
+) -> Result<String, SceneError> {
+    // A scene that its study completes is no whole scene yet
+    let text = match read_scene(scene, changes) {
+        Ok((_, text)) => text,
+        Err(_) => read_table(scene)?.0,
+    };
+    let files = text.parse().map_or_else(|_| vec![], |table| named_files(scene, &table));
     let build = serde_json::to_string(&Build::this()).expect("strings only");
-    Ok(sha256(format!("{:?}", (details.to_string(), text, changes, build))))
+    Ok(sha256(format!("{:?}", (details.to_string(), columns, text, files, changes, build))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = r#"
+[mesh.grid]
+kind = "box"
+size = ["40 mm", "10 mm", "10 mm"]
+divisions = [4, 1, 1]
+[laws.rubber]
+include = "law.toml"
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = { kind = "table", file = "signal.csv", unit = "mm" }
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+"#;
+
+    #[test]
+    fn a_search_depends_on_all_that_its_scene_includes_and_names() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let scene = folder.path().join("scene.toml");
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("room");
+        write("scene.toml", SCENE);
+        write("law.toml", "law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = 0.45\n");
+        write("signal.csv", "t,u\n0,0\n1,2\n");
+        assert!(read_scene(&scene, &[]).is_ok(), "{:?}", read_scene(&scene, &[]).err());
+        let of = |columns: &[&str]| digest(&Value::Null, columns, &scene, &[]).expect("a scene");
+        let mut seen = vec![of(&["xmax_z_m"])];
+        assert_eq!(of(&["xmax_z_m"]), seen[0]);
+        seen.push(of(&["xmax_x_m"]));
+        write("law.toml", "law = \"neo_hookean\"\nmu = \"50 kPa\"\nnu = 0.45\n");
+        seen.push(of(&["xmax_z_m"]));
+        write("signal.csv", "t,u\n0,0\n1,4\n");
+        seen.push(of(&["xmax_z_m"]));
+        let different: std::collections::BTreeSet<&String> = seen.iter().collect();
+        assert_eq!(different.len(), seen.len());
+    }
 }

@@ -7,6 +7,7 @@ use crate::report::figure::Figure;
 use crate::report::paper::Parts;
 use crate::report::{ReportError, files, viewer};
 use crate::study::content::Content;
+use crate::study::curve::missed_extremes;
 use crate::study::kinds::KINDS;
 use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
@@ -60,6 +61,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(energy::warning(grown));
     let collapsed = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.collapsed_cavities[..]));
     content.warnings.extend(collapse::warning(collapsed));
+    content.warnings.extend(missed_extremes(&results.study, &results.cases));
     content.warnings.extend(results.damaged.iter().cloned().chain(underived));
     content.warnings.extend(outdated(&results.outdated));
     content.figures.extend(in_study::figures(&results));

@@ -154,6 +154,20 @@ fn a_study_makes_models_that_the_program_steps() {
     assert_eq!(strict.code, Some(3), "{}", strict.out);
     assert_eq!(durometer(at, &["twin", "scene.toml"], "").code, Some(2));
     clients_have_the_answers_of_a_pipe(at, &model);
+
+    // Models answer what the study asks for now
+    write(at, "study.toml", &STUDY.replace("xmax_z_m", "xmax_x_m"));
+    for out in ["out", "fresh"] {
+        let ran = durometer(at, &["run", "study.toml", "--out", out], "");
+        assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    }
+    let of = |out: &str| -> Value {
+        let text = std::fs::read(at.join(out).join("derived.json")).expect("it is there");
+        let record: Value = serde_json::from_slice(&text).expect("JSON");
+        record["models"].as_array().expect("models").iter().map(|m| m["quantities"].clone()).collect()
+    };
+    assert_eq!(of("out")[0][0]["name"], "xmax_x_m");
+    assert_eq!(of("out"), of("fresh"));
 }
 
 /// A program that ends with the test, also where an assertion fails.

@@ -6,6 +6,7 @@ use crate::common::synthetic;
 use durometer::scene::ExtremeKind;
 use durometer::study::analysis::Analysis;
 use durometer::study::axis::AxisRecord;
+use durometer::study::curve::{missed_extremes, peak, peak_words};
 use durometer::study::expand::Study;
 use durometer::study::kinds::comparison;
 use durometer::study::kinds::sweep::analysis::{self, Along, Judged, SweepFindings, SweepRecord, Trend};
@@ -175,6 +176,7 @@ fn peaks_that_are_changes_are_called_so() {
         for case in &mut stored {
             let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
             tension.iter_mut().for_each(|value| *value += start);
+            case.record.probes.get_mut("cable_tension_N").expect("recorded").peak += start;
         }
         let dir = tempfile::tempdir().expect("temporary folder");
         synthetic::store(dir.path(), &(study, stored));
@@ -186,6 +188,27 @@ fn peaks_that_are_changes_are_called_so() {
     };
     assert_eq!(drawn(0.0), [false; 3]);
     assert_eq!(drawn(50.0), [true, true, false]);
+}
+
+#[test]
+fn rows_that_are_left_out_change_no_peak() {
+    let (study, stored) = study(&P, &Q, |p, q| p / q);
+    for start in [0.0, 50.0] {
+        let mut case = stored[0].clone();
+        let rows: Vec<f64> = [0.0, 1.0, 30.0, 1.0, 2.0].map(|v| start + v).into();
+        case.series.t_s = vec![0.0, 0.1, 0.2, 0.3, 0.4];
+        case.series.columns.insert("cable_tension_N".into(), rows);
+        case.record.probes.get_mut("cable_tension_N").expect("recorded").peak = start + 30.0;
+        let of_all = (peak(&case, "cable_tension_N"), peak_words([&case], "cable_tension_N"));
+        assert_eq!(of_all.0, Some(30.0));
+        assert_eq!(missed_extremes(&study, std::slice::from_ref(&case)), [""; 0]);
+        case.series.t_s = vec![0.0, 0.4];
+        case.series.columns.insert("cable_tension_N".into(), vec![start, start + 2.0]);
+        assert_eq!((peak(&case, "cable_tension_N"), peak_words([&case], "cable_tension_N")), of_all);
+        let said = missed_extremes(&study, &[case]);
+        let miss = "the written rows of 1 of 1 case miss the extreme, by up to 93.3 %";
+        assert!(said.len() == 1 && said[0].contains(miss), "{said:?}");
+    }
 }
 
 /// A study of the small scene of the command line's tests.

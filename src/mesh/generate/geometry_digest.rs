@@ -1,35 +1,66 @@
-//! Digest of the Python that creates the CAD of a body: its own, and that of bodies which it takes.
+//! Digest of what the CAD of a body is made from: the files of its folder, and those of the modules next to it that it imports.
 
-use super::body::names;
-use crate::storage::{self, TEXT_LIMIT, sha256};
+use crate::storage::{self, DATA_LIMIT, sha256};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// SHA-256 of the Python files in the folder of a body and in those of the bodies whose modules they import; none of a body without such files.
+/// The mesher itself, whose changes count in another way, and the folder of made meshes.
+const NO_GEOMETRY: [&str; 2] = ["meshgen", "cache"];
+
+/// SHA-256 of the files in the folder of a body and of the modules that their Python imports from `meshes`; none of a body without Python.
+///
+/// A table or a profile that the Python reads counts where it lies in one of these folders.
 pub(super) fn geometry_sha256(home: &Path, body: &str) -> Option<String> {
-    let known = names(home);
+    let meshes = home.join("meshes");
     let (mut open, mut seen) = (vec![body.to_string()], BTreeSet::new());
     let mut all = BTreeSet::new();
-    while let Some(body) = open.pop() {
-        if !seen.insert(body.clone()) {
+    let mut has_python = false;
+    while let Some(module) = open.pop() {
+        if NO_GEOMETRY.contains(&module.as_str()) || !seen.insert(module.clone()) {
             continue;
         }
-        for (name, text) in sources(&home.join("meshes").join(&body)) {
-            open.extend(imported(&text).filter(|module| known.contains(module) && !seen.contains(module)));
-            all.insert((body.clone(), name, sha256(&text)));
+        let folder = meshes.join(&module);
+        let mut files = vec![];
+        collect(&folder, &mut files);
+        let single = meshes.join(format!("{module}.py"));
+        files.extend(single.is_file().then_some(single));
+        for file in files {
+            let name = file.strip_prefix(&folder).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+            // Those that cannot be read are left to the mesher
+            let Ok(bytes) = storage::read(&file, DATA_LIMIT) else { continue };
+            if is_python(&file) {
+                has_python = true;
+                open.extend(imported(&String::from_utf8_lossy(&bytes)));
+            }
+            all.insert((module.clone(), name, sha256(&bytes)));
         }
     }
-    (!all.is_empty()).then(|| sha256(format!("{all:?}")))
+    has_python.then(|| sha256(format!("{all:?}")))
 }
 
-/// The Python files of a folder with their texts; those that cannot be read are left to the mesher.
-fn sources(folder: &Path) -> impl Iterator<Item = (String, String)> {
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let python = files.filter(|file| file.extension().is_some_and(|end| end == "py"));
-    python.filter_map(|file| {
-        let name = file.file_name()?.to_string_lossy().into_owned();
-        Some((name, storage::read_text(&file, TEXT_LIMIT).ok()?))
-    })
+fn is_python(file: &Path) -> bool {
+    file.extension().is_some_and(|end| end == "py")
+}
+
+/// The files below a folder that a geometry can depend on.
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if name.starts_with('.') || name == "__pycache__" || name == "body.toml" || is_made(&name) {
+            continue;
+        }
+        match path.is_dir() {
+            true => collect(&path, files),
+            false => files.push(path),
+        }
+    }
+}
+
+/// Whether this is the name of a committed mesh or of its manifest: 16 hex digits and an ending.
+fn is_made(name: &str) -> bool {
+    let (stem, ending) = name.split_once('.').unwrap_or((name, ""));
+    let is_name = stem.len() == 16 && stem.bytes().all(|b| b.is_ascii_hexdigit());
+    is_name && ["msh.gz", "json"].contains(&ending)
 }
 
 /// The first names of the modules that a Python file imports: `finger` of `from finger.geometry import build`.
@@ -55,5 +86,40 @@ mod tests {
         let text = "import gmsh, beam.geometry as b\nfrom finger.geometry import build, x\nif True:\n    from block import geometry\n# import none\n";
         let found: Vec<String> = imported(text).collect();
         assert_eq!(found, ["gmsh", "beam", "finger", "block"]);
+    }
+
+    #[test]
+    fn all_that_the_python_can_read_counts_and_made_meshes_do_not() {
+        let home = tempfile::tempdir().expect("a temporary folder");
+        let write = |name: &str, text: &str| {
+            let file = home.path().join("meshes").join(name);
+            std::fs::create_dir_all(file.parent().expect("below the home")).expect("room");
+            std::fs::write(file, text).expect("room");
+        };
+        let digest = || geometry_sha256(home.path(), "rib");
+        assert_eq!(digest(), None);
+        write("rib/profile.csv", "0,1\n");
+        assert_eq!(digest(), None, "no Python");
+        write("rib/geometry.py", "from shared.dims import SCALE\nimport single, numpy\n");
+        let mut before = digest();
+        assert!(before.is_some());
+        for (name, counts) in [
+            ("rib/profile.csv", true),
+            ("rib/parts/edge.py", true),
+            ("shared/dims.py", true),
+            ("shared/table.csv", true),
+            ("single.py", true),
+            ("other/geometry.py", false),
+            ("rib/0123456789abcdef.msh.gz", false),
+            ("rib/0123456789abcdef.json", false),
+            ("rib/__pycache__/geometry.pyc", false),
+            ("rib/body.toml", false),
+            ("meshgen/mesh.py", false),
+        ] {
+            write(name, "1\n");
+            let now = digest();
+            assert_eq!(now != before, counts, "{name}");
+            before = now;
+        }
     }
 }

@@ -54,6 +54,11 @@ impl StudyRecord {
         !found.is_empty() && !record.broke() && self.inputs_sha256.get(&record.id).is_some_and(|own| own != found)
     }
 
+    /// Columns of the quantities of all variants.
+    pub fn columns(&self) -> Vec<&str> {
+        self.quantities.values().flatten().map(|q| q.name.as_str()).collect()
+    }
+
     /// Words for a variant: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())

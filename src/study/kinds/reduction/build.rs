@@ -32,7 +32,8 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
         return Err("the search for training states has not ended; run the study again to go on".into());
     }
     let compared = [Role::Reference, Role::Sizes].map(|role| converged(results, role).unwrap_or_default()).concat();
-    let sources = sources(record, training.iter().chain(&held_back).chain(&compared).copied());
+    let cases = training.iter().chain(&held_back).chain(&compared).copied();
+    let sources = sources(record, &results.study.columns(), cases);
     let path = dir.join(DERIVED);
     let known: Option<DerivedRecord> = files::json(&path).ok().flatten();
     if let Some(known) =
@@ -48,8 +49,9 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
 }
 
 /// Digest of everything that the models are made of.
-fn sources<'a>(record: &ReductionRecord, cases: impl Iterator<Item = &'a StoredCase>) -> String {
-    let mut text = serde_json::to_string(&(record, Build::this())).expect("numbers, strings and string keys only");
+fn sources<'a>(record: &ReductionRecord, columns: &[&str], cases: impl Iterator<Item = &'a StoredCase>) -> String {
+    let made_of = (record, columns, Build::this());
+    let mut text = serde_json::to_string(&made_of).expect("numbers, strings and string keys only");
     for case in cases {
         case.record.provenance.results.iter().for_each(|file| text += &file.sha256);
     }
