@@ -60,7 +60,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let known = |s: &Sample| s.is_informative() && stress(s).is_finite();
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
-    let range_dependence = range_dependence(&experiment, &modes, range.from, &setting, &answer);
+    let range_dependence = range_dependence(&experiment, &modes, (range.from, options.ranges), &setting, &answer);
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
     if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {
@@ -379,24 +379,24 @@ fn citation(source: &super::Source) -> String {
     parts.into_iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(", ")
 }
 
-/// Rows of the range table at most
-const RANGE_ROWS: usize = 24;
-
-/// The fit repeated with every end of the range that the data offer (about 24 of them where there are more).
+/// The fit repeated with every end of the range that the data offer, about `ranges` of them where there are more.
 fn range_dependence(
     experiment: &Experiment,
     modes: &[Mode],
-    from: f64,
+    (from, ranges): (f64, usize),
     setting: &LawSetting,
     answer: &LawFit,
 ) -> Vec<RangeRow> {
+    if ranges == 0 {
+        return vec![];
+    }
     let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();
     let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
     samples.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
     let needed = setting.model.parameters().len() + 1;
     let last_of_stretch = |&n: &usize| n == samples.len() || samples[n].stretch > samples[n - 1].stretch;
     let ends: Vec<usize> = (needed..=samples.len()).filter(last_of_stretch).collect();
-    let step = ends.len().div_ceil(RANGE_ROWS).max(1);
+    let step = ends.len().div_ceil(ranges).max(1);
     let chosen = ends.iter().rev().step_by(step).rev();
     chosen
         .filter_map(|&n| {

@@ -129,6 +129,8 @@ pub struct FitOptions {
     pub slack: SlackChoice,
     /// Relative misfit up to which the law describes the data \[–\]
     pub tolerance: f64,
+    /// Ends of the range, about as many, with which the fit is repeated for its dependence on the range; 0: it is not repeated, in about a third of the time
+    pub ranges: usize,
 }
 
 impl FitOptions {
@@ -148,6 +150,7 @@ impl FitOptions {
             accuracy: Accuracy::default(),
             slack: SlackChoice::Auto,
             tolerance: 0.1,
+            ranges: 24,
         }
     }
 }

@@ -116,7 +116,7 @@ impl Scenario {
 
     fn fit(&self, seed: u64) -> FitResult {
         let mut o = FitOptions::new(self.law);
-        (o.terms, o.slack) = (Some(self.model().terms), self.slack);
+        (o.terms, o.slack, o.ranges) = (Some(self.model().terms), self.slack, 0);
         if let Errors::Shared([zero, stress, strain], _) = self.errors {
             let stated = [
                 format!("stress_zero={} Pa", 1.96 * zero),

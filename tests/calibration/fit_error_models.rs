@@ -85,7 +85,7 @@ impl Case {
         let mut e = table(samples);
         e.specimens = (0..files).map(|k| format!("{k}.csv")).collect();
         let mut o = FitOptions::new(self.law);
-        o.terms = Some(self.model().terms);
+        (o.terms, o.ranges) = (Some(self.model().terms), 0);
         o.modes = Mode::ALL.into_iter().filter(|m| self.curves.iter().any(|c| c.0 == *m)).collect();
         (o.weighting, o.loss) = (self.weighting, self.loss);
         fit_experiment(&e, &o).unwrap_or_else(|e| panic!("{}: {e}", self.law))

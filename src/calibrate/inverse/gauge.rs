@@ -32,8 +32,8 @@ pub fn fit(
     let samples = measured.x.iter().zip(&measured.y).zip(&measured.lines).map(sample).collect();
     let experiment = Experiment::of_samples(&measured.file, &measured.sha256, samples);
     let nu = Model { terms, ..fitted }.poisson_keys().find_map(|k| values.get(&k).copied());
-    let options =
-        FitOptions { terms: Some(terms), weighting, partner: nu.map(Partner::Nu), ..FitOptions::new(entry.info.name) };
+    let (terms, partner) = (Some(terms), nu.map(Partner::Nu));
+    let options = FitOptions { terms, weighting, partner, ranges: 0, ..FitOptions::new(entry.info.name) };
     let answer = fit_experiment(&experiment, &options).ok()?;
     let of = |key: &str| answer.parameters.iter().find(|e| e.name == key).map(|e| e.value);
     let values = model.unknown.iter().map(|u| of(u.key.law_constant().filter(|c| c.law == law)?.key)).collect();
