@@ -3,7 +3,7 @@
 //! Operators `+ - * / ^`, functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of two, `min(a, b)`,
 //! `max(a, b)`, `atan2(y, x)`; constants `PI`, `E`.
 
-use exmex::{Express, FlatEx};
+use exmex::{Differentiate, Express, FlatEx};
 use std::fmt;
 use std::sync::Arc;
 
@@ -19,6 +19,8 @@ pub struct Formula {
     factor: f64,
     /// Kilobytes, and every dof may hold a signal: shared
     expression: Arc<FlatEx<f64>>,
+    /// Of a formula in one variable without kinks
+    derivative: Option<Arc<FlatEx<f64>>>,
 }
 
 /// Two formulas are the same if they are written the same.
@@ -47,8 +49,10 @@ impl Formula {
         if depth.max().is_some_and(|most| most > DEEPEST) {
             return Err(format!("its brackets are more than {DEEPEST} deep"));
         }
-        let expression = Arc::new(exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?);
-        Ok(Self { text: text.into(), factor, expression })
+        let expression = exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?;
+        let is_single = expression.var_names().len() == 1;
+        let derivative = if is_single { expression.clone().partial(0).ok().map(Arc::new) } else { None };
+        Ok(Self { text: text.into(), factor, expression: Arc::new(expression), derivative })
     }
 
     /// Names of its variables, in the order of [`Formula::value`].
@@ -64,6 +68,16 @@ impl Formula {
     /// Value \[SI\] of a formula in t alone, or in nothing.
     pub fn at(&self, t: f64) -> f64 {
         self.value(&[t][..self.variables().len()])
+    }
+
+    /// d/dt \[SI\] of a formula in t alone, or in nothing; none where it has functions with kinks, and where its own formula has no value, as that of t^2 at 0.
+    pub fn rate(&self, t: f64) -> Option<f64> {
+        if self.variables().is_empty() {
+            return Some(0.0);
+        }
+        let derivative = self.derivative.as_ref()?;
+        let rate = derivative.eval(&[t][..derivative.var_names().len()]).ok()?;
+        Some(self.factor * rate).filter(|rate| rate.is_finite())
     }
 }
 
@@ -83,6 +97,20 @@ mod tests {
             assert!((swing.at(t) - expected(t)).abs() < 1e-17, "{t}");
         }
         assert_eq!(Formula::new("2 + 3", 1.0).expect("readable").at(7.0), 5.0);
+    }
+
+    #[test]
+    fn rates_are_exact_where_the_formula_is_smooth() {
+        let fast = Formula::new("sin(2 * PI * 2e6 * t) * exp(-t)", 1e-3).expect("readable");
+        let w = 2.0 * std::f64::consts::PI * 2e6;
+        for t in [0.0, 1.3e-7, 0.2] {
+            let exact = 1e-3 * (-t).exp() * (w * (w * t).cos() - (w * t).sin());
+            assert!((fast.rate(t).expect("smooth") / exact - 1.0).abs() < 1e-6, "{t}: {:?} and {exact}", fast.rate(t));
+        }
+        assert_eq!(Formula::new("0.25 * (1 - cos(2 * PI * t))", 1.0).expect("readable").rate(0.0), Some(0.0));
+        assert_eq!(Formula::new("7", 1.0).expect("readable").rate(0.3), Some(0.0));
+        assert_eq!(Formula::new("3 * t", 2.0).expect("readable").rate(0.3), Some(6.0));
+        assert_eq!(Formula::new("max(t, 1)", 1.0).expect("readable").rate(0.3), None);
     }
 
     #[test]

@@ -3,8 +3,12 @@
 use super::signal::{Clock, Signal};
 use std::f64::consts::{PI, TAU};
 
-/// Distance in time for the rate of a formula: at least so long \[s\], and so much of the time.
+/// Distance in time for the rate of a formula without a derivative: at least so long \[s\], and so much of the time.
 const DIFFERENCE: [f64; 2] = [1e-6, 1e-9];
+
+/// Rates that are compared, and the share of the largest one that is none, well above rounding.
+const RATES: u32 = 64;
+const NO_RATE: f64 = 1e-6;
 
 impl Signal {
     /// ds/dt from this time on, where the rate jumps.
@@ -42,16 +46,23 @@ impl Signal {
                 let (sin, cos) = angle.at(now).sin_cos();
                 (sine * cos - cosine * sin) * angle.rate(now)
             }
-            Self::Formula(formula) => {
+            Self::Formula(formula) => formula.rate(t).unwrap_or_else(|| {
                 let step = DIFFERENCE[0].max(DIFFERENCE[1] * t.abs());
                 let [now, next, last] = [0.0, 1.0, 2.0].map(|k| formula.at(t + k * step));
                 (4.0 * next - 3.0 * now - last) / (2.0 * step)
-            }
+            }),
             Self::Input(k) => {
                 let ramp = now.inputs.get(*k).filter(|ramp| (ramp.start..ramp.end).contains(&t));
                 ramp.map_or(0.0, |ramp| (ramp.to - ramp.from) / (ramp.end - ramp.start))
             }
         }
+    }
+
+    /// Whether there is a rate at a time, against the largest one from then until another time.
+    pub fn moves_at(&self, from: f64, to: f64) -> bool {
+        let rate = |share: f64| self.rate(Clock::from(from + share * (to - from))).abs();
+        let largest = (1..=RATES).map(|k| rate(f64::from(k) / f64::from(RATES + 1))).fold(0.0, f64::max);
+        rate(0.0) > NO_RATE * largest
     }
 
     /// Whether the rate may jump between two times, these not included. Formulas are taken for smooth, inputs for not.
@@ -112,6 +123,14 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn rounding_is_no_rate() {
+        let whole = Signal::RaisedCosine { amplitude: 0.25, frequency: 1.0 };
+        assert!(whole.rate(Clock::from(1.0)) != 0.0 && !whole.moves_at(1.0, 2.0) && whole.moves_at(1.1, 2.0));
+        let ramp = Signal::Ramp { from: 0.0, to: 1.0, start: 0.0, end: 2.0 };
+        assert!(ramp.moves_at(1.0, 2.0) && !ramp.moves_at(2.0, 3.0) && !Signal::Constant(1.0).moves_at(0.0, 1.0));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Refusals of measured motion, with fact, place and remedy.
 
 use crate::calibrate::within;
+use crate::math::units::shown;
 use crate::wording::{count, first};
 use std::fmt;
 use std::path::PathBuf;
@@ -79,7 +80,8 @@ pub enum MotionError {
     )]
     TooShort { found: usize, needed: usize, from_s: f64, to_s: f64 },
     #[error(
-        "no plateau of {least_s} s: the curve is nowhere within ±{} of its median for so long; state a longer record, a larger tolerance, or the windows themselves",
+        "no plateau of {} s: the curve is nowhere within ±{} of its median for so long; state a longer record, a larger tolerance, or the windows themselves",
+        shown(*.least_s),
         in_unit(.tolerance, .curve)
     )]
     NoPlateau { curve: String, least_s: f64, tolerance: f64 },

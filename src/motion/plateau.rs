@@ -24,8 +24,8 @@ const NOTHING: f64 = 0.1;
 /// Rule by which plateaus are found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlateauRule {
-    /// Least duration \[s\]
-    pub least_s: f64,
+    /// Least duration, as a part of that of the curve \[–\]
+    pub least: f64,
     /// Half the range of the values of a plateau, in the unit of the curve; else the larger one of the two below
     pub tolerance: Option<f64>,
     /// Part of the range of the whole curve
@@ -36,11 +36,16 @@ pub struct PlateauRule {
 
 impl Default for PlateauRule {
     fn default() -> Self {
-        Self { least_s: 0.2, tolerance: None, fraction: 0.005, factor: 5.0 }
+        Self { least: 0.02, tolerance: None, fraction: 0.005, factor: 5.0 }
     }
 }
 
 impl PlateauRule {
+    /// The least duration of a plateau of a curve \[s\].
+    pub fn least_s(&self, curve: &Curve) -> f64 {
+        self.least * (curve.time_s[curve.time_s.len() - 1] - curve.time_s[0])
+    }
+
     /// The tolerance for a curve, in its unit.
     pub fn tolerance_of(&self, curve: &Curve) -> f64 {
         self.tolerance.unwrap_or_else(|| (self.fraction * curve.range()).max(self.factor * curve.noise()))
@@ -161,6 +166,7 @@ fn line(curve: &Curve, columns: impl Fn(f64) -> Vec<f64>, level: f64) -> (DVecto
 pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, MotionError> {
     let tolerance = rule.tolerance_of(curve);
     let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let least_s = rule.least_s(curve);
     let lasts = |from: usize, to: usize| curve.time_s[to - 1] - curve.time_s[from];
     // Longest first; what an accepted one covers is cut off the others
     let mut candidates: Vec<(usize, usize)> = reach.iter().enumerate().map(|(from, to)| (from, *to)).collect();
@@ -168,7 +174,7 @@ pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, Motio
     let mut found: Vec<(usize, usize)> = vec![];
     for (from, to) in candidates {
         let free = found.iter().all(|(a, b)| to <= *a || *b <= from);
-        if to >= from + LEAST && lasts(from, to) >= rule.least_s && free {
+        if to >= from + LEAST && lasts(from, to) >= least_s && free {
             found.push((from, to));
         }
     }
@@ -182,11 +188,12 @@ pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, Motio
 /// No plateau at the beginning or the end, or one that is both.
 pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Plateau; 2], MotionError> {
     let tolerance = rule.tolerance_of(curve);
-    let none = || MotionError::NoPlateau { curve: curve.name.clone(), least_s: rule.least_s, tolerance };
+    let least_s = rule.least_s(curve);
+    let none = || MotionError::NoPlateau { curve: curve.name.clone(), least_s, tolerance };
     let n = curve.value.len();
     let start = reaches(&without_outliers(&curve.value), tolerance).iter().position(|to| *to == n).ok_or_else(none)?;
     let window = [curve.time_s[start], curve.time_s[n - 1]];
-    if window[1] - window[0] < rule.least_s || n - start < LEAST {
+    if window[1] - window[0] < least_s || n - start < LEAST {
         return Err(none());
     }
     let last = Plateau::over(curve, window)?;

@@ -7,6 +7,7 @@ use super::registration::Registration;
 use super::release::{Release, ReleaseRule};
 use super::ring_down::RingDown;
 use crate::math::tensor::Vec3;
+use crate::math::units::shown;
 use crate::scene::column;
 
 fn window([from, to]: [f64; 2]) -> String {
@@ -34,7 +35,7 @@ pub fn states(guide: &Curve, rule: &PlateauRule) -> String {
         amount(guide.range(), &guide.name),
         amount(guide.noise(), &guide.name),
         amount(tolerance, &guide.name),
-        rule.least_s
+        shown(rule.least_s(guide))
     )
 }
 

@@ -120,13 +120,18 @@ pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result
     }
 }
 
+/// The time at which a scene ends \[s\].
+fn end(scene: &Scene) -> f64 {
+    scene.spans.last().map_or(0.0, |span| span.end)
+}
+
 /// The loads of a scene; `steps` are the sizes of the displacement coordinates.
 pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> Result<Vec<Load>, ReductionError> {
-    let mut out = vec![];
+    let (mut out, end) = (vec![], end(scene));
     for effect in &scene.system.effects {
         let Some(degree) = effect.capabilities().degree else { continue };
         let name = effect.name().to_string();
-        let intensity = Affine::identify(&name, inputs, |now| effect.intensity(now))?;
+        let intensity = Affine::identify(&name, inputs, end, |now| effect.intensity(now))?;
         let modes = &basis.modes[..basis.displacements];
         let force = reduced_force(&**effect, modes, (modes, inputs, steps), degree)?;
         out.push(Load { name, intensity, force });
@@ -188,15 +193,17 @@ pub(super) fn block_forces(effect: &dyn Effect, at: &At) -> Result<Vec<f64>, Red
 
 /// The cables of a scene.
 pub fn cables(scene: &Scene, modes: &[Vec<f64>], inputs: &[Input]) -> Result<Vec<ReducedCable>, ReductionError> {
-    let mut out = vec![];
+    let (mut out, end) = (vec![], end(scene));
     for named in &scene.cables {
         let (pull_point, guides) = named.cable.path();
         let name = named.name.clone();
         let drive = match &named.drive {
-            Drive::Prescribed(signal) => CableDrive::Tension(Affine::identify(&name, inputs, |now| signal.at(now))?),
+            Drive::Prescribed(signal) => {
+                CableDrive::Tension(Affine::identify(&name, inputs, end, |now| signal.at(now))?)
+            }
             Drive::Multiplier(c) => {
                 let constraint = &scene.system.constraints[*c];
-                let free = Affine::identify(&name, inputs, |now| constraint.target(now))?;
+                let free = Affine::identify(&name, inputs, end, |now| constraint.target(now))?;
                 CableDrive::Length { free, compliance: constraint.compliance() }
             }
         };

@@ -21,14 +21,14 @@ pub struct Affine {
     pub rates: Vec<f64>,
 }
 
-/// Times between which nothing may change but by the inputs \[s\].
-const TIMES: [f64; 3] = [0.0, 0.37, 1e3];
+/// Parts of the time of a scene at whose ends nothing may change but by the inputs.
+const PARTS: u32 = 1000;
 /// Share of the size of a signal below which its change is rounding.
 const ROUNDING: f64 = 1e-12;
 
 impl Affine {
-    /// The function `f` of the inputs; an error where it depends on time, or is not affine.
-    pub fn identify(what: &str, inputs: &[Input], f: impl Fn(Clock) -> f64) -> Result<Self, ReductionError> {
+    /// The function `f` of the inputs; an error where it is not affine, or depends on time in a scene that ends at `end` \[s\].
+    pub fn identify(what: &str, inputs: &[Input], end: f64, f: impl Fn(Clock) -> f64) -> Result<Self, ReductionError> {
         let at = |t: f64, u: &[f64]| {
             let inputs: Vec<Ramp> = u.iter().map(|&u| Ramp::constant(u)).collect();
             f(Clock { t, inputs: &inputs })
@@ -46,8 +46,9 @@ impl Affine {
         let size = inputs.iter().zip(&affine.rates).fold(affine.constant.abs(), |size, (input, rate)| {
             size + rate.abs() * input.range[0].abs().max(input.range[1].abs())
         });
-        for (n, t) in TIMES.into_iter().enumerate() {
-            let share = |k: usize| ((n + k + 1) as f64 * 0.618).fract();
+        for n in 0..=PARTS {
+            let t = end * f64::from(n) / f64::from(PARTS);
+            let share = |k: usize| ((n as usize + k + 1) as f64 * 0.618).fract();
             let within = |(k, i): (usize, &Input)| i.range[0] + share(k) * (i.range[1] - i.range[0]);
             let u: Vec<f64> = inputs.iter().enumerate().map(within).collect();
             if (at(t, &u) - affine.at(&u)).abs() > ROUNDING * size {
@@ -91,4 +92,25 @@ pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionErro
         None => Err(unsupported(format!("input {name}"), "it has no range", "give it one")),
     };
     names.into_iter().zip(scene.controls.ranges()).map(input).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pulse_within_the_scene_is_no_constant() {
+        let inputs = [Input { name: "pull_N".into(), range: [0.0, 2.0] }];
+        for end in [1e-3, 1.0, 1e4] {
+            let load = |pulse: f64| {
+                move |now: Clock| {
+                    let share = now.t / end;
+                    3.0 * now.inputs[0].at(now.t) + if (0.2..0.25).contains(&share) { pulse } else { 0.0 }
+                }
+            };
+            let found = Affine::identify("load", &inputs, end, load(0.0)).expect("affine");
+            assert!((found.at(&[1.5]) - 4.5).abs() < 1e-14, "{found:?}");
+            assert!(Affine::identify("load", &inputs, end, load(1e-3)).is_err());
+        }
+    }
 }

@@ -176,7 +176,7 @@ fn check_motions(builder: &Builder, stages: &[StageSpec]) -> Result<(), SceneErr
         }
         let after_rest = k > 0 && builder.spans[k - 1].integrator.is_static();
         let jumps = |signal: &Signal| {
-            signal.has_corner(span.start, span.end) || after_rest && signal.rate(Clock::from(span.start)) != 0.0
+            signal.has_corner(span.start, span.end) || after_rest && signal.moves_at(span.start, span.end)
         };
         if let Some(by) = builder.moved_by(jumps) {
             let name = span.integrator.name();

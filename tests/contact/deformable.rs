@@ -202,7 +202,7 @@ fn friction_balances() {
     for _ in 0..20 {
         let mesh = two_cells(&mut random, Order::Linear);
         let pressed = Arc::new(pressed(&mesh, 0.6));
-        let law = Coulomb { coefficient: 0.4, stick_velocity: 1e-3, slip: 1e-3 };
+        let law = Coulomb { coefficient: 0.4, stick_velocity: Some(1e-3), slip: 1e-3 };
         let friction = SurfaceFriction::new("f".into(), pressed.clone(), law);
         let x = random.vector(3 * mesh.points.len(), 0.02);
         let old = random.vector(3 * mesh.points.len(), 0.02);

@@ -29,7 +29,7 @@ fn a_force_goes_on_from_step_to_step() {
     let obstacle = Obstacle { shape: Shape::floor(), origin: Vec3::zeros(), axes, body: None };
     let contact = Arc::new(Contact::new("floor".into(), vec![point], obstacle));
     let pressing = Pressed { contact, response: Penalty { stiffness: 5.0, rounding: 0.0 }, friction: None };
-    let law = Coulomb { coefficient: 0.4, stick_velocity: 1.0, slip: 0.1 };
+    let law = Coulomb { coefficient: 0.4, stick_velocity: Some(1.0), slip: 0.1 };
     let friction = ContactFriction { name: "floor_friction".into(), pressing: Arc::new(pressing), law };
     let force = |old: &[f64], x: &[f64], dt: f64, history: &[f64]| {
         let at = At { t: 0.0, dt, x, v: x, a: x, old, history, inputs: &[], rates: Rates::default() };

@@ -288,7 +288,8 @@ fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Foun
         let predicted: Vec<f64> = answer.y.iter().map(|y| y + zero).collect();
         let square = |v: &mut dyn Iterator<Item = f64>| v.map(|r| r * r).sum::<f64>();
         let r2 = square(&mut m.y.iter().zip(&predicted).map(|(a, b)| a - b));
-        let y2 = square(&mut m.y.iter().copied());
+        let changes = square(&mut m.y.iter().map(|y| y - answer.at_rest()));
+        let y2 = if changes > 0.0 { changes } else { square(&mut m.y.iter().copied()) };
         let [median, p95, largest, _] = stretches(&answer.scene.elastic, &answer.run.last.x)[..] else {
             unreachable!("the probe has four columns")
         };

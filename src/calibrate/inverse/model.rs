@@ -47,6 +47,13 @@ pub struct Answer {
     pub gradient: f64,
 }
 
+impl Answer {
+    /// y at the beginning of the protocol.
+    pub fn at_rest(&self) -> f64 {
+        self.curve.first().map_or(0.0, |point| point[1])
+    }
+}
+
 /// Reason why there is no answer for some constants.
 pub enum Failure {
     /// The scene or the data are wrong, whatever the constants

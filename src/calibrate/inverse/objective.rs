@@ -48,6 +48,17 @@ pub struct Offset {
     pub axis: OffsetAxis,
 }
 
+/// Changes from rest below this share of the values are rounding \[–\]
+const NOTHING: f64 = 1e-9;
+
+/// ‖w(y − y₀)‖ of all curves, y₀ for the place of a curve.
+fn size(curves: &[ObservedCurve], weights: &[Vec<f64>], rest: impl Fn(usize) -> f64) -> f64 {
+    let of_curve = |(of, (c, w)): (usize, (&ObservedCurve, &Vec<f64>))| {
+        c.measured.y.iter().zip(w).map(|(y, w)| ((y - rest(of)) * w).powi(2)).sum::<f64>()
+    };
+    curves.iter().zip(weights).enumerate().map(of_curve).sum::<f64>().sqrt()
+}
+
 /// Values of all unknowns with what the scenes say there.
 pub struct Point {
     pub values: Vec<f64>,
@@ -63,8 +74,11 @@ pub struct Objective<'a> {
     pub offsets: Vec<Offset>,
     /// \[curves\]\[data points\]
     pub weights: Vec<Vec<f64>>,
-    /// ‖wy‖ over all
+    /// ‖w(y − y₀)‖ over all, y₀ what the scene says of each curve at rest: a position is as large as its changes, wherever the origin is. ‖wy‖ before the
+    /// first answer
     pub size: f64,
+    /// Whether the size is that from rest
+    from_rest: bool,
     pub watch: &'a mut dyn SearchWatch,
     /// Smallest misfit so far, with these weights
     least: f64,
@@ -80,11 +94,11 @@ impl<'a> Objective<'a> {
     ) -> Result<Self, InverseError> {
         let weights: Vec<Vec<f64>> =
             curves.iter().map(|c| weigh(c, weighting, curves.len() > 1)).collect::<Result<_, _>>()?;
-        let squares = curves.iter().zip(&weights).flat_map(|(c, w)| c.measured.y.iter().zip(w));
-        let size = squares.map(|(y, w)| (y * w).powi(2)).sum::<f64>().sqrt();
+        let size = size(curves, &weights, |_| 0.0);
         let asked = |(of, c): (usize, &'a ObservedCurve)| c.offsets.iter().map(move |axis| Offset { of, axis: *axis });
         let offsets = curves.iter().enumerate().flat_map(asked).collect();
-        Ok(Self { curves, offsets, weights, size, watch, least: f64::INFINITY, solves: 0, failed: 0 })
+        let (from_rest, least) = (false, f64::INFINITY);
+        Ok(Self { curves, offsets, weights, size, from_rest, watch, least, solves: 0, failed: 0 })
     }
 
     /// Constants that the curves share.
@@ -107,6 +121,11 @@ impl<'a> Objective<'a> {
                     return Err(failure);
                 }
             }
+        }
+        if !std::mem::replace(&mut self.from_rest, true) {
+            let changes = size(self.curves, &self.weights, |of| answers[of].at_rest());
+            // Data that say that nothing changes have the size of their values
+            self.size = if changes > NOTHING * self.size { changes } else { self.size };
         }
         Ok(self.point(values.to_vec(), answers))
     }

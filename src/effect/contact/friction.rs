@@ -12,7 +12,7 @@
 //! force.
 //! s are the shares of the material in contact. Of a ball this is the spot −r n: the force acts where it is at the end of the step, with a moment about the
 //! centre, so that a ball rolls; it slides as it is turned in the mean over the step, with an error of second order in the angle of a step.
-//! ε = stick velocity · Δt in dynamics, and a length in statics.
+//! ε is a length, in statics and dynamics; with a stick velocity it is that times Δt in dynamics.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
@@ -34,16 +34,16 @@ use std::sync::Arc;
 pub struct Coulomb {
     /// μ \[–\]
     pub coefficient: f64,
-    /// Elastic slip of a point, at most, over the length of a dynamic step \[m/s\]
-    pub stick_velocity: f64,
-    /// Elastic slip of a point in statics, at most \[m\]
+    /// Elastic slip of a point, at most, over the length of a dynamic step \[m/s\]; without one it is that of statics
+    pub stick_velocity: Option<f64>,
+    /// Elastic slip of a point, at most \[m\]
     pub slip: f64,
 }
 
 impl Coulomb {
     /// ε of a step of `dt` \[s\], which is infinite in statics \[m\].
     pub fn threshold(&self, dt: f64) -> f64 {
-        if dt.is_finite() { self.stick_velocity * dt } else { self.slip }
+        self.stick_velocity.filter(|_| dt.is_finite()).map_or(self.slip, |speed| speed * dt)
     }
 
     /// Adds ∂F_t/∂N ∂N/∂x of a point that is pressed, which is not symmetric, to a block of `n` unknowns that begins with `nodes`.

@@ -148,7 +148,7 @@ impl NamedContact {
         let pressed = forces.iter().filter(|f| f.1.norm() > least);
         // An empty sum is −0.
         let area = pressed.clone().map(|f| points[f.0].area).sum::<f64>() + 0.0;
-        let without_friction = || self.forces(x, None).iter().map(|f| f.1).sum();
+        let without_friction = || self.sums(x, None).1;
         let normal = if self.slides() { without_friction() } else { force };
         Sums { force, normal, gap, pressed: pressed.count(), area }
     }

@@ -160,7 +160,8 @@ impl Frame {
         }
         let weights = (0..).zip(weights).filter(|(_, w)| *w != 0.0).collect();
         let moments: Vec<(u32, Vec3)> = (0..).zip(moments).filter(|(_, m)| *m != Vec3::zeros()).collect();
-        let rest = moments.iter().map(|(k, m)| mesh.points[*k as usize] * m.transpose()).sum();
+        // The moments sum to nothing, but for rounding, which far from the origin would count
+        let rest = moments.iter().map(|(k, m)| (mesh.points[*k as usize] - middle) * m.transpose()).sum();
         Self { mean: Mean::of_point(middle, weights), moments, rest }
     }
 
