@@ -5,7 +5,7 @@ use crate::math::linear::{Factor, LinearError};
 use crate::math::vector::dot;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, LawPiece, LinearFunction, System, constraint_law};
 
-/// Share of the largest diagonal of S that is added to that of linked constraints: where two of them fix the same length a tension is
+/// Share of the largest diagonal of S of linked constraints that is added to each of theirs: where two of them fix the same length a tension is
 /// open, and it keeps its value. It acts on the step and vanishes with it.
 const PROXIMAL: f64 = 1e-9;
 /// Rounding of a constraint as a share of its scale.
@@ -64,7 +64,7 @@ impl Schur {
             0.5 * (s[acting[a] * m + acting[b]] + s[acting[b] * m + acting[a]])
         });
         let negative = symmetric.symmetric_eigenvalues().iter().filter(|&&e| e < 0.0).count();
-        let most = largest(&s, m);
+        let most = softest_link(&s, &kinds);
         (0..m).filter(|&i| kinds[i] == ConstraintKind::Linked).for_each(|i| s[i * m + i] += PROXIMAL * most);
         Self { z, s, negative }
     }
@@ -80,7 +80,8 @@ impl Schur {
         let laws: Vec<Vec<LawPiece>> =
             system.constraints.iter().enumerate().map(|(c, row)| constraint_law(row.as_ref(), c, rows)).collect();
         let (change, chosen) = change(&self.s, shift, &laws)?;
-        let softest = largest(&self.s, laws.len());
+        let kinds: Vec<ConstraintKind> = system.constraints.iter().map(|row| row.kind()).collect();
+        let softest = softest_link(&self.s, &kinds);
         let settle = |c: usize| {
             let row = &system.constraints[c];
             let lambda = row.kind().admit(rows.lambda[c] + change[c]);
@@ -93,8 +94,10 @@ impl Schur {
     }
 }
 
-fn largest(s: &[f64], m: usize) -> f64 {
-    (0..m).map(|i| s[i * m + i]).fold(0.0, f64::max)
+/// The largest diagonal of S of linked constraints, all of which fix lengths; those of others have other units.
+fn softest_link(s: &[f64], kinds: &[ConstraintKind]) -> f64 {
+    let m = kinds.len();
+    (0..m).filter(|&i| kinds[i] == ConstraintKind::Linked).map(|i| s[i * m + i]).fold(0.0, f64::max)
 }
 
 /// The larger of two errors; what is not a number is larger than everything.

@@ -225,6 +225,29 @@ fn friction_balances() {
     assert!(slid > 20, "{slid}");
 }
 
+/// Rounding of the places, 6e-11 of the cubes, over gaps of a twentieth.
+#[test]
+fn forces_do_not_depend_on_the_origin() {
+    let mut random = Random(5);
+    let mut compared = 0;
+    for _ in 0..40 {
+        let mesh = two_cells(&mut random, Order::Linear);
+        let far = image(&mesh, &nalgebra::Matrix3::identity(), &Vec3::new(3e5, -2e5, 1e5));
+        let x = random.vector(3 * mesh.points.len(), 0.02);
+        let near = pressed(&mesh, 0.6);
+        if near.surfaces.terms(&x, &mut Caches::default()).iter().any(|t| t.distance.gap() < 0.05) {
+            continue;
+        }
+        let [a, b] = [&near, &pressed(&far, 0.6)].map(|p| whole(p, &x, Want::Residual).1);
+        let scale = largest(&a);
+        compared += usize::from(scale > 0.0);
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a - b).abs() <= 1e-6 * scale, "{a} {b} {scale}");
+        }
+    }
+    assert!(compared > 10, "{compared}");
+}
+
 fn load(text: &str) -> Scene {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.toml");
@@ -273,7 +296,7 @@ friction = {friction}
 }
 
 /// Pressed by 1 mm between walls without friction. (Free edges that lie exactly above each other slip off each other by the reach.)
-fn squeezed(lower: [usize; 3], upper: [usize; 3], element: &str, extra: &str) -> Scene {
+fn squeezed(lower: [usize; 3], upper: [usize; 3], element: &str, friction: f64, extra: &str) -> Scene {
     let fixed = |region: &str, c: &str| {
         format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{region}\"\ncomponents = \"{c}\"\n")
     };
@@ -295,7 +318,10 @@ region = "upper.zmax"
         ["xmin", "xmax"].map(|r| fixed(r, "x")).concat(),
         ["ymin", "ymax"].map(|r| fixed(r, "y")).concat(),
         fixed("lower.zmin", "z"),
-        contact(0.0, extra).replace("skin", "ZZ").replace("upper.ZZ", "upper.zmin").replace("lower.ZZ", "lower.zmax")
+        contact(friction, extra)
+            .replace("skin", "ZZ")
+            .replace("upper.ZZ", "upper.zmin")
+            .replace("lower.ZZ", "lower.zmax")
     );
     blocks(lower, upper, "10.1 mm", element, &rest)
 }
@@ -355,12 +381,15 @@ fn a_uniform_pressure_through_meshes_that_do_not_match() {
         ("tet4", [3, 3, 3], [4, 4, 3], 1e-2),
         ("tet10", [2, 2, 2], [3, 3, 2], 5e-2),
     ] {
-        let scene = squeezed(lower, upper, element, "");
+        let scene = squeezed(lower, upper, element, 0.3, "");
         let run = common::run(&scene);
         assert_eq!(run.status, Status::Converged, "{element}");
         let (force, held) = (last(&run, "between_force_z_N"), last(&run, "upper.zmax_reaction_z_N"));
         // The tolerance of the equilibrium: 1e-8 of the sum of all forces, some hundred times that of the interface.
         assert!((force / -held - 1.0).abs() < 1e-6, "{element}: {force} {held}");
+        // Friction acts within the plane
+        let normal = last(&run, "between_normal_z_N");
+        assert!((normal / force - 1.0).abs() < 1e-6, "{element}: {normal} {force}");
         // In uniform stress the interface stays plane; it is shortened by 1 mm.
         let mesh = &scene.body.mesh;
         let uz = |k: u32| run.last.x[3 * k as usize + 2];
@@ -682,7 +711,7 @@ fn thread_counts_do_not_matter() {
     let bits = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
-            let run = common::run(&squeezed([2, 2, 2], [3, 3, 2], "tet4", ""));
+            let run = common::run(&squeezed([2, 2, 2], [3, 3, 2], "tet4", 0.0, ""));
             run.last.x.iter().map(|x| x.to_bits()).collect::<Vec<u64>>()
         })
     };
@@ -694,7 +723,7 @@ fn thread_counts_do_not_matter() {
 /// A run that goes on from any point of its grid has the bits of the whole run: the room in the tangent follows from the state.
 #[test]
 fn a_restart_has_the_bits_of_the_whole_run() {
-    let scene = squeezed([2, 2, 2], [3, 3, 2], "tet4", "");
+    let scene = squeezed([2, 2, 2], [3, 3, 2], "tet4", 0.0, "");
     let whole = common::run(&scene);
     let mut checkpoints = Vec::new();
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoints.push(checkpoint.clone());

@@ -17,8 +17,10 @@ pub struct Surfaces {
     pub(super) first: Surface,
     /// None for contact of the first with itself
     pub(super) second: Option<Surface>,
-    /// \[nodes of the mesh\] X \[m\]
+    /// \[nodes of the mesh\] X − `centre` \[m\]: far from the origin distances of places would be rounded
     pub(super) rest: Vec<Vec3>,
+    /// Middle of the nodes of both; all places here are seen from it \[m\]
+    centre: Vec3,
     /// Pairs that are farther apart do not interact \[m\]
     pub(super) reach: f64,
     /// Motion of a node that the candidates allow \[m\]
@@ -29,12 +31,17 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
-    pub fn new(name: String, first: Surface, second: Option<Surface>, rest: Vec<Vec3>, reach: f64) -> Self {
+    /// Of surfaces of a mesh with nodes at `rest` \[m\].
+    pub fn new(name: String, mut first: Surface, mut second: Option<Surface>, mut rest: Vec<Vec3>, reach: f64) -> Self {
         let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));
         let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();
         nodes.sort_unstable();
         nodes.dedup();
-        Self { name, first, second, rest, reach, margin: MARGIN * size, nodes, key: CacheKey::default() }
+        let centre = nodes.iter().map(|&k| rest[k as usize]).sum::<Vec3>() / nodes.len().max(1) as f64;
+        rest.iter_mut().for_each(|place| *place -= centre);
+        let points = [Some(&mut first), second.as_mut()].into_iter().flatten().flat_map(|s| &mut s.points);
+        points.for_each(|point| point.at -= centre);
+        Self { name, first, second, rest, centre, reach, margin: MARGIN * size, nodes, key: CacheKey::default() }
     }
 
     /// The surface whose forces are recorded.
@@ -67,12 +74,12 @@ impl Surfaces {
         }
     }
 
-    /// Place of a node at displacement x \[m\].
+    /// Place of a node at displacement x, from the centre \[m\].
     pub(super) fn node(&self, x: &[f64], k: u32) -> Vec3 {
         self.rest[k as usize] + displacement(x, k)
     }
 
-    /// Place of a point at displacement x \[m\].
+    /// Place of a point at displacement x, from the centre \[m\].
     pub(super) fn place(&self, x: &[f64], p: &SurfacePoint) -> Vec3 {
         p.nodes.iter().zip(&p.weights).fold(p.at, |at, (&k, w)| at + displacement(x, k) * *w)
     }
@@ -98,7 +105,7 @@ impl Surfaces {
         let found = pierced_by_edges(&passes, &|k| spot(node(k)));
         found.into_iter().find_map(|(edge, triangle)| {
             let [a, b] = edge.map(node);
-            Some(a + (b - a) * pierces(&a, &b, &triangle.map(node))?)
+            Some(self.centre + a + (b - a) * pierces(&a, &b, &triangle.map(node))?)
         })
     }
 }
