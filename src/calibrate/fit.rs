@@ -115,7 +115,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         modes,
     };
     result.warnings = warnings(&result, &answer, model, &experiment, options.tolerance);
-    let patterned = systematic(&patterns.unwrap_or_else(|| vec![answer.pattern]), misfit.rms_relative);
+    let patterns = patterns.unwrap_or_else(|| vec![answer.pattern]);
+    let patterned = systematic(&patterns, misfit.rms_relative, answer.errors.smooth > 0.0);
     result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));
     result.warnings.extend(no_repeat(&fitted));
     result.warnings.extend(slack.hint.and_then(|(offset, other)| slack_hint(&result.parameters, offset, &other)));

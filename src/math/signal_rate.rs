@@ -58,6 +58,16 @@ impl Signal {
         }
     }
 
+    /// The latest time at which a ramp of it ends \[s\].
+    pub fn last_ramp_end(&self) -> Option<f64> {
+        match self {
+            Self::Ramp { from, to, end, .. } => (from != to).then_some(*end),
+            Self::Product(all) | Self::Sum(all) => all.iter().filter_map(Self::last_ramp_end).reduce(f64::max),
+            Self::Delay { signal, by } => signal.last_ramp_end().map(|end| end + by),
+            _ => None,
+        }
+    }
+
     /// Whether there is a rate at a time, against the largest one from then until another time.
     pub fn moves_at(&self, from: f64, to: f64) -> bool {
         let rate = |share: f64| self.rate(Clock::from(from + share * (to - from))).abs();
@@ -130,6 +140,7 @@ mod tests {
         let whole = Signal::RaisedCosine { amplitude: 0.25, frequency: 1.0 };
         assert!(whole.rate(Clock::from(1.0)) != 0.0 && !whole.moves_at(1.0, 2.0) && whole.moves_at(1.1, 2.0));
         let ramp = Signal::Ramp { from: 0.0, to: 1.0, start: 0.0, end: 2.0 };
+        assert_eq!((ramp.last_ramp_end(), whole.last_ramp_end()), (Some(2.0), None));
         assert!(ramp.moves_at(1.0, 2.0) && !ramp.moves_at(2.0, 3.0) && !Signal::Constant(1.0).moves_at(0.0, 1.0));
     }
 

@@ -134,7 +134,10 @@ impl<'a> File<'a> {
             let fact = format!("a file of type {} has no cells to show", root.attribute("type").unwrap_or("(none)"));
             return Err(refuse(path, &fact, "save it as an unstructured grid (.vtu)"));
         }
-        if root.attribute("byte_order") == Some("BigEndian") {
+        let mut arrays = root.descendants().filter(|node| node.has_tag_name("DataArray"));
+        // Text has no order of bytes
+        let is_binary = arrays.any(|array| array.attribute("format") != Some("ascii"));
+        if is_binary && root.attribute("byte_order") == Some("BigEndian") {
             return Err(refuse(path, "its numbers are big endian", "write it on a little-endian machine, or as text"));
         }
         let compressor = root.attribute("compressor");

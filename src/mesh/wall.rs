@@ -1,6 +1,6 @@
 //! Cells across the thinnest wall of a body: what a mesh knows of the bending of thin parts.
 //!
-//! From the middle of every facet of the surface a ray goes inward to the opposite side; where the two sides face away from each other
+//! From the middle of every facet of the surface, and of parts of large ones, a ray goes inward to the opposite side; where the two sides face away from each other
 //! within 45°, its length is the thickness there. The thinnest wall is where the thickness is within a quarter of the one that a twentieth of the
 //! surface is below. There the layers of cells are counted: the least number of edges from a facet to a node of the opposite side,
 //! as a mean over the area. A ray that is crossed by cells says less: it crosses three cells of one layer of a grid.
@@ -25,6 +25,10 @@ const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 pub const LEAST_CELLS: f64 = 2.0;
 /// Facets at which layers are counted, evenly spread over those of the wall.
 const SAMPLES: usize = 200;
+/// Parts of the surface from which rays go at least: a facet with a larger share of it is divided.
+const PARTS: f64 = 2000.0;
+/// Most parts of a side of a facet.
+const DIVISIONS: f64 = 12.0;
 /// Rays that one thread casts at a time.
 const RAYS: usize = 256;
 
@@ -65,9 +69,9 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
         facets[k].iter().all(|node| held(*node, axis))
     };
     let free: Vec<bool> = (0..facets.len()).map(|k| !is_held(k)).collect();
-    let side = |k: usize| {
-        let [a, b, c] = facets[k].map(|node| mesh.points[node as usize]);
-        let (n, middle, area) = (normals[k].normalize(), (a + b + c) / 3.0, 0.5 * normals[k].norm());
+    let whole: f64 = normals.iter().map(|n| 0.5 * n.norm()).sum();
+    let side = |k: usize, (middle, area): (Vec3, f64)| {
+        let n = normals[k].normalize();
         // Off the facet itself, by far less than a cell
         let start = middle - n * (1e-6 * area.sqrt());
         let hit = surface.cast_local_ray_and_get_normal(&Ray::new(to(&start), to(&-n)), f64::MAX, false)?;
@@ -76,12 +80,15 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
         is_wall.then_some(Side { corners: facets[k], normal: n, middle, area, thickness: hit.time_of_impact })
     };
     let chosen: Vec<usize> = (0..facets.len()).filter(|k| free[*k]).collect();
-    let rays = threads::map(chosen.chunks(RAYS).collect(), |facets: &[usize]| {
-        facets.iter().filter_map(|facet| side(*facet)).collect::<Vec<_>>()
+    let rays = threads::map(chosen.chunks(RAYS).collect(), |chunk: &[usize]| {
+        let parts = |k: usize| {
+            let corners = facets[k].map(|node| mesh.points[node as usize]);
+            parts(&corners, whole).into_iter().filter_map(move |part| side(k, part))
+        };
+        chunk.iter().flat_map(|facet| parts(*facet)).collect::<Vec<_>>()
     });
     let mut sides: Vec<Side> = rays.into_iter().flatten().collect();
     sides.sort_by(|a, b| a.thickness.total_cmp(&b.thickness));
-    let whole: f64 = normals.iter().map(|n| 0.5 * n.norm()).sum();
     let mut below = 0.0;
     let thickness = sides.iter().find_map(|s| {
         below += s.area;
@@ -98,6 +105,19 @@ pub fn thinnest(mesh: &TetMesh, held: impl Fn(u32, usize) -> bool) -> Option<Wal
         }
     }
     (area > 0.0).then(|| Wall { thickness, cells: sum / area })
+}
+
+/// Middles and areas of the equal parts of a facet that its share of the `whole` surface asks for \[m, m²\].
+fn parts([a, b, c]: &[Vec3; 3], whole: f64) -> Vec<(Vec3, f64)> {
+    let area = 0.5 * (b - a).cross(&(c - a)).norm();
+    let n = (area / whole * PARTS).sqrt().ceil().clamp(1.0, DIVISIONS);
+    let at = |i: f64, j: f64| (a + (b - a) * (i / n) + (c - a) * (j / n), area / (n * n));
+    let third = 1.0 / 3.0;
+    let rows = || (0..n as u32).map(f64::from);
+    let upright = rows().flat_map(|i| rows().map(move |j| (i, j))).filter(|(i, j)| i + j < n);
+    let turned = rows().flat_map(|i| rows().map(move |j| (i, j))).filter(|(i, j)| i + j < n - 1.0);
+    let upright = upright.map(|(i, j)| at(i + third, j + third));
+    upright.chain(turned.map(|(i, j)| at(i + 2.0 * third, j + 2.0 * third))).collect()
 }
 
 /// Twice the area of a facet, along its outward normal \[m²\].
@@ -162,5 +182,24 @@ impl Layers {
             front = next;
         }
         None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_of_a_facet_have_its_area_and_middle() {
+        let corners = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(3.0, 0.0, 1.0), Vec3::new(1.0, 2.0, 2.0)];
+        let area = 0.5 * (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
+        for (whole, count) in [(1e6 * area, 1), (PARTS / 3.9 * area, 4), (area, 144)] {
+            let parts = parts(&corners, whole);
+            assert_eq!(parts.len(), count);
+            let sum: f64 = parts.iter().map(|part| part.1).sum();
+            let middle: Vec3 = parts.iter().map(|part| part.0 * (part.1 / sum)).sum();
+            assert!((sum / area - 1.0).abs() < 1e-12);
+            assert!((middle - corners.iter().sum::<Vec3>() / 3.0).norm() < 1e-12, "{middle}");
+        }
     }
 }

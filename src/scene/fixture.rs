@@ -17,6 +17,8 @@ const SLAB: f64 = 0.05;
 const FLAT: f64 = 1e-5;
 /// Least area of a flat end, as a share of the rectangle around the component in that direction.
 const LEAST_AREA: f64 = 0.02;
+/// Areas that differ by less than this share are equal \[–\]
+const EQUAL: f64 = 1e-6;
 /// The nodes that are held.
 pub enum Held {
     /// A region of the file
@@ -88,7 +90,8 @@ fn flat_end(mesh: &TetMesh, facets: &[[u32; 3]], nodes: &[u32]) -> Option<Slab> 
         let around = size.product() / size[axis];
         (at_low.max(at_high) > LEAST_AREA * around).then(|| {
             let (mut a, mut b) = with_margin(low, high);
-            let at = if at_low >= at_high { low[axis] } else { high[axis] };
+            // Of ends that differ by rounding alone it is the lower one
+            let at = if at_high > at_low * (1.0 + EQUAL) { high[axis] } else { low[axis] };
             (a[axis], b[axis]) = (at - depth, at + depth);
             Slab { low: a, high: b, axis, flat: true }
         })

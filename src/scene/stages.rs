@@ -5,7 +5,7 @@ use super::error::{SceneError, content};
 use super::kind::by_kind;
 use super::protocol::{NamedSignal, between};
 use super::quantity::Time;
-use crate::math::signal::{Clock, Signal};
+use crate::math::signal::Signal;
 use crate::mesh::error::point;
 use crate::solve::{Integrator, TimeSpan};
 use crate::system::EnergyRole;
@@ -161,7 +161,7 @@ pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Resul
     check_formulas(builder)?;
     check_masses(builder)?;
     check_motions(builder, stages)?;
-    let notes: Vec<String> = conditional_rules(builder).chain(fast_signals(builder)).collect();
+    let notes: Vec<String> = conditional_rules(builder).chain(fast_signals(builder)).chain(unfinished_ramps(builder)).collect();
     builder.notes.extend(notes);
     Ok(())
 }
@@ -213,6 +213,15 @@ fn fast_signals(builder: &Builder) -> impl Iterator<Item = String> {
         Some(format!(
             "the signal {name} goes to {value:.4e} at t = {t:.6} s, between two points of the time grid: no step sees that; shorten dt"
         ))
+    })
+}
+
+/// Notes on ramps that end after the run.
+fn unfinished_ramps(builder: &Builder) -> impl Iterator<Item = String> {
+    let end = builder.spans.last().map_or(0.0, |span| span.end);
+    builder.signals.iter().filter_map(move |NamedSignal { name, signal }| {
+        let late = signal.last_ramp_end().filter(|late| *late > end * (1.0 + 1e-9))?;
+        Some(format!("the signal {name} does not reach its end: a ramp of it ends at t = {late} s, and the run at t = {end} s"))
     })
 }
 

@@ -76,6 +76,17 @@ impl Curve {
         self.f.iter().copied().fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
     }
 
+    /// The value at which it starts, 0 where that is small against the largest one: what does not start at zero, like a position, is judged by its changes.
+    pub fn start(&self) -> f64 {
+        starts_elsewhere(self.f[0], self.peak()).unwrap_or(0.0)
+    }
+
+    /// Largest change from the start, with its sign; the value of largest magnitude of what starts at zero.
+    pub fn largest_change(&self) -> f64 {
+        let start = self.start();
+        self.f.iter().map(|v| v - start).fold(0.0, |m: f64, v| if v.abs() > m.abs() { v } else { m })
+    }
+
     /// Error of linear interpolation between the samples: a quarter of the defect with every second one left out.
     pub fn interpolation_error(&self) -> f64 {
         (1..self.t.len().saturating_sub(1))
@@ -154,7 +165,7 @@ pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> Option<f64> {
 /// cable, is judged by its largest change.
 pub fn peak(case: &StoredCase, quantity: &str) -> Option<f64> {
     let farthest = farthest(case, quantity)?;
-    Some(farthest - starts_elsewhere(case, quantity).unwrap_or(0.0)).filter(|v| v.is_finite())
+    Some(farthest - start(case, quantity).unwrap_or(0.0)).filter(|v| v.is_finite())
 }
 
 /// The value farthest from the first one. The rows of a series may be a few of those of the run, whose extreme is in the record.
@@ -164,10 +175,14 @@ fn farthest(case: &StoredCase, quantity: &str) -> Option<f64> {
 }
 
 /// The value at which a quantity starts, if that is not zero against its largest one.
-fn starts_elsewhere(case: &StoredCase, quantity: &str) -> Option<f64> {
+fn start(case: &StoredCase, quantity: &str) -> Option<f64> {
     let first = *case.series.columns.get(quantity)?.first()?;
-    let largest = farthest(case, quantity)?.abs().max(first.abs());
-    (first.abs() > 1e-3 * largest).then_some(first)
+    starts_elsewhere(first, farthest(case, quantity)?)
+}
+
+/// The first value, if it is not zero against the largest one.
+fn starts_elsewhere(first: f64, largest: f64) -> Option<f64> {
+    (first.abs() > 1e-3 * largest.abs().max(first.abs())).then_some(first)
 }
 
 /// Share of its largest change by which the written rows of a quantity may miss its extreme without a warning.
@@ -206,7 +221,7 @@ pub const CHANGE: &str = "largest change of";
 /// Words for the peak of a quantity over some cases: [`extreme_word`], or [`CHANGE`] where it is a change.
 pub fn peak_words<'a>(cases: impl IntoIterator<Item = &'a StoredCase>, quantity: &str) -> &'static str {
     let cases: Vec<&StoredCase> = cases.into_iter().collect();
-    match cases.iter().any(|c| starts_elsewhere(c, quantity).is_some()) {
+    match cases.iter().any(|c| start(c, quantity).is_some()) {
         true => CHANGE,
         false => extreme_word(cases, quantity),
     }

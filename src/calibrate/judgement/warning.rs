@@ -13,7 +13,8 @@ use std::fmt;
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum FitWarning {
     /// Residuals have a pattern. p-values \[–\] of the two tests; one of them is below 2.5 %.
-    Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64 },
+    /// `wider`: something smooth is left, by which the intervals for use are wider
+    Systematic { runs: Option<usize>, runs_p: Option<f64>, departure_p: Option<f64>, rms_relative: f64, wider: bool },
     /// Rms misfit in the fitted range above the tolerance
     Misfit { rms_relative: f64, tolerance: f64 },
     /// Another mode is predicted with more than the tolerance
@@ -67,8 +68,9 @@ pub enum FitWarning {
 impl fmt::Display for FitWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Systematic { runs, runs_p, departure_p, rms_relative } => {
-                write_systematic(f, (*runs, *runs_p), *departure_p, *rms_relative)
+            Self::Systematic { runs, runs_p, departure_p, rms_relative, wider } => {
+                write_systematic(f, (*runs, *runs_p), *departure_p, *rms_relative)?;
+                if *wider { write!(f, "; for its use over all of it take the wider interval") } else { Ok(()) }
             }
             Self::Misfit { rms_relative, tolerance } => write!(
                 f,
@@ -280,7 +282,7 @@ fn write_systematic(
     }
     write!(
         f,
-        "rms {:.2} %): the constants depend on the range; for its use over all of it take the wider interval",
+        "rms {:.2} %): the constants depend on the range",
         100.0 * rms_relative
     )
 }

@@ -84,12 +84,12 @@ pub fn warnings(
 }
 
 /// A pattern in the residuals of one specimen, the level shared by all.
-pub fn systematic(patterns: &[Pattern], rms_relative: f64) -> Option<FitWarning> {
+pub fn systematic(patterns: &[Pattern], rms_relative: f64, wider: bool) -> Option<FitWarning> {
     let least = |p: &&Pattern| [p.runs_p, p.departure_p].into_iter().flatten().fold(1.0, f64::min);
     let worst = patterns.iter().min_by(|a, b| least(a).total_cmp(&least(b)))?;
     let found = rms_relative > NOTHING && least(&worst) * patterns.len() as f64 <= LEVEL;
     let Pattern { runs, runs_p, departure_p } = *worst;
-    found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative })
+    found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative, wider })
 }
 
 /// Errors that grow with the stress or have another size in each mode, where the weights do not say so; a pattern of the residuals may look alike, and is said instead.

@@ -63,5 +63,6 @@ fn hint(remedy: &str) -> String {
 }
 
 fn tail(lines: &[String]) -> String {
+    let lines: Vec<&str> = lines.iter().map(|line| line.as_str()).filter(|line| !line.trim().is_empty()).collect();
     if lines.is_empty() { String::new() } else { format!("; it last said:\n  {}", lines.join("\n  ")) }
 }

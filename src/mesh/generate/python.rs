@@ -239,12 +239,14 @@ impl Mesher<'_> {
             },
             Err(e) => vec![check("mesher", false, e.to_string(), setup())],
         };
-        let own = venv.exists() || std::env::var_os("DUROMETER_PYTHON").is_some();
+        let given = std::env::var_os("DUROMETER_PYTHON").is_some();
+        let own = venv.exists() || given;
         // A python that has all packages needs no environment
         let has_all = packages.iter().all(|c| c.ok || c.optional);
-        let detail = match own || !has_all {
-            true => venv.display().to_string(),
-            false => format!("not needed: {} has the packages", self.python.display()),
+        let detail = match (given, own || !has_all) {
+            (true, _) => format!("not needed: DUROMETER_PYTHON names {}", self.python.display()),
+            (_, true) => venv.display().to_string(),
+            (_, false) => format!("not needed: {} has the packages", self.python.display()),
         };
         checks.push(check("environment", own || has_all, detail, setup()));
         checks.extend(packages);

@@ -5,6 +5,7 @@
 pub mod constraints;
 pub mod contact;
 pub mod effects;
+mod patch;
 pub mod probes;
 pub mod rigid;
 pub mod selectors;

@@ -17,12 +17,13 @@ use serde::Serialize;
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CurveNorms {
     pub id: String,
+    /// Largest change from the start \[unit of f\]
     pub peak: f64,
     /// ‖f − f_finer‖₂ \[unit of f\], 0 for the finest
     pub l2_to_finer: f64,
     /// ‖f − f_finer‖∞ \[unit of f\]
     pub linf_to_finer: f64,
-    /// ‖f − f*‖₂/‖f*‖₂ \[–\], where there is an f*
+    /// ‖f − f*‖₂ over that of the changes of f* from its start \[–\], where there is an f*
     pub l2_error: Option<f64>,
     /// Against the finest, positive if later \[s\]; none beyond first order
     pub lag_s: Option<f64>,
@@ -40,7 +41,7 @@ pub struct CurveStudy {
     pub order_used: Option<f64>,
     pub convergence_ratio: Option<f64>,
     pub fs: f64,
-    /// Largest GCI(t) over largest |f*| \[%\]
+    /// Largest GCI(t) over the largest change of f* from its start \[%\]
     pub gci_percent: Option<f64>,
     /// Largest error of the interpolation onto the common grid \[unit of f\]; 0 if all grids agree
     pub interpolation_error: f64,
@@ -88,22 +89,23 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         gci = on[0].iter().zip(&on[1]).map(|(f1, f2)| fs * correction((f1 - f2).abs(), r, p)).collect();
     }
     let largest = |v: &[f64]| v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let changes: Vec<f64> = star.iter().map(|value| value - finest.start()).collect();
     let norms = (0..members.len())
         .map(|k| {
             let d = if k == 0 { vec![0.0; t.len()] } else { difference(&on[k], &on[k - 1]) };
             CurveNorms {
                 id: members[k].0.clone(),
-                peak: members[k].2.peak(),
+                peak: members[k].2.largest_change(),
                 l2_to_finer: l2(&t, &d),
                 linf_to_finer: largest(&d),
-                l2_error: (!star.is_empty() && l2(&t, &star) > 0.0)
-                    .then(|| l2(&t, &difference(&on[k], &star)) / l2(&t, &star)),
+                l2_error: (!star.is_empty() && l2(&t, &changes) > 0.0)
+                    .then(|| l2(&t, &difference(&on[k], &star)) / l2(&t, &changes)),
                 lag_s: lag(&t, &on[k], &on[0]),
                 cycle_defect: members[k].2.cycle_defect(),
             }
         })
         .collect();
-    let gci_percent = (!gci.is_empty() && largest(&star) > 0.0).then(|| 100.0 * largest(&gci) / largest(&star));
+    let gci_percent = (!gci.is_empty() && largest(&changes) > 0.0).then(|| 100.0 * largest(&gci) / largest(&changes));
     let order_used = used;
     Some(CurveStudy {
         norms,

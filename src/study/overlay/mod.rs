@@ -45,7 +45,10 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     let widths = given.then(|| branch(&measured.x, &measured.half_widths)).flatten().map(|w| of(&w));
     let inside = widths.map(|w| d.iter().zip(&w).filter(|(d, w)| d.abs() <= **w).count());
     let Measured { column, over, source, .. } = measured;
-    let (l2, largest) = (l2(&t, &d) / l2(&t, &m), most(&d) / most(&m));
+    // Of a position the simulated place at rest
+    let start = Curve { t: vec![], f: y.to_vec() }.start();
+    let changes: Vec<f64> = m.iter().map(|m| m - start).collect();
+    let (l2, largest) = (l2(&t, &d) / l2(&t, &changes), most(&d) / most(&changes));
     (t.len() >= 2 && l2.is_finite()).then(|| Distance {
         column: column.clone(),
         over: over.clone(),

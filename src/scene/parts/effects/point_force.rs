@@ -8,6 +8,7 @@ use crate::mesh::embed::embed;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, part};
+use crate::scene::parts::patch::{check_radius, note_radius};
 use crate::scene::quantity::{GuideRadius, Length};
 use crate::scene::signal::SignalSpec;
 use crate::system::Effect;
@@ -50,11 +51,9 @@ impl EffectPart for PointForceSpec {
                 builder.no_limits.push("a force on a point moves it further the finer the mesh".into());
                 embedded.weights
             }
-            GuideRadius::Ball(radius) if radius <= 0.0 => {
-                let fact = format!("radius is {} mm", radius * 1e3);
-                return Err(builder.content(place, fact, "give a positive length, at least the size of a cell"));
-            }
             GuideRadius::Ball(radius) => {
+                check_radius(builder, place, "radius", radius)?;
+                note_radius(builder, &self.name, "the radius", radius);
                 body.patches.weights(&body.mesh, at, radius).map_err(|e| part(builder.file, place, e))?
             }
         };

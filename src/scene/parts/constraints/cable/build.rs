@@ -12,6 +12,7 @@ use crate::scene::error::{SceneError, hint, part};
 use crate::scene::jump::{Impact, note_jump};
 use crate::scene::parts::constraints::cable::guides::read_guides;
 use crate::scene::parts::constraints::cable::record::NamedCable;
+use crate::scene::parts::patch::check_radius;
 use crate::scene::parts::constraints::cable::spec::{CableDriveSpec, CableSpec, GuideFile, GuidesSpec, PullPointSpec};
 use crate::scene::parts::constraints::drive::Drive;
 use crate::scene::protocol::extremes;
@@ -118,15 +119,7 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
 
 fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), SceneError> {
     if let GuideRadius::Ball(radius) = spec.guide_radius {
-        let fact = format!("guide_radius is {} mm", radius * 1e3);
-        if radius <= 0.0 {
-            return Err(builder.content(place, fact, "give a positive length, at least the size of a cell"));
-        }
-        let diagonal = builder.body.mesh.diagonal();
-        if radius > diagonal {
-            let fact = format!("{fact}, and the body is {:.4} mm from corner to corner", diagonal * 1e3);
-            return Err(builder.content(place, fact, "a guide would be the mean of the whole body; check the unit"));
-        }
+        check_radius(builder, place, "guide_radius", radius)?;
     }
     let positive = |key: &str, value: &Option<Force>, remedy: &str| match value {
         Some(v) if v.0 <= 0.0 => Err(builder.content(place, format!("{key} is {} N", v.0), remedy)),

@@ -3,6 +3,7 @@
 use crate::scene::builder::Builder;
 use crate::scene::kind::by_kind;
 use crate::scene::parts::constraints::part::ConstraintPart;
+use crate::scene::parts::patch::note_radius;
 use crate::scene::quantity::{Force, GuideRadius, Length};
 use crate::scene::recorder::Headline;
 use crate::scene::signal::SignalSpec;
@@ -217,15 +218,12 @@ impl ConstraintPart for CableSpec {
 
     /// Notes a guide radius smaller than h; a cable through points has no limit as h → 0.
     fn note(&self, builder: &mut Builder) -> Option<String> {
-        let (name, h) = (&self.name, builder.body.mesh.h());
         match self.guide_radius {
-            GuideRadius::Point => return Some(format!("the {name} acts through points")),
-            GuideRadius::Ball(r) if r < h => {
-                let (r, h) = (r * 1e3, h * 1e3);
-                builder.notes.push(format!("{name}: the guide radius {r:.3} mm is below h = {h:.3} mm"));
+            GuideRadius::Point => Some(format!("the {} acts through points", self.name)),
+            GuideRadius::Ball(radius) => {
+                note_radius(builder, &self.name, "the guide radius", radius);
+                None
             }
-            GuideRadius::Ball(_) => {}
         }
-        None
     }
 }
