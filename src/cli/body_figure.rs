@@ -22,6 +22,14 @@ pub fn write(path: &Path, scene: &Scene) -> Result<(), Box<dyn std::error::Error
     Ok(())
 }
 
+/// Regions from which on only faces that the scene names are shown.
+const MANY: usize = 12;
+
+/// The number of a face that an import has named: 12 of `face_12`.
+fn number_of_face(name: &str) -> Option<u32> {
+    name.strip_prefix("face_")?.parse().ok()
+}
+
 fn picture(scene: &Scene) -> BodyPicture {
     let mesh = &scene.body.mesh;
     let facets = boundary_facets(mesh);
@@ -36,8 +44,14 @@ fn picture(scene: &Scene) -> BodyPicture {
     let whole = |name: &str| ["body", "skin"].iter().any(|end| name == *end || name.ends_with(&format!(".{end}")));
     let is_own = |name: &str| scene.spec.mesh.regions.contains_key(name);
     let mut shown: Vec<(&String, &Region)> = scene.regions.iter().filter(|(name, _)| !whole(name)).collect();
-    // Those of the file over those of the mesh
-    shown.sort_by_key(|(name, _)| is_own(name));
+    // Faces of an import that the scene does not name
+    let is_named = |name: &str| scene.text.contains(&format!("\"{name}\""));
+    if shown.len() > MANY {
+        shown.retain(|(name, _)| number_of_face(name).is_none() || is_named(name));
+    }
+    // Those of the file over those of the mesh, small ones over large ones
+    let size = |region: &Region| std::cmp::Reverse(region.facets.len() + region.cells.len());
+    shown.sort_by_key(|(name, region)| (is_own(name), size(region), number_of_face(name)));
     let (of_nodes, of_facets): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, region)| !region.nodes.is_empty());
     let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof / 3).collect();
     let triangles = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();

@@ -30,9 +30,11 @@ pub struct BodyPicture {
 
 /// The body from two sides, with a legend. Marks of nodes and cables are drawn over the body, also where it hides them.
 pub fn draw(name: &str, body: &BodyPicture) -> Figure {
+    // The cables, which are thin, have the strongest colours
+    let cables = body.cables.len();
     let mut colors = vec![PLAIN; body.triangles.len()];
     for (k, (_, triangles)) in body.regions.iter().enumerate() {
-        triangles.iter().for_each(|&t| colors[t] = color(k));
+        triangles.iter().for_each(|&t| colors[t] = color(cables + k));
     }
     let views: Vec<(View, Fit)> = (0..EYES.len()).map(|k| fitted(body, k)).collect();
     let look = Look {
@@ -50,13 +52,13 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
         for (view, fit) in &views {
             let at = |p: &[f64; 3]| fit.at(view.project(*p));
             for (k, (_, nodes)) in body.nodes.iter().enumerate() {
-                let color = color(body.regions.len() + k);
+                let color = color(cables + body.regions.len() + k);
                 thinned(nodes, MARKED).for_each(|p| mark(area, Mark::Circle, at(p), 12, color));
             }
             thinned(&body.held, MARKED_HELD).for_each(|p| mark(area, Mark::Cross, at(p), 11, INK));
             for (k, (_, points)) in body.cables.iter().enumerate() {
                 let path: Vec<(i32, i32)> = points.iter().map(at).collect();
-                let color = color(body.regions.len() + body.nodes.len() + k);
+                let color = color(k);
                 line(area, &path, color, 14);
                 path.iter().for_each(|p| mark(area, Mark::Circle, *p, 18, color));
             }
@@ -68,10 +70,11 @@ pub fn draw(name: &str, body: &BodyPicture) -> Figure {
     Figure { name: name.into(), svg, caption: "The body at rest with its regions.".into() }
 }
 
-/// Every number-th color of the palette, paler with each round.
+/// Every number-th color of the palette, paler in the second round and in the third, which is that of all later ones.
 fn color(k: usize) -> RGB {
     let RGB(r, g, b) = PALETTE[k % PALETTE.len()];
-    let pale = |v: u8| (255.0 - (255.0 - f64::from(v)) * 0.6_f64.powi((k / PALETTE.len()) as i32)) as u8;
+    let round = (k / PALETTE.len()).min(2);
+    let pale = |v: u8| (255.0 - (255.0 - f64::from(v)) * 0.6_f64.powi(round as i32)) as u8;
     RGB(pale(r), pale(g), pale(b))
 }
 
@@ -88,19 +91,22 @@ fn thinned(points: &[[f64; 3]], most: usize) -> impl Iterator<Item = &[f64; 3]> 
 }
 
 fn entries(body: &BodyPicture) -> Vec<(Sample, String)> {
-    let (regions, nodes) = (body.regions.len(), body.nodes.len());
+    let (regions, cables) = (body.regions.len(), body.cables.len());
     let mut entries: Vec<(Sample, String)> = Vec::new();
     for (k, (name, triangles)) in body.regions.iter().enumerate() {
-        entries.push((Sample::Block(color(k)), format!("{name} ({} facets on the surface)", triangles.len())));
+        entries.push((Sample::Block(color(cables + k)), format!("{name} ({} facets on the surface)", triangles.len())));
     }
     for (k, (name, points)) in body.nodes.iter().enumerate() {
-        entries.push((Sample::Mark(Mark::Circle, color(regions + k)), format!("{name} ({} nodes)", points.len())));
+        entries.push((
+            Sample::Mark(Mark::Circle, color(cables + regions + k)),
+            format!("{name} ({} nodes)", points.len()),
+        ));
     }
     if !body.held.is_empty() {
         entries.push((Sample::Mark(Mark::Cross, INK), format!("held or moved ({} nodes)", body.held.len())));
     }
     for (k, (name, points)) in body.cables.iter().enumerate() {
-        entries.push((Sample::Line(color(regions + nodes + k)), format!("{name} ({} points)", points.len())));
+        entries.push((Sample::Line(color(k)), format!("{name} ({} points)", points.len())));
     }
     entries
 }

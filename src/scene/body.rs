@@ -5,6 +5,7 @@ use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
+use super::mesh_limits::cut_edges;
 use super::mesh_spec::{DeformSpec, ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
 use super::patches::Patches;
 use super::quantity::Length;
@@ -43,7 +44,7 @@ pub struct Body {
     pub sha256: String,
     /// Notes on changes to the content of the file
     pub notes: Vec<String>,
-    /// Warnings of a doubtful size, and of a volume that the mesh misses
+    /// Warnings of a doubtful size, of a volume that the mesh misses, and of edges that it cuts
     pub warnings: Vec<String>,
     /// Volumes of the surfaces and CAD that were meshed
     pub volumes: Vec<SourceVolume>,
@@ -177,6 +178,7 @@ impl Body {
         let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
         body.notes = made.manifest.dropped;
         body.warnings.extend(volume.as_ref().and_then(SourceVolume::warning));
+        body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
         body.volumes.extend(volume);
         if let Source::File { unit_m, .. } = request.source {
             body.warnings.extend(doubtful_unit(&body.mesh, unit_m));

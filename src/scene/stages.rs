@@ -161,7 +161,8 @@ pub(super) fn check_stages(builder: &mut Builder, stages: &[StageSpec]) -> Resul
     check_formulas(builder)?;
     check_masses(builder)?;
     check_motions(builder, stages)?;
-    let notes: Vec<String> = conditional_rules(builder).chain(fast_signals(builder)).chain(unfinished_ramps(builder)).collect();
+    let notes: Vec<String> =
+        conditional_rules(builder).chain(fast_signals(builder)).chain(unfinished_ramps(builder)).collect();
     builder.notes.extend(notes);
     Ok(())
 }
@@ -221,7 +222,9 @@ fn unfinished_ramps(builder: &Builder) -> impl Iterator<Item = String> {
     let end = builder.spans.last().map_or(0.0, |span| span.end);
     builder.signals.iter().filter_map(move |NamedSignal { name, signal }| {
         let late = signal.last_ramp_end().filter(|late| *late > end * (1.0 + 1e-9))?;
-        Some(format!("the signal {name} does not reach its end: a ramp of it ends at t = {late} s, and the run at t = {end} s"))
+        Some(format!(
+            "the signal {name} does not reach its end: a ramp of it ends at t = {late} s, and the run at t = {end} s"
+        ))
     })
 }
 

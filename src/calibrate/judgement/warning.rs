@@ -280,11 +280,7 @@ fn write_systematic(
     if let Some(p) = departure_p {
         write!(f, "stiffness changes with stretch, {}; ", probability_text(p))?;
     }
-    write!(
-        f,
-        "rms {:.2} %): the constants depend on the range",
-        100.0 * rms_relative
-    )
+    write!(f, "rms {:.2} %): the constants depend on the range", 100.0 * rms_relative)
 }
 
 fn write_stiffness(f: &mut fmt::Formatter<'_>, mu_pa: f64, unit: &str, instead: Option<&str>) -> fmt::Result {

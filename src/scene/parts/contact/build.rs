@@ -12,7 +12,7 @@ use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::carry;
-use crate::scene::parts::contact::notes::{note_points, note_start};
+use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
@@ -110,8 +110,12 @@ fn build_contact(
     if spec.response == ResponseSpec::Barrier {
         note_start(builder, &*pressing);
     }
-    if let Some(body) = bodies.iter().find(|b| b.name == spec.region) {
-        note_points(builder, body, &*pressing);
+    match bodies.iter().find(|b| b.name == spec.region) {
+        Some(body) => note_points(builder, body, &*pressing),
+        None => {
+            let facets = builder.contact_facets(place, &spec.region)?.to_vec();
+            note_facets(builder, &spec.region, &facets, &*pressing);
+        }
     }
     let friction = friction.map(|law| {
         let (name, pressing) = (format!("{name}_friction"), pressing.clone());

@@ -1,6 +1,7 @@
 //! Notes on the start of a contact, and on what the points of a rigid body do not see.
 
 use crate::effect::contact::NormalForces;
+use crate::mesh::Order;
 use crate::scene::builder::Builder;
 use crate::scene::parts::rigid::{RIM, RigidBody};
 use crate::scene::shape::ShapeSpec;
@@ -18,6 +19,31 @@ pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
         gap * 1e3,
         reach * 1e3
     ));
+}
+
+/// Distances between contact points below which a whole obstacle is seen too roughly: a ball as wide as this is pressed in by an eighth of its
+/// width before three of them feel it.
+const SEEN: f64 = 2.0;
+
+/// Notes that an obstacle is narrow against the facets that press on it: between their points it meets nothing.
+pub(super) fn note_facets(builder: &mut Builder, region: &str, facets: &[u32], pressing: &dyn NormalForces) {
+    let contact = pressing.contact();
+    let Some([low, high]) = contact.obstacle.shape.bounds() else { return };
+    let mut widths = high - low;
+    widths.as_mut_slice().sort_by(f64::total_cmp);
+    let mesh = &builder.body.mesh;
+    let area = mesh.region_area(facets) / facets.len().max(1) as f64;
+    let parts = if mesh.order == Order::Quadratic { 2.0 } else { 1.0 };
+    let spacing = (4.0 / 3f64.sqrt() * area).sqrt() / parts;
+    if widths[1] < SEEN * spacing {
+        builder.notes.push(format!(
+            "{}: the obstacle, {:.4} mm wide, is narrow against the distance of the contact points of {region}, {:.4} mm in the mean: it sinks in between them \
+             without a force; refine the mesh there",
+            contact.name,
+            widths[1] * 1e3,
+            spacing * 1e3
+        ));
+    }
 }
 
 /// Notes that an obstacle is so narrow that it may come between the points of a body, and that a flat cylinder does not roll as a round one.
