@@ -114,6 +114,25 @@ fn curves_give_one_order_their_limit_and_their_lag() {
     let wild: Vec<_> = SIZES.iter().zip([1.0, 1.3, 1.4, 1.42]).map(|(n, a)| member(*n, a, 0.0)).collect();
     let w = compare(&wild, 2.0).expect("curves");
     assert!(w.observed_order.is_none() && w.order_used.is_none() && w.star.is_empty());
+    // Back and forth: the norms of the differences fall as if the curves converged
+    let swinging: Vec<_> = SIZES.iter().zip([1.0, 1.004, 0.99, 1.04]).map(|(n, a)| member(*n, a, 0.0)).collect();
+    let s = compare(&swinging, 2.0).expect("curves");
+    assert!(s.star.is_empty() && s.observed_order.is_none() && s.convergence_ratio.is_some_and(|r| r < 0.0), "{s:?}");
+    // A position is judged by its changes: the norms of a curve that starts at a metre are those of one that starts at zero
+    let far = |far: f64| {
+        let moved = |n: usize| {
+            let (id, h, mut curve) = member(n, a(n), 0.0);
+            curve.f.iter_mut().for_each(|f| *f += far);
+            (id, h, curve)
+        };
+        compare(&SIZES.map(moved), 2.0).expect("curves")
+    };
+    let (near, far) = (far(0.0), far(1e3));
+    for (a, b) in near.norms.iter().zip(&far.norms) {
+        assert!((a.peak / b.peak - 1.0).abs() < 1e-9, "{a:?} {b:?}");
+        assert!((a.l2_error.expect("a limit") - b.l2_error.expect("a limit")).abs() < 1e-9, "{a:?} {b:?}");
+    }
+    assert!((near.gci_percent.expect("a limit") - far.gci_percent.expect("a limit")).abs() < 1e-7);
     let imposed = compare(&SIZES.map(|n| member(n, 1.0, 0.0)), 2.0).expect("curves");
     assert!(imposed.star.is_empty() && imposed.order_used.is_none());
     // Lag of 10 ms: first order in ωτ = 0.03 and finite differences over ωΔt = 0.16, both squared: 1 %

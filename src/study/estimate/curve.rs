@@ -35,7 +35,7 @@ pub struct CurveNorms {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct CurveStudy {
     pub norms: Vec<CurveNorms>,
-    /// Order from the ratio of the L2 norms
+    /// Order from the ratio of the L2 norms; none where the curves go back and forth with the mesh
     pub observed_order: Option<f64>,
     /// Order that f*(t) was extrapolated with; assumed where `fs` is 3
     pub order_used: Option<f64>,
@@ -69,14 +69,19 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         members.iter().filter(|m| !same(&m.2)).map(|m| m.2.interpolation_error()).fold(0.0, f64::max);
     let on: Vec<Vec<f64>> = members.iter().map(|m| t.iter().map(|t| m.2.at(*t)).collect()).collect();
     let difference = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
-    let norm: Vec<f64> = on.windows(2).map(|w| l2(&t, &difference(&w[1], &w[0]))).collect();
+    let differences: Vec<Vec<f64>> = on.windows(2).map(|w| difference(&w[1], &w[0])).collect();
+    let norm: Vec<f64> = differences.iter().map(|d| l2(&t, d)).collect();
+    // Curves that go back and forth with the mesh have norms as if they converged
+    let is_monotone =
+        differences.windows(2).take(1).all(|d| d[0].iter().zip(&d[1]).map(|(a, b)| a * b).sum::<f64>() >= 0.0);
 
     let (mut observed_order, mut convergence_ratio, mut fs, mut used) = (None, None, CAUTIOUS_FACTOR, None);
     if let ([a, b, ..], true) = (&norm[..], members.len() >= 3) {
         // A scalar with the same differences: f₂ − f₁ = ‖f₂ − f₁‖, f₃ − f₂ = ‖f₃ − f₂‖
         let triple = Triple::new([*h1, members[1].1, members[2].1], [0.0, *a, a + b]);
-        (observed_order, convergence_ratio) = (triple.p, Some(triple.ratio));
-        if triple.is_sane(formal) {
+        let sign = if is_monotone { 1.0 } else { -1.0 };
+        (observed_order, convergence_ratio) = (triple.p.filter(|_| is_monotone), Some(sign * triple.ratio));
+        if is_monotone && triple.is_sane(formal) {
             (fs, used) = (safety_factor(true), triple.p);
         }
     } else if members.len() == 2 && norm[0] > ROUNDING * finest.peak().abs() {
