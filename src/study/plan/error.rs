@@ -2,6 +2,7 @@
 
 use crate::report::numbers::seconds;
 use crate::scene::SceneError;
+use crate::wording::all;
 use std::path::PathBuf;
 
 /// Why there is no plan.
@@ -17,13 +18,25 @@ pub enum PlanError {
     Mesh(String),
     #[error("{}: {fact}", file.display())]
     Quantity { file: PathBuf, fact: String },
-    #[error("no element came through its pilots within a quarter of the budget ({spent:.0} s spent{}); raise --budget, or take a larger dt", told(.lost))]
-    FewPilots { spent: f64, lost: Vec<(String, String)> },
+    #[error(
+        "no element came through its pilots, three where meshes are chosen, within a quarter of the budget ({spent:.0} s spent, meshing included{}{}); raise --budget, or take a larger dt",
+        ran(.done), told(.lost)
+    )]
+    FewPilots { spent: f64, done: Vec<(String, usize, f64)>, lost: Vec<(String, String)> },
     /// The budget, not the scene, has set the limit of the mesher
     #[error("the mesher was ended after {}, which is all that the budget has left for it; raise --budget", seconds(*.after_s))]
     MeshLate { after_s: f64 },
     #[error("stopped")]
     Stopped,
+}
+
+/// The pilots that are complete: name, cells, CPU time \[s\].
+fn ran(done: &[(String, usize, f64)]) -> String {
+    let one = |(name, cells, cpu_s): &(String, usize, f64)| format!("{name} of {cells} cells in {}", seconds(*cpu_s));
+    match done {
+        [] => String::new(),
+        done => format!("; complete: {}", all(&done.iter().map(one).collect::<Vec<_>>())),
+    }
 }
 
 fn told(lost: &[(String, String)]) -> String {

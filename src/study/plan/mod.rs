@@ -70,7 +70,11 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     let examined = Examined::new(&choices, &pilots, &limits, budget.learning_s()).filter(|_| enough);
     let examined = examined.ok_or_else(|| match request.is_stopped() {
         true => PlanError::Stopped,
-        false => PlanError::FewPilots { spent: budget.spent_s(), lost: pilots.lost.clone() },
+        false => PlanError::FewPilots {
+            spent: budget.spent_s(),
+            done: pilots.of.iter().flatten().map(|c| (c.record.id.clone(), c.record.mesh.cells, c.record.cpu_s)).collect(),
+            lost: pilots.lost.clone(),
+        },
     })?;
     let steps = steps::steps(request, &scene, examined, &quantities, &budget, watch)?;
     let limit = |(q, mesh): (&String, &(f64, f64))| (q.clone(), Limit::new(*mesh, &steps, q));
@@ -139,7 +143,7 @@ fn coarsest(
             Err(e) if budget.pilots_s() > 0.0 && last.is_none() => last = Some(e),
             Err(e) if budget.pilots_s() == 0.0 => {
                 let lost = vec![("the coarsest mesh".into(), e.to_string())];
-                return Err(PlanError::FewPilots { spent: budget.spent_s(), lost });
+                return Err(PlanError::FewPilots { spent: budget.spent_s(), done: vec![], lost });
             }
             Err(e) => return Err(last.unwrap_or(e)),
         }
