@@ -2,6 +2,7 @@
 
 pub mod reading;
 pub mod table;
+pub mod writing;
 
 use sha2::{Digest, Sha256};
 use std::fs::File;
@@ -88,6 +89,7 @@ pub fn write_with(path: &Path, fill: impl FnOnce(&mut File) -> Result<()>) -> Re
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     make_names_safe(folder);
+    writing::note(path);
     Ok(())
 }
 

@@ -17,7 +17,7 @@ Examples:
   durometer cases finger-convergence
   durometer cases finger-convergence --json | jq -r '.[] | select(.state != \"stored\") | .id'
 
-States: stored, other build (of the same inputs), outdated (of other inputs), damaged, missing, unmeshed (its mesh is not made yet).")]
+States: stored, other build (of the same inputs), partial (without what the study asks for now), outdated (of other inputs), damaged, missing, unmeshed (its mesh is not made yet).")]
 pub struct Args {
     /// Name of a folder in studies/, or path of a study.toml
     study: PathBuf,
@@ -59,7 +59,15 @@ pub fn main(args: Args) -> CommandResult {
 
 /// `48 cases: 40 stored, 8 missing; 12 min expected for 8 of those to be run`
 fn totals(cases: &[Listed]) -> String {
-    let states = [State::Stored, State::OtherBuild, State::Outdated, State::Damaged, State::Missing, State::Unmeshed];
+    let states = [
+        State::Stored,
+        State::OtherBuild,
+        State::Partial,
+        State::Outdated,
+        State::Damaged,
+        State::Missing,
+        State::Unmeshed,
+    ];
     let count = |state: State| cases.iter().filter(|c| c.state == state).count();
     let words = states.iter().filter(|s| count(**s) > 0).map(|s| format!("{} {}", count(*s), s.words()));
     let known: Vec<f64> = cases.iter().filter(|c| c.state != State::Stored).filter_map(|c| c.expected.cost_s).collect();

@@ -39,5 +39,6 @@ pub fn main(args: Args) -> CommandResult {
         Some(scene) => Study::around(&files::find(scene, "scene.toml")?, &changes)?,
         None => Study::read_extent(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, extent)?,
     };
+    args.how.dir_of(&study.name, &study.file)?;
     execute(&study, &args.how, false, None)?.tell(&args.how)
 }

@@ -7,6 +7,7 @@ use super::{bars::Bars, files};
 use durometer::catalogue::Launch;
 use durometer::live::Relay;
 use durometer::math::threads;
+use durometer::report::ReportError;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
@@ -16,6 +17,7 @@ use durometer::study::run::growing;
 use durometer::study::run::only::{Only, Partition};
 use durometer::study::run::runner::{Isolation, Options};
 use durometer::study::store::folder;
+use durometer::study::store::origin;
 use durometer::study::store::record::CaseRecord;
 use durometer::study::time_left::TimeLeft;
 use std::path::{Path, PathBuf};
@@ -69,7 +71,7 @@ pub struct Args {
 pub fn main(args: Args) -> CommandResult {
     let file = files::find(&args.study, "study.toml")?;
     let changes = super::arguments::changes(&args.set)?;
-    let dir = args.how.dir(&Study::name_of(&file));
+    let dir = args.how.dir_of(&Study::name_of(&file), &file)?;
     let study = Study::read_with_additions(&file, &changes, &dir)?;
     if args.engine.engine != Engine::Local {
         if args.live {
@@ -138,6 +140,19 @@ impl How {
         self.out.clone().unwrap_or_else(|| PathBuf::from("reports").join(study))
     }
 
+    /// The same of the study of this file. The usual folder is refused where it holds the results of another study of the same name.
+    pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, String> {
+        let dir = self.dir(study);
+        match origin::other(&dir, file).filter(|_| self.out.is_none()) {
+            Some(other) => Err(format!(
+                "{}: it holds results of {}, which has the same name; choose another folder with --out, rename one of the two, or remove this folder",
+                dir.display(),
+                other.display()
+            )),
+            None => Ok(dir),
+        }
+    }
+
     /// The cases that are asked for, where not all of them are.
     fn only(&self, study: &Study) -> Result<Option<Only>, batches::BatchError> {
         if let Some(batch) = &self.batch {
@@ -166,6 +181,8 @@ enum End {
         /// Whether a case that did not converge is a result of its own
         keep_refusals: bool,
     },
+    /// All cases broke, and have earlier results of other inputs
+    NoResult,
     Report(Box<Summary>),
 }
 
@@ -206,7 +223,12 @@ pub fn execute(
             let (waiting, keep_refusals) = (wanted - records.len(), study.rules.keep_refusals);
             End::Part { part, waiting, keep_refusals }
         }
-        None => End::Report(report::write(&dir)?.into()),
+        None => match report::write(&dir) {
+            Ok(summary) => End::Report(summary.into()),
+            // No case has a result that counts: what has broken is said, with earlier results in its place
+            Err(ReportError::NoCases { .. }) if records.iter().any(CaseRecord::broke) => End::NoResult,
+            Err(why) => return Err(why.into()),
+        },
     };
     if stop.load(Ordering::Relaxed) {
         tell!("stopped: all cases are finished; run again for a report that is surely whole");
@@ -235,6 +257,10 @@ impl Done {
         let mut failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
         let text = match &self.end {
             End::Stopped => return Ok(Outcome::Interrupted),
+            End::NoResult => {
+                let fact = "no case has a result of the present inputs; the report is an earlier one".to_string();
+                if how.json { serde_json::json!({ "without_result": fact }).to_string() } else { fact }
+            }
             End::Part { part, waiting, keep_refusals } => {
                 if *keep_refusals {
                     failed.retain(|r| r.broke());
@@ -265,14 +291,19 @@ impl Done {
             let detail = record.status_detail.as_deref().unwrap_or("see the report");
             tell!("not complete: {}: {}: {detail}", record.id, record.status);
         }
-        let (unmade, sound) = match &self.end {
-            End::Report(summary) => (summary.without_result.as_ref(), soundness(summary)),
-            _ => (None, Outcome::Complete),
+        let (unmade, sound, others) = match &self.end {
+            End::Report(summary) => {
+                (summary.without_result.as_ref(), soundness(summary), summary.others(&self.records))
+            }
+            _ => (None, Outcome::Complete, vec![]),
         };
+        for record in &others {
+            tell!("not complete: {}: the report is not made of the result of this run; run the study again", record.id);
+        }
         if let Some(why) = unmade {
             tell!("not complete: {why}");
         }
-        Ok(if failed.is_empty() && unmade.is_none() { sound } else { Outcome::RunIncomplete })
+        Ok(if failed.is_empty() && unmade.is_none() && others.is_empty() { sound } else { Outcome::RunIncomplete })
     }
 
     fn words_of_waiting(waiting: usize) -> String {

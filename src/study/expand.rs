@@ -226,6 +226,7 @@ impl Study {
             families,
             details: expansion.details,
             version: env!("CARGO_PKG_VERSION").into(),
+            asks: Some(expansion.rules.asks()),
             inputs_sha256: BTreeMap::new(),
         };
         let StoredExpansion { rules, columns, .. } = expansion;

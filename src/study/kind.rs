@@ -7,6 +7,7 @@ use crate::study::curve;
 use crate::study::growth::Round;
 use crate::study::inverse::{CalibrationPlan, UseSpec};
 use crate::study::spec::{FamilySpec, VariantSpec};
+use crate::study::store::asked::Asks;
 use crate::study::store::record::{StoredCase, StudyRecord};
 use crate::study::store::results::Results;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
@@ -142,6 +143,13 @@ pub struct RunRules {
     pub input_uncertainty: bool,
     /// The states of every case at the points of its time grid are kept
     pub keep_states: bool,
+}
+
+impl RunRules {
+    /// The request for more than the curves of the cases.
+    pub fn asks(&self) -> Asks {
+        Asks { error_estimates: self.error_estimates, input_uncertainty: self.input_uncertainty }
+    }
 }
 
 impl Default for RunRules {

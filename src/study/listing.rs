@@ -5,6 +5,7 @@ use crate::scene::{Body, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::forecast::{Expected, Forecast};
+use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::store::folder::Store;
 use crate::study::store::identity::{Identity, mesh_sha256};
@@ -40,6 +41,8 @@ pub enum State {
     Stored,
     /// Of the same inputs by another build of this program
     OtherBuild,
+    /// Of the same inputs, without something that the study asks for now
+    Partial,
     /// Of other inputs
     Outdated,
     /// Its files are not those that were stored
@@ -55,6 +58,7 @@ impl State {
         match self {
             Self::Stored => "stored",
             Self::OtherBuild => "other build",
+            Self::Partial => "partial",
             Self::Outdated => "outdated",
             Self::Damaged => "damaged",
             Self::Missing => "missing",
@@ -93,7 +97,12 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
         record.iter().for_each(|r| forecast.learn(r));
         let mesh = meshes.of(case);
         let identity = waiting::identity(study, case, &store, &mut |case| Some(meshes.of(case)?.0));
-        let state = state(&store, case, record.as_ref(), identity.as_ref());
+        let state = match state(&store, case, record.as_ref(), identity.as_ref()) {
+            State::Stored | State::OtherBuild if record.as_ref().is_some_and(|r| lacks(study, case, r)) => {
+                State::Partial
+            }
+            state => state,
+        };
         found.push((state, identity, mesh.map(|(_, nodes)| nodes)));
     }
     let fitted = forecast.fitted();
@@ -126,6 +135,11 @@ fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Opti
         (Some(r), Some(identity)) if r.provenance.counts_for(identity, true) => State::OtherBuild,
         _ => State::Outdated,
     }
+}
+
+/// Whether a stored result is without what the study asks for. What a case that waits for constants is asked for is not known before they are.
+fn lacks(study: &Study, case: &Case, record: &CaseRecord) -> bool {
+    case.after.is_none() && !record.has(&Task::of(study, case, false).asked())
 }
 
 /// The stored meshes of a study, each of which is read once.

@@ -6,35 +6,24 @@ use crate::report::export::Pictures;
 use crate::report::figure::Figure;
 use crate::report::paper::Parts;
 use crate::report::{ReportError, files, viewer};
+use crate::storage::writing::Writing;
 use crate::study::content::Content;
 use crate::study::curve::missed_extremes;
+use crate::study::kind::Kind;
 use crate::study::kinds::KINDS;
 use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
 use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
+use crate::study::store::report_files::{self, ReportFiles};
+use crate::study::store::results::Results;
 use crate::study::store::{builds, collapse, energy, results};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
 use crate::wording::few;
+use std::collections::BTreeSet;
 use std::path::Path;
-
-/// Removes the sheets of an earlier report that has another number of them: `time` where there are `time-1` and `time-2` now. A file that cannot be
-/// removed stays.
-fn remove_other_sheets(dir: &Path, drawn: &[&str]) {
-    let base = |name: &str| match name.rsplit_once('-') {
-        Some((base, sheet)) if sheet.bytes().all(|b| b.is_ascii_digit()) => base.to_string(),
-        _ => name.to_string(),
-    };
-    let bases: Vec<String> = drawn.iter().map(|name| base(name)).collect();
-    for path in std::fs::read_dir(dir).into_iter().flatten().flatten().map(|entry| entry.path()) {
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        if bases.contains(&base(&stem)) && !drawn.contains(&stem.as_str()) {
-            std::fs::remove_file(&path).ok();
-        }
-    }
-}
 
 /// Writes the report of the study in `dir`, next to its cases.
 ///
@@ -46,13 +35,15 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),
     })?;
-    let underived = match (kind.derive)(&results, dir) {
-        Ok(derived) => {
-            results.derived = derived;
-            None
-        }
-        Err(why) => Some(format!("{why}.")),
+    let earlier = ReportFiles::read(dir);
+    let mut own = ReportFiles::of(&results.study, results.cases.iter().map(|c| &c.record));
+    let (underived, derived) = derive(kind, &mut results, dir);
+    own.derived = match &earlier {
+        // Files that are not made anew stay
+        Some(earlier) if derived.is_empty() && earlier.kind == own.kind => earlier.derived.clone(),
+        _ => derived,
     };
+    let writing = Writing::begin();
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
@@ -85,15 +76,29 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         files::write(&dir.join(page::VIEW), viewer::page::page(&results.study.study, &shown).as_bytes())?;
     }
     files::write(&dir.join("index.html"), page::html(&results, &content, &figures, &shown).as_bytes())?;
-    let drawn: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
-    remove_other_sheets(&dir.join("figures"), &drawn);
     for (figure, pictures) in figures.iter().zip(&pictures) {
         pictures.save(&dir.join("figures"), figure)?;
     }
     let records: Vec<&CaseRecord> = results.cases.iter().map(|c| &c.record).collect();
-    let own = OwnMethods { errors: kind.errors, search: &content.search };
-    paper::write(&dir.join("paper"), &records, own, parts(&results.study.study, &content, &figures))?;
+    let methods = OwnMethods { errors: kind.errors, search: &content.search };
+    paper::write(&dir.join("paper"), &records, methods, parts(&results.study.study, &content, &figures))?;
+    own.files = report_files::names(writing.files(), dir);
+    let path = dir.join(report_files::FILE);
+    own.replace(earlier.as_ref(), dir).map_err(|source| ReportError::Unwritable { path, source })?;
     Ok(summary)
+}
+
+/// The work of a kind on the results of all cases: why it could not be done, and the files that it has made.
+fn derive(kind: &Kind, results: &mut Results, dir: &Path) -> (Option<String>, BTreeSet<String>) {
+    let writing = Writing::begin();
+    let underived = match (kind.derive)(results, dir) {
+        Ok(derived) => {
+            results.derived = derived;
+            None
+        }
+        Err(why) => Some(format!("{why}.")),
+    };
+    (underived, report_files::names(writing.files(), dir))
 }
 
 /// A warning where stored results are of other inputs than the study has now.

@@ -49,6 +49,10 @@ pub struct Summary {
     /// Why the study has no result although its cases have theirs; absent where it has one
     #[serde(skip_serializing_if = "Option::is_none")]
     pub without_result: Option<String>,
+    /// Why the verdict is not that of the study as it is now: a run has found other inputs and did not come to its end; absent in a summary that was
+    /// just written
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub superseded: Option<String>,
     /// Version of the program
     pub version: String,
 }
@@ -139,16 +143,26 @@ impl CaseSummary {
 }
 
 impl Summary {
-    /// The cases of a run that failed. Where the study judges its cases one by one, a status other than `Converged` may be the right end of
-    /// a case.
+    /// The cases of a run that failed, or broke and left an earlier result in its place. Where the study judges its cases one by one, a status other than
+    /// `Converged` may be the right end of a case.
     pub fn failed<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
         let judged = self.cases.iter().filter_map(|c| Some((c.id.as_str(), c.outcome?)));
         let outcomes: BTreeMap<&str, CaseOutcome> = judged.collect();
         let has_failed = |r: &&CaseRecord| match outcomes.get(r.id.as_str()) {
+            _ if r.broke() => true,
             Some(outcome) => *outcome == CaseOutcome::Fail,
             None => !r.converged(),
         };
         records.iter().filter(has_failed).collect()
+    }
+
+    /// The cases of a run whose results are not those that the summary was made of, although they have an end of their own.
+    pub fn others<'a>(&self, records: &'a [CaseRecord]) -> Vec<&'a CaseRecord> {
+        let used: BTreeMap<&str, &str> = self.cases.iter().map(|c| (c.id.as_str(), c.record_sha256.as_str())).collect();
+        let is_other = |r: &&CaseRecord| {
+            !r.broke() && used.get(r.id.as_str()).is_none_or(|digest| *digest != r.provenance.record_sha256)
+        };
+        records.iter().filter(is_other).collect()
     }
 }
 
@@ -171,6 +185,7 @@ pub fn summarise(store: &Results, content: &Content, judged: Vec<BTreeMap<String
         outdated: store.outdated.clone(),
         extension: content.extension.clone(),
         without_result: content.without_result.clone(),
+        superseded: None,
         version: study.version.clone(),
     }
 }

@@ -188,6 +188,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         families: families.into(),
         details: serde_json::Value::Null,
         version: "0.1.0".into(),
+        asks: None,
         inputs_sha256: BTreeMap::new(),
     };
     (study, cases)

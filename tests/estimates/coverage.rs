@@ -88,6 +88,7 @@ fn made(bars: [f64; 3], apart: f64, curved: bool) -> Made {
         ],
         details: serde_json::Value::Null,
         version: String::new(),
+        asks: None,
         inputs_sha256: BTreeMap::new(),
     };
     let problem = ProblemRecord {

@@ -141,6 +141,34 @@ fn a_bundle_lists_what_it_holds_and_runs_again() {
     assert_eq!(rerun().status.code(), Some(0));
 }
 
+/// A link to a file, or to a folder, has the name in the bundle that the study uses.
+#[cfg(unix)]
+#[test]
+fn a_study_with_links_runs_again() {
+    let (dir, file, _) = study();
+    let at = dir.path();
+    let link = |old: &str, new: &str, target: &str| {
+        std::fs::rename(at.join(old), at.join(new)).expect("own file");
+        std::os::unix::fs::symlink(target, at.join(old)).expect("a link");
+    };
+    std::fs::create_dir(at.join("elsewhere")).expect("room");
+    link("bar/scene.toml", "elsewhere/the-scene.toml", "../elsewhere/the-scene.toml");
+    link("data/pull.csv", "elsewhere/measured.csv", "../elsewhere/measured.csv");
+    link("data", "elsewhere/tables", "elsewhere/tables");
+    // The link to the table led out of the folder that was moved
+    std::fs::remove_file(at.join("data/pull.csv")).expect("a link");
+    std::os::unix::fs::symlink("../measured.csv", at.join("data/pull.csv")).expect("a link");
+    let (results, bundle) = (at.join("linked"), at.join("crate"));
+    let done = |out: Output| assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    done(durometer(&["run", "--out"], &[&results, &file]));
+    done(durometer(&["bundle", "write", "--results"], &[&results, &file, &bundle]));
+    let moved = tempfile::tempdir().expect("a temporary folder");
+    let there = moved.path().join("crate");
+    std::fs::rename(&bundle, &there).expect("a move");
+    drop(dir);
+    done(durometer(&["bundle", "rerun", "--out"], &[&moved.path().join("again"), &there]));
+}
+
 /// Every file but the manifest is an entity, and every entity that is a file exists with its digest.
 fn check_crate(bundle: &Path) {
     let text = std::fs::read(bundle.join("ro-crate-metadata.json")).expect("the metadata");

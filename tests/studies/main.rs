@@ -3,9 +3,11 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod asked;
 mod bundle;
 mod compare;
 mod cost;
+mod earlier;
 mod engines;
 mod identity;
 mod locks;
@@ -14,5 +16,6 @@ mod outage;
 mod parts;
 mod plan;
 mod processes;
+mod report_folder;
 mod store;
 mod sweep;

@@ -5,6 +5,7 @@
 use crate::common::disk;
 use crate::common::disk::{Disk, Fault};
 use crate::common::stores::{assert_same, call, program, said, write_rod, write_study};
+use durometer::study::store::upkeep::verify;
 use std::collections::BTreeMap;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
@@ -29,6 +30,14 @@ const STUDY: Job = Job {
         assert_same(whole, found);
         assert!(found.join("index.html").is_file() && found.join("summary.json").is_file());
     },
+};
+const REDO: Job = Job {
+    arguments: &["run", "study.toml", "--out", "r", "--jobs", "1", "--redo"],
+    prepare: |at| {
+        write_study(at, 2);
+        call(at, STUDY.arguments, 0);
+    },
+    compare: assert_same,
 };
 const REPORT: Job = Job {
     arguments: &["report", "r"],
@@ -154,6 +163,20 @@ impl Job {
         }
     }
 
+    /// The program is killed at some of the calls, or finds no room: each case has its earlier result or its new one.
+    fn keeps_results(&self, moments: i64) {
+        let prepared = self.prepared();
+        let (whole, counts) = self.whole(prepared.path());
+        let cuts = moments_of(counts.calls, moments).into_iter().map(Fault::Cut);
+        for fault in cuts.chain(moments_of(counts.bytes - 1, moments).into_iter().map(Fault::Space)) {
+            let keep = copy(prepared.path());
+            Disk::new(keep.path()).call(self.command(keep.path()), fault);
+            let found = verify(&keep.path().join("r")).unwrap_or_else(|e| panic!("{e}"));
+            assert!(found.damaged.is_empty() && found.missing.is_empty(), "{fault:?}: {found:?}");
+            (self.compare)(&whole.path().join("r"), &keep.path().join("r"));
+        }
+    }
+
     /// The user stops the program at some of the calls.
     fn survives_stops(&self, moments: i64) {
         let prepared = self.prepared();
@@ -222,6 +245,11 @@ fn a_power_cut_harms_no_study() {
 }
 
 #[test]
+fn a_result_stays_until_the_next_one_is_there() {
+    REDO.keeps_results(SOME / 2);
+}
+
+#[test]
 fn a_power_cut_harms_no_report_fit_or_simulation() {
     [REPORT, FIT, SIMULATE, MESH].iter().for_each(|job| job.survives_power_cuts(SOME / 2));
 }
@@ -269,6 +297,7 @@ fn runs_share_a_store_without_links() {
 #[test]
 #[ignore = "takes minutes"]
 fn every_call_may_be_the_last() {
+    REDO.keeps_results(500);
     for job in [STUDY, REPORT, FIT, SIMULATE, MESH] {
         job.survives_power_cuts(i64::MAX);
         job.survives_stops(i64::MAX);

@@ -121,10 +121,25 @@ fn what_nothing_uses_is_removed_and_the_rest_stays() {
     let (_keep, at) = results();
     let cases = at.join("r/cases");
     call(&at, &["run", "study.toml", "--out", "s"], 0);
-    for (name, text) in [("old-case.json", "{}"), ("old-case.csv", "t_s\n"), (".x.part", "half"), ("notes.txt", "mine")]
-    {
-        write(cases.join(name), text);
+    // A result of a case that the study had before, with fields
+    let study = std::fs::read_to_string(at.join("study.toml")).expect("the study");
+    write(at.join("study.toml"), study.replace("\"100 kPa\"", "\"90 kPa\""));
+    call(&at, &["run", "study.toml", "--out", "old", "--only", "E90kPa", "--vtu"], 0);
+    write(at.join("study.toml"), study);
+    let old = "sweep-press-E90kPa";
+    for end in ["json", "csv", "skin.json.gz"] {
+        let name = format!("{old}.{end}");
+        std::fs::copy(at.join("old/cases").join(&name), cases.join(name)).expect("room");
     }
+    // Files of the user: with names like those of cases, and in the folder of a case
+    let mine = ["measured-2024.csv", "analysis.json", "notes.txt"];
+    for name in mine {
+        write(cases.join(name), "{}");
+    }
+    write(cases.join(".x.part"), "half");
+    std::fs::create_dir_all(cases.join("mine")).expect("room");
+    write(cases.join("mine/mine.pvd"), "<VTKFile/>");
+    std::fs::create_dir_all(at.join("r/next").join(old)).expect("room");
     write(at.join("r/.y.part"), "half");
     let hour = std::time::SystemTime::now() - std::time::Duration::from_secs(3600);
     for name in ["runs/dead.json", "runs/alive.json", "locks/a.json", "locks/b.json", "locks/c.json"] {
@@ -138,18 +153,19 @@ fn what_nothing_uses_is_removed_and_the_rest_stays() {
         let file = std::fs::File::options().write(true).open(at.join("r").join(name)).expect("there");
         file.set_modified(if name.contains("alive") { std::time::SystemTime::now() } else { hour }).expect("own file");
     }
-    std::fs::create_dir(cases.join("old-case")).expect("room");
-    write(cases.join("old-case/old-case.pvd"), "<VTKFile/>");
+    std::fs::rename(at.join("old/cases").join(old), cases.join(old)).expect("own folder");
     let left = || std::fs::read_dir(&cases).expect("there").count();
     let all = left();
     let (young, _) = call(&at, &["store", "gc", "r", "--dry-run"], 0);
-    assert!(young.contains("old-case.json") && !young.contains(".part"), "a file of a run that goes on stays: {young}");
+    assert!(young.contains("E90kPa.json") && !young.contains(".part"), "a file of a run that goes on stays: {young}");
     assert_eq!(left(), all, "a dry run removes nothing");
     let (done, _) = call(&at, &["store", "gc", "r", "--older-than", "0 s"], 0);
     let gone = [
-        "old-case.json",
-        "old-case.csv",
-        "cases/old-case ",
+        "E90kPa.json",
+        "E90kPa.csv",
+        "E90kPa.skin.json.gz",
+        "cases/sweep-press-E90kPa ",
+        "next/sweep-press-E90kPa",
         "cases/.x.part",
         ".y.part",
         "runs/dead",
@@ -163,10 +179,13 @@ fn what_nothing_uses_is_removed_and_the_rest_stays() {
         at.join("r/locks/b.json").is_file() && at.join("r/runs/alive.json").is_file(),
         "a run that lives keeps its lock"
     );
-    assert!(done.contains("unknown, stays: cases/notes.txt"), "{done}");
-    std::fs::remove_file(cases.join("notes.txt")).expect("it stayed");
+    for name in mine {
+        assert!(done.contains(&format!("unknown, stays: cases/{name}")), "{done}");
+        std::fs::remove_file(cases.join(name)).expect("it stayed");
+    }
+    assert!(done.contains("unknown, stays: cases/mine") && cases.join("mine/mine.pvd").is_file(), "{done}");
     assert_same(&at.join("s"), &at.join("r"));
-    assert!(!at.join("r/.y.part").exists() && !cases.join("old-case").exists());
+    assert!(!at.join("r/.y.part").exists() && !cases.join(old).exists());
     let (_, errors) = call(&at, &["store", "gc", "r", "--older-than=-1 s"], 2);
     assert!(errors.contains("--older-than"), "{errors}");
 }
@@ -223,6 +242,27 @@ fn results_that_differ_are_conflicts() {
     call(&at, &["run", "b/study.toml", "--out", "b/r"], 0);
     let (_, errors) = call(&at, &["store", "import", "r.tar.gz", "b/r"], 2);
     assert!(errors.contains("it holds results of the study"), "{errors}");
+}
+
+/// Results that an archive brings back with their study count again.
+#[test]
+fn restored_results_count() {
+    let (_keep, at) = results();
+    call(&at, &["store", "export", "r", "r.tar.gz"], 0);
+    let before = stores::contents(&at.join("r"));
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("the scene");
+    write(at.join("scene.toml"), scene.replace("nu = 0.3", "nu = 0.31"));
+    // One case is computed anew, and the others are noted as those of other inputs
+    for only in ["E100kPa", ""] {
+        call(&at, &["run", "study.toml", "--out", "r", "--only", only], 0);
+        call(&at, &["store", "import", "r.tar.gz", "r", "--replace"], 0);
+        assert_eq!(stores::contents(&at.join("r")), before);
+        let (said, _) = call(&at, &["report", "r", "--json"], 0);
+        let summary: Value = serde_json::from_str(&said).expect("JSON");
+        assert_eq!(summary["cases"].as_array().map(Vec::len), Some(4), "{summary}");
+        let (said, _) = call(&at, &["store", "export", "r", "again.tar.gz"], 0);
+        assert!(said.contains("4 cases"), "{said}");
+    }
 }
 
 /// Halves of other inputs are not merged, whichever comes first; those of the archive take the place of the others where that is asked for.

@@ -211,6 +211,7 @@ pub fn results(plan: &ValidationPlan) -> Results {
         families,
         details: serde_json::Value::Null,
         version: String::new(),
+        asks: None,
         inputs_sha256: BTreeMap::new(),
     };
     let (skins, motions, found) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());

@@ -28,7 +28,8 @@ pub fn check(file: &Path, dir: &Path, stored: &StudyRecord) -> Result<(), Bundle
     let mut facts: Vec<String> = found.iter().filter(|(cases, _)| !cases.is_empty()).map(fact).collect();
     // The version is that of the program, which the environment of the bundle names; the inputs were compared case by case
     let (schema, version, inputs_sha256) = (stored.schema, stored.version.clone(), stored.inputs_sha256.clone());
-    if facts.is_empty() && *stored != (StudyRecord { schema, version, inputs_sha256, ..study.record }) {
+    let asks = stored.asks.and(study.record.asks);
+    if facts.is_empty() && *stored != (StudyRecord { schema, version, asks, inputs_sha256, ..study.record }) {
         facts.push("the study file has changed since: question, tolerance, quantities or families".into());
     }
     match facts.is_empty() {

@@ -6,7 +6,7 @@ use crate::mesh::generate::{MeshStore, manifest_path, referred};
 use crate::storage::{self, TEXT_LIMIT};
 use crate::study::store::record::StoredCase;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use toml::Value;
 
 /// Files of a bundle: place in the bundle → where it is now.
@@ -23,7 +23,8 @@ pub struct Inputs {
 /// Gathers everything that a run of the study reads. Places keep the folders as they are below the home of the project, or below what all files share.
 pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError> {
     let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
-    let study = &real(study)?;
+    let whole = std::path::absolute(study).map_err(|e| BundleError::unreadable(study, &e))?;
+    let study = &real(whole.parent().unwrap_or(&whole))?.join(whole.file_name().unwrap_or_default());
     let (mut found, mut absolute) = (BTreeSet::new(), BTreeSet::new());
     follow(study, &mut found, &mut absolute)?;
     if !absolute.is_empty() {
@@ -34,7 +35,7 @@ pub fn gather(study: &Path, cases: &[StoredCase]) -> Result<Inputs, BundleError>
         found => found.ok(),
     };
     let about = study.with_file_name("README.md");
-    found.extend(about.is_file().then(|| real(&about)).transpose()?);
+    found.extend(about.is_file().then_some(about));
     let home = store.as_ref().map(|s| real(&s.home.path)).transpose()?;
     let root = match &home {
         Some(home) if found.iter().all(|f| f.starts_with(home)) => home.clone(),
@@ -104,8 +105,7 @@ fn follow(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<St
         if Path::new(&text).is_absolute() {
             absolute.insert(format!("{} names {text}", file.display()));
         } else {
-            let path = path.canonicalize().map_err(|e| BundleError::unreadable(&path, &e))?;
-            follow(&path, found, absolute)?;
+            follow(&as_named(&path)?, found, absolute)?;
         }
     }
     Ok(())
@@ -119,11 +119,26 @@ fn refer(file: &Path, found: &mut BTreeSet<PathBuf>, absolute: &mut BTreeSet<Str
         if name.is_absolute() {
             absolute.insert(format!("{} names {}", file.display(), name.display()));
         } else {
-            let path = folder.join(name);
-            found.insert(path.canonicalize().map_err(|e| BundleError::unreadable(&path, &e))?);
+            found.insert(as_named(&folder.join(name))?);
         }
     }
     Ok(())
+}
+
+/// The path of a file by the names that lead to it: a link keeps its own name, which is the one that the study uses. Where `..` leads out of a linked
+/// folder, the path is that of the file itself.
+fn as_named(path: &Path) -> Result<PathBuf, BundleError> {
+    let real = |path: &Path| path.canonicalize().map_err(|e| BundleError::unreadable(path, &e));
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::ParentDir => drop(plain.pop()),
+            Component::CurDir => {}
+            part => plain.push(part),
+        }
+    }
+    let whole = real(path)?;
+    Ok(if plain.canonicalize().is_ok_and(|plain| plain == whole) { plain } else { whole })
 }
 
 fn texts(value: &Value, out: &mut Vec<String>) {

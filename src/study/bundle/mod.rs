@@ -16,6 +16,7 @@ mod metadata;
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::extension::Additions;
 use crate::study::store::builds::builds;
+use crate::study::store::origin;
 use crate::study::store::outdated::check_summary;
 use crate::study::store::results;
 pub use error::BundleError;
@@ -93,7 +94,9 @@ fn of_results(dir: &Path) -> Result<Files, BundleError> {
     let mut files = Files::new();
     let ends = |file: &Path| ENDS.iter().any(|end| file.extension().is_some_and(|e| e == *end));
     let place = |file: &Path| format!("results/{}", name(file.strip_prefix(dir).unwrap_or(file)));
-    files.extend(list(dir)?.into_iter().filter(|f| ends(f)).map(|f| (place(&f), f)));
+    // Where the study lies is for this machine only
+    let is_told = |file: &PathBuf| ends(file) && file.file_name().is_none_or(|name| name != origin::FILE);
+    files.extend(list(dir)?.into_iter().filter(is_told).map(|f| (place(&f), f)));
     for folder in FOLDERS.iter().map(|f| dir.join(f)).filter(|f| f.is_dir()) {
         files.extend(list(&folder)?.into_iter().map(|f| (place(&f), f)));
     }

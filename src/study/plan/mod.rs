@@ -72,7 +72,12 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
         true => PlanError::Stopped,
         false => PlanError::FewPilots {
             spent: budget.spent_s(),
-            done: pilots.of.iter().flatten().map(|c| (c.record.id.clone(), c.record.mesh.cells, c.record.cpu_s)).collect(),
+            done: pilots
+                .of
+                .iter()
+                .flatten()
+                .map(|c| (c.record.id.clone(), c.record.mesh.cells, c.record.cpu_s))
+                .collect(),
             lost: pilots.lost.clone(),
         },
     })?;

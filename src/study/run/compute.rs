@@ -9,7 +9,6 @@ use crate::scene::{Body, ErrorEstimator, OnProgress, Progress, Run, Scene, Scene
 use crate::solve::Status;
 use crate::storage::reading::Reading;
 use crate::storage::unix_time;
-use crate::study::case::Case;
 use crate::study::run::derivatives::recorder;
 use crate::study::run::inputs::{inputs, uncertain_constants};
 use crate::study::run::live_case::LiveCase;
@@ -20,6 +19,7 @@ use crate::study::run::task::Task;
 use crate::study::run::work::{
     RepeatRecord, RunFollow, Timed, largest_memory, measure, measure_with, present_memory, watch_memory,
 };
+use crate::study::store::field_folder::LAST;
 use crate::study::store::fields::{Fields, USUAL};
 use crate::study::store::folder::{CaseOutput, Store};
 use crate::study::store::identity::Identity;
@@ -53,7 +53,7 @@ pub struct Follow<'a> {
 /// Computes a case and stores its result. `None`: stopped, and nothing is left.
 pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
     let computed = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| run(task, store, follow)));
-    let record = match computed {
+    let mut record = match computed {
         Ok(Err(why @ CaseError::Changed { .. })) => refused(&task.case, INPUTS_CHANGED, why.to_string()),
         Ok(Err(CaseError::Scene(why))) if task.keep_refusals => refused(&task.case, REFUSED, why.to_string()),
         Ok(computed) => return computed,
@@ -64,7 +64,7 @@ pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option
             refused(&task.case, PANICKED, detail)
         }
     };
-    store.save_refused(&record)?;
+    store.save_refused(&mut record)?;
     Ok(Some(record))
 }
 
@@ -75,7 +75,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let identity = case.identity(Some(&body));
     check_files(task, &reading)?;
     let mut fields = match task.vtu {
-        true => Some(Fields::new(store.folder(&case.id)?, &case.id, &USUAL)),
+        true => Some(Fields::new(store.begin_fields(&case.id)?, &case.id, &USUAL)),
         false => None,
     };
     let started_unix_s = unix_time().as_secs();
@@ -122,15 +122,40 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         return Ok(None);
     }
     solved.wall_s -= waited_s.get();
-    fields.map_or(Ok(()), |fields| fields.finish().map(drop))?;
-    if task.keep_refusals && solved.run.status != Status::Converged {
-        let mut last = Fields::new(store.folder(&case.id)?, "last", &USUAL);
-        last.add(&solved.scene, &solved.run.last, 0);
-        last.finish()?;
-    }
+    write_fields(task, store, fields, solved, &identity)?;
     let (is_shared, expected_memory) = (is_shared.get(), expected_memory.get());
     let circumstances = Circumstances { is_shared, memory, expected_memory, identity, started_unix_s };
-    store_result(case, store, computed, circumstances).map(Some)
+    store_result(task, store, computed, circumstances).map(Some)
+}
+
+/// Ends the fields of a case, and writes those of its last state where it is a result not to reach the end.
+fn write_fields(
+    task: &Task,
+    store: &Store,
+    fields: Option<Fields>,
+    solved: &Solved,
+    identity: &Identity,
+) -> Result<(), CaseError> {
+    let id = &task.case.id;
+    let mut folder = match fields {
+        Some(fields) => {
+            let folder = fields.folder().to_path_buf();
+            fields.finish()?;
+            Some(folder)
+        }
+        None => None,
+    };
+    if task.keep_refusals && solved.run.status != Status::Converged {
+        let into = folder.map_or_else(|| store.begin_fields(id), Ok)?;
+        let mut last = Fields::new(&into, LAST, &USUAL);
+        last.add(&solved.scene, &solved.run.last, 0);
+        last.finish()?;
+        folder = Some(into);
+    }
+    match folder {
+        Some(_) => Ok(store.end_fields(id, identity)?),
+        None => Ok(()),
+    }
 }
 
 /// Refuses a case one of whose files was edited since the run of the study began, also where the edit was taken back since.
@@ -265,12 +290,12 @@ fn built(task: &Task, spec: SceneSpec, body: Arc<Body>) -> Result<(Scene, f64), 
 
 /// Stores the result of a case; the record comes last.
 fn store_result(
-    case: &Case,
+    task: &Task,
     store: &Store,
     computed: Computed,
     circumstances: Circumstances,
 ) -> Result<CaseRecord, CaseError> {
-    let Computed { solved, film } = computed;
+    let (case, Computed { solved, film }) = (&task.case, computed);
     let Circumstances { is_shared, memory, expected_memory, identity, started_unix_s } = circumstances;
     let Solved { scene, run, .. } = &solved;
     let writing = Instant::now();
@@ -282,6 +307,7 @@ fn store_result(
     record.member.clone_from(&case.member);
     record.shared = is_shared;
     (record.provenance.identity, record.provenance.started_unix_s) = (identity, started_unix_s);
+    record.provenance.asked = Some(task.asked());
     record.one_run.clone_from(&solved.one_run);
     record.refinement.clone_from(&solved.refinement);
     record.notes.extend(refinement::note(&solved.refinement));

@@ -14,8 +14,7 @@ pub(super) fn recorder<'a>(
     if task.constants.is_empty() {
         return Ok(None);
     }
-    // For the intervals of constants the derivatives at extremes are enough; other analyses take them along curves
-    let made = match task.input_uncertainty && task.case.derivatives.is_empty() {
+    let made = match task.is_at_extremes() {
         true => SensitivityRecorder::at_extremes(scene, &task.constants),
         false => SensitivityRecorder::new(scene, &task.constants),
     };

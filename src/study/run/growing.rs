@@ -5,6 +5,7 @@ use crate::study::expand::Study;
 use crate::study::growth::Growth;
 use crate::study::kinds::KINDS;
 use crate::study::run::runner::{self, Options, RunError, Watch};
+use crate::study::store::folder::Store;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results;
 use std::path::Path;
@@ -17,6 +18,7 @@ use std::sync::atomic::Ordering;
 /// Those of [`runner::run`].
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
     let mut records = runner::run(study, dir, options, watch)?;
+    let broken = with_earlier_results(&records, dir);
     // The cases are done now, so that none is to be done again
     let options = Options { redo: false, only: options.only.clone(), isolation: options.isolation.clone(), ..*options };
     let mut present = study.clone();
@@ -24,8 +26,21 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
         let Some(next) = next(&present, dir)? else { break };
         present = next;
         records = runner::run(&present, dir, &options, watch)?;
+        for record in &mut records {
+            let of_case = |(_, earlier): &&(CaseRecord, String)| *earlier == record.provenance.record_sha256;
+            if let Some((broke, _)) = broken.iter().find(of_case) {
+                *record = broke.clone();
+            }
+        }
     }
     Ok(records)
+}
+
+/// The cases that broke and left an earlier result in its place, with the digest of its record.
+fn with_earlier_results(records: &[CaseRecord], dir: &Path) -> Vec<(CaseRecord, String)> {
+    let store = Store::at(dir);
+    let broken = records.iter().filter(|record| record.broke());
+    broken.filter_map(|broke| Some((broke.clone(), store.record(&broke.id)?.provenance.record_sha256))).collect()
 }
 
 /// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.

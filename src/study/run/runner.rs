@@ -4,11 +4,11 @@ use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
 use crate::scene::{Body, ParameterKey, Progress, SceneError};
+use crate::storage::sha256;
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
 use crate::study::run::cores::{Cores, Share};
-use crate::study::run::inputs::uncertain_constants;
 use crate::study::run::memory::{self, Admission, Allowance, SHARE};
 use crate::study::run::mistakes::{self, SmallestMeshes};
 use crate::study::run::only::Only;
@@ -18,8 +18,10 @@ use crate::study::run::worker::{End, Order, Said, Wants, compute_apart};
 use crate::study::store::folder::{Store, StoreError, Stored};
 use crate::study::store::identity::{Identity, mesh_sha256};
 use crate::study::store::lock::{LockError, Locks};
+use crate::study::store::origin;
 use crate::study::store::outcome::refused;
-use crate::study::store::record::{CRASHED, CaseRecord, OUT_OF_MEMORY, OUT_OF_TIME, StudyRecord};
+use crate::study::store::record::{CRASHED, CaseRecord, INPUTS_CHANGED, OUT_OF_MEMORY, OUT_OF_TIME, StudyRecord};
+use crate::study::store::superseded;
 use crate::wording::first;
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
@@ -136,17 +138,16 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     all_sound(study, mistakes::before_meshing(study, &cases))?;
     let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let store = Store::open(dir)?;
-    let locks = Locks::join(dir, &study.sha256())?;
     let inputs = Inputs::of(study);
-    store.describe(&StudyRecord { inputs_sha256: inputs.sha256.clone(), ..study.record.clone() })?;
+    let locks = Locks::join(dir, &inputs.digest(study))?;
+    store.describe(&inputs.described(study))?;
+    origin::note(dir, &study.file)?;
     if locks.alone() {
         store.sweep();
     }
     compare_others(study, &store, options, watch)?;
     let (now, later): (Vec<&Case>, Vec<&Case>) = cases.into_iter().partition(|c| c.after.is_none());
-    let constants = |c: &Case| if study.rules.input_uncertainty { uncertain_constants(&c.spec) } else { vec![] };
-    let uncertain = |c: &Case| constants(c).into_iter().map(|(constant, _)| constant);
-    let with_constants = |c: &Case| (c.clone(), c.derivatives.iter().cloned().chain(uncertain(c)).collect());
+    let with_constants = |c: &Case| (c.clone(), Task::of(study, c, false).constants);
     let usual = || memory::available().map_or(u64::MAX, |bytes| (SHARE * bytes as f64) as u64);
     let memory = Allowance::new(options.memory.unwrap_or_else(usual));
     let (cases, cores) = (AtomicUsize::new(0), Cores::new(options.jobs));
@@ -288,6 +289,19 @@ impl Inputs {
             files: study.cases.iter().map(|c| (c.id.clone(), c.files())).collect(),
         }
     }
+
+    /// The record of the study with these inputs.
+    fn described(&self, study: &Study) -> StudyRecord {
+        StudyRecord { inputs_sha256: self.sha256.clone(), ..study.record.clone() }
+    }
+
+    /// Digest of the study with these inputs, by which runs into one folder know each other. Where its files lie does not count.
+    fn digest(&self, study: &Study) -> String {
+        let mut files: Vec<&String> = self.files.values().flat_map(BTreeMap::values).collect();
+        files.sort_unstable();
+        files.dedup();
+        sha256(format!("{} {:?} {files:?}", study.sha256(), self.sha256))
+    }
 }
 
 /// The state that cases which run side by side share.
@@ -304,9 +318,10 @@ struct Running<'a> {
 }
 
 impl Running<'_> {
-    /// Runs cases, each together with the derivatives by the constants.
+    /// Runs cases, each together with the derivatives by the constants. Before that a report of other inputs than those that they have now is marked.
     fn side_by_side(&self, study: &Study, cases: Vec<(Case, Vec<ParameterKey>)>) -> Result<Vec<CaseRecord>, RunError> {
         let queue = Mutex::new(prepare(study, cases, (self.store, self.options, &self.inputs), self.watch)?);
+        superseded::mark(&self.store.dir, &self.inputs.described(study))?;
         let (records, failure) = (Mutex::new(Vec::new()), Mutex::new(None));
         std::thread::scope(|scope| {
             for _ in 0..self.options.jobs.max(1) {
@@ -399,20 +414,18 @@ impl Running<'_> {
 
     /// Whether a stored record is the result that would be computed.
     fn usable(&self, turn: &Turn, record: &CaseRecord) -> bool {
-        let (task, id, identity) = (&turn.ready.task, &turn.ready.task.case.id, &turn.ready.identity);
+        let (task, identity) = (&turn.ready.task, &turn.ready.identity);
         // Another run has just computed it, with this end
         let now = turn.waits || turn.ready.before.as_ref() != Some(&record.provenance.record_sha256);
-        if turn.waits && record.broke() {
+        if turn.waits && record.broke() && record.status != INPUTS_CHANGED {
             return true;
         }
-        let drawn = !task.vtu || self.store.collection(id).is_file();
-        let enough =
-            record.repeats.len().max(1) >= task.repeats && (record.one_run.is_some() || !task.estimates_errors);
+        let drawn = !task.vtu || self.store.has_fields(record);
         let counts = |identity| record.provenance.counts_for(identity, self.options.accept_build);
         let same = identity.as_ref().is_some_and(counts);
         // A search that had no time left goes on
         let goes_on = record.status == OUT_OF_TIME && !now;
-        drawn && (!self.options.redo || now) && same && (enough || !record.converged()) && !goes_on
+        drawn && (!self.options.redo || now) && same && record.has(&task.asked()) && !goes_on
     }
 
     fn shared(&self) -> bool {
@@ -441,28 +454,29 @@ impl Running<'_> {
         let mut following = Following { run: self, id, size, promised: 0, share: None };
         let end = compute_apart(program, &order, &mut following)
             .map_err(|e| RunError::Start { program: program.file.clone(), reason: e.to_string() })?;
-        let crashed = |how: String| {
-            let record = refused(&task.case, CRASHED, how);
-            self.store.save_refused(&record).map(|()| Some(record))
+        let broken = |status: &str, why: String| {
+            let mut record = refused(&task.case, status, why);
+            self.store.save_refused(&mut record).map(|()| Some(record))
         };
         match end {
             End::Stopped => Ok(None),
             End::Failed(why) => Err(RunError::Apart { why: format!("case {id}: {why}") }),
+            // Its process has stored what there is to store
+            End::Broke(status, why) => Ok(Some(refused(&task.case, &status, why))),
             End::TooLarge(bytes) => {
                 let [needed, allowed] = [bytes, self.memory.limit].map(|bytes| bytes as f64 / 1e9);
                 let why = format!(
                     "it is going to take {needed:.2} GB, and all cases together may take {allowed:.2} GB; allow more with --memory, take the iterative \
                      method by numerics.factor_memory, or a coarser mesh"
                 );
-                let record = refused(&task.case, OUT_OF_MEMORY, why);
-                self.store.save_refused(&record)?;
-                Ok(Some(record))
+                Ok(broken(OUT_OF_MEMORY, why)?)
             }
-            End::Died(how) => Ok(crashed(how)?),
+            End::Died(how) => Ok(broken(CRASHED, how)?),
             End::Stored => match self.store.record(id) {
                 Some(record) => Ok(Some(record)),
                 None => {
-                    Ok(crashed("its stored result cannot be read back; look at the disk, and run it again".into())?)
+                    let why = "its stored result cannot be read back; look at the disk, and run it again";
+                    Ok(broken(CRASHED, why.into())?)
                 }
             },
         }

@@ -4,6 +4,8 @@ use crate::scene::{ParameterKey, Scene, hint};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::overlay::markers::{self, MarkersError};
+use crate::study::run::inputs::uncertain_constants;
+use crate::study::store::asked::Asked;
 use crate::study::store::record::CaseRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -63,6 +65,29 @@ impl Task {
             files: BTreeMap::new(),
             case,
         }
+    }
+
+    /// The task of a case whose inputs are known, with the derivatives that its study asks for.
+    pub fn of(study: &Study, case: &Case, vtu: bool) -> Self {
+        let uncertain = if study.rules.input_uncertainty { uncertain_constants(&case.spec) } else { vec![] };
+        let constants = case.derivatives.iter().cloned().chain(uncertain.into_iter().map(|(constant, _)| constant));
+        Self::new(study, case.clone(), constants.collect(), vtu)
+    }
+
+    /// Everything that is asked of the case in addition to its curves.
+    pub fn asked(&self) -> Asked {
+        Asked {
+            estimates: if self.estimates_errors { self.columns.clone() } else { vec![] },
+            constants: self.constants.iter().map(ToString::to_string).collect(),
+            along_curves: !self.constants.is_empty() && !self.is_at_extremes(),
+            repeats: self.repeats,
+            states: self.keep_states,
+        }
+    }
+
+    /// Whether derivatives are asked for at extremes only: other analyses than those of the intervals of constants take them along curves.
+    pub fn is_at_extremes(&self) -> bool {
+        self.input_uncertainty && self.case.derivatives.is_empty()
     }
 
     /// Every column that is judged must be recorded, as a curve over time, and no signal be left to a controller.

@@ -58,6 +58,11 @@ pub enum Said {
     Serves(u16),
     /// The result is stored
     Stored,
+    /// The computation broke with this status, for this reason: an earlier result may have stayed in its place
+    Broke {
+        status: String,
+        why: String,
+    },
     /// The input was refused, or the result cannot be stored
     Failed(String),
 }
@@ -77,6 +82,8 @@ pub trait Wants {
 /// How the process of a case ended.
 pub enum End {
     Stored,
+    /// The computation broke with this status, for this reason
+    Broke(String, String),
     Stopped,
     Failed(String),
     /// It needs more memory than there is \[bytes\]
@@ -109,6 +116,9 @@ pub fn obey(order: &str, shared: &AtomicBool, admitted: &mut dyn FnMut() -> bool
         own_process: true,
     };
     say(match compute(&order.task, &Store::at(&order.dir), &mut follow) {
+        Ok(Some(record)) if record.broke() => {
+            Said::Broke { status: record.status, why: record.status_detail.unwrap_or_default() }
+        }
         Ok(_) => Said::Stored,
         Err(why) => Said::Failed(why.to_string()),
     });
@@ -146,6 +156,7 @@ pub fn compute_apart(program: &Launch, order: &Order, wants: &mut dyn Wants) -> 
         }
         match said {
             Some(Said::Stored) => end = Some(End::Stored),
+            Some(Said::Broke { status, why }) => end = Some(End::Broke(status, why)),
             Some(Said::Failed(why)) => end = Some(End::Failed(why)),
             said if wants.said(said.as_ref()) => {}
             _ => return Ok(End::Stopped),

@@ -8,7 +8,9 @@
 
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
-use crate::study::store::outdated::is_outdated;
+use crate::study::store::field_folder;
+use crate::study::store::outdated::{forget_note, is_outdated};
+use crate::study::store::placing;
 use crate::study::store::record::{CaseRecord, StudyRecord};
 use flate2::read::MultiGzDecoder;
 use flate2::{Compression, GzBuilder};
@@ -214,11 +216,12 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
         return Err(ArchiveError::Damaged { path: path.into(), files: damaged });
     }
     let mut out = Imported::default();
+    let is_of_archive = options.replace || !dir.join("study.json").exists();
     let (own, other) = place(path, dir, &record, (options, &mut out))?;
     let known = ids(&own);
     let (inputs, others) = (&own.inputs_sha256, &other.inputs_sha256);
     let has_others = inputs != others && !inputs.is_empty() && !others.is_empty();
-    let folder = Folder { dir, study: &own, has_others };
+    let folder = Folder { dir, study: &own, has_others, is_of_archive };
     walk(path, options.limit, &mut |id, files| {
         if !known.contains(id) {
             let fact = "the study of the folder has no such case".into();
@@ -253,7 +256,8 @@ fn place(
         }
         Ok(own) => {
             // Other inputs are told case by case
-            if own != (StudyRecord { inputs_sha256: own.inputs_sha256.clone(), ..other.clone() }) {
+            let (inputs_sha256, asks) = (own.inputs_sha256.clone(), other.asks.or(own.asks));
+            if own != (StudyRecord { inputs_sha256, asks, ..other.clone() }) {
                 let fact = "the study of the archive was another one, or of another version".into();
                 out.conflicts.push(Conflict { what: "study.json".into(), fact });
             }
@@ -282,6 +286,8 @@ struct Folder<'a> {
     study: &'a StudyRecord,
     /// The archive has results of other inputs
     has_others: bool,
+    /// The study is the one that the archive brings
+    is_of_archive: bool,
 }
 
 impl Folder<'_> {
@@ -299,7 +305,8 @@ impl Folder<'_> {
         }
         // A result that does not count gives way
         let own = check_in(self.dir, id).ok();
-        let replace = replace || own.as_ref().is_some_and(|own| is_outdated(self.dir, self.study, own));
+        let gives_way = |own: &CaseRecord| own.broke() || is_outdated(self.dir, self.study, own);
+        let replace = replace || own.as_ref().is_some_and(gives_way);
         let differs = own.as_ref().and_then(|own| {
             let (own, other) = (&own.provenance, &record.provenance);
             let facts = [
@@ -312,7 +319,7 @@ impl Folder<'_> {
         match (own.is_some(), differs) {
             (true, None) => {
                 out.kept += 1;
-                return Ok(());
+                return self.count(id);
             }
             (true, Some(fact)) if !replace => {
                 out.conflicts.push(Conflict { what: id.clone(), fact: fact.into() });
@@ -321,19 +328,17 @@ impl Folder<'_> {
             (true, Some(_)) => out.replaced.push(id.clone()),
             (false, _) => out.added.push(id.clone()),
         }
-        // The record comes last, as in a run
-        for end in ENDS {
-            let path = self.dir.join("cases").join(format!("{id}.{end}"));
-            let done = match files.get(end) {
-                Some(bytes) => storage::write(&path, bytes),
-                None => std::fs::remove_file(&path).or_else(|e| match e.kind() {
-                    std::io::ErrorKind::NotFound => Ok(()),
-                    _ => Err(e),
-                }),
-            };
-            done.map_err(|e| ArchiveError::Unwritable { path, reason: e.to_string() })?;
-        }
-        Ok(())
+        let files: Vec<(&str, &Vec<u8>)> = files.iter().map(|(end, bytes)| (end.as_str(), bytes)).collect();
+        placing::place(self.dir, id, &files)
+            .and_then(|()| field_folder::remove_others(self.dir, record))
+            .map_err(|(path, e)| ArchiveError::Unwritable { path, reason: e.to_string() })?;
+        self.count(id)
+    }
+
+    /// Takes back the note that the result of a case does not count, where the study is that of the archive, whose results do.
+    fn count(&self, id: &str) -> Result<(), ArchiveError> {
+        let forgotten = if self.is_of_archive { forget_note(self.dir, id) } else { Ok(()) };
+        forgotten.map_err(|why| ArchiveError::Unwritable { path: self.dir.into(), reason: why.to_string() })
     }
 }
 

@@ -3,23 +3,14 @@
 use crate::scene::FileDigest;
 use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::other_build::explain;
+use crate::study::store::placing::{settle, settle_all};
 use crate::study::store::record::{CaseRecord, StudyRecord};
 use crate::study::store::seal;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// End of the file with the best values so far of a search that has no record yet.
-pub const SEARCH: &str = "search.json";
-/// Ends of the names of the files of a case, `<id>.<end>`. The record is the last: it is written last.
-pub const ENDS: [&str; 9] =
-    ["csv", "fit.json", SEARCH, "sensitivities.csv", "skin.json", "skin.json.gz", PAGE, STATES, "json"];
-/// End of the file with the motion of a case: a page that shows it.
-pub const PAGE: &str = "view.html";
-/// End of the file with the states of a case.
-pub const STATES: &str = "states.cbor";
-/// Name of the folder with the cases whose results are of other inputs than the study has now.
-pub const OUTDATED: &str = "outdated";
+pub use crate::study::store::names::{ENDS, OUTDATED, PAGE, SEARCH, STATES, is_ambiguous, parts_of};
 
 /// A folder that holds no results of a study, or cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -38,22 +29,6 @@ pub struct Unsound {
     /// Relative to the folder of the results
     pub file: String,
     pub fact: String,
-}
-
-/// Name of a file of a case: id and end. `known` tells names apart that several ids fit to, `a.fit` with `json` and `a` with `fit.json`.
-pub fn parts_of<'a>(name: &'a str, known: &BTreeSet<&str>) -> Option<(&'a str, &'static str)> {
-    let fits = |end: &'static str| Some((name.strip_suffix(end)?.strip_suffix('.')?, end));
-    let mut all = ENDS.into_iter().filter_map(fits).filter(|(id, _)| !id.is_empty() && !id.starts_with('.'));
-    let found: Vec<(&str, &str)> = all.by_ref().collect();
-    let of_study = found.iter().find(|(id, _)| known.contains(id));
-    of_study.or_else(|| found.iter().min_by_key(|(id, _)| id.len())).copied()
-}
-
-/// Whether the files of a case with this id would be taken for files of another case, such as those of `b.fit` and `b`.
-pub fn is_ambiguous(id: &str) -> bool {
-    let is_shorter = |name: &str| parts_of(name, &BTreeSet::new()).is_some_and(|(found, _)| found.len() < id.len());
-    let is_set_aside = id.rsplit_once(".damaged-").is_some_and(|(_, n)| n.chars().all(|c| c.is_ascii_digit()));
-    is_set_aside || is_shorter(id) || ENDS.iter().any(|end| is_shorter(&format!("{id}.{end}")))
 }
 
 /// The study of a folder of results.
@@ -81,6 +56,7 @@ pub struct CaseFiles {
 
 impl CaseFiles {
     pub fn read(dir: &Path, known: &BTreeSet<&str>) -> Result<Self, FolderError> {
+        settle_all(dir);
         let path = dir.join("cases");
         let unreadable = |e: std::io::Error| FolderError::Unreadable { path: path.clone(), reason: e.to_string() };
         let mut out = Self::default();
@@ -128,29 +104,13 @@ pub fn check(id: &str, read: &dyn Fn(&str) -> std::io::Result<Vec<u8>>) -> Resul
 
 /// The same for a case in a folder of results.
 pub fn check_in(dir: &Path, id: &str) -> Result<CaseRecord, Vec<Unsound>> {
+    settle(dir, id);
     check(id, &|end| storage::read(&dir.join("cases").join(format!("{id}.{end}")), DATA_LIMIT))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_belongs_to_the_case_that_exists() {
-        let none = BTreeSet::new();
-        assert_eq!(parts_of("a-b-1.5.csv", &none), Some(("a-b-1.5", "csv")));
-        assert_eq!(parts_of("a.skin.json.gz", &none), Some(("a", "skin.json.gz")));
-        assert_eq!(parts_of("a.fit.json", &none), Some(("a", "fit.json")));
-        assert_eq!(parts_of("a.view.html", &none), Some(("a", PAGE)));
-        assert_eq!(parts_of("a.fit.json", &BTreeSet::from(["a.fit"])), Some(("a.fit", "json")));
-        for id in ["b.fit", "b.search", "b.skin", "b.skin.json", "b.sensitivities", "b.csv", "b.json", "b.damaged-1"] {
-            assert!(is_ambiguous(id), "{id}");
-        }
-        for id in ["b", "a-b-1.5", "b.view", "b.fitted", "skin", "b.damaged-x"] {
-            assert!(!is_ambiguous(id), "{id}");
-        }
-        for other in ["notes.txt", ".x.part", "json", ".json", "a.json.damaged"] {
-            assert_eq!(parts_of(other, &none), None, "{other}");
-        }
-    }
+/// The record of a case as it was stored, whatever has become of its other files; none where a file of this name is none.
+pub fn sealed_record(dir: &Path, id: &str) -> Option<CaseRecord> {
+    let bytes = storage::read(&dir.join("cases").join(format!("{id}.json")), DATA_LIMIT).ok()?;
+    let record: CaseRecord = serde_json::from_slice(&bytes).ok()?;
+    (record.id == id && seal::is_intact(&String::from_utf8_lossy(&bytes))).then_some(record)
 }

@@ -7,7 +7,7 @@ use crate::mesh::{Region, TetMesh};
 use crate::scene::Scene;
 use crate::scene::output::{Field, FieldSpec};
 use crate::system::State;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// The fields written where none are chosen.
@@ -31,6 +31,11 @@ impl Fields {
         let (wall, cpu) = (Duration::ZERO, Duration::ZERO);
         let what = what.to_vec();
         Self { dir: dir.into(), name: name.into(), what, frames: vec![], skins: vec![], failure: None, wall, cpu }
+    }
+
+    /// The folder into which they are written.
+    pub fn folder(&self) -> &Path {
+        &self.dir
     }
 
     /// The collection, there when all states are.

@@ -1,11 +1,14 @@
-//! Files of a case on disk. The record is written last: with it the case counts as done.
+//! Files of a case on disk. With its record a case counts as done.
 
 use crate::calibrate::inverse::Calibration;
 use crate::scene::{FileDigest, Run, Sensitivities};
-use crate::storage::{self, DATA_LIMIT};
+use crate::storage::{self, DATA_LIMIT, sha256};
 use crate::study::store::case_files::{ENDS, OUTDATED, PAGE, SEARCH, STATES, check_in};
 use crate::study::store::csv_text;
+use crate::study::store::field_folder;
 use crate::study::store::identity::Identity;
+use crate::study::store::names::NEXT;
+use crate::study::store::placing::{Unwritten, pending, place, settle_all};
 use crate::study::store::record::{CaseRecord, SCHEMA, StudyRecord};
 use crate::study::store::seal;
 use crate::study::store::skin::Skin;
@@ -108,13 +111,19 @@ impl Store {
 
     /// Removes what writers left behind that were killed. What is young may be that of a run which begins at this moment.
     pub fn sweep(&self) {
+        settle_all(&self.dir);
+        let is_old = |file: &Path| {
+            let changed = std::fs::metadata(file).and_then(|m| m.modified()).ok();
+            changed.and_then(|t| t.elapsed().ok()).is_some_and(|age| age > LEFT)
+        };
+        for folder in pending(&self.dir).iter().map(|id| self.dir.join(NEXT).join(id)).filter(|folder| is_old(folder)) {
+            std::fs::remove_dir_all(folder).ok();
+        }
         for folder in ["", "cases", "runs", "locks", OUTDATED].map(|name| self.dir.join(name)) {
             for file in std::fs::read_dir(folder).into_iter().flatten().flatten() {
                 let name = file.file_name();
                 let name = name.to_string_lossy();
-                let changed = file.metadata().and_then(|m| m.modified()).ok();
-                let is_old = changed.and_then(|t| t.elapsed().ok()).is_some_and(|age| age > LEFT);
-                if is_old && name.starts_with('.') && name.ends_with(".part") {
+                if name.starts_with('.') && name.ends_with(".part") && is_old(&file.path()) {
                     std::fs::remove_file(file.path()).ok();
                 }
             }
@@ -171,39 +180,36 @@ impl Store {
         Ok(format!("cases/{id}.damaged-{number}.json"))
     }
 
-    /// Removes the record of a case, if there is one: the case counts as not done.
-    fn forget(&self, id: &str) -> Result<(), StoreError> {
-        let path = self.path(id, "json");
-        match std::fs::remove_file(&path) {
-            Err(e) if e.kind() != ErrorKind::NotFound => Err(unwritable(&path, &e)),
-            _ => Ok(()),
-        }
-    }
-
     /// Whether there is a record of this case, sound or not.
     pub fn has(&self, id: &str) -> bool {
         self.path(id, "json").is_file()
     }
 
-    /// Writes the files of a case, then its record with the digests of all. An earlier record goes first: it does not belong to the new
-    /// files. What an earlier result had and this one has not goes too.
+    /// Stores the result of a case in the place of an earlier one, of which nothing is lost before the new one is there.
+    ///
+    /// # Errors
+    ///
+    /// A folder that cannot be written.
     pub fn save(&self, record: &mut CaseRecord, outcome: &CaseOutput) -> Result<(), StoreError> {
-        self.forget(&record.id)?;
-        (record.provenance.schema, record.provenance.results) = (SCHEMA, vec![]);
-        for (end, bytes) in outcome.files().map_err(|(end, reason)| self.unwritable(&record.id, end, reason))? {
-            let path = self.path(&record.id, end);
-            let Some(bytes) = bytes else {
-                std::fs::remove_file(&path).ok();
-                continue;
-            };
-            storage::write(&path, &bytes).map_err(|e| unwritable(&path, &e))?;
-            let digest = FileDigest { file: format!("{}.{end}", record.id), sha256: storage::sha256(bytes) };
-            record.provenance.results.push(digest);
-        }
-        self.write_record(record)?;
+        let files = outcome.files().map_err(|(end, reason)| self.unwritable(&record.id, end, reason))?;
+        let files = files.into_iter().filter_map(|(end, bytes)| Some((end, bytes?))).collect();
+        self.put(record, files)?;
         // Its search came to its end, or says itself where it goes on
         std::fs::remove_file(self.path(&record.id, SEARCH)).ok();
         Ok(())
+    }
+
+    /// Stores files with a record that has their digests and its own.
+    fn put(&self, record: &mut CaseRecord, mut files: Vec<(&'static str, Vec<u8>)>) -> Result<(), StoreError> {
+        let id = record.id.clone();
+        let digest = |(end, bytes): &(&str, Vec<u8>)| FileDigest { file: format!("{id}.{end}"), sha256: sha256(bytes) };
+        record.provenance.schema = SCHEMA;
+        record.provenance.results = files.iter().map(digest).collect();
+        record.provenance.record_sha256.clear();
+        let text = json(record).map_err(|reason| self.unwritable(&id, "json", reason))?;
+        record.provenance.record_sha256 = sha256(&text);
+        files.push(("json", seal::sealed(&text).into_bytes()));
+        place(&self.dir, &id, &files).and_then(|()| field_folder::remove_others(&self.dir, record)).map_err(unwritten)
     }
 
     /// Keeps the best values of a search so far, so that one that is stopped goes on there.
@@ -220,24 +226,23 @@ impl Store {
         (kept.identity == *identity).then_some(kept.values)
     }
 
-    /// Writes a record with its own digest.
-    fn write_record(&self, record: &CaseRecord) -> Result<(), StoreError> {
-        let text = json(record).map_err(|reason| self.unwritable(&record.id, "json", reason))?;
-        write(&self.path(&record.id, "json"), &seal::sealed(&text))
-    }
-
     fn unwritable(&self, id: &str, end: &str, reason: String) -> StoreError {
         StoreError::Unwritable { path: self.path(id, end), reason }
     }
 
-    /// The record of a case that has no run.
-    pub fn save_refused(&self, record: &CaseRecord) -> Result<(), StoreError> {
-        self.forget(&record.id)?;
-        write(&self.path(&record.id, "csv"), "t_s\n")?;
-        for end in ["skin.json.gz", "fit.json", "sensitivities.csv", PAGE, STATES] {
-            std::fs::remove_file(self.path(&record.id, end)).ok();
+    /// Stores the record of a case that has no run. Where the computation itself broke, an earlier result that has an end of its own stays in its place,
+    /// which the record says then.
+    ///
+    /// # Errors
+    ///
+    /// A folder that cannot be written.
+    pub fn save_refused(&self, record: &mut CaseRecord) -> Result<(), StoreError> {
+        if record.broke() && self.record(&record.id).is_some_and(|earlier| !earlier.broke()) {
+            let why = record.status_detail.take().unwrap_or_default();
+            record.status_detail = Some(format!("{why}; the earlier result of the case stays"));
+            return Ok(());
         }
-        self.write_record(record)
+        self.put(record, vec![("csv", b"t_s\n".to_vec())])
     }
 
     /// The saved result of a case of a calibration, if there is one.
@@ -245,18 +250,19 @@ impl Store {
         serde_json::from_slice(&storage::read(&self.path(id, "fit.json"), DATA_LIMIT).ok()?).ok()
     }
 
-    /// The collection of the fields of a case; it is there when all of them are.
-    pub fn collection(&self, id: &str) -> PathBuf {
-        self.dir.join("cases").join(id).join(format!("{id}.pvd"))
+    /// Folder for the fields of a case, without those of an earlier run.
+    pub fn begin_fields(&self, id: &str) -> Result<PathBuf, StoreError> {
+        field_folder::begin(&self.dir, id).map_err(unwritten)
     }
 
-    /// Folder of a case's own files, made if need be.
-    pub fn folder(&self, id: &str) -> Result<PathBuf, StoreError> {
-        let path = self.dir.join("cases").join(id);
-        match std::fs::create_dir_all(&path) {
-            Ok(()) => Ok(path),
-            Err(e) => Err(unwritable(&path, &e)),
-        }
+    /// Notes that the fields of a case are all there, and what they were computed from.
+    pub fn end_fields(&self, id: &str, identity: &Identity) -> Result<(), StoreError> {
+        field_folder::end(&self.dir, id, identity).map_err(unwritten)
+    }
+
+    /// Whether the fields of all states of this result are there.
+    pub fn has_fields(&self, record: &CaseRecord) -> bool {
+        field_folder::is_whole(&self.dir, record)
     }
 
     fn path(&self, id: &str, extension: &str) -> PathBuf {
@@ -276,6 +282,10 @@ pub fn json<T: Serialize + DeserializeOwned>(value: &T) -> Result<String, String
 /// The file appears whole or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), StoreError> {
     storage::write(path, text.as_bytes()).map_err(|e| unwritable(path, &e))
+}
+
+fn unwritten((path, e): Unwritten) -> StoreError {
+    unwritable(&path, &e)
 }
 
 pub(super) fn unwritable(path: &Path, e: &std::io::Error) -> StoreError {

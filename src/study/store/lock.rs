@@ -41,7 +41,7 @@ pub struct Owner {
     /// Start of the process in ticks of its system, as another process gets this number later
     pub pid_started: u64,
     pub started_unix_s: u64,
-    /// Digest of the study with all its changes
+    /// Digest of the study with all its changes and the contents of its files
     pub study_sha256: String,
 }
 
@@ -51,8 +51,8 @@ pub enum LockError {
     #[error("{}: cannot be written: {reason}; choose another folder with --out, or make room", path.display())]
     Io { path: PathBuf, reason: String },
     #[error(
-        "{}: process {} on {} computes another study into it, or the same with other changes; wait for its end, or choose another \
-         folder with --out", dir.display(), owner.pid, owner.host
+        "{}: process {} on {} computes another study into it, or the same with other changes or files; wait for its end, or choose \
+         another folder with --out", dir.display(), owner.pid, owner.host
     )]
     OtherStudy { dir: PathBuf, owner: Box<Owner> },
 }

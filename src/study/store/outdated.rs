@@ -24,11 +24,23 @@ impl Store {
         let Some(stored) = stored_identity(&self.dir, id) else { return Ok(()) };
         let path = self.dir.join(OUTDATED).join(id);
         let done = if now == Some(stored.as_str()) {
-            std::fs::remove_file(&path).or_else(|e| if e.kind() == ErrorKind::NotFound { Ok(()) } else { Err(e) })
+            forget_note(&self.dir, id)
         } else {
             std::fs::create_dir_all(self.dir.join(OUTDATED)).and_then(|()| storage::write(&path, stored.as_bytes()))
         };
         done.map_err(|e| unwritable(&path, &e))
+    }
+}
+
+/// Takes back the note on a case, if there is one.
+///
+/// # Errors
+///
+/// A folder that cannot be written.
+pub fn forget_note(dir: &Path, id: &str) -> std::io::Result<()> {
+    match std::fs::remove_file(dir.join(OUTDATED).join(id)) {
+        Err(e) if e.kind() != ErrorKind::NotFound => Err(e),
+        _ => Ok(()),
     }
 }
 

@@ -10,6 +10,7 @@ use crate::study::run::inputs::InputRecord;
 use crate::study::run::one_run::OneRunRecord;
 use crate::study::run::refinement::RefinementRecord;
 use crate::study::run::work::{RepeatRecord, WorkRecord};
+use crate::study::store::asked::{Asked, Asks};
 use crate::study::store::contact::ContactRecord;
 use crate::study::store::identity::{Build, Identity};
 use crate::study::store::solver::SolverRecord;
@@ -130,6 +131,27 @@ impl CaseRecord {
     /// Whether the computation itself broke: by a panic, a process that died, memory that was not sufficient, or a file that was edited meanwhile.
     pub fn broke(&self) -> bool {
         [PANICKED, CRASHED, OUT_OF_MEMORY, INPUTS_CHANGED].contains(&self.status.as_str())
+    }
+
+    /// Whether the result has what is asked of the case. A record of an earlier version does not say what was asked; its contents tell.
+    pub fn has(&self, asked: &Asked) -> bool {
+        self.provenance.asked.as_ref().map_or_else(
+            || {
+                let estimated = self.one_run.is_some() || asked.estimates.is_empty();
+                !self.converged() || estimated && self.repeats.len().max(1) >= asked.repeats
+            },
+            |was| was.has(asked),
+        )
+    }
+
+    /// Removes what the study does not ask for.
+    pub fn restrict(&mut self, asks: Asks, is_reference: bool) {
+        if !asks.error_estimates || is_reference {
+            self.one_run = None;
+        }
+        if !asks.input_uncertainty {
+            self.inputs.clear();
+        }
     }
 
     /// Whether the search of a calibration has found constants, also where its status says why they are no answer.
@@ -292,6 +314,9 @@ pub struct Provenance {
     pub identity: Identity,
     #[serde(default)]
     pub build: Build,
+    /// Everything that the study asked of the case; none in records of earlier versions, and of a case without a run
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked: Option<Asked>,
     /// Start of the run, in seconds since 1970 UTC
     #[serde(default)]
     pub started_unix_s: u64,

@@ -92,11 +92,12 @@ impl Results {
     /// Reads the files of a case, if it has some.
     fn add(&mut self, dir: &Path, id: &str) -> Result<(), ReportError> {
         let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
-        let Some(record) = record(&file("json"))? else { return Ok(()) };
+        let Some(mut record) = record(&file("json"))? else { return Ok(()) };
         if is_outdated(dir, &self.study, &record) {
             self.outdated.push(id.into());
             return Ok(());
         }
+        self.study.asks.iter().for_each(|asks| record.restrict(*asks, self.study.is_reference(id)));
         // A file that was taken away, to save space, does not make the numbers of the others wrong
         let (missing, changed): (Vec<Unsound>, Vec<Unsound>) =
             check_in(dir, id).err().unwrap_or_default().into_iter().partition(|f| !dir.join(&f.file).exists());

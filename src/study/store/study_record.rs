@@ -2,6 +2,7 @@
 
 use crate::report::names::title;
 use crate::study::estimate::tolerance::Tolerance;
+use crate::study::store::asked::Asks;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::series::StoredCase;
 use crate::study::store::status::NOT_RUN;
@@ -42,6 +43,9 @@ pub struct StudyRecord {
     #[serde(default, skip_serializing_if = "serde_json::Value::is_null")]
     pub details: serde_json::Value,
     pub version: String,
+    /// Everything that is asked of the cases in addition to their curves; absent in files of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asks: Option<Asks>,
     /// Case → what its result is computed from, as its identity has it without the mesh; absent of cases that wait for constants
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub inputs_sha256: BTreeMap<String, String>,
@@ -57,6 +61,11 @@ impl StudyRecord {
     /// Columns of the quantities of all variants.
     pub fn columns(&self) -> Vec<&str> {
         self.quantities.values().flatten().map(|q| q.name.as_str()).collect()
+    }
+
+    /// Whether a case belongs to a reference run.
+    pub fn is_reference(&self, id: &str) -> bool {
+        self.families.iter().any(|f| f.role == Role::Reference && f.cases.iter().any(|case| case == id))
     }
 
     /// Words for a variant: its label, or its name.

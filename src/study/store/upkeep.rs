@@ -1,8 +1,13 @@
 //! Upkeep of a folder of results: every digest is verified, and what no case uses is removed.
 
 use crate::storage::{self, TEXT_LIMIT};
-use crate::study::store::case_files::{CaseFiles, FolderError, OUTDATED, Unsound, check_in, ids, study};
+use crate::study::store::case_files::{
+    CaseFiles, FolderError, OUTDATED, SEARCH, Unsound, check_in, ids, sealed_record, study,
+};
+use crate::study::store::field_folder;
 use crate::study::store::lock::{Owner, SILENT};
+use crate::study::store::names::NEXT;
+use crate::study::store::placing::pending;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -73,18 +78,22 @@ pub fn clean(dir: &Path, age: Duration, dry: bool) -> Result<Cleaned, CleanError
     let files = CaseFiles::read(dir, &known)?;
     let mut out = Cleaned::default();
     for (id, ends) in files.of_cases.iter().filter(|(id, _)| !known.contains(id.as_str())) {
-        let set_aside = id.rsplit_once(".damaged-").is_some_and(|(id, _)| known.contains(id));
+        let own = own_ends(dir, id, ends);
+        let set_aside = damaged(id).is_some_and(|id| known.contains(id));
         let why = if set_aside { "damaged result that was set aside" } else { "it belongs to no case of the study" };
-        out.removed.extend(ends.iter().map(|end| removed(dir, format!("cases/{id}.{end}"), why)));
-    }
-    for name in files.others {
-        let (path, file) = (dir.join("cases").join(&name), format!("cases/{name}"));
-        match path.join(format!("{name}.pvd")).is_file() {
-            true if known.contains(name.as_str()) => {}
-            true => out.removed.push(removed(dir, file, "fields that belong to no case of the study")),
-            false if is_part(&name) => {}
-            false => out.unknown.push(file),
+        for end in ends {
+            let file = format!("cases/{id}.{end}");
+            match own.contains(end) {
+                true => out.removed.push(removed(dir, file, why)),
+                false => out.unknown.push(file),
+            }
         }
+    }
+    for name in files.others.into_iter().filter(|name| !is_part(name)) {
+        clean_folder(dir, &name, (&known, files.of_cases.contains_key(&name)), &mut out);
+    }
+    for id in pending(dir).into_iter().filter(|id| is_older(&dir.join(NEXT).join(id), age)) {
+        out.removed.push(removed(dir, format!("{NEXT}/{id}"), "half-written result of a run that was killed"));
     }
     for folder in ["", "cases/", "runs/", "locks/", "outdated/"] {
         let parts =
@@ -108,6 +117,40 @@ pub fn clean(dir: &Path, age: Duration, dry: bool) -> Result<Cleaned, CleanError
         }
     }
     Ok(out)
+}
+
+/// The id of a case one of whose damaged results was set aside under this name.
+fn damaged(id: &str) -> Option<&str> {
+    let (id, number) = id.rsplit_once(".damaged-")?;
+    (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())).then_some(id)
+}
+
+/// The ends of those files of this name that a run has stored: its record names them. Others may be files of a user.
+fn own_ends(dir: &Path, id: &str, ends: &BTreeSet<&'static str>) -> BTreeSet<&'static str> {
+    if damaged(id).is_some() {
+        return ends.clone();
+    }
+    let Some(record) = sealed_record(dir, id) else { return BTreeSet::new() };
+    let files = record.provenance.results;
+    let is_named = |end: &str| files.is_empty() || files.iter().any(|file| file.file == format!("{id}.{end}"));
+    ends.iter().filter(|end| ["json", SEARCH].contains(end) || is_named(end)).copied().collect()
+}
+
+/// Looks at a folder among the cases: fields that belong to no case of the study are removed, files of others stay.
+fn clean_folder(dir: &Path, name: &str, (known, has_files): (&BTreeSet<&str>, bool), out: &mut Cleaned) {
+    let (fields, others) = field_folder::names(dir, name);
+    let folder = format!("cases/{name}");
+    let is_own = field_folder::has_origin(dir, name) || has_files && sealed_record(dir, name).is_some();
+    let why = "fields that belong to no case of the study";
+    match (known.contains(name) && !fields.is_empty(), is_own, others.is_empty()) {
+        (true, _, _) => {}
+        (false, true, true) => out.removed.push(removed(dir, folder, why)),
+        (false, true, false) => {
+            out.removed.extend(fields.iter().map(|file| removed(dir, format!("{folder}/{file}"), why)));
+            out.unknown.extend(others.iter().map(|file| format!("{folder}/{file}")));
+        }
+        (false, false, _) => out.unknown.push(folder),
+    }
 }
 
 /// Runs without a sign of life, and the locks that they hold.

@@ -1,0 +1,129 @@
+//! Puts the files of a result in the place of those of an earlier one, so that one of the two is whole at every moment.
+//!
+//! The new files are written into a folder of their own, `next/<id>`. The new record then takes the place of the old one: a record names its files by
+//! their digests, so that they count from here on. Last they take their places in `cases/`. Where a run is killed before that, whoever looks at the case
+//! next moves them.
+
+use crate::scene::FileDigest;
+use crate::storage::{self, DATA_LIMIT};
+use crate::study::store::names::{ENDS, NEXT, SEARCH};
+use serde::Deserialize;
+use std::io::{Error, ErrorKind};
+use std::path::{Path, PathBuf};
+
+/// A file that cannot be written, and why.
+pub type Unwritten = (PathBuf, Error);
+
+/// Replaces the files of a case by these, `<id>.<end>`, among them its record `json`, which names the digests of the others.
+///
+/// # Errors
+///
+/// A folder that cannot be written. The earlier result is whole then, or the new one.
+pub fn place<B: AsRef<[u8]>>(dir: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
+    settle(dir, id);
+    let folder = dir.join(NEXT).join(id);
+    let written = write(&folder, id, files).and_then(|()| {
+        let record = format!("{id}.json");
+        let (from, to) = (folder.join(&record), dir.join("cases").join(record));
+        storage::keep(&from, &to).map_err(|e| (to, e))
+    });
+    if written.is_err() {
+        // The earlier result does not need it
+        std::fs::remove_dir_all(&folder).ok();
+        return written;
+    }
+    let others = files.iter().filter(|(end, _)| *end != "json").map(|(end, _)| format!("{id}.{end}"));
+    move_files(dir, id, &others.collect::<Vec<_>>())?;
+    std::fs::remove_dir_all(&folder).ok();
+    Ok(())
+}
+
+/// Writes the new files, the record last.
+fn write<B: AsRef<[u8]>>(folder: &Path, id: &str, files: &[(&str, B)]) -> Result<(), Unwritten> {
+    // A run that was killed has left files there that belong to no record
+    std::fs::remove_dir_all(folder).ok();
+    std::fs::create_dir_all(folder).map_err(|e| (folder.to_path_buf(), e))?;
+    let (records, others): (Vec<_>, Vec<_>) = files.iter().partition(|(end, _)| *end == "json");
+    others.into_iter().chain(records).try_for_each(|(end, bytes)| {
+        let path = folder.join(format!("{id}.{end}"));
+        storage::write(&path, bytes.as_ref()).map_err(|e| (path, e))
+    })
+}
+
+/// Moves the files that the record of a case names to their places, where a run was killed before it could. The files of a result whose record has not
+/// taken its place stay where they are, and so do all in a folder that cannot be written.
+pub fn settle(dir: &Path, id: &str) {
+    let folder = dir.join(NEXT).join(id);
+    if !folder.is_dir() {
+        return;
+    }
+    let named = named(&dir.join("cases").join(format!("{id}.json")));
+    let is_next = |file: &&FileDigest| {
+        storage::read(&folder.join(&file.file), DATA_LIMIT).is_ok_and(|bytes| storage::sha256(bytes) == file.sha256)
+    };
+    let own = named.iter().filter(|file| is_of(id, &file.file));
+    let (next, others): (Vec<&FileDigest>, Vec<&FileDigest>) = own.partition(is_next);
+    if !next.is_empty() {
+        let names = next.iter().chain(&others).map(|file| file.file.clone());
+        move_files(dir, id, &names.collect::<Vec<_>>()).ok();
+    }
+}
+
+/// Settles every case.
+pub fn settle_all(dir: &Path) {
+    for id in pending(dir) {
+        settle(dir, &id);
+    }
+}
+
+/// Ids of the cases with files in `next/`.
+pub fn pending(dir: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(dir.join(NEXT)).into_iter().flatten().flatten();
+    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// Moves the files of a result whose record is in its place. First goes what the earlier result had and this one has not.
+fn move_files(dir: &Path, id: &str, files: &[String]) -> Result<(), Unwritten> {
+    let (folder, cases) = (dir.join(NEXT).join(id), dir.join("cases"));
+    let is_kept = |end: &str| end == "json" || end == SEARCH || files.iter().any(|file| *file == format!("{id}.{end}"));
+    for end in ENDS.iter().filter(|end| !is_kept(end)) {
+        let path = cases.join(format!("{id}.{end}"));
+        match std::fs::remove_file(&path) {
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err((path, e)),
+            _ => {}
+        }
+    }
+    for file in files {
+        let to = cases.join(file);
+        match storage::keep(&folder.join(file), &to) {
+            // It is there already
+            Err(e) if e.kind() != ErrorKind::NotFound => return Err((to, e)),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Whether this is the name of a file of the case, and no way out of the folder.
+fn is_of(id: &str, file: &str) -> bool {
+    file.strip_prefix(id).and_then(|rest| rest.strip_prefix('.')).is_some_and(|end| ENDS.contains(&end))
+}
+
+/// The files that a record names; none where there is no record that can be read.
+fn named(record: &Path) -> Vec<FileDigest> {
+    let read = storage::read(record, DATA_LIMIT).ok();
+    let record = read.and_then(|bytes| serde_json::from_slice::<WithFiles>(&bytes).ok());
+    record.map_or_else(Vec::new, |record| record.provenance.results)
+}
+
+/// The part of a record that names its files.
+#[derive(Deserialize)]
+struct WithFiles {
+    provenance: Files,
+}
+
+#[derive(Deserialize)]
+struct Files {
+    #[serde(default)]
+    results: Vec<FileDigest>,
+}
