@@ -270,7 +270,7 @@ impl Fit {
     }
 }
 
-/// The way of a point to all of these surfaces, one or two, along their normals (Gauss–Newton steps of least length).
+/// The displacement of a point onto all of these surfaces, one or two, along their normals (Gauss–Newton steps of least length).
 fn project(fits: &[&Fit], start: Vec3) -> Option<Vec3> {
     let mut by = Vec3::zeros();
     for _ in 0..ITERATIONS {

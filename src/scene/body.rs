@@ -1,11 +1,11 @@
 //! The mesh of a scene: read from a volume mesh file, or found or made by the mesher.
 
+use super::cut_edges::cut_edges;
 use super::deform::{Undeformed, deform, formulas_of, is_made_here};
 use super::error::SceneError;
 use super::error::part;
 use super::grid::{disturb, grid, mesh_hash};
 use super::mesh_file::{content, doubtful_unit, reading, taken_over, unit_m, volume_mesh};
-use super::mesh_limits::cut_edges;
 use super::mesh_spec::{DeformSpec, ElementSpec, GeneratorSpec, GradingSpec, MeshSpec};
 use super::patches::Patches;
 use super::quantity::Length;

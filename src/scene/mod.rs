@@ -58,6 +58,7 @@ pub mod column;
 mod compare;
 pub mod control;
 mod cover;
+mod cut_edges;
 mod cut_regions;
 mod deform;
 mod describe;
