@@ -122,7 +122,7 @@ impl Twin {
     }
 
     /// Goes to inputs in their ranges at which these quantities have these values, as near as a local search comes; true where it met all within
-    /// `tolerance`, a share of their largest values.
+    /// `tolerance`, a share of their largest changes from rest.
     #[pyo3(signature = (targets, *, tolerance = 1e-4))]
     fn reach(&self, targets: &Bound<'_, PyDict>, tolerance: f64) -> PyResult<bool> {
         let mut model = self.get();
@@ -143,7 +143,7 @@ impl Twin {
                     "give a finite value, and a tolerance above zero",
                 ));
             }
-            let size = model.model().largest[quantity].max(value.abs());
+            let size = model.model().size_at(quantity, value);
             all.push(Target { quantity, value, tolerance: tolerance * size });
         }
         Ok(reach(&mut model, &all).map_err(refused)?.met)

@@ -33,7 +33,7 @@ Exit codes: 0 done, 2 bad input, 3 stopped where an error bar was above the tole
 pub struct Args {
     /// A reduced model, .durom
     file: PathBuf,
-    /// Largest error bar that is accepted, as a share of the largest value in the training runs, e.g. 1%; answers say whether it is kept
+    /// Largest error bar that is accepted, as a share of the largest change in the training runs, e.g. 1%; answers say whether it is kept
     #[arg(long, value_name = "SHARE", value_parser = share)]
     tolerance: Option<f64>,
     /// End where an error bar is above the tolerance, or an input beyond its range
@@ -206,7 +206,8 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
         None => None,
     };
     if let (Some(values), Some(t)) = (&full, tolerance) {
-        let is_met = |of: &Target| (values[of.quantity] - of.value).abs() <= t * twin.model().largest[of.quantity];
+        let is_met =
+            |of: &Target| (values[of.quantity] - of.value).abs() <= t * twin.model().largest_changes[of.quantity];
         met = met.map(|met| met && targets.iter().all(is_met));
     }
     // Where the full model answers, the reduced one need not have reached these inputs
@@ -242,8 +243,7 @@ fn targets(twin: &Twin, asked: Vec<(String, f64)>) -> Result<Vec<Target>, String
     let names: Vec<String> = model.quantities.iter().map(|q| q.name.clone()).collect();
     let target = |(name, value): (String, f64)| {
         let quantity = index(&names, &name)?;
-        let size = model.largest[quantity].max(value.abs());
-        Ok(Target { quantity, value, tolerance: MET * size })
+        Ok(Target { quantity, value, tolerance: MET * model.size_at(quantity, value) })
     };
     asked.into_iter().map(target).collect()
 }
@@ -283,7 +283,7 @@ fn described(
     let within_ranges = model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
     // A model that moves remembers where it was
     let in_range = within_ranges && (twin.dt().is_none() || twin.in_range());
-    let bars_hold = |t: f64| twin.bars().iter().zip(&model.largest).all(|(bar, size)| *bar <= t * size);
+    let bars_hold = |t: f64| twin.bars().iter().zip(&model.largest_changes).all(|(bar, size)| *bar <= t * size);
     let within = full.is_some() || tolerance.is_none_or(bars_hold);
     let mut answer = json!({
         "inputs": named,

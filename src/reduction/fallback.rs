@@ -31,13 +31,13 @@ pub enum FallbackError {
 /// The full model, and when it is asked.
 pub struct Fallback {
     pub full: FullModel,
-    /// Largest error bar that is accepted of the reduced model, as a share of the largest value in the training states
+    /// Largest error bar that is accepted of the reduced model, as a share of the largest change from rest in the training states
     pub tolerance: f64,
 }
 
 /// Whether every bar of the present equilibrium is within the tolerance, and the inputs are in their ranges.
 fn is_trusted(twin: &Twin, tolerance: f64) -> bool {
-    let sizes = &twin.model().largest;
+    let sizes = &twin.model().largest_changes;
     twin.in_range() && twin.bars().iter().zip(sizes).all(|(bar, size)| *bar <= tolerance * size)
 }
 

@@ -6,7 +6,7 @@ use crate::storage::{self, DATA_LIMIT, sha256};
 use std::path::Path;
 
 const NAME: &str = "durometer reduced model";
-const FORMAT: &str = "3";
+const FORMAT: &str = "4";
 
 impl ReducedModel {
     /// The bytes of its file.

@@ -23,7 +23,7 @@ pub struct Search {
 /// Candidates at which full solutions are wanted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choice {
-    /// Largest estimated error of a quantity at a candidate, as a share of its largest value in the training states; infinite where the model has no
+    /// Largest estimated error of a quantity at a candidate, as a share of its largest change in the training states; infinite where the model has no
     /// equilibrium there, or no estimate
     pub largest: f64,
     /// Estimated error in the median of the candidates, as such a share
@@ -60,7 +60,7 @@ fn estimate(twin: &mut Twin, inputs: &[f64]) -> f64 {
     if twin.step(inputs).is_err() {
         return f64::INFINITY;
     }
-    let sizes = &twin.model().largest;
+    let sizes = &twin.model().largest_changes;
     let shares = twin.bars().iter().zip(sizes).filter(|(_, size)| **size > 0.0).map(|(bar, size)| bar / size);
     shares.fold(0.0, f64::max)
 }

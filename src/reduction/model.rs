@@ -21,8 +21,10 @@ pub struct ReducedModel {
     pub loads: Vec<Load>,
     pub cables: Vec<ReducedCable>,
     pub quantities: Vec<ReducedQuantity>,
-    /// Largest absolute value of each quantity in the training states
-    pub largest: Vec<f64>,
+    /// Value of each quantity at rest, with all inputs at zero, or at the nearest ends of their ranges
+    pub rest: Vec<f64>,
+    /// Largest change of each quantity from rest in the training states: the size that errors are judged by, wherever the origin is
+    pub largest_changes: Vec<f64>,
     /// Largest ‖q‖ of the training states, of displacements and of pressures
     pub amplitudes: [f64; 2],
     /// Of a model that rests
@@ -142,7 +144,10 @@ impl ReducedModel {
                 self.quantities.iter().all(|q| q.reading.is_sound(n, cables.len(), loads.len())),
                 "a quantity has another size",
             ),
-            (self.largest.len() == self.quantities.len(), "the sizes of quantities are not known"),
+            (
+                [&self.rest, &self.largest_changes].iter().all(|of| of.len() == self.quantities.len()),
+                "the sizes of quantities are not known",
+            ),
             (
                 self.amplitudes.iter().all(|a| a.is_finite() && *a >= 0.0) && self.amplitudes[0] > 0.0,
                 "it has no amplitude",
@@ -156,6 +161,11 @@ impl ReducedModel {
         ];
         let fault = checks.into_iter().find(|(holds, _)| !holds).map(|(_, fact)| fact);
         fault.or_else(|| self.dynamics.as_ref().and_then(|d| d.fault(n, inputs.len()))).or_else(|| self.fault_in_time())
+    }
+
+    /// Size of a quantity that is to have this value: its change from rest there, or the largest one of the training states where that is larger.
+    pub fn size_at(&self, quantity: usize, value: f64) -> f64 {
+        self.largest_changes[quantity].max((value - self.rest[quantity]).abs())
     }
 
     /// How estimates become error bars, quantity by quantity; none without an estimate.

@@ -122,10 +122,8 @@ impl<'a> Training<'a> {
             }
             None => Selection::all(points.weights().len()),
         };
-        let largest = |k: usize| states.iter().map(|s| s.values[k].abs()).fold(0.0, f64::max);
-        let largest = (0..self.names.len()).map(largest).collect();
         let names = (&selection, &self.inputs[..], &self.names[..]);
-        let mut model = assemble((scene, points), &space, names, (largest, self.origin()))?;
+        let mut model = assemble((scene, points), &space, names, (&mut states.iter(), self.origin()))?;
         if !self.constants.laws.is_empty() {
             model.constants.clone_from(&self.constants);
             model.constants.set_compliances(points, &basis.modes[basis.displacements..], &self.space.fields);
@@ -242,12 +240,13 @@ impl Projected {
     }
 }
 
-/// The model of a space whose forces are summed over the selection, at rest and without an estimate; `largest` are the sizes of the quantities.
+/// The model of a space whose forces are summed over the selection, at rest and without an estimate; the states tell the sizes of the
+/// quantities.
 pub(super) fn assemble(
     (scene, points): (&Scene, &BodyPoints),
     space: &Projected,
     (selection, inputs, names): (&Selection, &[Input], &[String]),
-    (largest, origin): (Vec<f64>, Origin),
+    (states, origin): (&mut dyn Iterator<Item = &FullState>, Origin),
 ) -> Result<ReducedModel, ReductionError> {
     let Projected { basis, at_points, amplitudes, steps, .. } = space;
     let n = basis.displacements;
@@ -256,7 +255,7 @@ pub(super) fn assemble(
     let loads = loads(scene, basis, inputs, steps)?;
     let cables = cables(scene, &basis.modes[..n], inputs)?;
     let all = quantities(scene, basis, (&loads, &cables), steps);
-    Ok(ReducedModel {
+    let mut model = ReducedModel {
         title: scene.title.clone(),
         inputs: inputs.to_vec(),
         sizes: Sizes { displacements: n, pressures: m, tests: 0 },
@@ -265,14 +264,23 @@ pub(super) fn assemble(
         loads,
         cables,
         quantities: choose(all, names)?,
-        largest,
+        rest: vec![],
+        largest_changes: vec![],
         amplitudes: *amplitudes,
         estimate: None,
         dynamics: None,
         estimate_in_time: None,
         constants: Constants::default(),
         origin: Origin { supremisers: basis.supremisers, ..origin },
-    })
+    };
+    model.rest = Twin::new(model.clone())?.values().to_vec();
+    model.largest_changes = vec![0.0; names.len()];
+    for state in states {
+        for ((most, value), rest) in model.largest_changes.iter_mut().zip(&state.values).zip(&model.rest) {
+            *most = most.max((value - rest).abs());
+        }
+    }
+    Ok(model)
 }
 
 /// Coordinates of states in the basis, which is orthonormal.

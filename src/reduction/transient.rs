@@ -125,13 +125,11 @@ impl<'a> TransientTraining<'a> {
             }
             None => Selection::all(points.weights().len()),
         };
-        let largest = |k: usize| runs.iter().flatten().map(|s| s.values[k].abs()).fold(0.0, f64::max);
-        let largest = (0..self.names.len()).map(largest).collect();
         let mut model = assemble(
             (scene, points),
             &space,
             (&selection, &self.inputs, &self.names),
-            (largest, self.origin(held_back)),
+            (&mut runs.iter().flatten(), self.origin(held_back)),
         )?;
         let moving = &space.basis.modes[..space.basis.displacements];
         let matrix = |kinetic: bool| constant_matrix(scene, moving, kinetic);

@@ -46,16 +46,26 @@ pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
     let order = |a: &(f64, f64), b: &(f64, f64)| a.0.total_cmp(&b.0);
     threads::map(all.chunks_mut(POINTS).collect(), |points| points.sort_by(order));
     all.sort_by(order);
-    let total: f64 = all.iter().map(|(_, weight)| weight).sum();
-    let quantile = |q: f64| {
+    let largest = all.last().map_or(f64::NAN, |(value, _)| *value);
+    vec![quantile(&all, 0.5), quantile(&all, 0.95), largest, min_j]
+}
+
+/// Rounding of a sum of weights, as a share of it.
+const TIE: f64 = 1e-9;
+
+/// Value below which the share `q` of the weights lies, of (value, weight) in the order of the values: the mean of both neighbours where the share ends between
+/// two of them, so that it does not depend on rounding.
+fn quantile(sorted: &[(f64, f64)], q: f64) -> f64 {
+    let total: f64 = sorted.iter().map(|(_, weight)| weight).sum();
+    let reaches = |share: f64| {
         let mut below = 0.0;
-        let found = all.iter().find(|(_, weight)| {
+        let found = sorted.iter().find(|(_, weight)| {
             below += weight;
-            below >= q * total
+            below >= share * total
         });
-        found.or(all.last()).map_or(f64::NAN, |(largest, _)| *largest)
+        found.or(sorted.last()).map_or(f64::NAN, |(value, _)| *value)
     };
-    vec![quantile(0.5), quantile(0.95), quantile(1.0), min_j]
+    0.5 * (reaches(q - TIE) + reaches(q + TIE))
 }
 
 /// Largest singular value of F: the root of the largest eigenvalue of FᵀF in closed form (Smith, Commun. ACM 4, 1961).
@@ -74,6 +84,17 @@ pub fn largest_stretch(f: &Mat3) -> f64 {
 mod tests {
     use super::*;
     use crate::math::random::SplitMix;
+
+    /// Half of the volume at either value: their mean, whatever rounding makes of the sum. Elsewhere the value itself.
+    #[test]
+    fn a_share_that_ends_between_two_values_gives_their_mean() {
+        for off in [0.0, 1e-13, -1e-13] {
+            assert!((quantile(&[(1.0, 0.1), (1.2, 0.2 + off), (1.4, 0.3)], 0.5) - 1.3).abs() < 1e-15);
+        }
+        assert_eq!(quantile(&[(1.0, 1.0), (1.2, 1.0), (1.4, 1.0)], 0.5), 1.2);
+        assert_eq!(quantile(&[(1.5, 1.0)], 0.95), 1.5);
+        assert!(quantile(&[], 0.5).is_nan());
+    }
 
     /// Against the iteration of nalgebra, over states from nearly undeformed ones to large stretches: rounding of a few units.
     #[test]

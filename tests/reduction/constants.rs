@@ -130,7 +130,7 @@ fn all_modes_and_all_points_give_the_full_model_at_any_constants() {
             training.and_then(|t| t.model(10, None, &[])).unwrap_or_else(|e| panic!("{e}"))
         });
         for (state, row) in known.iter().zip(errors(&model, &known).expect("a law of the library")) {
-            for ((error, _), (size, name)) in row.iter().zip(model.largest.iter().zip(names())) {
+            for ((error, _), (size, name)) in row.iter().zip(model.largest_changes.iter().zip(names())) {
                 assert!(error.abs() < 1e-6 * size, "{formulation} {name}: {error:e} of {size:e} at {:?}", state.inputs);
             }
         }
@@ -149,7 +149,7 @@ fn bars_hold_over_the_ranges_of_the_constants() {
         for k in 0..names().len() {
             let error = (state.values[k] - twin.values()[k]).abs();
             inside[k] += usize::from(error <= twin.bars()[k]);
-            largest[k] = largest[k].max(error / model.largest[k]);
+            largest[k] = largest[k].max(error / model.largest_changes[k]);
         }
     }
     println!("inside {inside:?} of {}, largest errors {largest:?}", fresh.len());
@@ -182,7 +182,7 @@ fn derivatives_by_constants_are_those_of_differences() {
         });
         let full = ends(0.05).map(|u| state(Order::Quadratic, "mixed", &u).values);
         for (q, name) in names().iter().enumerate() {
-            let unit = model.largest[q] / width;
+            let unit = model.largest_changes[q] / width;
             let difference = (plus[q] - minus[q]) / (2e-4 * width);
             assert!(
                 (exact[3 * q + k] - difference).abs() < 1e-5 * unit,

@@ -165,7 +165,10 @@ fn all_modes_and_all_points_give_the_full_trajectory() {
         let all = errors_in_time(&model, &runs).expect("a law of the library");
         let mut worst = vec![0.0_f64; names().len()];
         for row in &all[0] {
-            row.iter().zip(&model.largest).zip(&mut worst).for_each(|(((e, _), size), w)| *w = w.max(e.abs() / size));
+            row.iter()
+                .zip(&model.largest_changes)
+                .zip(&mut worst)
+                .for_each(|(((e, _), size), w)| *w = w.max(e.abs() / size));
         }
         println!("{formulation} {integrator} {parts:.40?}: {worst:?}");
         assert!(worst.iter().all(|w| *w < 1e-6), "{formulation} {integrator} {parts}: {worst:?}");
@@ -296,7 +299,7 @@ fn bars_hold_for_whole_runs() {
             for k in 0..names().len() {
                 let (error, bar) = ((state.values[k] - twin.values()[k]).abs(), twin.bars()[k]);
                 holds[k] &= error <= bar;
-                errors[k] = errors[k].max(error / model.largest[k]);
+                errors[k] = errors[k].max(error / model.largest_changes[k]);
                 ratios[k].push(bar / error);
             }
         }
@@ -343,7 +346,7 @@ fn sensitivities_of_a_step_are_those_of_differences() {
         let (plus, minus) = (value(1.0), value(-1.0));
         for (q, name) in names().iter().enumerate() {
             let difference = (plus[q] - minus[q]) / (2.0 * h);
-            let size = model.largest[q] / (LENGTHS[k][1] - LENGTHS[k][0]);
+            let size = model.largest_changes[q] / (LENGTHS[k][1] - LENGTHS[k][0]);
             let error = (exact[2 * q + k] - difference).abs();
             assert!(error < 1e-5 * size, "∂{name}/∂u{k}: {} and {difference}", exact[2 * q + k]);
         }
@@ -358,7 +361,7 @@ fn sensitivities_of_a_step_are_those_of_differences() {
     twin.step(&at).expect("a step");
     let wanted = twin.values()[1];
     twin.restore(&start);
-    let target = Target { quantity: 1, value: wanted, tolerance: 1e-6 * model.largest[1] };
+    let target = Target { quantity: 1, value: wanted, tolerance: 1e-6 * model.largest_changes[1] };
     let found = reach(&mut twin, &[target]).expect("a step");
     assert!(found.met && (twin.values()[1] - wanted).abs() <= target.tolerance, "{found:?}");
     assert!((twin.time().expect("it moves") - time - 5e-3).abs() < 1e-12);

@@ -100,7 +100,7 @@ fn held_back_error(scene: &Scene, known: &[FullState], others: &[FullState]) -> 
     let training = Training::new(scene, known, &names()).unwrap_or_else(|e| panic!("{e}"));
     let model = training.model(MODES, Some(1e-3), &[]).unwrap_or_else(|e| panic!("{e}"));
     let all = errors(&model, others).expect("a law of the library");
-    let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest[k]).fold(0.0, f64::max);
+    let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, f64::max);
     (0..names().len()).map(of).fold(0.0, f64::max)
 }
 

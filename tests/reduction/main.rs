@@ -7,5 +7,6 @@ mod constants;
 mod dynamics;
 mod fallback;
 mod greedy;
+mod origin;
 mod statics;
 mod study;

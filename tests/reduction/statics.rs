@@ -133,7 +133,7 @@ fn all_modes_and_all_points_give_the_full_model() {
         let scene = build(1);
         let training = Training::new(&scene, &known, &names()).unwrap_or_else(|e| panic!("{e}"));
         let model = training.model(12, None, &[]).unwrap_or_else(|e| panic!("{e}"));
-        let sizes = &model.largest;
+        let sizes = &model.largest_changes;
         for (state, row) in known.iter().zip(errors(&model, &known).expect("a law of the library")) {
             for ((error, _), (size, name)) in row.iter().zip(sizes.iter().zip(names())) {
                 assert!(error.abs() < 1e-6 * size, "{formulation} {name}: {error:e} of {size:e} at {:?}", state.inputs);
@@ -151,7 +151,7 @@ fn errors_fall_with_modes_and_points() {
         let model = training.model(modes, Some(sampling), &[]).unwrap_or_else(|e| panic!("{e}"));
         let points: usize = model.points.iter().map(|p| p.weights.len()).sum();
         let all = errors(&model, others).expect("a law of the library");
-        let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest[k]).fold(0.0, f64::max);
+        let of = |k: usize| all.iter().map(|row| row[k].0.abs() / model.largest_changes[k]).fold(0.0, f64::max);
         ((0..names().len()).map(of).fold(0.0, f64::max), points)
     };
     let [(coarse, few), (fine, more)] = [largest(3, 1e-2), largest(8, 1e-3)];
@@ -167,7 +167,7 @@ fn pressures_neither_lock_nor_are_lost() {
     assert!(model.sizes.pressures > 0 && model.sizes.displacements >= 2 * model.sizes.pressures);
     let all = errors(model, others).expect("a law of the library");
     let angle = all.iter().map(|row| row[1].0.abs()).fold(0.0, f64::max);
-    assert!(angle < 0.01 * model.largest[1], "{angle} of {}", model.largest[1]);
+    assert!(angle < 0.01 * model.largest_changes[1], "{angle} of {}", model.largest_changes[1]);
 }
 
 /// 200 states that neither the modes nor the bars have seen: the bars are made to contain 95 % with 95 % confidence, so that fewer than 91 %
@@ -218,7 +218,7 @@ fn sensitivities_are_those_of_differences() {
         let (plus, minus) = (value(1.0), value(-1.0));
         for (q, name) in names().iter().enumerate() {
             let difference = (plus[q] - minus[q]) / (2.0 * h);
-            let size = model.largest[q] / (RANGES[k][1] - RANGES[k][0]);
+            let size = model.largest_changes[q] / (RANGES[k][1] - RANGES[k][0]);
             let error = (exact[2 * q + k] - difference).abs();
             assert!(error < 1e-5 * size, "∂{name}/∂u{k}: {} and {difference}", exact[2 * q + k]);
         }
@@ -233,10 +233,11 @@ fn inputs_are_found_for_targets() {
     twin.step(&[-6.0, 3e-3]).expect("an equilibrium");
     let wanted = [twin.values()[1], twin.values()[0]];
     twin.reset();
-    let target = |quantity: usize, value: f64| Target { quantity, value, tolerance: 1e-6 * model.largest[quantity] };
+    let target =
+        |quantity: usize, value: f64| Target { quantity, value, tolerance: 1e-6 * model.largest_changes[quantity] };
     let found = reach(&mut twin, &[target(1, wanted[0]), target(0, wanted[1])]).expect("an equilibrium");
     assert!(found.met, "{found:?}");
-    let beyond = reach(&mut twin, &[target(1, 10.0 * model.largest[1])]).expect("an equilibrium");
+    let beyond = reach(&mut twin, &[target(1, 10.0 * model.largest_changes[1])]).expect("an equilibrium");
     assert!(!beyond.met && twin.in_range(), "{beyond:?}");
 }
 

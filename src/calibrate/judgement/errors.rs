@@ -21,7 +21,7 @@ use crate::calibrate::Sample;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
-pub use super::correlated::whitened;
+pub use super::correlated::{square, whitened};
 pub use super::curve_errors::{curves, of_curves};
 pub use super::directions::{Directions, directions};
 pub use super::error_model::{ErrorModel, Errors};

@@ -66,7 +66,7 @@ pub fn fit_softening_experiment(
 fn criterion(residual: &DVector<f64>, curves: &[Vec<usize>], constants: usize, floor: f64) -> f64 {
     let rows = residual.len() as f64;
     let whole = |rho: f64| {
-        let sum = (1.0 - rho * rho) * errors::whitened(residual, curves, rho).iter().map(|w| w * w).sum::<f64>();
+        let sum = errors::square(residual, curves, rho);
         rows * (sum.max(floor) / rows).ln() - curves.len() as f64 * (1.0 - rho * rho).ln()
     };
     (0..100).map(|k| whole(f64::from(k) / 100.0)).fold(f64::INFINITY, f64::min) + constants as f64 * rows.ln()

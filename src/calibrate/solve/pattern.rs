@@ -31,10 +31,10 @@ impl Pattern {
 /// Blocks of a curve whose signs are tested at most, two of them less one
 const BLOCKS: usize = 200;
 
-/// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what the
-/// neighbour explains; `None` of several specimens in one mode, whose levels differ.
+/// Runs of sign with their probability: of independent errors in the order of λ, of correlated ones in the order of loading without what their
+/// neighbours explain, the same from either end; `None` of several specimens in one mode, whose levels differ.
 ///
-/// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbour does not explain of means of data points, as
+/// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbours do not explain of means of data points, as
 /// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
 fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize, f64)> {
     if !Repeats::of(samples).repeated.is_empty() {

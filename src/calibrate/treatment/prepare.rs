@@ -66,12 +66,32 @@ impl Experiment {
         if asked.zero.is_none() && asked.toe.is_none() {
             self.doubt_beginning(&taken);
         }
+        let taken = self.by_stretch(taken);
         self.samples = self.condense(taken, true);
         for k in 0..self.alternatives.len() {
             let samples = std::mem::take(&mut self.alternatives[k].samples);
-            self.alternatives[k].samples = self.condense(samples, false);
+            self.alternatives[k].samples = self.condense(self.by_stretch(samples), false);
         }
         Ok(self)
+    }
+
+    /// Data points of one loading in the order of their stretches, where no time tells another order: their neighbours are then those in stretch, whatever
+    /// the order of the file.
+    fn by_stretch(&self, mut samples: Vec<Sample>) -> Vec<Sample> {
+        let timed: HashSet<usize> = self.raw.iter().filter(|r| r.time.is_some()).map(|r| r.specimen).collect();
+        for (specimen, mode) in self.groups() {
+            let is_of = |s: &Sample| s.specimen == specimen && s.mode == mode;
+            let places: Vec<usize> = (0..samples.len()).filter(|k| is_of(&samples[*k])).collect();
+            let mut own: Vec<Sample> = places.iter().map(|k| samples[*k]).collect();
+            let is_one_loading = || cycle::loadings(&own.iter().collect::<Vec<_>>()).is_none();
+            // The directions of a biaxial test belong together
+            if mode == Mode::Biaxial || timed.contains(&specimen) || !is_one_loading() {
+                continue;
+            }
+            own.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
+            places.into_iter().zip(own).for_each(|(place, sample)| samples[place] = sample);
+        }
+        samples
     }
 
     /// Means of neighbours where a group has very many data points.

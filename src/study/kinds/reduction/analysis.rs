@@ -121,7 +121,7 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
     };
     match found.chosen.map(|k| &derived.models[k]) {
         Some(model) if derived.dt.is_some() => format!(
-            "The model of {} modes and {} points gives {} of the largest value at every step of {} runs that it was not made of. A step of {} takes {} (median; \
+            "The model of {} modes and {} points gives {} of the largest change at every step of {} runs that it was not made of. A step of {} takes {} (median; \
              {} in 99 of 100), {} times less than the full model.",
             model.modes,
             model.points,
@@ -133,7 +133,7 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
             significant(model.gain(derived.full_step_s), 2)
         ),
         Some(model) => format!(
-            "The model of {} modes and {} points gives {} of the largest value at {} states that it was not made of. A small step takes {} (median; {} in 99 of \
+            "The model of {} modes and {} points gives {} of the largest change at {} states that it was not made of. A small step takes {} (median; {} in 99 of \
              100). From state to state it takes {}, {} times less than the full model.",
             model.modes,
             model.points,

@@ -1,6 +1,6 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
-use crate::reduction::{FullState, ReducedModel, Twin};
+use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::sha256;
 use crate::study::growth::Growth;
@@ -89,7 +89,7 @@ fn make(
         (model.origin.changes, model.origin.mesh_sha256) = (changes.clone(), mesh_sha256.clone());
         let file = format!("models/{}-{modes}.durom", results.study.study);
         let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
-        models.push(describe(modes, (file, bytes, offline_s), &model, &known, &others)?);
+        models.push(describe(modes, (file, bytes, offline_s), &model, &others)?);
         made.push(model);
     }
     let mut steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
@@ -119,7 +119,6 @@ fn describe(
     modes: usize,
     (file, bytes, offline_s): (String, usize, f64),
     model: &ReducedModel,
-    known: &Runs,
     others: &Runs,
 ) -> Result<ModelRecord, String> {
     let mut twin = Twin::new(model.clone()).map_err(|e| e.to_string())?;
@@ -139,7 +138,7 @@ fn describe(
     let in_time = model.estimate_in_time.as_ref().map(|e| &e.enriched.points);
     let estimate_points = in_time.or(model.estimate.as_ref().map(|e| &e.points));
     let count = |points: &[crate::reduction::points::StoredPoints]| points.iter().map(|p| p.weights.len()).sum();
-    let quantity = |k: usize| quantity(model, k, &known.states, &all);
+    let quantity = |k: usize| quantity(model, k, &all);
     Ok(ModelRecord {
         modes,
         file,
@@ -174,7 +173,7 @@ fn times(twin: &mut Twin, inputs: impl Iterator<Item = (bool, Vec<f64>)>) -> ([f
     ([at(0.5).unwrap_or(0.0), at(0.99).unwrap_or(0.0)], iterations / f64::max(steps, 1.0))
 }
 
-fn quantity(model: &ReducedModel, k: usize, known: &[FullState], all: &[Vec<(f64, f64)>]) -> QuantityRecord {
+fn quantity(model: &ReducedModel, k: usize, all: &[Vec<(f64, f64)>]) -> QuantityRecord {
     let bar = model.bars().map_or((f64::INFINITY, 0.0), |bars| (bars[k].factor, bars[k].floor));
     let errors: Vec<Option<[f64; 2]>> =
         all.iter().map(|row| row[k].0.is_finite().then_some([row[k].0, row[k].1])).collect();
@@ -188,7 +187,7 @@ fn quantity(model: &ReducedModel, k: usize, known: &[FullState], all: &[Vec<(f64
     let median_error = median(&mut sizes);
     QuantityRecord {
         name: model.quantities[k].name.clone(),
-        size: known.iter().map(|s| s.values[k].abs()).fold(0.0, f64::max),
+        size: model.largest_changes[k],
         largest: sizes.last().copied().unwrap_or(f64::NAN),
         median: median_error,
         factor: bar.0,

@@ -62,7 +62,7 @@ pub fn precision(a: &ReductionFindings) -> Option<Figure> {
     entries.push((Sample::Dashed(INK), "a step of the full model".into()));
     let svg = sheet(1, entries, |_, area, frame| {
         let x = Axis::log(times(), &format!("time of a step from state to state [{unit}]"));
-        let y = Axis::log(errors(), "largest error / largest value");
+        let y = Axis::log(errors(), "largest error / largest change");
         let (low, high) = (y.lo, y.hi);
         let plot = Plot { area, frame, x, y };
         plot.grid();

@@ -48,7 +48,7 @@ pub fn meshes(a: &ReductionFindings) -> Option<Figure> {
     let quantities = a.quantities.iter().enumerate().map(|(k, q)| (Sample::Line(color(k)), q.label.clone()));
     let svg = sheet(1, shapes.chain(quantities).collect(), |_, area, frame| {
         let x = Axis::log(all().map(|(time, _)| factor * time), &format!("time of a step [{unit}]"));
-        let y = Axis::log(errors(), "largest distance / largest value");
+        let y = Axis::log(errors(), "largest distance / largest change");
         let plot = Plot { area, frame, x, y };
         plot.grid();
         for k in 0..a.quantities.len() {

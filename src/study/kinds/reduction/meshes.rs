@@ -15,7 +15,7 @@ pub fn compare(
     let of = record.meshes.as_ref()?;
     let reference = *converged(results, Role::Reference)?.first()?;
     let own = converged(results, Role::HeldBack)?.into_iter().find(|c| c.record.member == of.member)?;
-    let columns = |case: &StoredCase| values(case, of, &prepared.names);
+    let columns = |case: &StoredCase| changes(case, of, &prepared.names);
     let target = columns(reference)?;
     let mut meshes = vec![mesh("the mesh of the models", own, &columns(own)?, &target)];
     for case in converged(results, Role::Sizes)? {
@@ -33,9 +33,13 @@ pub fn compare(
     })
 }
 
-/// \[quantities × points\] of a case, but for the first row, at rest.
-fn values(case: &StoredCase, of: &MeshesRecord, names: &[String]) -> Option<Vec<Vec<f64>>> {
-    names.iter().map(|name| Some(case.series.columns.get(name)?.get(1..=of.points)?.to_vec())).collect()
+/// \[quantities × points\] changes of a case from its first row, at rest.
+fn changes(case: &StoredCase, of: &MeshesRecord, names: &[String]) -> Option<Vec<Vec<f64>>> {
+    let change = |name: &String| {
+        let rows = case.series.columns.get(name)?.get(..=of.points)?;
+        Some(rows[1..].iter().map(|value| value - rows[0]).collect())
+    };
+    names.iter().map(change).collect()
 }
 
 /// The same of a model.
@@ -44,7 +48,8 @@ fn along(model: &ReducedModel, points: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let mut out = vec![vec![]; model.quantities.len()];
     for point in points {
         twin.step(point).ok()?;
-        out.iter_mut().zip(twin.values()).for_each(|(out, value)| out.push(*value));
+        let changes = twin.values().iter().zip(&model.rest).map(|(value, rest)| value - rest);
+        out.iter_mut().zip(changes).for_each(|(out, change)| out.push(change));
     }
     Some(out)
 }

@@ -50,7 +50,7 @@ pub struct GreedyRecord {
     pub batch: usize,
     /// Points at which errors are estimated
     pub candidates: usize,
-    /// Largest estimated error at which the search ends, as a share of the largest value
+    /// Largest estimated error at which the search ends, as a share of the largest change
     pub tolerance: f64,
 }
 
@@ -123,11 +123,11 @@ pub struct Comparison {
     /// Cells of the finer mesh, and the time of its step \[s\]
     pub reference_cells: usize,
     pub reference_step_s: f64,
-    /// \[quantities\] largest absolute values on it
+    /// \[quantities\] largest changes from rest on it
     pub sizes: Vec<f64>,
     /// The mesh of the models comes first
     pub meshes: Vec<MeshRecord>,
-    /// \[models × quantities\] largest distance, none where a step did not succeed
+    /// \[models × quantities\] largest distance of changes from rest, none where a step did not succeed
     pub models: Vec<Option<Vec<f64>>>,
 }
 
@@ -138,7 +138,7 @@ pub struct MeshRecord {
     pub cells: usize,
     /// CPU time of a step \[s\]
     pub step_s: f64,
-    /// \[quantities\] largest distance
+    /// \[quantities\] largest distance of changes from rest
     pub errors: Vec<f64>,
 }
 
@@ -178,7 +178,7 @@ impl ModelRecord {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct QuantityRecord {
     pub name: String,
-    /// Largest absolute value over the training states
+    /// Largest change from rest over the training states
     pub size: f64,
     /// Largest and median absolute error
     pub largest: f64,
@@ -197,7 +197,7 @@ pub struct QuantityRecord {
 pub struct SearchStep {
     /// States of the model whose errors were estimated
     pub states: usize,
-    /// Largest and median estimated error at the candidates, as a share of the largest value; none where no model could be made of so few states
+    /// Largest and median estimated error at the candidates, as a share of the largest change; none where no model could be made of so few states
     pub largest: Option<f64>,
     pub median: Option<f64>,
 }

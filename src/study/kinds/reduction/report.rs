@@ -99,7 +99,7 @@ fn of_search(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
         n => format!("{n} fewer than the {plan} of a plan in one shot"),
     };
     Some(format!(
-        "The search began with {} states and ended with {}: {saved}. The largest estimated error at its candidates went from {} to {} of the largest value.",
+        "The search began with {} states and ended with {}: {saved}. The largest estimated error at its candidates went from {} to {} of the largest change.",
         first.states,
         last.states,
         share(first),
@@ -123,7 +123,7 @@ fn of_meshes(a: &ReductionFindings, derived: &DerivedRecord) -> Option<String> {
     };
     let all: Vec<String> = (0..a.quantities.len()).map(part).collect();
     Some(format!(
-        "Two errors, of the largest values: {}. The first is the distance of the mesh of {} cells from a reference of {} cells at {} states, the second that of the model of {} modes from its own \
+        "Two errors, of the largest changes: {}. The first is the distance of the mesh of {} cells from a reference of {} cells at {} states, the second that of the model of {} modes from its own \
          mesh.",
         all.join(", "),
         own.cells,
@@ -151,7 +151,7 @@ fn against_meshes(a: &ReductionFindings) -> Option<Table> {
     Some(Table {
         name: "meshes",
         caption: format!(
-            "Largest distances from the reference of {} cells at {} states, as shares of the largest value. Of a model they contain the error of its mesh. Steps in CPU time, those of \
+            "Largest distances from the reference of {} cells at {} states, as shares of the largest change. Of a model they contain the error of its mesh. Steps in CPU time, those of \
              meshes on average over their run, those of models in the median; a step of the reference takes {}.",
             of.reference_cells,
             of.points,
@@ -170,7 +170,7 @@ fn search(a: &ReductionFindings) -> Option<Table> {
     let row = |s: &SearchStep| vec![s.states.to_string(), share(s.largest), share(s.median)];
     Some(Table {
         name: "search",
-        caption: "Estimated errors of the largest model of so many training states at the candidates of the greedy plan, as shares of the largest value; unknown where it has no equilibrium or no \
+        caption: "Estimated errors of the largest model of so many training states at the candidates of the greedy plan, as shares of the largest change; unknown where it has no equilibrium or no \
                   estimate at one of them."
             .into(),
         columns: headings(&[("States", "", true), ("Largest", "%", true), ("Median", "%", true)]),
@@ -254,7 +254,7 @@ fn errors(a: &ReductionFindings) -> Table {
     });
     Table {
         name: "errors",
-        caption: "Errors at the states that were held back, as shares of the largest value: the distance from the full model on the same mesh. The bar is \
+        caption: "Errors at the states that were held back, as shares of the largest change: the distance from the full model on the same mesh. The bar is \
                   its factor times the estimate."
             .into(),
         columns: headings(&[

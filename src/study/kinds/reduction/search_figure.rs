@@ -27,7 +27,7 @@ pub fn search(a: &ReductionFindings) -> Option<Figure> {
         let all = || series.iter().flat_map(|(read, _)| known(*read));
         let most = all().map(|(states, _)| states).fold(0.0, f64::max);
         let x = Axis::linear([0.0, most].into_iter(), "training states");
-        let y = Axis::log(all().map(|(_, error)| error), "estimated error / largest value");
+        let y = Axis::log(all().map(|(_, error)| error), "estimated error / largest change");
         let plot = Plot { area, frame, x, y };
         plot.grid();
         for (k, (read, _)) in series.iter().enumerate() {

@@ -51,7 +51,7 @@ pub struct GreedySpec {
     /// Points at which errors are estimated
     #[serde(default = "candidates")]
     pub candidates: usize,
-    /// Largest estimated error at which the search ends, as a share of the largest value: `"0.2 %"`; default a tenth of the tolerance of the study
+    /// Largest estimated error at which the search ends, as a share of the largest change: `"0.2 %"`; default a tenth of the tolerance of the study
     pub tolerance: Option<String>,
 }
 
