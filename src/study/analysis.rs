@@ -1,8 +1,8 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
 use crate::study::curve::{CHANGE, peak_words};
-use crate::study::store::record::{CaseRecord, NOT_RUN, Quantity, StoredCase, StudyRecord};
-use crate::wording::{NAMED, few};
+use crate::study::store::record::{FamilyRecord, NOT_RUN, Quantity, Role, StoredCase, StudyRecord};
+use crate::wording::{NAMED, all, few};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;
@@ -58,7 +58,7 @@ impl<T> ByQuantity<T> {
     ) -> Vec<Self> {
         let mut all = vec![];
         for variant in &study.variants {
-            let cases = || stored.iter().filter(|c| c.record.variant == *variant && c.record.converged());
+            let cases = || stored.iter().filter(|c| c.is_of(variant) && c.record.converged());
             for quantity in study.quantities.get(variant).into_iter().flatten() {
                 all.extend(find(variant, quantity).map(|found| Self {
                     variant: variant.clone(),
@@ -106,25 +106,34 @@ pub fn by_name<T>(all: &[ByQuantity<T>], describe: impl Fn(&ByQuantity<T>) -> Va
     out
 }
 
-/// Errors that no bar of these cases contains: of the time steps, where the states depend on them and `steps_vary` is false, and of the solver,
-/// where it is not estimated.
-pub fn warnings_of_steps(stored: &[StoredCase], steps_vary: bool) -> Vec<String> {
+/// Errors that no bar of these cases contains: of the time steps, in the variants whose states depend on them and whose error of them is not
+/// `estimated`, and of the solver, where it is not estimated.
+pub fn warnings_of_steps(study: &StudyRecord, stored: &[StoredCase], estimated: impl Fn(&str) -> bool) -> Vec<String> {
     let mut out = vec![];
-    let count = |of: &dyn Fn(&CaseRecord) -> bool| stored.iter().filter(|c| of(&c.record)).count();
-    let by_steps = count(&|r| r.depends_on_steps());
-    if by_steps > 0 && !steps_vary {
+    let cases: Vec<&StoredCase> = stored.iter().filter(|c| c.record.converged()).collect();
+    let depends = |variant: &str| cases.iter().any(|c| c.is_of(variant) && c.record.depends_on_steps());
+    let without: Vec<&String> = study.variants.iter().filter(|v| depends(v) && !estimated(v)).collect();
+    if !without.is_empty() {
+        let is_one = |c: &&&StoredCase| c.record.depends_on_steps() && without.iter().any(|v| c.is_of(v));
+        let labels: Vec<String> = without.iter().map(|v| study.label(v)).collect();
+        let of = if without.len() == study.variants.len() { String::new() } else { format!(" of {}", all(&labels)) };
+        let runs = |f: &&FamilyRecord| f.role == Role::TimeStep && cases.iter().any(|c| c.is_in(&f.name, without[0]));
+        let remedy = match study.families.iter().find(runs) {
+            Some(f) => format!("family {} has no two time steps on one mesh, one of them that of the meshes", f.name),
+            None => "add a family of role \"time_step\"".into(),
+        };
         out.push(format!(
-            "The states of {by_steps} of {} cases depend on the time steps, whose error is not estimated and in no error bar: add a family of \
-             role \"time_step\".",
-            stored.len()
+            "The states of {} of {} cases depend on the time steps, whose error is not estimated and in no error bar{of}: {remedy}.",
+            cases.iter().filter(is_one).count(),
+            cases.len()
         ));
     }
-    let unknown = count(&|r| r.solver.steps_without_algebraic_error > 0);
+    let unknown = cases.iter().filter(|c| c.record.solver.steps_without_algebraic_error > 0).count();
     if unknown > 0 {
         out.push(format!(
             "The algebraic error of {unknown} of {} cases is not estimated in every step: steps by arc length, by contact corrections and \
              linearised ones are accepted by their residual.",
-            stored.len()
+            cases.len()
         ));
     }
     out

@@ -12,7 +12,7 @@ use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
 use crate::study::spec::{FamilySpec, MOST_CASES, VariantSpec, check_names, refuse};
 use crate::study::store::case_files::is_ambiguous;
-use crate::study::store::record::{FamilyRecord, Quantity, Role, SCHEMA, StudyRecord};
+use crate::study::store::record::{FamilyRecord, Place, Quantity, Role, SCHEMA, StudyRecord, VariantMember};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
@@ -75,6 +75,8 @@ pub struct Study {
     /// Family → columns its cases must record, where they are not those of the quantities of the variant
     pub columns: BTreeMap<String, Vec<String>>,
     pub cases: Vec<Case>,
+    /// Case → its places
+    places: HashMap<String, Vec<Place>>,
     /// Changes that were made to every case
     changes: Vec<(String, toml::Value)>,
     /// Digest of what cases that the study asks for later depend on
@@ -201,7 +203,9 @@ impl Study {
         if let Some(usage) = &expansion.usage {
             let more = uses(file, usage, &known, changes.given)?;
             let (ids, formulation) = (more.iter().map(|c| c.id.clone()).collect(), more[0].spec.formulation());
-            families.push(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids });
+            let member = |c: &Case| VariantMember { variant: c.variant.clone(), member: c.member.clone() };
+            let members = more.iter().map(member).collect();
+            families.push(FamilyRecord { name: "use".into(), role: Role::Use, formulation, cases: ids, members });
             quantities.extend(more.iter().map(|c| (c.variant.clone(), vec![usage.quantity.clone()])));
             cases.all.extend(more);
         }
@@ -230,8 +234,9 @@ impl Study {
             inputs_sha256: BTreeMap::new(),
         };
         let StoredExpansion { rules, columns, .. } = expansion;
-        let (changes, source_sha256) = (changes.given.to_vec(), String::new());
-        Ok(Self { name: name.into(), file: file.into(), record, rules, columns, cases, changes, source_sha256 })
+        let (changes, source_sha256, places) = (changes.given.to_vec(), String::new(), record.places(|_| None));
+        let (name, file) = (name.into(), file.into());
+        Ok(Self { name, file, record, rules, columns, cases, places, changes, source_sha256 })
     }
 
     /// Digest of the study with all changes of its cases.
@@ -250,14 +255,27 @@ impl Study {
         self.rules.error_estimates && !self.is_reference(case)
     }
 
-    /// Columns that are judged in a case.
+    /// Columns that are judged in a case, in any of its places.
     pub fn columns_of(&self, case: &Case) -> Vec<String> {
-        let of_variant = || self.record.quantities.get(&case.variant).into_iter().flatten().map(|q| q.name.clone());
-        self.columns.get(&case.family).cloned().unwrap_or_else(|| of_variant().collect())
+        let mut all: Vec<String> = vec![];
+        for place in self.places_of(case) {
+            let of_variant =
+                || self.record.quantities.get(&place.variant).into_iter().flatten().map(|q| q.name.clone());
+            let own = self.columns.get(&place.family).cloned().unwrap_or_else(|| of_variant().collect());
+            all.extend(own.into_iter().filter(|name| !all.contains(name)).collect::<Vec<_>>());
+        }
+        all
     }
 
+    fn places_of(&self, case: &Case) -> &[Place] {
+        self.places.get(&case.id).map_or(&[], Vec::as_slice)
+    }
+
+    /// Whether a case is in families of references only.
     fn is_reference(&self, case: &Case) -> bool {
-        self.record.families.iter().any(|f| f.name == case.family && f.role == Role::Reference)
+        let is_one = |p: &Place| self.record.families.iter().any(|f| f.name == p.family && f.role == Role::Reference);
+        let places = self.places_of(case);
+        !places.is_empty() && places.iter().all(is_one)
     }
 }
 
@@ -337,7 +355,7 @@ impl CaseList<'_> {
             let fact = format!("there is no variant \"{unknown}\"");
             return Err(mistake(format!("family {}", family.name), fact, hint(unknown, &known)));
         }
-        let mut ids: Vec<String> = Vec::new();
+        let (mut ids, mut places) = (Vec::new(), Vec::new());
         let mut formulation = String::new();
         for variant in expansion.variants.iter().filter(|v| wanted.contains(&v.name)) {
             let own = variant.scene.as_ref().or(family.scene.as_ref());
@@ -367,10 +385,11 @@ impl CaseList<'_> {
                 let (id, found) =
                     self.case((family, variant, label), &scene_file, (&others, &pairs(member)), &place)?;
                 ids.push(id);
+                places.push(VariantMember { variant: variant.name.clone(), member: label.clone() });
                 formulation = found;
             }
         }
-        Ok(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids })
+        Ok(FamilyRecord { name: family.name.clone(), role: family.role, formulation, cases: ids, members: places })
     }
 
     /// Id and formulation of a case, which is a new one unless the same scene is run already.

@@ -238,7 +238,7 @@ fn grow<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<Round>, St
 fn judged<K: StudyKind>(study: &StudyRecord, cases: &[StoredCase]) -> Vec<BTreeMap<String, f64>> {
     let Ok(details) = K::Details::deserialize(&study.details) else { return vec![BTreeMap::new(); cases.len()] };
     let of_case = |case: &StoredCase| {
-        let quantities = study.quantities.get(&case.record.variant).into_iter().flatten();
+        let quantities = case.variants().into_iter().filter_map(|v| study.quantities.get(v)).flatten();
         quantities.filter_map(|q| Some((q.name.clone(), K::judged(case, &q.name, &details)?))).collect()
     };
     cases.iter().map(of_case).collect()

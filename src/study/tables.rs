@@ -28,6 +28,13 @@ fn quantities(store: &Results) -> Vec<&Quantity> {
     out
 }
 
+/// The time steps of the stages, each once where the next one has the same.
+fn steps(r: &CaseRecord) -> String {
+    let mut steps = r.steps_s().to_vec();
+    steps.dedup();
+    steps.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
+}
+
 /// Every case of a study: mesh, outcome, extremes, cost.
 pub fn cases(store: &Results) -> Table {
     let judged = quantities(store);
@@ -47,7 +54,7 @@ pub fn cases(store: &Results) -> Table {
                 r.factor_nnz.to_string(),
                 measured(factor_mb(r)),
                 r.solver.linear.multigrid.as_ref().map_or("direct".into(), |m| format!("{} levels", m.levels)),
-                format!("{}", r.dt_s),
+                steps(r),
                 if r.converged() { r.status.clone() } else { format!("{} !", r.status) },
                 r.locking.map_or("–".into(), |l| {
                     format!("{:.2}{}", l.pressure_scatter, if l.alarm { " alarm" } else { "" })

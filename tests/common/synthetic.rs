@@ -97,6 +97,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         }),
         integrator: "quasi_static".into(),
         dt_s: m.dt,
+        stage_dt_s: vec![m.dt],
         steps_matter: Some(true),
         status: "Converged".into(),
         status_detail: None,
@@ -142,7 +143,7 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             ..Provenance::default()
         },
     };
-    StoredCase { record, series: Series { t_s, columns } }
+    StoredCase::new(record, Series { t_s, columns })
 }
 
 pub fn study() -> (StudyRecord, Vec<StoredCase>) {
@@ -169,6 +170,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         role,
         formulation: formulation.into(),
         cases: cases.iter().map(|c| &c.record).filter(|r| r.family == name).map(|r| r.id.clone()).collect(),
+        members: vec![],
     });
     let study = StudyRecord {
         schema: 0,

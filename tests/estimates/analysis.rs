@@ -213,6 +213,72 @@ fn finer_meshes_of_one_source_are_settings_of_their_own() {
     assert_eq!(analyse(&study, &cases).verdict, before.verdict);
 }
 
+/// Grids of 1 × 4 × 4 and 4 × 4 × 1 boxes have the same counts and the same qualities.
+#[test]
+fn meshes_of_equal_counts_are_settings_of_their_own() {
+    let (mut study, mut cases) = study();
+    let (mut other, mut digest) = (vec![], 0);
+    for c in &mut cases {
+        digest += usize::from(c.record.variant == "length");
+        c.record.provenance.identity.mesh_sha256 = digest.to_string();
+    }
+    for c in cases.iter().filter(|c| c.record.family == "element" && c.record.mesh.cells == 2_200) {
+        let mut c = c.clone();
+        c.record.id = c.record.id.replace("element", "thin");
+        c.record.family = "thin".into();
+        c.record.provenance.identity.mesh_sha256 = "thin".into();
+        c.record.probes.get_mut("bending_angle_deg").expect("probe").peak *= 1.2;
+        other.push(c);
+    }
+    let before = analyse(&study, &cases).settings.len();
+    let (name, cases_of) = ("thin".into(), other.iter().map(|c| c.record.id.clone()).collect());
+    let (role, formulation, members) = (Role::Element, "tet10".into(), vec![]);
+    study.families.push(FamilyRecord { name, role, formulation, cases: cases_of, members });
+    cases.extend(other);
+    let a = analyse(&study, &cases);
+    assert_eq!(a.settings.len(), before + 1);
+    let own: Vec<_> = a.settings.iter().filter(|s| s.label == "tet10, 2200 cells").collect();
+    assert!(own.len() == 2 && own.iter().all(|s| s.cases.len() == 2), "{own:?}");
+}
+
+/// Two meshes tend to a limit by assumption only.
+#[test]
+fn a_reference_of_two_meshes_is_doubted() {
+    let (study, mut cases) = study();
+    cases.retain(|c| c.record.family == "sizes");
+    let doubted = |cases: &[StoredCase]| {
+        let warnings = analyse(&study, cases).warnings;
+        warnings.iter().filter(|w| w.contains("two meshes of family sizes show no order")).count()
+    };
+    assert_eq!(doubted(&cases), 0);
+    cases.retain(|c| c.record.mesh.cells > 10_000);
+    assert_eq!(doubted(&cases), 3, "one for each quantity");
+}
+
+/// The mesh that would help is proposed once: where it was added and has no result, the refusal names its case.
+#[test]
+fn a_mesh_that_failed_is_not_proposed_again() {
+    let (mut study, mut cases) = study();
+    study.tolerance = 1e-3;
+    study.families.retain(|f| f.name == "sizes");
+    cases.retain(|c| c.record.family == "sizes");
+    for r in cases.iter_mut().map(|c| &mut c.record) {
+        r.provenance.scene = format!("[mesh]\ncells = {}\n", r.mesh.cells);
+    }
+    let proposed = analyse(&study, &cases).found.extension.expect("a finer mesh");
+    let mut added = cases[0].clone();
+    added.record.id = format!("sizes-length-{}", proposed.member);
+    (added.record.status, added.record.mesh.cells) = ("TimeBudget".into(), proposed.cells);
+    added.record.provenance.scene = format!("[mesh]\ncells = {}\n", proposed.set["mesh.cells"]);
+    study.families[0].cases.push(added.record.id.clone());
+    let a = analyse(&study, &cases);
+    assert!(a.extension.is_none() && a.verdict.contains(": has no result"), "{}", a.verdict);
+    cases.push(added);
+    let a = analyse(&study, &cases);
+    assert_eq!(a.extension, None);
+    assert!(a.verdict.contains(&format!("is case sizes-length-{}: TimeBudget", proposed.member)), "{}", a.verdict);
+}
+
 /// The edge of the coarse meshes is longer than similar meshes would have it: the two limits differ, and U(f*) holds both.
 #[test]
 fn meshes_that_are_not_similar_have_a_wider_uncertainty() {

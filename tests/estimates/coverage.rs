@@ -39,7 +39,7 @@ fn case(family: &str, formulation: &str, n: usize, value: f64, bar: Option<f64>)
         one_run: errors,
         ..CaseRecord::default()
     };
-    StoredCase { record, series: Series::default() }
+    StoredCase::new(record, Series::default())
 }
 
 struct Made {
@@ -68,6 +68,7 @@ fn made(bars: [f64; 3], apart: f64, curved: bool) -> Made {
         role,
         formulation: formulation.into(),
         cases: cases.iter().filter(|c| c.record.family == name).map(|c| c.record.id.clone()).collect(),
+        members: vec![],
     };
     let study = StudyRecord {
         schema: 0,

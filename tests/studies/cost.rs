@@ -94,6 +94,7 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
             role: f.role,
             formulation: f.formulation.into(),
             cases: f.cells.iter().map(|n| format!("{}-length-{n}", f.name)).collect(),
+            members: vec![],
         })
         .collect();
     let tension = Quantity {
@@ -204,9 +205,8 @@ fn locking_refuses_a_reference_over_meshes_only() {
     let over_meshes = analyse(&study, &stored);
     assert!(over_meshes.verdict.contains("raises the locking alarm"), "{}", over_meshes.verdict);
     for c in &mut stored {
-        let h = c.record.mesh.h_m;
+        (c.record.dt_s, c.record.stage_dt_s) = (c.record.mesh.h_m, vec![c.record.mesh.h_m]);
         c.record.mesh.h_m = 1e-3;
-        c.record.steps = (1.0 / h) as usize;
     }
     let over_steps = analyse(&study, &stored);
     let reference = over_steps.quantities[0].reference.as_ref().expect("a reference");

@@ -44,8 +44,13 @@ fn study() -> (StudyRecord, Vec<StoredCase>) {
         case("fine", "stiff", 2.318, 0.0, template),
     ];
     let ids = |family: &str| stored.iter().filter(|c| c.record.family == family).map(|c| c.record.id.clone()).collect();
-    let family =
-        |name: &str, role| FamilyRecord { name: name.into(), role, formulation: "tet10".into(), cases: ids(name) };
+    let family = |name: &str, role| FamilyRecord {
+        name: name.into(),
+        role,
+        formulation: "tet10".into(),
+        cases: ids(name),
+        members: vec![],
+    };
     study.kind = "comparison".into();
     study.details = serde_json::json!({ "reference": "base" });
     study.variants = vec!["length".into()];

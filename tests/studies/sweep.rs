@@ -60,8 +60,13 @@ fn study(p: &[f64], q: &[f64], y: impl Fn(f64, f64) -> f64) -> (StudyRecord, Vec
     let ids = stored.iter().map(|c| c.record.id.clone()).collect();
     study.kind = "sweep".into();
     study.variants = vec!["length".into()];
-    study.families =
-        vec![FamilyRecord { name: "sweep".into(), role: Role::Grid, formulation: "tet10".into(), cases: ids }];
+    study.families = vec![FamilyRecord {
+        name: "sweep".into(),
+        role: Role::Grid,
+        formulation: "tet10".into(),
+        cases: ids,
+        members: vec![],
+    }];
     let sweep = SweepRecord { axes: vec![axis("p", p), axis("q", q)], points, judged: Judged::Peak };
     study.details = serde_json::to_value(sweep).expect("numbers and strings");
     let tension = Quantity {
@@ -209,6 +214,35 @@ fn rows_that_are_left_out_change_no_peak() {
         let miss = "the written rows of 1 of 1 case miss the extreme, by up to 93.3 %";
         assert!(said.len() == 1 && said[0].contains(miss), "{said:?}");
     }
+}
+
+/// Words and lists have no order in which anything could rise, and what is constant on one line is not said of all.
+#[test]
+fn a_trend_is_said_of_what_has_one() {
+    let (mut study, stored) = study(&[1.0, 2.0], &[0.0, 1.0], |p, q| 1.0 + p * q);
+    let a = analyse(&study, &stored);
+    let said = &a.quantities[0].sentence;
+    assert!(said.contains("rises with key p p for some values of the others (it is constant for the rest)"), "{said}");
+    assert!(said.contains("rises with key q q, whatever the others are"), "{said}");
+    let mut sweep = sweep_of(&study);
+    (sweep.axes[0].values, sweep.axes[0].numbers) = (vec!["tet4".into(), "tet10".into()], vec![]);
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let a = analyse(&study, &stored);
+    assert_eq!(a.quantities[0].along[0].trend, Trend::Unordered);
+    assert!(a.quantities[0].sentence.contains("It differs between the values of key p p, by"), "{:?}", a.quantities);
+}
+
+/// As many cells of another element, or of a longer body, are another mesh.
+#[test]
+fn one_mesh_is_one_mesh() {
+    let (study, mut stored) = study(&[1.0, 2.0], &[1.0, 2.0], |p, q| p * q);
+    let says_so = |stored: &[StoredCase]| analyse(&study, stored).warnings.iter().any(|w| w.contains("share one mesh"));
+    assert!(says_so(&stored));
+    stored[0].record.formulation = "tet10".into();
+    assert!(!says_so(&stored));
+    stored[0].record.formulation = stored[1].record.formulation.clone();
+    stored[1].record.mesh.h_m *= 1.1;
+    assert!(!says_so(&stored));
 }
 
 /// A study of the small scene of the command line's tests.

@@ -162,7 +162,7 @@ pub fn results(plan: &ValidationPlan) -> Results {
         record.mesh.h_m = h_m;
         record.integrator = "static".into();
         let columns = [("xmax_z_m".to_string(), vec![0.01, 0.01 - 1e-3 * value])].into();
-        cases.push(StoredCase { record, series: Series { t_s: vec![0.0, 1.0], columns } });
+        cases.push(StoredCase::new(record, Series { t_s: vec![0.0, 1.0], columns }));
     };
     for (name, load) in LOADS {
         let heavy = name == "heavy";
@@ -193,7 +193,13 @@ pub fn results(plan: &ValidationPlan) -> Results {
         }
     }
     let cases_of = |role: &str| cases.iter().map(|c| c.record.id.clone()).filter(|id| id.starts_with(role)).collect();
-    let family = |name: &str, role, cases| FamilyRecord { name: name.into(), role, formulation: "tet4".into(), cases };
+    let family = |name: &str, role, cases| FamilyRecord {
+        name: name.into(),
+        role,
+        formulation: "tet4".into(),
+        cases,
+        members: vec![],
+    };
     let families =
         vec![family("design", Role::Design, cases_of("design")), family("sizes", Role::Sizes, cases_of("sizes"))];
     let study = StudyRecord {

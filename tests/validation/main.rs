@@ -7,4 +7,5 @@ mod markers;
 mod motion;
 mod motion_files;
 mod repeats;
+mod time_steps;
 mod tracks;

@@ -110,7 +110,7 @@ fn bar(element: &str) -> (Scene, impl Fn(&Scene, usize) -> State) {
 fn stored(motions: BTreeMap<String, Packed>) -> Results {
     let case = |id: &String| {
         let record = CaseRecord { id: id.clone(), ..CaseRecord::default() };
-        StoredCase { record, series: Series { t_s: vec![], columns: BTreeMap::new() } }
+        StoredCase::new(record, Series { t_s: vec![], columns: BTreeMap::new() })
     };
     let study = serde_json::json!({
         "study": "bars", "kind": "convergence", "question": "", "expectation": "", "tolerance": 0.05, "quantities": {}, "variants": [], "families": [],

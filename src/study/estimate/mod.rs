@@ -9,6 +9,7 @@
 //! | f* ± U(f*) of one family, and what limits it | `family` |
 //! | The reference among the families | `reference` |
 //! | Curves over time in place of one number | `curve` |
+//! | Sizes of time steps | `step_size` |
 //! | Power laws of cost over size | `growth` |
 
 pub mod curve;
@@ -17,4 +18,5 @@ pub mod growth;
 pub mod least_squares;
 pub mod reference;
 pub mod richardson;
+pub mod step_size;
 pub mod tolerance;

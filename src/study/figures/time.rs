@@ -6,7 +6,7 @@ use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{seconds, thousands};
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
-use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use crate::study::store::results::Results;
 
 const REST: RGB = RGB(0xd0, 0xd0, 0xd0);
@@ -16,10 +16,12 @@ const TOP: f64 = 6.0;
 
 /// Of the meshes of a variant, on as many sheets as their height needs.
 pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
-    let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
-    let mut rows: Vec<&CaseRecord> = (store.cases.iter().map(|c| &c.record))
-        .filter(|r| r.variant == variant && r.converged() && r.wall_s > 0.0)
-        .filter(|r| matches!(role(r), Some(Role::Sizes | Role::Nested | Role::Remeshed | Role::Element)))
+    let of_meshes = |f: &&FamilyRecord| matches!(f.role, Role::Sizes | Role::Nested | Role::Remeshed | Role::Element);
+    let families: Vec<&FamilyRecord> = store.study.families.iter().filter(of_meshes).collect();
+    let mut rows: Vec<&CaseRecord> = (store.cases.iter())
+        .filter(|c| families.iter().any(|f| c.is_in(&f.name, variant)))
+        .map(|c| &c.record)
+        .filter(|r| r.converged() && r.wall_s > 0.0)
         .collect();
     rows.sort_by(|a, b| (b.formulation.as_str(), a.mesh.cells).cmp(&(a.formulation.as_str(), b.mesh.cells)));
     let mut effects: Vec<&str> = rows.iter().flat_map(|r| r.effects.iter().map(|e| e.name.as_str())).collect();

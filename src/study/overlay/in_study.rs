@@ -20,7 +20,7 @@ pub(super) const SHOWN: usize = PALETTE.len() - 1;
 pub fn figures(store: &Results) -> Vec<Drawn> {
     let mut out = vec![];
     for variant in &store.study.variants {
-        let cases: Vec<&StoredCase> = store.cases.iter().filter(|c| c.record.variant == *variant).collect();
+        let cases: Vec<&StoredCase> = store.cases.iter().filter(|c| c.is_of(variant)).collect();
         let mut curves: Vec<&Measured> = vec![];
         for m in cases.iter().flat_map(|c| &c.record.measured) {
             if !curves.contains(&m) {

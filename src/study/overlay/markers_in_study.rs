@@ -18,7 +18,7 @@ const LEAST: f64 = 6.0;
 /// The figure of every variant whose cases are compared with markers.
 pub fn figures(store: &Results) -> Vec<Drawn> {
     let draw_one = |variant: &String| {
-        let of = |c: &&StoredCase| c.record.variant == *variant && !c.record.markers.is_empty();
+        let of = |c: &&StoredCase| c.is_of(variant) && !c.record.markers.is_empty();
         let cases: Vec<&StoredCase> = store.cases.iter().filter(of).collect();
         let name = format!("markers-{variant}");
         (!cases.is_empty()).then(|| drawn(&name, || draw(store, &name, variant, &cases)))?

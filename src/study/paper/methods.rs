@@ -174,7 +174,7 @@ fn time(records: &[&CaseRecord]) -> Paragraph {
     if !in_motion.is_empty() {
         sentences.push(format!("The equations of motion are integrated by {}.", wording::all(&in_motion)));
     }
-    let dt = range(records.iter().map(|r| r.dt_s), plain);
+    let dt = range(records.iter().flat_map(|r| r.steps_s().iter().copied()), plain);
     Paragraph::new("Time").marked(&format!("{} Steps have {dt}\u{a0}s.", sentences.join(" ")))
 }
 

@@ -94,7 +94,7 @@ mod tests {
         };
         record.mesh.h_m = h;
         let series = Series { t_s: vec![0.0, 1.0], columns: [(Q.to_string(), vec![0.0, f])].into() };
-        StoredCase { record, series }
+        StoredCase::new(record, series)
     }
 
     fn choice(name: &str) -> Choice {

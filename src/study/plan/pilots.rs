@@ -119,7 +119,7 @@ pub fn run(request: &Request, trial: Trial, watch: &dyn PlanWatch) -> Result<Opt
     }
     let column = |k: usize| run.rows.iter().map(|row| row[k]).collect();
     let columns = run.columns.iter().enumerate().skip(1).map(|(k, name)| (name.clone(), column(k))).collect();
-    Ok(Some(StoredCase { series: Series { t_s: column(0), columns }, record }))
+    Ok(Some(StoredCase::new(record, Series { t_s: column(0), columns })))
 }
 
 /// Pilots of every choice, in the order of the choices, coarse ones first.

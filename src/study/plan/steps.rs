@@ -269,9 +269,9 @@ mod tests {
 
     #[test]
     fn the_pilot_nearest_the_limit_is_examined_if_the_budget_allows_it() {
-        let case = |id: &str, f: f64, seconds: f64| StoredCase {
-            record: CaseRecord { id: id.into(), wall_s: seconds, cpu_s: seconds, ..CaseRecord::default() },
-            series: Series { t_s: vec![0.0, 1.0], columns: [("q".to_string(), vec![0.0, f])].into() },
+        let case = |id: &str, f: f64, seconds: f64| {
+            let record = CaseRecord { id: id.into(), wall_s: seconds, cpu_s: seconds, ..CaseRecord::default() };
+            StoredCase::new(record, Series { t_s: vec![0.0, 1.0], columns: [("q".to_string(), vec![0.0, f])].into() })
         };
         let choice =
             |name: &str| Choice { name: name.into(), set: vec![], sizes: vec![600, 1320], element: ElementSpec::Tet4 };

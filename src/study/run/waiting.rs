@@ -1,7 +1,7 @@
 //! Cases that wait for the constants of a calibration, and the results that give them.
 
 use crate::scene::ParameterKey;
-use crate::study::case::Case;
+use crate::study::case::{After, Case};
 use crate::study::expand::Study;
 use crate::study::store::folder::Store;
 use crate::study::store::identity::Identity;
@@ -10,9 +10,9 @@ use crate::study::store::record::{CaseRecord, Role};
 /// A case that waited, with the constants of the finest converged mesh of its variant among these records.
 pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) -> Option<(Case, Vec<ParameterKey>)> {
     let after = case.after.as_ref()?;
-    let own = records.iter().filter(|r| r.variant == after.variant && r.converged() && is_size(study, &r.id));
-    let finest = own.max_by_key(|r| r.mesh.cells)?;
-    let source = study.cases.iter().find(|c| c.id == finest.id)?;
+    let found = |c: &'_ Case| records.iter().position(|r| r.id == c.id && r.converged());
+    let own = sizes_of(study, after).filter_map(|c| Some((c, &records[found(c)?])));
+    let (source, finest) = own.max_by_key(|(_, r)| r.mesh.cells)?;
     case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
@@ -27,7 +27,7 @@ pub fn sources(
     mesh: &mut FindMesh,
 ) -> Option<Vec<CaseRecord>> {
     let after = case.after.as_ref()?;
-    let own = study.cases.iter().filter(|c| c.after.is_none() && c.variant == after.variant && is_size(study, &c.id));
+    let own = sizes_of(study, after);
     own.map(|c| {
         let identity = c.identity_on(mesh(c)?);
         store.record(&c.id).filter(|r| r.provenance.counts_for(&identity, accept_build))
@@ -48,6 +48,8 @@ pub fn identity(study: &Study, case: &Case, store: &Store, mesh: &mut FindMesh) 
     }
 }
 
-fn is_size(study: &Study, id: &String) -> bool {
-    study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(id))
+/// The cases of the sizes of the variant that a case waits for.
+fn sizes_of<'a>(study: &'a Study, after: &'a After) -> impl Iterator<Item = &'a Case> {
+    let is_size = |id: &String| study.record.families.iter().any(|f| f.role == Role::Sizes && f.cases.contains(id));
+    study.cases.iter().filter(move |c| c.after.is_none() && c.variant == after.variant && is_size(&c.id))
 }

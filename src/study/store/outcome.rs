@@ -33,6 +33,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         law: scene.law.as_deref().map(LawRecord::new),
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
+        stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
         steps_matter: Some(path_dependence(scene).is_some()),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),

@@ -18,11 +18,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-pub use crate::study::store::series::{Series, StoredCase};
+pub use crate::study::store::series::{Place, Series, StoredCase};
 pub use crate::study::store::status::{
     CRASHED, INPUTS_CHANGED, NOT_DETERMINED, NOT_RUN, NOT_SETTLED, OUT_OF_MEMORY, OUT_OF_TIME, PANICKED, REFUSED,
 };
-pub use crate::study::store::study_record::{FamilyRecord, Quantity, Role, StudyRecord};
+pub use crate::study::store::study_record::{FamilyRecord, Member, Quantity, Role, StudyRecord, VariantMember};
 
 /// Version of the form of `cases/<id>.json` and `study.json`. It grows when a program of today could not read them any more; files of a later
 /// version are refused.
@@ -33,9 +33,9 @@ pub const SCHEMA: u32 = 1;
 pub struct CaseRecord {
     /// `<family>-<variant>-<member>`, also the file stem
     pub id: String,
-    /// Family of meshes or steps it belongs to: `sizes`, `nested`, …
+    /// Family of meshes or steps that it was first run in: `sizes`, `nested`, …
     pub family: String,
-    /// Variant of the scene: `length` or `tension`
+    /// Variant of the scene that it was first run in: `length` or `tension`
     pub variant: String,
     /// Value that distinguishes it from the rest of its family: a size, a law
     #[serde(default)]
@@ -47,8 +47,11 @@ pub struct CaseRecord {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<LawRecord>,
     pub integrator: String,
-    /// Largest time step \[s\]
+    /// Longest time step \[s\]
     pub dt_s: f64,
+    /// Time step of each stage \[s\]; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stage_dt_s: Vec<f64>,
     /// The states depend on the time steps: by dynamics, or by the path of loading; none in records of earlier versions
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub steps_matter: Option<bool>,
@@ -169,6 +172,22 @@ impl CaseRecord {
         self.newton_iterations + self.solver.lost_iterations
     }
 
+    /// Whether both ran on one mesh: by its digest, and by its sizes where an earlier version has left no digest.
+    pub fn has_mesh_of(&self, other: &Self) -> bool {
+        let key = |r: &Self| {
+            let m = &r.mesh;
+            (m.cells, m.nodes, m.h_m.to_bits(), m.min_quality.to_bits(), m.mean_quality.to_bits())
+        };
+        let [own, found] = [self, other].map(|r| &r.provenance.identity.mesh_sha256);
+        let may_be = own.is_empty() || found.is_empty() || own == found;
+        may_be && self.mesh.source == other.mesh.source && key(self) == key(other)
+    }
+
+    /// Time steps of the stages \[s\]; of a record of an earlier version its longest one.
+    pub fn steps_s(&self) -> &[f64] {
+        if self.stage_dt_s.is_empty() { std::slice::from_ref(&self.dt_s) } else { &self.stage_dt_s }
+    }
+
     /// Whether another time step has another result; where no record says so, runs in time have.
     pub fn depends_on_steps(&self) -> bool {
         self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())
@@ -205,14 +224,6 @@ pub struct MeshRecord {
     pub volume_m3: f64,
     /// File name or hash of the request that produced it
     pub source: String,
-}
-
-impl MeshRecord {
-    /// Whether both records are of one mesh. The source alone does not tell: it is "grid" for every grid.
-    pub fn is_same(&self, other: &Self) -> bool {
-        let key = |m: &Self| (m.cells, m.nodes, m.h_m.to_bits(), m.min_quality.to_bits(), m.mean_quality.to_bits());
-        self.source == other.source && key(self) == key(other)
-    }
 }
 
 /// The law of a case, with the values of its constants.

@@ -10,9 +10,9 @@ use crate::storage::{self, DATA_LIMIT};
 use crate::study::store::case_files::{PAGE, Unsound, check_in};
 use crate::study::store::other_build::writer;
 use crate::study::store::outdated::is_outdated;
-use crate::study::store::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, SCHEMA, Series, StoredCase, StudyRecord, VariantMember};
 use crate::study::store::skin::Skin;
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -52,6 +52,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
             results.leave_out(why)?;
         }
     }
+    results.place();
     match results.cases.is_empty() {
         true if !results.damaged.is_empty() => Err(ReportError::NoSoundCase { facts: results.damaged }),
         true => Err(ReportError::NoCases { path: dir.join("cases") }),
@@ -63,7 +64,7 @@ pub fn read(dir: &Path) -> Result<Results, ReportError> {
 pub fn stored(dir: &Path, id: &str) -> Result<Option<StoredCase>, ReportError> {
     let file = |extension: &str| dir.join("cases").join(format!("{id}.{extension}"));
     let Some(record) = record(&file("json"))? else { return Ok(None) };
-    Ok(Some(StoredCase { record, series: series(&file("csv"))?.unwrap_or_default() }))
+    Ok(Some(StoredCase::new(record, series(&file("csv"))?.unwrap_or_default())))
 }
 
 impl Results {
@@ -87,6 +88,19 @@ impl Results {
         };
         self.damaged.push(format!("{fact}. The case does not count; run the study again to compute it anew."));
         Ok(())
+    }
+
+    /// Gives every case its places in the study.
+    fn place(&mut self) {
+        let named: HashMap<String, VariantMember> = (self.cases.iter())
+            .map(|StoredCase { record: r, .. }| {
+                (r.id.clone(), VariantMember { variant: r.variant.clone(), member: r.member.clone() })
+            })
+            .collect();
+        let places = self.study.places(|id| named.get(id).cloned());
+        let cases = std::mem::take(&mut self.cases).into_iter();
+        self.cases =
+            cases.map(|case| if let Some(of) = places.get(&case.record.id) { case.at(of) } else { case }).collect();
     }
 
     /// Reads the files of a case, if it has some.
@@ -115,7 +129,7 @@ impl Results {
         self.damaged.extend(missing.map(|f| sentence(f, "The case is without what it holds")));
         let series_of_case = series(&file("csv"))?.unwrap_or_default();
         let (found, sensitivities) = (json::<Calibration>(&file("fit.json"))?, series(&file("sensitivities.csv"))?);
-        self.cases.push(StoredCase { record, series: series_of_case });
+        self.cases.push(StoredCase::new(record, series_of_case));
         self.found.extend(found.map(|c| (id.to_string(), c)));
         self.sensitivities.extend(sensitivities.map(|s| (id.to_string(), s)));
         self.add_pictures(dir, id, &pictures);

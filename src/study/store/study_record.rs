@@ -4,7 +4,7 @@ use crate::report::names::title;
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::asked::Asks;
 use crate::study::store::record::CaseRecord;
-use crate::study::store::series::StoredCase;
+use crate::study::store::series::{Place, StoredCase};
 use crate::study::store::status::NOT_RUN;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -68,6 +68,53 @@ impl StudyRecord {
         self.families.iter().any(|f| f.role == Role::Reference && f.cases.iter().any(|case| case == id))
     }
 
+    /// Case → its places in the order of the families. `unsaid` finds variant and member of a case in a family that does not say them.
+    pub fn places(&self, unsaid: impl Fn(&str) -> Option<VariantMember>) -> HashMap<String, Vec<Place>> {
+        let mut places: HashMap<String, Vec<Place>> = HashMap::new();
+        for family in &self.families {
+            for (k, id) in family.cases.iter().enumerate() {
+                let found = family.members.get(k).cloned().or_else(|| unsaid(id));
+                let Some(VariantMember { variant, member }) = found else { continue };
+                let place = Place { family: family.name.clone(), variant, member };
+                let known = places.entry(id.clone()).or_default();
+                if !known.contains(&place) {
+                    known.push(place);
+                }
+            }
+        }
+        places
+    }
+
+    /// The members of the families with this role in a variant, in the order of the study.
+    pub fn members_in<'a>(&'a self, stored: &'a [StoredCase], role: Role, variant: &'a str) -> Vec<Member<'a>> {
+        let converged = |id: &String| stored.iter().find(|c| c.record.id == *id).filter(|c| c.record.converged());
+        let mut all: Vec<Member> = vec![];
+        for family in self.families.iter().filter(|f| f.role == role) {
+            let said = family.cases.iter().zip(&family.members).filter(|(_, m)| m.variant == variant);
+            all.extend(said.map(|(id, m)| (m.member.as_str(), converged(id))));
+            // A file of an earlier version does not say its members
+            if family.members.is_empty() {
+                let cases = stored.iter().filter(|c| c.record.converged());
+                all.extend(cases.flat_map(|c| c.members(&family.name, variant).map(move |member| (member, Some(c)))));
+            }
+        }
+        all
+    }
+
+    /// The family that a case is listed under, in a variant or in all: the first of those that have it, one of seeds or time steps last.
+    pub fn family_of(&self, case: &StoredCase, variant: Option<&str>) -> Option<&FamilyRecord> {
+        let is_own = |f: &&FamilyRecord| match variant {
+            Some(variant) => case.is_in(&f.name, variant),
+            None => case.is_of_family(&f.name),
+        };
+        let is_last = |f: &&FamilyRecord| match f.role {
+            Role::Seeds => 2,
+            Role::TimeStep => 1,
+            _ => 0,
+        };
+        self.families.iter().filter(is_own).min_by_key(is_last)
+    }
+
     /// Words for a variant: its label, or its name.
     pub fn label(&self, variant: &str) -> String {
         self.labels.get(variant).cloned().unwrap_or_else(|| variant.to_string())
@@ -99,6 +146,9 @@ impl StudyRecord {
         out
     }
 }
+
+/// A member of a variant, with its case where that has converged.
+pub type Member<'a> = (&'a str, Option<&'a StoredCase>);
 
 /// A recorded quantity of interest: a column of `cases/<id>.csv`.
 #[derive(Serialize, Deserialize, JsonSchema, Clone, Debug, PartialEq, Default)]
@@ -134,7 +184,7 @@ impl Quantity {
 }
 
 /// A family of cases that differ in one thing only.
-#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+#[derive(Serialize, Deserialize, Clone, Debug)]
 pub struct FamilyRecord {
     pub name: String,
     pub role: Role,
@@ -142,6 +192,25 @@ pub struct FamilyRecord {
     pub formulation: String,
     /// Ids of the cases, of every variant, also those that have no result yet
     pub cases: Vec<String>,
+    /// Variant and member of each of these cases; empty in files of earlier versions, whose records have them
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub members: Vec<VariantMember>,
+}
+
+impl PartialEq for FamilyRecord {
+    /// A record of an earlier version, which does not say its members, is not of another family for that.
+    fn eq(&self, other: &Self) -> bool {
+        let key = |f: &Self| (f.name.clone(), f.role, f.formulation.clone());
+        let is_unsaid = self.members.is_empty() || other.members.is_empty();
+        key(self) == key(other) && self.cases == other.cases && (is_unsaid || self.members == other.members)
+    }
+}
+
+/// A member of a family in a variant.
+#[derive(Serialize, Deserialize, Clone, Debug, PartialEq)]
+pub struct VariantMember {
+    pub variant: String,
+    pub member: String,
 }
 
 /// Purpose of a family of cases.

@@ -132,7 +132,7 @@ fn solved<'a>(
         let families = study.families.iter().filter(move |f| f.role == role);
         let ids = families.flat_map(|f| f.cases.iter().map(move |id| (f, id)));
         let case = |(f, id): (&'a FamilyRecord, &'a String)| {
-            let c = stored.iter().find(|c| c.record.id == *id && c.record.variant == variant)?;
+            let c = stored.iter().find(|c| c.record.id == *id && c.is_in(&f.name, variant))?;
             c.record.has_constants().then_some((f, c))
         };
         let mut all: Vec<SolvedSearch> = (ids.filter_map(case))

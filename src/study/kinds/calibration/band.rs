@@ -53,7 +53,7 @@ pub fn band(
     let quantity = study.quantities.get(&own)?.first()?.clone();
     let ids = study.families.iter().filter(|f| f.role == Role::Use).flat_map(|f| &f.cases);
     let mut cases: Vec<&StoredCase> = (ids.filter_map(|id| stored.iter().find(|c| c.record.id == *id)))
-        .filter(|c| c.record.variant == own && c.record.converged())
+        .filter(|c| c.is_of(&own) && c.record.converged())
         .collect();
     cases.sort_by_key(|c| c.record.mesh.cells);
     let finest = *cases.last()?;

@@ -4,10 +4,12 @@
 //!
 //! ```text
 //! difference of the peaks (f̂ − ĝ)/|ĝ|
-//! distance ‖f − g‖₂/‖g‖₂ and ‖f − g‖∞/|ĝ|       over the common time, see [`crate::study::curve`]
+//! distance ‖f − g‖₂/‖g‖₂ and ‖f − g‖∞/|ĝ|       on the samples of both, see [`crate::study::curve`]
 //! loop ∮ f dx over the last cycle of x          for f = T and x = L of a cable: the energy lost in a cycle
 //! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree
 //! ```
+//!
+//! A member is not comparable with the reference where one of the two has no result, or their runs do not cover the same time.
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
@@ -15,8 +17,10 @@ use crate::report::numbers::{capital, digits, percent, space, span};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
+use crate::study::kinds::comparison::samples;
 use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
-use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{Member, Quantity, Role, StoredCase, StudyRecord};
+use crate::wording::few;
 use serde::{Deserialize, Serialize};
 
 /// The member that the others are compared with, as it is stored with the study.
@@ -34,6 +38,8 @@ pub struct ComparisonFindings {
     pub reference: String,
     /// \[variants × quantities\] those that the protocol imposes apart
     pub quantities: Vec<ByQuantity<MemberDifferences>>,
+    /// Members that a curve is missing of, those of imposed quantities apart
+    pub incomparable: Vec<Incomparable>,
     pub costs: Vec<MemberCost>,
     /// Effects added one by one, per variant
     pub sequences: Vec<Sequence>,
@@ -70,6 +76,18 @@ pub struct ComparedMember {
     pub loop_share: Option<f64>,
 }
 
+/// A member that cannot be compared with the reference in one quantity of one variant.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Incomparable {
+    pub variant: String,
+    pub quantity: String,
+    /// Quantity and variant in words
+    #[serde(skip)]
+    pub place: String,
+    pub member: String,
+    pub why: String,
+}
+
 /// Cost of a member, mean over the variants.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct MemberCost {
@@ -92,16 +110,23 @@ pub fn analyse(
     stored: &[StoredCase],
 ) -> Analysis<ComparisonFindings> {
     let reference = comparison.reference.clone();
-    let mut quantities =
-        ByQuantity::each(study, stored, |variant, quantity| compare(study, stored, variant, quantity, &reference));
-    quantities.retain(|q| q.members.len() < 2 || q.members.iter().any(|c| c.largest > 1e-9));
+    let mut incomparable = vec![];
+    let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
+        compare((study, stored), variant, quantity, &reference, &mut incomparable)
+    });
+    quantities.retain(|q| {
+        let imposed = is_imposed(q, &reference);
+        incomparable.retain(|i| !imposed || i.variant != q.variant || i.quantity != q.quantity.name);
+        !imposed
+    });
     let costs = costs(study, stored, &reference);
     let sequences = sequences(study, stored);
     let incomplete = study.incomplete(stored);
     for q in &mut quantities {
-        q.sentence = sentence(study, q, &reference);
+        let missing = incomparable.iter().filter(|i| i.variant == q.variant && i.quantity == q.quantity.name);
+        q.sentence = sentence(study, q, &reference, &missing.collect::<Vec<_>>());
     }
-    let found = ComparisonFindings { reference, quantities, costs, sequences };
+    let found = ComparisonFindings { reference, quantities, incomparable, costs, sequences };
     let verdict = match found.sequences.is_empty() {
         true => verdict(study, &found, incomplete.len()),
         false => sequence::verdict(&found.sequences, incomplete.len()),
@@ -109,72 +134,122 @@ pub fn analyse(
     Analysis { tolerance: study.tolerance, found, warnings: warnings(stored, &incomplete), incomplete, verdict }
 }
 
-/// Converged cases of the families with this role.
-fn of_role<'a>(
-    study: &'a StudyRecord,
-    stored: &'a [StoredCase],
-    role: Role,
-    variant: &'a str,
-) -> impl Iterator<Item = &'a StoredCase> {
-    let families = study.families.iter().filter(move |f| f.role == role);
-    let cases = families.flat_map(|f| &f.cases);
-    cases
-        .filter_map(|id| stored.iter().find(|c| c.record.id == *id))
-        .filter(move |c| c.record.variant == variant && c.record.converged())
+/// The case of a member.
+fn find<'a>(all: &[Member<'a>], member: &str) -> Option<&'a StoredCase> {
+    all.iter().find(|(name, _)| *name == member)?.1
 }
 
+/// All members in one quantity; those that cannot be compared are added to `incomparable`.
 fn compare(
-    study: &StudyRecord,
-    stored: &[StoredCase],
+    (study, stored): (&StudyRecord, &[StoredCase]),
     variant: &str,
     quantity: &Quantity,
     reference: &str,
+    incomparable: &mut Vec<Incomparable>,
 ) -> Option<MemberDifferences> {
-    let cases: Vec<&StoredCase> = of_role(study, stored, Role::Members, variant).collect();
-    let finer: Vec<&StoredCase> = of_role(study, stored, Role::Finer, variant).collect();
-    let base = cases.iter().find(|c| c.record.member == reference)?;
-    let (g, g_peak) = (Curve::of(&base.series, &quantity.name)?, peak(base, &quantity.name)?);
-    let difference = |c: &StoredCase, g_peak: f64| Some((peak(c, &quantity.name)? - g_peak) / g_peak.abs());
-    let finer_of = |member: &str| finer.iter().find(|c| c.record.member == member);
-    let members = (cases.iter())
-        .filter_map(|c| {
-            let f = Curve::of(&c.series, &quantity.name)?;
-            let t = f.common(&g);
-            let d: Vec<f64> = t.iter().map(|t| f.at(*t) - g.at(*t)).collect();
-            let on: Vec<f64> = t.iter().map(|t| g.at(*t)).collect();
-            let peak_difference = difference(c, g_peak)?;
-            let on_finer = finer_of(&c.record.member).zip(finer_of(reference));
-            let on_finer = on_finer.and_then(|(c, base)| difference(c, peak(base, &quantity.name)?));
-            let x = quantity.against.as_ref().and_then(|x| Curve::of(&c.series, &x.name));
-            let cycle = x.as_ref().and_then(|x| f.hysteresis(x));
-            Some(ComparedMember {
-                member: c.record.member.clone(),
-                case: c.record.id.clone(),
-                peak: peak(c, &quantity.name)?,
-                peak_difference,
-                mesh_drift: on_finer.map(|d| (d - peak_difference).abs()),
-                distance: l2(&t, &d) / l2(&t, &on),
-                largest: d.iter().fold(0.0, |m: f64, d| m.max(d.abs())) / g_peak.abs(),
-                lag_s: lag(&t, &d.iter().zip(&on).map(|(d, g)| d + g).collect::<Vec<_>>(), &on),
-                loop_area: cycle.map(|c| c.0),
-                loop_share: cycle.map(|c| c.1),
-            })
+    let all = study.members_in(stored, Role::Members, variant);
+    let finer = study.members_in(stored, Role::Finer, variant);
+    let base = Base::new(study.member(reference), find(&all, reference), quantity);
+    let finer_peak = |member: &str| peak(find(&finer, member)?, &quantity.name);
+    let on_finer = |member: &str| finer_peak(member).zip(finer_peak(reference)).map(|(f, g)| (f - g) / g.abs());
+    let mut members = vec![];
+    for (member, case) in all {
+        match base.as_ref().map_err(Clone::clone).and_then(|base| base.compare(case, quantity)) {
+            Ok(mut found) => {
+                found.member = member.into();
+                found.mesh_drift = on_finer(member).map(|d| (d - found.peak_difference).abs());
+                members.push(found);
+            }
+            Err(_) if member == reference => {}
+            Err(why) => incomparable.push(Incomparable {
+                variant: variant.into(),
+                quantity: quantity.name.clone(),
+                place: format!("{}, {}", quantity.label, study.label(variant)),
+                member: member.into(),
+                why,
+            }),
+        }
+    }
+    Some(MemberDifferences { peak: base.ok()?.peak, members })
+}
+
+/// The reference in one quantity.
+struct Base {
+    /// The member in words
+    name: String,
+    curve: Curve,
+    peak: f64,
+}
+
+impl Base {
+    /// # Errors
+    ///
+    /// In words, why nothing can be compared with it.
+    fn new(name: String, case: Option<&StoredCase>, quantity: &Quantity) -> Result<Self, String> {
+        let Some(case) = case else { return Err(format!("{name} has no result there")) };
+        match (Curve::of(&case.series, &quantity.name), peak(case, &quantity.name)) {
+            (Some(curve), Some(peak)) => Ok(Self { name, curve, peak }),
+            _ => Err(format!("{name} has no curve of it")),
+        }
+    }
+
+    /// A member against the reference, on the samples of both.
+    ///
+    /// # Errors
+    ///
+    /// In words, why it cannot be compared.
+    fn compare(&self, case: Option<&StoredCase>, quantity: &Quantity) -> Result<ComparedMember, String> {
+        let c = case.ok_or("it has no result there")?;
+        let (f, g) = (Curve::of(&c.series, &quantity.name).ok_or("it has no curve of it")?, &self.curve);
+        let own_peak = peak(c, &quantity.name).ok_or("it has no curve of it")?;
+        let Some(t) = samples::of_both(&f, g) else {
+            let [[a, b], [c, d]] = [samples::span(&f), samples::span(g)];
+            return Err(format!("its curve is from {a} s to {b} s, that of {} from {c} s to {d} s", self.name));
+        };
+        let d: Vec<f64> = t.iter().map(|t| f.at(*t) - g.at(*t)).collect();
+        let [of_f, of_g]: [Vec<f64>; 2] = [&f, g].map(|curve| t.iter().map(|t| curve.at(*t)).collect());
+        let largest = d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        let nothing = largest == 0.0;
+        if self.peak == 0.0 && !nothing {
+            return Err(format!("the peak of {} is zero, so that no difference is a share of it", self.name));
+        }
+        let share = |difference: f64, size: f64| if nothing { 0.0 } else { difference / size };
+        let x = quantity.against.as_ref().and_then(|x| Curve::of(&c.series, &x.name));
+        let cycle = x.as_ref().and_then(|x| f.hysteresis(x));
+        Ok(ComparedMember {
+            member: String::new(),
+            case: c.record.id.clone(),
+            peak: own_peak,
+            peak_difference: share(own_peak - self.peak, self.peak.abs()),
+            mesh_drift: None,
+            distance: share(l2(&t, &d), l2(&t, &of_g)),
+            largest: share(largest, self.peak.abs()),
+            lag_s: lag(&t, &of_f, &of_g),
+            loop_area: cycle.map(|c| c.0),
+            loop_share: cycle.map(|c| c.1),
         })
-        .collect();
-    Some(MemberDifferences { peak: g_peak, members })
+    }
+}
+
+/// Whether the protocol imposes a quantity: it is the same in all runs, of which there are several.
+fn is_imposed(q: &MemberDifferences, reference: &str) -> bool {
+    let base = q.members.iter().find(|c| c.member == reference).map(|c| &c.case);
+    let mut others = q.members.iter().filter(|c| Some(&c.case) != base).peekable();
+    others.peek().is_some() && others.all(|c| c.largest <= 1e-9)
 }
 
 fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<MemberCost> {
-    let all: Vec<&StoredCase> = study.variants.iter().flat_map(|v| of_role(study, stored, Role::Members, v)).collect();
+    let of_variants = study.variants.iter().flat_map(|v| study.members_in(stored, Role::Members, v));
+    let all: Vec<(&str, &StoredCase)> = of_variants.filter_map(|(member, case)| Some((member, case?))).collect();
     let mut members: Vec<&str> = vec![];
-    for c in &all {
-        if !members.contains(&c.record.member.as_str()) {
-            members.push(&c.record.member);
+    for (member, _) in &all {
+        if !members.contains(member) {
+            members.push(member);
         }
     }
     let mut costs: Vec<MemberCost> = (members.iter())
         .map(|member| {
-            let own: Vec<_> = all.iter().map(|c| &c.record).filter(|r| r.member == *member).collect();
+            let own: Vec<_> = all.iter().filter(|(name, _)| name == member).map(|(_, c)| &c.record).collect();
             MemberCost {
                 member: member.to_string(),
                 formulation: own[0].formulation.clone(),
@@ -197,7 +272,12 @@ pub fn signed(x: f64) -> String {
     if x < 0.0 { format!("−{}", percent(-x)) } else { format!("+{}", percent(x)) }
 }
 
-fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, reference: &str) -> String {
+fn sentence(
+    study: &StudyRecord,
+    q: &ByQuantity<MemberDifferences>,
+    reference: &str,
+    missing: &[&Incomparable],
+) -> String {
     let tolerance = study.tolerance;
     let unit = space(&q.quantity.unit);
     let mut words =
@@ -216,6 +296,10 @@ fn sentence(study: &StudyRecord, q: &ByQuantity<MemberDifferences>, reference: &
     }
     if !far.is_empty() {
         words += &format!("; beyond: {}", list(&far));
+    }
+    if !missing.is_empty() {
+        let names: Vec<String> = missing.iter().map(|i| format!("{} ({})", study.member(&i.member), i.why)).collect();
+        words += &format!("; not comparable: {}", names.join(", "));
     }
     let drift = others.iter().filter_map(|c| c.mesh_drift).fold(f64::NAN, f64::max);
     if drift.is_finite() {
@@ -244,6 +328,7 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
 /// Which members are interchangeable, how far the others are off, what they cost.
 fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> String {
     let members: Vec<&str> = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
+    let without = |member: &str| a.incomparable.iter().filter(|i| i.member == member).collect::<Vec<_>>();
     if a.quantities.is_empty() || members.is_empty() {
         return format!(
             "No verdict: there is no pair of converged cases to compare with {} in a quantity that is not imposed.",
@@ -257,8 +342,15 @@ fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> Strin
     };
     let mut same: Vec<String> = vec![];
     let mut apart: Vec<(f64, String)> = vec![];
+    let mut open: Vec<String> = vec![];
     for member in members {
-        let Some((q, c)) = worst(member) else { continue };
+        let worst = worst(member);
+        if worst.is_none_or(|(_, c)| c.largest <= study.tolerance) && !without(member).is_empty() {
+            let places: Vec<String> = without(member).iter().map(|i| format!("{}: {}", i.place, i.why)).collect();
+            open.push(format!("{} ({})", study.member(member), few(&places)));
+            continue;
+        }
+        let Some((q, c)) = worst else { continue };
         if c.largest <= study.tolerance {
             same.push(format!("{} ({})", study.member(member), percent(c.largest)));
         } else {
@@ -292,6 +384,9 @@ fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> Strin
     };
     if !apart.is_empty() {
         words += &format!(" At most they differ: {}.", apart.join("; "));
+    }
+    if !open.is_empty() {
+        words += &format!(" Not comparable in every curve: {}.", open.join("; "));
     }
     let ratios: Vec<(&str, f64)> = a.costs.iter().filter_map(|p| Some((p.member.as_str(), p.ratio?))).collect();
     let others: Vec<&(&str, f64)> = ratios.iter().filter(|(member, _)| *member != a.reference).collect();

@@ -3,6 +3,7 @@
 pub mod analysis;
 pub mod figures;
 pub mod report;
+pub mod samples;
 pub mod sequence;
 
 use crate::scene::{SceneError, hint};

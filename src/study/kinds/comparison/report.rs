@@ -63,6 +63,7 @@ fn analysis(a: &Analysis<ComparisonFindings>) -> Map<String, Value> {
     let mut out = Map::new();
     out.insert("reference".into(), json!(a.reference));
     out.insert("costs".into(), json!(a.costs));
+    out.insert("incomparable".into(), json!(a.incomparable));
     out.insert("incomplete".into(), json!(a.incomplete));
     a.sequences.iter().for_each(|s| drop(out.insert(s.variant.clone(), json!(s))));
     out.extend(ByQuantity::as_json(&a.quantities));

@@ -59,22 +59,26 @@ impl Addition {
 
 /// The sequence of every variant that has one; a member without a converged case is left out.
 pub fn sequences(study: &StudyRecord, stored: &[StoredCase]) -> Vec<Sequence> {
-    let families: Vec<_> = study.families.iter().filter(|f| f.role == Role::Cumulative).collect();
     let of = |variant: &String| {
-        let ids = families.iter().flat_map(|f| &f.cases);
-        let cases = ids.filter_map(|id| stored.iter().find(|c| c.record.id == *id));
-        let own: Vec<&StoredCase> =
-            cases.filter(|c| c.record.variant == *variant && c.record.converged() && c.record.steps > 0).collect();
-        let additions: Vec<Addition> =
-            (0..own.len()).map(|k| addition(study, own[k], k.checked_sub(1).map(|before| own[before]))).collect();
+        let members = study.members_in(stored, Role::Cumulative, variant).into_iter();
+        let own: Vec<(&str, &StoredCase)> =
+            members.filter_map(|(member, case)| Some((member, case.filter(|c| c.record.steps > 0)?))).collect();
+        let before = |k: usize| k.checked_sub(1).map(|before| own[before].1);
+        let additions: Vec<Addition> = (0..own.len()).map(|k| addition(study, variant, own[k], before(k))).collect();
         let variant_label = study.label(variant);
         let sentence = sentence_of(study, &variant_label, &additions);
         Sequence { variant: variant.clone(), variant_label, additions, sentence }
     };
-    if families.is_empty() { vec![] } else { study.variants.iter().map(of).collect() }
+    let any = study.families.iter().any(|f| f.role == Role::Cumulative);
+    if any { study.variants.iter().map(of).collect() } else { vec![] }
 }
 
-fn addition(study: &StudyRecord, case: &StoredCase, before: Option<&StoredCase>) -> Addition {
+fn addition(
+    study: &StudyRecord,
+    variant: &String,
+    (member, case): (&str, &StoredCase),
+    before: Option<&StoredCase>,
+) -> Addition {
     let r = &case.record;
     let step_s = |r: &CaseRecord| r.cpu_s / r.steps as f64;
     let part_s = |s: f64| s * step_s(r) / r.wall_s;
@@ -87,7 +91,7 @@ fn addition(study: &StudyRecord, case: &StoredCase, before: Option<&StoredCase>)
             None => new.push(e.name.clone()),
         }
     }
-    let quantities = (study.quantities.get(&r.variant).into_iter().flatten())
+    let quantities = (study.quantities.get(variant).into_iter().flatten())
         .filter_map(|q| {
             let value = peak(case, &q.name)?;
             let change = before.and_then(|c| peak(c, &q.name)).filter(|b| *b != 0.0).map(|b| (value - b) / b.abs());
@@ -95,7 +99,7 @@ fn addition(study: &StudyRecord, case: &StoredCase, before: Option<&StoredCase>)
         })
         .collect();
     Addition {
-        member: r.member.clone(),
+        member: member.into(),
         case: r.id.clone(),
         new,
         dofs: r.dofs,

@@ -6,7 +6,7 @@ use crate::study::estimate::family::Level;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
-use crate::study::kinds::convergence::next_mesh::next_mesh;
+use crate::study::kinds::convergence::next_mesh::{NextMesh, next_mesh};
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
 use crate::study::store::record::{Quantity, Role, StoredCase, StudyRecord};
 
@@ -26,14 +26,15 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
     let warnings = warnings::warnings(&cases, &quantities, &incomplete);
     let (recommended, mut verdict) = verdict::conclude(&cases, &quantities, &settings, &incomplete);
     let is_open = recommended.is_none() && cases.no_limit().is_none();
-    let extension = is_open.then(|| next_mesh(&cases, &quantities)).flatten();
-    if let Some(extension) = &extension {
-        verdict += &format!(" {}", extension.sentence);
+    let next = is_open.then(|| next_mesh(&cases, &quantities)).flatten();
+    if let Some(next) = &next {
+        verdict += &format!(" {}", next.sentence());
     }
     if recommended.is_none() {
         verdict += &verdict::constants_alone(&quantities);
     }
     let cost = if cases.shared { "cpu_s" } else { "wall_s" };
+    let extension = next.and_then(NextMesh::extension);
     let found = ConvergenceFindings { quantities, settings, recommended, extension, cost };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }

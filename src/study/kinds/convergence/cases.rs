@@ -1,42 +1,58 @@
 //! The stored cases of a convergence study, as its analysis reads them.
 
+use crate::study::estimate::step_size::has_steps_of;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
+use std::collections::BTreeMap;
 
 /// The stored cases by family and variant.
 pub struct Cases<'a> {
     pub study: &'a StudyRecord,
     pub stored: &'a [StoredCase],
-    /// Time step of the mesh studies \[s\]
-    pub dt_s: f64,
+    /// Variant → a run with the time steps of its mesh studies
+    steps: BTreeMap<&'a str, &'a CaseRecord>,
     pub shared: bool,
 }
 
 impl<'a> Cases<'a> {
     pub fn new(study: &'a StudyRecord, stored: &'a [StoredCase]) -> Self {
-        let sizes = study.families.iter().find(|f| f.role == Role::Sizes).or(study.families.first());
-        let of = |id: &String| stored.iter().find(|c| c.record.id == *id);
-        let dt_s = sizes.and_then(|f| f.cases.iter().find_map(of)).map_or(f64::NAN, |c| c.record.dt_s);
-        Self { study, stored, dt_s, shared: stored.iter().any(|c| c.record.shared) }
+        let steps = study.variants.iter().filter_map(|v| Some((v.as_str(), with_steps_of_study(study, stored, v)?)));
+        Self { study, stored, steps: steps.collect(), shared: stored.iter().any(|c| c.record.shared) }
     }
 
     /// Converged cases of a family in a variant.
     pub fn of(&self, family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
-        (self.stored.iter())
-            .filter(|c| c.record.converged() && c.record.variant == variant && family.cases.contains(&c.record.id))
-            .collect()
+        self.stored.iter().filter(|c| c.record.converged() && c.is_in(&family.name, variant)).collect()
     }
 
-    /// Runs with the time step of the mesh studies.
-    pub fn at_study_step(&self, c: &CaseRecord) -> bool {
-        (c.dt_s / self.dt_s - 1.0).abs() < 1e-6
+    /// Converged cases of a variant.
+    pub fn of_variant(&self, variant: &str) -> impl Iterator<Item = &'a StoredCase> {
+        self.stored.iter().filter(move |c| c.record.converged() && c.is_of(variant))
+    }
+
+    /// Whether a case has the time steps of the mesh studies of a variant.
+    pub fn at_study_step(&self, variant: &str, c: &CaseRecord) -> bool {
+        self.steps.get(variant).is_some_and(|of| has_steps_of(c, of))
     }
 
     /// Cost of a case \[s\].
     pub fn cost(&self, c: &CaseRecord) -> f64 {
         if self.shared { c.cpu_s } else { c.wall_s }
     }
+
     /// Reason why the answer has no limit as h → 0, if a case names one.
     pub fn no_limit(&self) -> Option<&'a str> {
         self.stored.iter().find_map(|c| c.record.no_limit.as_deref())
     }
+}
+
+/// The first case of the sizes of a variant, or where it has none of another family, one of time steps last.
+fn with_steps_of_study<'a>(study: &'a StudyRecord, stored: &'a [StoredCase], variant: &str) -> Option<&'a CaseRecord> {
+    let rank = |role: Role| match role {
+        Role::Sizes => 0,
+        Role::TimeStep => 2,
+        _ => 1,
+    };
+    let mut families: Vec<&FamilyRecord> = study.families.iter().collect();
+    families.sort_by_key(|f| rank(f.role));
+    families.into_iter().find_map(|f| Some(&stored.iter().find(|c| c.is_in(&f.name, variant))?.record))
 }

@@ -6,8 +6,9 @@
 use crate::study::curve::peak;
 use crate::study::estimate::reference::Reference;
 use crate::study::estimate::richardson::ROUNDING;
+use crate::study::estimate::step_size::step_sizes;
 use crate::study::kinds::convergence::cases::Cases;
-use crate::study::store::record::{FamilyRecord, Role, StoredCase};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
 use serde::Serialize;
 
 /// Error of one case in one quantity.
@@ -75,9 +76,8 @@ pub fn errors(
 ) -> Vec<CaseError> {
     let Some(r) = reference.filter(|r| r.scale > 0.0) else { return vec![] };
     let (scale, more) = (r.scale, r.uncertainty + step.map_or(0.0, |s| s.error));
-    (cases.stored.iter())
-        .filter(|c| c.record.variant == variant && c.record.converged())
-        .filter(|c| cases.at_study_step(&c.record))
+    (cases.of_variant(variant))
+        .filter(|c| cases.at_study_step(variant, &c.record))
         .filter_map(|c| {
             let value = peak(c, quantity)?;
             let off = (value - r.value).abs();
@@ -110,28 +110,40 @@ fn noise_of(cases: &Cases, family: &FamilyRecord, variant: &str, quantity: &str)
     })
 }
 
-/// Compares the study's step with the other ones of the time-step family, on the same mesh.
+/// The largest error of the study's step by a family of time steps that the variant runs; none where no family tells one.
 pub fn step_error(cases: &Cases, variant: &str, quantity: &str, reference: Option<&Reference>) -> Option<StepError> {
-    let family = cases.study.families.iter().find(|f| f.role == Role::TimeStep)?;
+    let families = cases.study.families.iter().filter(|f| f.role == Role::TimeStep);
+    let found = families.filter_map(|family| step_error_of(cases, family, (variant, quantity), reference));
+    found.max_by(|a, b| a.error.total_cmp(&b.error))
+}
+
+/// Compares the study's step with the other ones of a family of time steps, on the same mesh.
+fn step_error_of(
+    cases: &Cases,
+    family: &FamilyRecord,
+    (variant, quantity): (&str, &str),
+    reference: Option<&Reference>,
+) -> Option<StepError> {
     let mut members: Vec<&StoredCase> = cases.of(family, variant);
+    let first = &members.first()?.record;
+    let is_of_study = |c: &&StoredCase| cases.at_study_step(variant, &c.record);
     // The same mesh at the study's step may be stored under another family
-    let mesh = members.first()?.record.mesh.clone();
-    if !members.iter().any(|c| cases.at_study_step(&c.record)) {
-        members.extend(cases.stored.iter().find(|c| {
-            let r = &c.record;
-            let here = r.variant == variant && r.converged() && r.formulation == family.formulation;
-            here && r.mesh.is_same(&mesh) && cases.at_study_step(r)
-        }));
+    if !members.iter().any(is_of_study) {
+        let is_same = |c: &&StoredCase| c.record.formulation == first.formulation && c.record.has_mesh_of(first);
+        members.extend(cases.of_variant(variant).filter(is_same).find(is_of_study));
     }
-    members.sort_by(|a, b| a.record.dt_s.total_cmp(&b.record.dt_s));
-    let (dt_s, values): (Vec<f64>, Vec<f64>) =
-        members.iter().filter_map(|c| Some((c.record.dt_s, peak(c, quantity)?))).unzip();
+    let records: Vec<&CaseRecord> = members.iter().map(|c| &c.record).collect();
+    let sizes = step_sizes(&records);
+    let mut runs: Vec<(f64, f64, bool)> =
+        (members.iter().zip(sizes)).filter_map(|(c, dt)| Some((dt, peak(c, quantity)?, is_of_study(c)))).collect();
+    runs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let at = runs.iter().position(|run| run.2)?;
+    let (dt, a, _) = runs[at];
     // If the study's step is itself the smallest, the difference to the next larger one bounds its error
-    let at = members.iter().position(|c| cases.at_study_step(&c.record))?;
-    let other = if at == 0 { 1 } else { 0 };
-    let (a, b) = (values.get(at)?, values.get(other)?);
-    let (cause, error) = if members.iter().any(|c| c.record.depends_on_steps()) {
-        (StepCause::TimeStep, (a - b).abs() * dt_s[at] / (dt_s[at] - dt_s[other]).abs())
+    let (other, b, _) = *runs.iter().find(|run| run.0 != dt)?;
+    let (dt_s, values): (Vec<f64>, Vec<f64>) = runs.iter().map(|run| (run.0, run.1)).unzip();
+    let (cause, error) = if records.iter().any(|r| r.depends_on_steps()) {
+        (StepCause::TimeStep, (a - b).abs() * dt / (dt - other).abs())
     } else {
         let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
         (StepCause::Algebraic, high - low)

@@ -40,8 +40,7 @@ pub fn one_run(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Vec<
         let (corrected, uncertainty) = (value + e.correction, e.uncertainty);
         Some(OneRunBar { id: c.record.id.clone(), value, corrected, uncertainty, bar: e.bar / scale })
     };
-    let own = |c: &&StoredCase| c.record.variant == variant && c.record.converged();
-    cases.stored.iter().filter(own).filter_map(bar).collect()
+    cases.of_variant(variant).filter_map(bar).collect()
 }
 
 /// Compares the reference with the estimate from the finest mesh of its leading family.
@@ -55,10 +54,9 @@ pub fn check(reference: &mut Reference, finest: Option<&String>, own: &[OneRunBa
 pub fn input_uncertainty(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Option<InputUncertainty> {
     let known = |c: &&StoredCase| {
         let inputs = &c.record.inputs;
-        let has_all = !inputs.is_empty() && inputs.iter().all(|i| i.derivatives.contains_key(quantity));
-        c.record.variant == variant && c.record.converged() && has_all
+        !inputs.is_empty() && inputs.iter().all(|i| i.derivatives.contains_key(quantity))
     };
-    let of = cases.stored.iter().filter(known);
+    let of = cases.of_variant(variant).filter(known);
     let finest = &of.min_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m))?.record;
     let squares = finest.inputs.iter().map(|i| (i.derivatives[quantity] * i.half_width).powi(2));
     let share = squares.sum::<f64>().sqrt() / scale;

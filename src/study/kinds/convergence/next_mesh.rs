@@ -6,6 +6,7 @@
 //! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
 //! family. The cost is that of the power law through the family.
 
+use crate::math::units;
 use crate::report::numbers::{percent, seconds, thousands};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
@@ -15,7 +16,7 @@ use crate::study::extension::Extension;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::locking;
-use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
+use crate::study::store::record::{CaseRecord, FamilyRecord, NOT_RUN, Role, StoredCase};
 use std::collections::BTreeMap;
 use toml::{Table, Value};
 
@@ -24,9 +25,36 @@ const MOST_RATIO: f64 = 2.0;
 /// Share of the tolerance that the next mesh is to reach.
 const AIM: f64 = 0.8;
 
-/// The mesh to add where there is no verdict; none where no family can be refined by its keys, where a quantity near zero needs an absolute
+/// The mesh that would help.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NextMesh {
+    /// It is not a mesh of the study yet
+    New(Extension),
+    /// The family has it, without a usable result; in words
+    Tried(String),
+}
+
+impl NextMesh {
+    /// In words: which mesh, and why.
+    pub fn sentence(&self) -> &str {
+        match self {
+            Self::New(extension) => &extension.sentence,
+            Self::Tried(sentence) => sentence,
+        }
+    }
+
+    /// The mesh to add.
+    pub fn extension(self) -> Option<Extension> {
+        match self {
+            Self::New(extension) => Some(extension),
+            Self::Tried(_) => None,
+        }
+    }
+}
+
+/// The mesh that would help where there is no verdict; none where no family can be refined by its keys, where a quantity near zero needs an absolute
 /// tolerance first, or where a reason remains that no mesh removes.
-pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<Extension> {
+pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option<NextMesh> {
     let deciding = || quantities.iter().filter(|q| q.deciding);
     let is_supported = deciding().all(|q| q.supported);
     let open: Vec<&ByQuantity<MeshErrors>> = deciding().filter(|q| is_supported || !q.supported).collect();
@@ -41,6 +69,9 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
         cases.study.families.iter().filter(|f| !matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep));
     let candidates = families.filter_map(|f| Candidate::new(cases, f, &open));
     let best = candidates.min_by(|a, b| a.bar.total_cmp(&b.bar))?;
+    if let Some(sentence) = best.tried(cases) {
+        return Some(NextMesh::Tried(sentence));
+    }
     let (family, meshes) = (best.family, best.meshes.len());
     let cells = best.next.cells;
     let cost_s = best.cost(cases);
@@ -60,8 +91,13 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
         changes.join(", "),
         percent(best.bar)
     );
-    let (family, member) = (family.name.clone(), format!("added-{cells}"));
-    Some(Extension { family, member, set: best.next.set, cells, cost_s, sentence })
+    let (family, member) = (family.name.clone(), label(cells));
+    Some(NextMesh::New(Extension { family, member, set: best.next.set, cells, cost_s, sentence }))
+}
+
+/// Label of a member that is added with about so many cells.
+fn label(cells: usize) -> String {
+    format!("added-{cells}")
 }
 
 /// A family that can be refined.
@@ -80,7 +116,7 @@ impl<'a> Candidate<'a> {
     fn new(cases: &Cases<'a>, family: &'a FamilyRecord, open: &[&ByQuantity<MeshErrors>]) -> Option<Self> {
         let mut meshes: Vec<&CaseRecord> = vec![];
         for c in cases.study.variants.iter().flat_map(|variant| cases.of(family, variant)) {
-            if !meshes.iter().any(|m| m.mesh.is_same(&c.record.mesh)) {
+            if !meshes.iter().any(|m| m.has_mesh_of(&c.record)) {
                 meshes.push(&c.record);
             }
         }
@@ -112,6 +148,33 @@ impl<'a> Candidate<'a> {
             return None;
         }
         bar.is_finite().then_some(Self { family, meshes, bar, wanted, next })
+    }
+
+    /// A sentence, where the family has the next mesh already: it has no usable result, or it would be the finest one.
+    fn tried(&self, cases: &Cases) -> Option<String> {
+        let label = label(self.next.cells);
+        let is_next = |c: &&StoredCase| {
+            let of_family = c.is_of_family(&self.family.name) && !c.record.converged();
+            let keys = of_family.then(|| mesh_keys(&c.record)).flatten();
+            let sets = |keys: &BTreeMap<String, Value>| {
+                let mut all = self.next.set.iter();
+                all.all(|(key, value)| key.strip_prefix("mesh.").and_then(|key| keys.get(key)) == Some(value))
+            };
+            keys.is_some_and(|keys| sets(&keys))
+        };
+        let end = format!("-{label}");
+        let (case, why) = match cases.stored.iter().find(is_next) {
+            Some(c) => {
+                let detail = c.record.status_detail.as_ref().map_or(String::new(), |why| format!(": {why}"));
+                (&c.record.id, format!("{}{detail}", c.record.status))
+            }
+            None => (self.family.cases.iter().find(|id| id.ends_with(&end))?, NOT_RUN.to_string()),
+        };
+        let cells = thousands(self.next.cells);
+        Some(format!(
+            "The mesh of family {} that would help, about {cells} cells, is case {case}: {why}.",
+            self.family.name
+        ))
     }
 
     fn cost(&self, cases: &Cases) -> Option<Predicted> {
@@ -166,8 +229,7 @@ impl Finer {
                     new
                 }
                 ("size", Value::String(length)) => {
-                    let at = length.find(|c: char| c.is_alphabetic())?;
-                    let (number, unit) = (length[..at].trim().parse::<f64>().ok()?, length[at..].trim());
+                    let (number, unit, ..) = units::parts(length).ok()?;
                     factor *= ratio.powi(3);
                     Value::String(format!("{} {unit}", round(number / ratio)))
                 }
@@ -273,6 +335,7 @@ mod tests {
         assert_eq!(of("cells = 500", "cells = 1000"), ("\"mesh.cells\" = 3380".into(), 3380));
         assert_eq!(of("cells = 9", "cells = 9\nlevels = 1"), ("\"mesh.levels\" = 2".into(), 8000));
         assert_eq!(of("size = \"2 mm\"", "size = \"1.5 mm\""), ("\"mesh.size\" = \"1 mm\"".into(), 3380));
+        assert_eq!(of("size = \"4e-3 m\"", "size = \"3e-3m\"").0, "\"mesh.size\" = \"0.002 m\"");
         let grid = |n: &str| format!("grid = {{ kind = \"box\", divisions = {n} }}");
         let (set, cells) = of(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"));
         assert_eq!((set.as_str(), cells), ("\"mesh.grid.divisions\" = [10, 15, 1]", 2780));

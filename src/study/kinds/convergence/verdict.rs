@@ -10,64 +10,46 @@ use crate::study::estimate::family::Estimate;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{Bar, MeshErrors, MeshSetting, Recommendation, headline};
 use crate::study::locking;
-use crate::study::store::record::{MeshRecord, Role};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
 use crate::wording::{count, few};
 
-/// All settings run with the study's time step, cheapest first. Seeds show the scatter; a lucky one is no choice.
+/// All settings run with the time steps of the study, cheapest first. Seeds show the scatter; a lucky one is no choice.
 pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<MeshSetting> {
-    let mut out: Vec<(&MeshRecord, MeshSetting)> = vec![];
-    for c in cases.stored.iter().map(|c| &c.record) {
-        let role = cases.study.families.iter().find(|f| f.name == c.family).map(|f| f.role);
-        if !c.converged() || !cases.at_study_step(c) || role == Some(Role::Seeds) {
-            continue;
-        }
-        let is_own = |(mesh, s): &(&MeshRecord, MeshSetting)| mesh.is_same(&c.mesh) && s.formulation == c.formulation;
+    let mut out: Vec<(&CaseRecord, MeshSetting, usize)> = vec![];
+    for (c, variant) in cases.stored.iter().flat_map(|c| c.variants().into_iter().map(move |v| (c, v))) {
+        let r = &c.record;
+        let family = cases.study.family_of(c, Some(variant)).filter(|f| f.role != Role::Seeds);
+        let Some(family) = family.filter(|_| r.converged() && cases.at_study_step(variant, r)) else { continue };
+        let is_own =
+            |(of, ..): &(&CaseRecord, MeshSetting, usize)| of.has_mesh_of(r) && of.formulation == r.formulation;
         let at = out.iter().position(is_own).unwrap_or_else(|| {
-            let label = format!("{}, {}", title(&c.formulation), count(c.mesh.cells, "cell"));
-            let (formulation, family) = (c.formulation.clone(), c.family.clone());
-            let (cells, h_m) = (c.mesh.cells, c.mesh.h_m);
-            let s = MeshSetting {
-                label,
-                formulation,
-                cells,
-                h_m,
-                family,
-                cases: vec![],
-                cost_s: 0.0,
-                bars: vec![],
-                worst: 0.0,
-                limited_by: String::new(),
-            };
-            out.push((&c.mesh, s));
+            out.push((r, setting_of(r, family), 0));
             out.len() - 1
         });
-        let s = &mut out[at].1;
-        if s.cases.contains(&c.id) || s.bars.iter().any(|b| b.variant == c.variant) {
+        let (_, s, runs) = &mut out[at];
+        if s.bars.iter().any(|b| b.variant == variant) {
             continue;
         }
-        s.cases.push(c.id.clone());
-        s.cost_s += cases.cost(c);
-        for q in quantities.iter().filter(|q| q.variant == c.variant) {
-            if let Some(e) = q.errors.iter().find(|e| e.id == c.id) {
+        if !s.cases.contains(&r.id) {
+            s.cases.push(r.id.clone());
+        }
+        s.cost_s += cases.cost(r);
+        *runs += 1;
+        for q in quantities.iter().filter(|q| q.variant == variant) {
+            if let Some(e) = q.errors.iter().find(|e| e.id == r.id) {
                 let (variant, quantity) = (q.variant.clone(), q.quantity.name.clone());
-                s.bars.push(Bar {
-                    variant,
-                    quantity,
-                    value: e.value,
-                    error: e.error,
-                    bar: e.bar,
-                    cost_s: cases.cost(c),
-                });
+                let (value, error, bar, cost_s) = (e.value, e.error, e.bar, cases.cost(r));
+                s.bars.push(Bar { variant, quantity, value, error, bar, cost_s });
             }
         }
     }
-    let mut settings: Vec<MeshSetting> = out.into_iter().map(|(_, s)| s).collect();
+    let mean = |(_, s, runs): (&CaseRecord, MeshSetting, usize)| MeshSetting { cost_s: s.cost_s / runs as f64, ..s };
+    let mut settings: Vec<MeshSetting> = out.into_iter().map(mean).collect();
     for s in &mut settings {
-        s.cost_s /= s.cases.len() as f64;
         for q in quantities.iter().filter(|q| q.deciding) {
             let bar = find(s, q).map_or(f64::INFINITY, |b| b.bar);
             if bar > s.worst {
-                let ran = cases.stored.iter().any(|c| c.record.variant == q.variant && s.cases.contains(&c.record.id));
+                let ran = cases.stored.iter().any(|c| c.is_of(&q.variant) && s.cases.contains(&c.record.id));
                 let why = match (bar.is_finite(), ran) {
                     (true, _) => q.peak_title(),
                     (false, true) => format!("no error bar of the {}", q.peak_title()),
@@ -82,6 +64,22 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
     }
     settings.sort_by(|a, b| a.cost_s.total_cmp(&b.cost_s));
     settings
+}
+
+/// The setting of a case, without its runs.
+fn setting_of(c: &CaseRecord, family: &FamilyRecord) -> MeshSetting {
+    MeshSetting {
+        label: format!("{}, {}", title(&c.formulation), count(c.mesh.cells, "cell")),
+        formulation: c.formulation.clone(),
+        cells: c.mesh.cells,
+        h_m: c.mesh.h_m,
+        family: family.name.clone(),
+        cases: vec![],
+        cost_s: 0.0,
+        bars: vec![],
+        worst: 0.0,
+        limited_by: String::new(),
+    }
 }
 
 fn find<'a>(s: &'a MeshSetting, q: &ByQuantity<MeshErrors>) -> Option<&'a Bar> {
@@ -184,8 +182,7 @@ pub fn conclude(
     };
     let next = settings.iter().find(|n| n.cost_s > s.cost_s && n.worst < s.worst);
     let variant = headline(quantities).map(|q| q.variant.as_str());
-    let shown =
-        |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && Some(c.record.variant.as_str()) == variant);
+    let shown = |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && variant.is_some_and(|v| c.is_of(v)));
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
     let which = if deciding.len() == quantities.len() { "" } else { " of those that decide" };
     let mut words = format!(

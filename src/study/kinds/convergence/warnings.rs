@@ -3,7 +3,7 @@
 use crate::report::names::title;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_steps};
-use crate::study::estimate::richardson::LEAST_RATIO;
+use crate::study::estimate::richardson::{Convergence, LEAST_RATIO};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
@@ -30,13 +30,17 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         }
     }
     out.extend(members::warnings(cases, quantities));
+    out.extend(quantities.iter().filter_map(without_order));
     out.extend(unknown_noise(cases, quantities));
     if cases.shared {
         out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
     }
     out.extend(idle_steps(quantities));
-    let steps = quantities.iter().any(|q| q.step.is_some());
-    out.extend(warnings_of_steps(cases.stored, steps));
+    let estimated = |variant: &str| {
+        let mut own = quantities.iter().filter(|q| q.variant == variant && !q.estimates.is_empty()).peekable();
+        own.peek().is_some() && own.all(|q| q.step.is_some())
+    };
+    out.extend(warnings_of_steps(cases.study, cases.stored, estimated));
     out.extend(inaccurate(cases, quantities));
     for q in quantities {
         if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {
@@ -103,6 +107,23 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
         relative(most),
         q.peak_title()
     ))
+}
+
+/// A reference of two meshes, whose values tend to a limit by assumption only.
+fn without_order(q: &ByQuantity<MeshErrors>) -> Option<String> {
+    let reference = q.reference.as_ref()?;
+    let e = q.estimate(&reference.family)?;
+    let mut others = reference.envelope.iter().filter(|f| **f != reference.family);
+    let is_checked = others.any(|f| q.estimate(f).is_some_and(|e| e.values.len() > 2));
+    let is_of_two = e.values.len() == 2 && e.class != Convergence::Exact && !is_checked;
+    is_of_two.then(|| {
+        format!(
+            "{}: two meshes of family {} show no order and not that there is a limit; both are assumed. A third mesh tells: of a peak at a corner or \
+             an edge no mesh is fine enough.",
+            capital(&q.peak_title()),
+            e.family
+        )
+    })
 }
 
 /// The formulations of references whose scatter from mesh to mesh is not known.

@@ -4,11 +4,12 @@ use crate::report::names::title;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::estimate::growth::growth;
+use crate::study::estimate::step_size::has_steps_of;
 use crate::study::kinds::cost::findings::*;
 use crate::study::kinds::cost::line::Line;
-use crate::study::kinds::cost::reference::{curve_error, members, reference, step};
+use crate::study::kinds::cost::reference::{curve_error, members, reference, steps};
 use crate::study::kinds::cost::sentence;
-use crate::study::store::record::{CaseRecord, Quantity, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use crate::wording::count;
 
 /// Wall over CPU seconds from which a run was disturbed.
@@ -29,7 +30,7 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindi
     }
     let growth = laws(study, stored);
     let incomplete = study.incomplete(stored);
-    let warnings = warnings(stored, &quantities, &incomplete);
+    let warnings = warnings(study, stored, &quantities, &incomplete);
     let verdict = sentence::verdict(&quantities, study.tolerance, incomplete.len());
     let found = CostFindings { levels, quantities, growth };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
@@ -45,13 +46,14 @@ fn cost_of_accuracy(
     let reference = reference(study, stored, variant, quantity);
     let mut settings = vec![];
     for family in study.families.iter().filter(|f| f.role != Role::Reference) {
-        for case in members(stored, family, variant) {
+        let cases = members(stored, family, variant);
+        for (case, step_s) in cases.iter().copied().zip(steps(&cases)) {
             let known = settings.iter().any(|s: &CostedCase| s.case == case.record.id);
             let found = reference.as_ref().filter(|_| !known).and_then(|r| {
                 let value = peak(case, &quantity.name)?;
                 let of_curve = curve_error(r, case, quantity, study.tolerance)?;
                 let errors = [(value - r.peak).abs() / r.scale, of_curve];
-                errors.iter().all(|e| e.is_finite()).then(|| setting(case, &family.name, family.role, value, errors))
+                errors.iter().all(|e| e.is_finite()).then(|| setting((case, step_s), family, variant, value, errors))
             });
             settings.extend(found);
         }
@@ -64,7 +66,7 @@ fn cost_of_accuracy(
             best = best.min(s.errors[m as usize]);
         }
     }
-    let line = |f: &crate::study::store::record::FamilyRecord| {
+    let line = |f: &FamilyRecord| {
         let of = |s: &&CostedCase| f.cases.contains(&s.case);
         let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
         let label = title(&f.name);
@@ -85,12 +87,19 @@ fn cost_of_accuracy(
     q
 }
 
-fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64; 2]) -> CostedCase {
+fn setting(
+    (case, step_s): (&StoredCase, f64),
+    family: &FamilyRecord,
+    variant: &str,
+    value: f64,
+    errors: [f64; 2],
+) -> CostedCase {
     let r = &case.record;
-    let family_words = family.replace('_', " ");
-    let label = match role {
-        Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step(case))),
-        Role::Solver => format!("{family_words} {}", r.member),
+    let family_words = family.name.replace('_', " ");
+    let members = || case.members(&family.name, variant).collect::<Vec<_>>().join(", ");
+    let label = match family.role {
+        Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step_s)),
+        Role::Solver => format!("{family_words} {}", members()),
         _ => format!("{}, {}", title(&r.formulation), count(r.mesh.cells, "cell")),
     };
     let cpu = || r.repeats.iter().map(|t| t.cpu_s);
@@ -98,7 +107,7 @@ fn setting(case: &StoredCase, family: &str, role: Role, value: f64, errors: [f64
         (r.repeats.len() > 1).then(|| (cpu().fold(0.0, f64::max) - cpu().fold(f64::INFINITY, f64::min)) / r.cpu_s);
     CostedCase {
         case: r.id.clone(),
-        family: family.into(),
+        family: family.name.clone(),
         label,
         cost_s: r.cpu_s,
         spread,
@@ -122,7 +131,7 @@ fn milliseconds(s: f64) -> String {
 /// Time and memory over the cells, per variant and formulation with three meshes or more.
 fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
     let mut out = vec![];
-    let meshes = |f: &&crate::study::store::record::FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
+    let meshes = |f: &&FamilyRecord| matches!(f.role, Role::Sizes | Role::Element);
     for variant in &study.variants {
         for family in study.families.iter().filter(meshes) {
             let cases = members(stored, family, variant);
@@ -150,13 +159,17 @@ fn laws(study: &StudyRecord, stored: &[StoredCase]) -> Vec<GrowthLaw> {
 }
 
 fn warnings(
+    study: &StudyRecord,
     stored: &[StoredCase],
     quantities: &[ByQuantity<CostOfAccuracy>],
     incomplete: &[(String, String)],
 ) -> Vec<String> {
     let mut out = analysis::warnings(incomplete);
-    let varies = stored.windows(2).any(|w| w[0].record.dt_s != w[1].record.dt_s);
-    out.extend(analysis::warnings_of_steps(stored, varies));
+    let varies = |variant: &str| {
+        let mut own = stored.iter().filter(|c| c.record.converged() && c.is_of(variant)).map(|c| &c.record);
+        own.next().is_some_and(|first| own.any(|other| !has_steps_of(first, other)))
+    };
+    out.extend(analysis::warnings_of_steps(study, stored, varies));
     let records = || stored.iter().map(|c| &c.record);
     if records().any(|r| r.shared) {
         out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());

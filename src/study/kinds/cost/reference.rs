@@ -2,7 +2,7 @@
 //!
 //! The families of role `reference`, or without one the families of meshes, are extrapolated as in a convergence study
 //! ([`crate::study::estimate::family`] for the peak, [`crate::study::estimate::curve`] for the curve): over h where the meshes
-//! differ, else over the mean step T/n with the order of the integrator. The reference is the envelope of the defensible families
+//! differ, else over the time step with the order of the integrator. The reference is the envelope of the defensible families
 //! ([`crate::study::estimate::reference`]). Families that lock, diverge or do not resolve the thinnest wall are no reference. With an
 //! absolute tolerance errors are shares of the scale of [`crate::study::estimate::tolerance`].
 //!
@@ -16,6 +16,7 @@ use crate::study::curve::{Curve, l2};
 use crate::study::estimate::curve::compare;
 use crate::study::estimate::family::{Estimate, Level, estimate_of_order, formal_order};
 use crate::study::estimate::reference as chosen;
+use crate::study::estimate::step_size::step_sizes;
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::record::{FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use serde::Serialize;
@@ -45,15 +46,12 @@ pub struct ReferenceCurve {
 
 /// Converged cases of a family in a variant.
 pub fn members<'a>(stored: &'a [StoredCase], family: &FamilyRecord, variant: &str) -> Vec<&'a StoredCase> {
-    let own = |c: &&StoredCase| c.record.variant == variant && family.cases.contains(&c.record.id);
-    stored.iter().filter(|c| c.record.converged()).filter(own).collect()
+    stored.iter().filter(|c| c.record.converged() && c.is_in(&family.name, variant)).collect()
 }
 
-/// Mean step T/n \[s\].
-pub fn step(case: &StoredCase) -> f64 {
-    let t = &case.series.t_s;
-    let span = t.last().copied().unwrap_or(0.0) - t.first().copied().unwrap_or(0.0);
-    span / case.record.steps.max(1) as f64
+/// Sizes of the time steps of the cases of a family \[s\].
+pub fn steps(cases: &[&StoredCase]) -> Vec<f64> {
+    step_sizes(&cases.iter().map(|c| &c.record).collect::<Vec<_>>())
 }
 
 /// Formal order in the time step, by the name in the record.
@@ -61,14 +59,13 @@ fn order_in_time(integrator: &str) -> f64 {
     if integrator.starts_with("implicit_euler") { 1.0 } else { 2.0 }
 }
 
-/// Size of a case on the axis that its family refines, and the formal order there.
-fn size(cases: &[&StoredCase]) -> (impl Fn(&StoredCase) -> f64 + use<>, f64) {
-    let first = cases.first().map(|c| c.record.clone());
-    let h = first.as_ref().map_or(0.0, |r| r.mesh.h_m);
-    let meshes = cases.iter().any(|c| (c.record.mesh.h_m / h - 1.0).abs() > 1e-6);
-    let formal =
-        first.map_or(2.0, |r| if meshes { formal_order(&r.formulation) } else { order_in_time(&r.integrator) });
-    (move |c: &StoredCase| if meshes { c.record.mesh.h_m } else { step(c) }, formal)
+/// Sizes of the cases on the axis that their family refines, and the formal order there.
+fn sizes(cases: &[&StoredCase]) -> (Vec<f64>, f64) {
+    let Some(first) = cases.first().map(|c| &c.record) else { return (vec![], 2.0) };
+    match cases.iter().any(|c| (c.record.mesh.h_m / first.mesh.h_m - 1.0).abs() > 1e-6) {
+        true => (cases.iter().map(|c| c.record.mesh.h_m).collect(), formal_order(&first.formulation)),
+        false => (steps(cases), order_in_time(&first.integrator)),
+    }
 }
 
 /// The reference of a quantity in a variant; `None` where no family has two cases.
@@ -94,9 +91,10 @@ pub fn reference(
     let best = chosen::choose(&estimates, tolerance)?;
     let (family, estimate) = found.iter().find(|f| f.1.family == best.family)?;
     let cases = members(stored, family, variant);
-    let (size, formal) = size(&cases);
-    let mut curves: Vec<(String, f64, Curve)> =
-        (cases.iter()).filter_map(|c| Some((c.record.id.clone(), size(c), Curve::of(&c.series, quantity)?))).collect();
+    let (sizes, formal) = sizes(&cases);
+    let mut curves: Vec<(String, f64, Curve)> = (cases.iter().zip(sizes))
+        .filter_map(|(c, size)| Some((c.record.id.clone(), size, Curve::of(&c.series, quantity)?)))
+        .collect();
     curves.sort_by(|a, b| a.1.total_cmp(&b.1));
     let peak_uncertainty = best.uncertainty / best.scale;
     let study = compare(&curves, formal)?;
@@ -133,13 +131,13 @@ fn extrapolated(
     quantity: &str,
     tolerance: Tolerance,
 ) -> Option<Estimate> {
-    let (size, formal) = size(cases);
+    let (sizes, formal) = sizes(cases);
     let by_mesh = cases.iter().any(|c| c.record.mesh.h_m != cases[0].record.mesh.h_m);
-    let level = |c: &&StoredCase| {
+    let level = |(c, size): (&&StoredCase, f64)| {
         let f = peak(c, quantity)?;
-        Some(if by_mesh { Level::of(&c.record, f) } else { Level::of_steps(&c.record, f, size(c)) })
+        Some(if by_mesh { Level::of(&c.record, f) } else { Level::of_steps(&c.record, f, size) })
     };
-    let levels = cases.iter().filter_map(level).collect();
+    let levels = cases.iter().zip(sizes).filter_map(level).collect();
     estimate_of_order((&family.name, family.role, &family.formulation), formal, levels, None, tolerance)
 }
 

@@ -14,7 +14,7 @@ use crate::study::curve::peak;
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::kinds::coverage::record::{JudgedFamily, ProblemRecord};
 use crate::study::kinds::coverage::truth::{Truth, levels};
-use crate::study::store::record::{MeshRecord, Role, StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use serde::Serialize;
 
 /// A truth is known if its uncertainty is at most this share of a bar.
@@ -115,7 +115,7 @@ impl Mark {
 
 /// All error bars of a problem in a material and a quantity.
 pub fn marks(study: &StudyRecord, stored: &[StoredCase], problem: &ProblemRecord, truth: &Truth) -> Vec<Mark> {
-    let mut seen: Vec<(&str, &MeshRecord)> = vec![];
+    let mut seen: Vec<(&str, &CaseRecord)> = vec![];
     let mut out = vec![];
     for judged in &problem.judged {
         let Some(family) = study.families.iter().find(|f| f.name == judged.family) else { continue };
@@ -123,12 +123,11 @@ pub fn marks(study: &StudyRecord, stored: &[StoredCase], problem: &ProblemRecord
         let all = levels(stored, &judged.family, &truth.material, &truth.quantity.name);
         let base = Mark::base(problem, judged, formulation, truth);
         for (_, case) in &all {
-            let mesh = &case.record.mesh;
             // A mesh without inner nodes is the same for all seeds
-            if !seen.iter().any(|(f, known)| *f == formulation && known.is_same(mesh)) {
+            if !seen.iter().any(|(f, known)| *f == formulation && known.has_mesh_of(&case.record)) {
                 out.extend(base.of_one_run(case));
             }
-            seen.push((formulation, mesh));
+            seen.push((formulation, &case.record));
         }
         let scatter = scatter(stored, problem, formulation, study, truth);
         let meshes = all.iter().map(|(level, _)| level.clone()).collect();

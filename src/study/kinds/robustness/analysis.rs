@@ -156,7 +156,11 @@ fn verdict(a: &RobustnessFindings, missing: usize) -> String {
         ));
     }
     for map in &a.maps {
-        let shares = map.panels.iter().map(|p| format!("{} {}", p.label, percent(p.holds)));
+        let share = |p: &map::Panel| match p.holds {
+            Some(share) => format!("{} {}", p.label, percent(share)),
+            None => format!("{} has no judged point", p.label),
+        };
+        let shares = map.panels.iter().map(share);
         let shares: Vec<String> = shares.collect();
         if !shares.is_empty() {
             words.push(format!(

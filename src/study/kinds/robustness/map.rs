@@ -33,8 +33,9 @@ pub struct Panel {
     pub variant: String,
     pub label: String,
     pub points: Vec<MapPoint>,
-    /// Share of the points whose answer is right, of those that are not the reference \[–\]
-    pub holds: f64,
+    /// Share of the points whose answer is right, of those that are judged: all but the references, and the answers without one; none where no point is
+    /// judged \[–\]
+    pub holds: Option<f64>,
     /// Means over the points along each value of x: iterations and cuts a step
     pub iterations: Vec<f64>,
     pub cuts: Vec<f64>,
@@ -96,15 +97,18 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         };
         stored.iter().find(wanted)
     };
-    let variants: Vec<&String> = (study.variants.iter())
-        .filter(|v| stored.iter().any(|c| c.record.family == map.family && c.record.variant == **v))
-        .collect();
+    let is_stored = |v: &&String| stored.iter().any(|c| c.is_in(&map.family, v));
+    let variants: Vec<&String> = study.variants.iter().filter(is_stored).collect();
+    // That of the study, also where only other variants have results
+    let members = || study.families.iter().filter(|f| f.name == map.family).flat_map(|f| &f.members);
+    let is_of_map = |v: &&String| members().any(|m| m.variant == **v);
+    let of_references = study.variants.iter().find(is_of_map).or(variants.first().copied());
     let reference = |y: usize| {
         let case = match &map.reference {
             Some(family) => of(family, None, map.rows.get(y)?),
             None => {
                 let member = map.points.iter().find(|(_, at)| at[..] == [0, y])?.0;
-                of(&map.family, Some(variants.first()?), member)
+                of(&map.family, Some(of_references?), member)
             }
         };
         case.filter(|c| c.record.converged()).and_then(|c| peak(c, &map.quantity.name))
@@ -118,12 +122,12 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
             })
             .collect();
         points.sort_by_key(|p| (p.at[1], p.at[0]));
-        let holds_references = map.reference.is_none() && variants.first() == Some(&variant);
+        let holds_references = map.reference.is_none() && of_references == Some(variant);
         for p in points.iter_mut().filter(|p| holds_references && p.at[0] == 0 && p.grade == Grade::Right) {
             p.grade = Grade::Reference;
         }
         let count = |grade: Grade| points.iter().filter(|p| p.grade == grade).count();
-        let (right, judged) = (count(Grade::Right), points.len() - count(Grade::Reference));
+        let judged = points.len() - count(Grade::Reference) - count(Grade::Unjudged);
         let mean = |x: usize, f: &dyn Fn(&MapPoint) -> f64| {
             let here: Vec<f64> = points.iter().filter(|p| p.at[0] == x).map(f).collect();
             here.iter().sum::<f64>() / here.len().max(1) as f64
@@ -131,7 +135,7 @@ pub(super) fn analyse(map: &MapRecord, study: &StudyRecord, stored: &[StoredCase
         let columns = 0..map.axes[0].values.len();
         let iterations = columns.clone().map(|x| mean(x, &|p| p.iterations_per_step)).collect();
         let cuts = columns.map(|x| mean(x, &|p| p.cuts as f64)).collect();
-        let holds = right as f64 / judged.max(1) as f64;
+        let holds = (judged > 0).then(|| count(Grade::Right) as f64 / judged as f64);
         let label = study.labels.get(variant).unwrap_or(variant).clone();
         Panel { variant: variant.clone(), label, points, holds, iterations, cuts }
     };
@@ -195,7 +199,7 @@ mod tests {
         for (x, y) in (0..3).flat_map(|x| (0..2).map(move |y| (x, y))) {
             let member = format!("x{x}_y{y}");
             points.insert(member.clone(), vec![x, y]);
-            let mut case = StoredCase { record: Default::default(), series: Series::default() };
+            let mut case = StoredCase::new(Default::default(), Series::default());
             let r = &mut case.record;
             (r.id, r.family, r.variant, r.member) = (member.clone(), "map".into(), "strict".into(), member);
             r.status = Status::Converged.name().into();
@@ -216,6 +220,6 @@ mod tests {
         let panel = analyse(&map, &study, &stored).panels.remove(0);
         let grades: Vec<Grade> = panel.points.iter().map(|p| p.grade).collect();
         let row = [Grade::Reference, Grade::Right, Grade::Poor];
-        assert_eq!((grades, panel.holds), ([row, row].concat(), 0.5));
+        assert_eq!((grades, panel.holds), ([row, row].concat(), Some(0.5)));
     }
 }

@@ -20,7 +20,7 @@ use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::peak;
 use crate::study::estimate::tolerance::Tolerance;
-use crate::study::store::record::{StoredCase, StudyRecord};
+use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -105,6 +105,8 @@ pub struct SweepPoint {
 pub struct Along {
     pub axis: String,
     pub trend: Trend,
+    /// On every line, none of them constant where others are not
+    pub everywhere: bool,
     /// Largest (max − min)/scale(max |y|) over the lines along this axis \[–\]
     pub change: f64,
     /// Smallest and largest between neighbours, and from end to end of the middle line \[–\]
@@ -123,6 +125,8 @@ pub enum Trend {
     Turning,
     /// Up on some lines, down on others
     Mixed,
+    /// It differs between values that are words and have no order
+    Unordered,
 }
 
 impl Dependence {
@@ -157,11 +161,12 @@ impl Dependence {
 pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
     let list = sweep.axes.len() > 1 && sweep.points.values().all(|at| at.iter().all(|k| *k == at[0]));
     let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
-        let points = (stored.iter().filter(|c| c.record.variant == variant && c.record.converged()))
-            .filter_map(|c| {
-                let (case, member) = (c.record.id.clone(), c.record.member.clone());
-                let at = sweep.points.get(&member)?.clone();
-                Some(SweepPoint { case, member, at, value: sweep.judged.of(c, &quantity.name)? })
+        let found = (stored.iter().filter(|c| c.record.converged()))
+            .flat_map(|c| members(study, c, variant).into_iter().map(move |member| (c, member)));
+        let points = found
+            .filter_map(|(c, member)| {
+                let (case, at) = (c.record.id.clone(), sweep.points.get(member)?.clone());
+                Some(SweepPoint { case, member: member.into(), at, value: sweep.judged.of(c, &quantity.name)? })
             })
             .collect();
         let mut found = Dependence { points, along: vec![] };
@@ -192,17 +197,26 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 
+/// The points of a variant that a case is the result of.
+pub fn members<'a>(study: &StudyRecord, case: &'a StoredCase, variant: &str) -> Vec<&'a str> {
+    let families = study.families.iter().filter(|f| f.role == Role::Grid);
+    families.flat_map(|f| case.members(&f.name, variant).collect::<Vec<_>>()).collect()
+}
+
 /// `None` if no line has two points.
 fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, tolerance: Tolerance) -> Option<Along> {
     let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     let middle = lines.get(lines.len() / 2)?;
     let size = q.points.iter().map(|p| p.value.abs()).fold(0.0, f64::max);
-    let trend = lines.iter().map(|l| trend_of(l, STEP * size)).reduce(|a, b| match (a, b) {
+    let trends: Vec<Trend> = lines.iter().map(|l| trend_of(l, STEP * size)).collect();
+    let trend = trends.iter().copied().reduce(|a, b| match (a, b) {
         (a, b) if a == b => a,
         (Trend::Constant, other) | (other, Trend::Constant) => other,
         (Trend::Turning, _) | (_, Trend::Turning) => Trend::Turning,
         _ => Trend::Mixed,
     })?;
+    let everywhere = trends.iter().all(|t| *t == trend);
+    let trend = if axis.numbers.is_empty() && trend != Trend::Constant { Trend::Unordered } else { trend };
     let change = |line: &Vec<&SweepPoint>| {
         let values = || line.iter().map(|p| p.value);
         let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
@@ -221,7 +235,7 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
         [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max), ends]
     });
     let change = lines.iter().map(change).fold(0.0, f64::max);
-    Some(Along { axis: axis.name.clone(), trend, change, elasticity })
+    Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
 fn trend_of(line: &[&SweepPoint], step: f64) -> Trend {
@@ -260,8 +274,12 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
     let mut words = format!("{}: {low} to {high}{}", capital(&q.peak_title()), space(&q.quantity.unit));
     for a in &q.along {
         let axis = axis_words(axes, &a.axis, list);
-        let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list).len();
-        let everywhere = if lines > 1 { ", whatever the others are" } else { "" };
+        let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
+        let everywhere = match lines.iter().filter(|line| line.len() > 1).count() {
+            0 | 1 => "",
+            _ if a.everywhere => ", whatever the others are",
+            _ => " for some values of the others (it is constant for the rest)",
+        };
         // Numbers that fall in the file: the words follow the number, not the order
         let down = axes.iter().any(|x| x.name == a.axis && x.numbers.windows(2).any(|w| w[1] < w[0]));
         let by = amount(q, a, axes, list);
@@ -275,6 +293,7 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 let change = percent(a.change);
                 format!(". It hardly depends on {axis}: by at most {change}, within {}", percent(tolerance))
             }
+            (Trend::Unordered, _) => format!(". It differs between the values of {axis}, by {by}"),
             (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by {by}"),
             (Trend::Mixed, _) => {
                 format!(". Along {axis} it rises or falls, depending on the others, by {by}")
@@ -297,9 +316,9 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
 fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out = analysis::warnings(incomplete);
     analysis::add_notes(&mut out, stored);
-    let mut sizes: Vec<usize> = stored.iter().map(|c| c.record.mesh.cells).collect();
-    sizes.dedup();
-    if sizes.len() == 1 {
+    let mut records = stored.iter().map(|c| &c.record).filter(|r| r.converged());
+    let is_one = |first: &CaseRecord, r: &CaseRecord| r.has_mesh_of(first) && r.formulation == first.formulation;
+    if records.next().is_some_and(|first| records.all(|r| is_one(first, r))) {
         out.push("All points share one mesh: what the mesh does to a value or to a trend is not judged here.".into());
     }
     out

@@ -5,7 +5,7 @@ use crate::report::numbers::{digits, percent, percent_cell, space, unsigned_zero
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
-use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, Trend, axis_words};
+use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, Trend, axis_words, members};
 use crate::study::kinds::sweep::figures;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results::Results;
@@ -59,6 +59,7 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
                 Trend::Constant => "constant",
                 Trend::Turning => "turns around",
                 Trend::Mixed => "rises or falls",
+                Trend::Unordered => "differs",
             };
             let e = |k: usize| x.elasticity.map_or("–".into(), |e| format!("{:.3}", e[k]));
             rows.push(vec![
@@ -103,12 +104,14 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
     let mut rows = vec![];
     let of_quantity = |q: &ByQuantity<Dependence>| q.points.iter().map(|p| (p.case.clone(), p.value)).collect();
     let found: Vec<HashMap<String, f64>> = a.quantities.iter().map(of_quantity).collect();
-    for c in &store.cases {
+    let of_variants = store.cases.iter().flat_map(|c| store.study.variants.iter().map(move |v| (c, v)));
+    let all = of_variants.flat_map(|(c, v)| members(&store.study, c, v).into_iter().map(move |member| (c, v, member)));
+    for (c, variant, member) in all {
         let r: &CaseRecord = &c.record;
-        let Some(at) = a.points.get(&r.member) else { continue };
+        let Some(at) = a.points.get(member) else { continue };
         let values = at.iter().zip(&a.axes).map(|(k, axis)| format!("{} = {}", axis.symbol, axis.values[*k]));
         let values: Vec<String> = values.collect();
-        let quantities = a.quantities.iter().zip(&found).filter(|(q, _)| q.variant == r.variant);
+        let quantities = a.quantities.iter().zip(&found).filter(|(q, _)| q.variant == *variant);
         let judged = quantities.filter_map(|(q, found)| {
             let value = *found.get(&r.id)?;
             let letter = &q.quantity.symbol;
@@ -117,7 +120,7 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
         let judged: Vec<String> = judged.collect();
         rows.push(vec![
             values.join(", "),
-            r.variant.clone(),
+            variant.clone(),
             if judged.is_empty() { r.status.clone() } else { judged.join(", ") },
             r.steps.to_string(),
             r.all_iterations().to_string(),

@@ -4,13 +4,15 @@
 //! predictions over the meshes have the error bars of a convergence study ([`estimate`](mod@crate::study::estimate)).
 
 use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
+use crate::study::estimate::step_size::step_sizes;
 use crate::study::kinds::validation::budget::COVERAGE;
 use crate::study::kinds::validation::design::{TIGHTER, tighter_case};
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::plan::{FamilyPlan, QuantityPlan, RecordPlan, ValidationPlan};
 use crate::study::kinds::validation::surface::Surface;
-use crate::study::store::record::{FamilyRecord, Role, StoredCase};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
 use crate::study::store::results::Results;
+use std::collections::BTreeMap;
 
 /// Formal order of the time integration of the families of time steps.
 const ORDER_IN_TIME: f64 = 2.0;
@@ -70,7 +72,7 @@ impl<'a> Meshes<'a> {
         let mut out = Numerical { surface: self.surface(record, quantity, surface), ..Numerical::default() };
         let tolerance = self.results.study.tolerance;
         let meshes = self.family(record, &[Role::Sizes, Role::Nested, Role::Remeshed]).and_then(|(f, plan)| {
-            let levels = self.levels((f, plan), record, again, &mut out.doubts, |c, p| Level::of(&c.record, p));
+            let levels = self.levels((f, plan), record, again, &mut out.doubts, |_, c, p| Level::of(&c.record, p));
             estimate((&f.name, f.role, &f.formulation), levels, None, tolerance)
         });
         match meshes {
@@ -82,20 +84,30 @@ impl<'a> Meshes<'a> {
                 out.doubts.push(format!("{}: {lacks}", why.unwrap_or_else(none)));
             }
         }
-        let steps = self.family(record, &[Role::TimeStep]).and_then(|(f, plan)| {
-            let level = |c: &StoredCase, p| Level::of_steps(&c.record, p, c.record.dt_s);
+        let of_steps = self.family(record, &[Role::TimeStep]);
+        let steps = of_steps.and_then(|(f, plan)| {
+            let members = (0..plan.members).map(|k| Some(&self.member((f, plan), k, record)?.record));
+            let places: Vec<(usize, &CaseRecord)> = members.enumerate().filter_map(|(k, r)| Some((k, r?))).collect();
+            let sizes = step_sizes(&places.iter().map(|(_, r)| *r).collect::<Vec<_>>());
+            let sizes: BTreeMap<usize, f64> = places.iter().map(|(k, _)| *k).zip(sizes).collect();
+            let level = |member: usize, c: &StoredCase, p| Level::of_steps(&c.record, p, sizes[&member]);
             let levels = self.levels((f, plan), record, again, &mut out.doubts, level);
             estimate_of_order((&f.name, f.role, &f.formulation), ORDER_IN_TIME, levels, None, tolerance)
         });
         let is_dynamic = || {
-            let mut own = self.results.cases.iter().filter(|c| c.record.variant == record.name);
+            let mut own = self.results.cases.iter().filter(|c| c.is_of(&record.name) && c.record.converged());
             own.any(|c| c.record.depends_on_steps())
+        };
+        let no_steps = || match of_steps {
+            Some((f, _)) => format!("family {} has no two converged members with different time steps", f.name),
+            None => "no family of role \"time_step\"".into(),
         };
         match steps {
             Some(e) => out.steps = take(&e, value, &mut out),
-            None if is_dynamic() => out.doubts.push(
-                "no family of role \"time_step\", so that the error of the time steps is not in the interval".into(),
-            ),
+            None if is_dynamic() => {
+                let lacks = "so that the error of the time steps is not in the interval";
+                out.doubts.push(format!("{}, {lacks}", no_steps()));
+            }
             None => {}
         }
         match self.algebraic(value, again) {
@@ -147,7 +159,7 @@ impl<'a> Meshes<'a> {
         record: &RecordPlan,
         again: &Again,
         doubts: &mut Vec<String>,
-        level: impl Fn(&StoredCase, f64) -> Level,
+        level: impl Fn(usize, &StoredCase, f64) -> Level,
     ) -> Vec<Level> {
         let value = |c: &StoredCase, q: &QuantityPlan| evaluate(q, &c.series, None, &[]).map(|(v, _)| v);
         let on = |member: usize, r: &RecordPlan, q: &QuantityPlan| {
@@ -160,7 +172,7 @@ impl<'a> Meshes<'a> {
         let one = |member: usize| {
             let own = self.member(family, member, record)?;
             match again(&|r, q| on(member, r, q)) {
-                Ok(value) => Some(level(own, value?)),
+                Ok(value) => Some(level(member, own, value?)),
                 Err(why) => {
                     doubts.push(format!("calibrated with case {}, {why}", own.record.id));
                     None
@@ -173,7 +185,7 @@ impl<'a> Meshes<'a> {
     /// Root mean square distance of the checks from the surface, and at least that of the runs it was fitted to.
     fn surface(&self, record: &RecordPlan, quantity: &QuantityPlan, surface: &Surface) -> f64 {
         let error = |(id, (xi, s)): (&String, &(Vec<f64>, Vec<f64>))| {
-            let case = self.case(id).filter(|c| c.record.variant == record.name)?;
+            let case = self.case(id).filter(|c| c.is_of(&record.name))?;
             let (value, _) = evaluate(quantity, &case.series, None, &[])?;
             Some((surface.at(xi, s).0 - value).powi(2))
         };

@@ -65,7 +65,7 @@ pub fn targets<'a>(
 fn samples(results: &Results, plan: &ValidationPlan, record: &RecordPlan, q: &QuantityPlan) -> Vec<Sample> {
     let keys = record.keys(&plan.unknowns);
     let one = |(case, at): (&String, &Vec<f64>)| {
-        let stored = results.cases.iter().find(|c| c.record.id == *case && c.record.variant == record.name)?;
+        let stored = results.cases.iter().find(|c| c.record.id == *case && c.is_of(&record.name))?;
         let derivatives = results.sensitivities.get(case);
         let (value, by) = evaluate(q, &stored.series, derivatives, &keys).filter(|_| stored.record.converged())?;
         let of = |key: &String| keys.iter().position(|k| k == key).map_or(0.0, |k| by[k]);

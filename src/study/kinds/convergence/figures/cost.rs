@@ -37,13 +37,14 @@ type Size = fn(&MeshCost) -> f64;
 
 /// `None` unless some formulation ran on two meshes.
 pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
-    let role = |r: &CaseRecord| store.study.families.iter().find(|f| f.name == r.family).map(|f| f.role);
     let cost = |r: &CaseRecord| if analysis.cost == "cpu_s" { r.cpu_s } else { r.wall_s };
     let mut formulations: Vec<&str> = vec![];
     // One mesh in several variants is one mark
     let mut meshes: BTreeMap<(usize, usize, usize, &str), Vec<&CaseRecord>> = BTreeMap::new();
-    for r in store.cases.iter().map(|c| &c.record) {
-        if !r.converged() || cost(r) <= 0.0 || r.factor_nnz == 0 || role(r) == Some(Role::TimeStep) {
+    for c in &store.cases {
+        let r = &c.record;
+        let is_of_steps = store.study.family_of(c, None).is_some_and(|f| f.role == Role::TimeStep);
+        if !r.converged() || cost(r) <= 0.0 || r.factor_nnz == 0 || is_of_steps {
             continue;
         }
         let k = formulations.iter().position(|f| *f == r.formulation).unwrap_or_else(|| {

@@ -27,17 +27,16 @@ const LEAST: f64 = 50.0;
 /// `None` if no case of the sizes has a series in this variant.
 pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> Option<Figure> {
     let family = store.study.families.iter().find(|f| f.role == Role::Sizes)?;
-    let mut cases: Vec<&StoredCase> = (store.cases.iter())
-        .filter(|c| family.cases.contains(&c.record.id) && c.record.variant == variant && c.record.converged())
-        .collect();
+    let mut cases: Vec<&StoredCase> =
+        (store.cases.iter()).filter(|c| c.is_in(&family.name, variant) && c.record.converged()).collect();
     cases.sort_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m));
     let all = cases.len();
     cases.truncate(PALETTE.len() - 1);
     // The recommended case, where it is not one of the sizes, last
     let sizes = cases.len();
     if let Some(r) = &analysis.recommended {
-        let here = |c: &&StoredCase| c.record.variant == variant && r.cases.contains(&c.record.id);
-        cases.extend(store.cases.iter().find(here).filter(|c| !family.cases.contains(&c.record.id)));
+        let here = |c: &&StoredCase| c.is_of(variant) && r.cases.contains(&c.record.id);
+        cases.extend(store.cases.iter().find(here).filter(|c| !c.is_in(&family.name, variant)));
     }
     let shown = shown(store, analysis, variant, &cases);
     let more = first_of(shown.len());

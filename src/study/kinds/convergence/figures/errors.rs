@@ -38,8 +38,9 @@ struct ErrorDot<'a> {
 fn dots<'a>(store: &'a Results, analysis: &ConvergenceFindings, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
     (q.errors.iter())
         .filter_map(|e| {
-            let record = store.cases.iter().map(|c| &c.record).find(|r| r.id == e.id)?;
-            let family = store.study.families.iter().position(|f| f.name == record.family)?;
+            let case = store.cases.iter().find(|c| c.record.id == e.id)?;
+            let (of, record) = (store.study.family_of(case, Some(&q.variant))?, &case.record);
+            let family = store.study.families.iter().position(|f| f.name == of.name)?;
             let cost = if analysis.cost == "cpu_s" { record.cpu_s } else { record.wall_s };
             Some(ErrorDot { record, family, error: 100.0 * e.error, bar: 100.0 * e.bar, cost })
         })

@@ -7,15 +7,15 @@ use crate::report::names::title;
 use crate::report::numbers::{cell, digits, percent_cell};
 use crate::report::table::{Table, headings};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
-use crate::study::store::record::{CaseRecord, Role};
+use crate::study::store::record::{CaseRecord, Role, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::tables::factor_mb;
 
 /// One row per case that has an error.
 pub fn table(store: &Results, analysis: &ConvergenceFindings) -> Table {
-    let seeds = |r: &CaseRecord| store.study.families.iter().any(|f| f.name == r.family && f.role == Role::Seeds);
+    let seeds = |c: &&StoredCase| store.study.family_of(c, None).is_some_and(|f| f.role == Role::Seeds);
     let mut rows = vec![];
-    for r in store.cases.iter().map(|c| &c.record).filter(|r| !seeds(r)) {
+    for r in store.cases.iter().filter(|c| !seeds(c)).map(|c| &c.record) {
         let Some((error, floor)) = worst(analysis, r) else { continue };
         let seconds = |s: f64| format!("{s:.*}", digits(s));
         let found = -error.max(floor).log10();

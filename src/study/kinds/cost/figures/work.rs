@@ -151,10 +151,9 @@ fn sheet(
 
 /// Families of one variant have marks of their own; those of the reference are not drawn.
 fn look(store: &Results, family: &str) -> (Mark, RGB) {
-    let ids = |name: &str| store.study.families.iter().find(|f| f.name == name).map_or(&[][..], |f| &f.cases);
-    let variant = |id: &String| store.cases.iter().find(|c| c.record.id == *id).map(|c| c.record.variant.clone());
-    let own: Vec<String> = ids(family).iter().filter_map(variant).collect();
-    let shown_together = |name: &str| ids(name).iter().filter_map(variant).any(|v| own.contains(&v));
+    let runs = |name: &str, variant: &String| store.cases.iter().any(|c| c.is_in(name, variant));
+    let own: Vec<&String> = store.study.variants.iter().filter(|v| runs(family, v)).collect();
+    let shown_together = |name: &str| own.iter().any(|v| runs(name, v));
     let drawn = store.study.families.iter().filter(|f| f.role != Role::Reference && shown_together(&f.name));
     style(drawn.map(|f| f.name.as_str()).position(|name| name == family).unwrap_or(0))
 }
