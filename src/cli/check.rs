@@ -2,7 +2,7 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::{body_figure, files, region_table};
-use durometer::math::units::{Dimension, shown};
+use durometer::math::units::{Decimals, Dimension, shown};
 use durometer::scene::protocol::extremes;
 use durometer::scene::spec::{ConstraintSpec, EffectSpec};
 use durometer::scene::{Body, Scene, SceneSpec, limits_of_scene, read_scene};
@@ -209,7 +209,13 @@ fn describe(scene: &Scene) {
         say!("title        {}", scene.title);
     }
     say!("mesh         {} ({} cells, {} nodes)", scene.body.source, mesh.cell_count(), mesh.points.len());
-    say!("size         {:.4} × {:.4} × {:.4} mm, mean cell h = {:.4} mm", size.x, size.y, size.z, mesh.h() * 1e3);
+    say!(
+        "size         {:.4} × {:.4} × {:.4} mm, mean cell h = {:.4} mm",
+        Decimals(size.x),
+        Decimals(size.y),
+        Decimals(size.z),
+        Decimals(mesh.h() * 1e3)
+    );
     say!("regions      {}", region_table::table(scene));
     if let Some(law) = &scene.law {
         let info = law.info();
@@ -256,7 +262,7 @@ fn describe(scene: &Scene) {
         let (low, high) = (shown(low), shown(high));
         match low == high {
             true => say!("signal       {} constant {low}", s.name),
-            false => say!("signal       {} between {low} and {high} (at {t:.4} s)", s.name),
+            false => say!("signal       {} between {low} and {high} (at {:.4} s)", s.name, Decimals(t)),
         }
     }
     for span in &scene.spans {

@@ -2,7 +2,7 @@
 
 use super::outcome::{CommandResult, Outcome};
 use durometer::math::tensor::Vec3;
-use durometer::math::units::shown;
+use durometer::math::units::{Decimals, shown};
 use durometer::mesh::TetMesh;
 use durometer::mesh::format::{has_name, recognise};
 use durometer::mesh::quality::Quality;
@@ -130,10 +130,18 @@ fn mesh(import: &Import, imported: &Imported) {
 fn extent(mesh: &TetMesh, region: &durometer::mesh::Region) -> String {
     let mut words = Vec::new();
     if !region.cells.is_empty() {
-        words.push(format!("{} cells, {:.4} mm^3", region.cells.len(), mesh.region_volume(&region.cells) * 1e9));
+        words.push(format!(
+            "{} cells, {:.4} mm^3",
+            region.cells.len(),
+            Decimals(mesh.region_volume(&region.cells) * 1e9)
+        ));
     }
     if !region.facets.is_empty() {
-        words.push(format!("{} facets, {:.4} mm^2", region.facets.len(), mesh.region_area(&region.facets) * 1e6));
+        words.push(format!(
+            "{} facets, {:.4} mm^2",
+            region.facets.len(),
+            Decimals(mesh.region_area(&region.facets) * 1e6)
+        ));
     }
     if !region.nodes.is_empty() {
         words.push(format!("{} nodes", region.nodes.len()));

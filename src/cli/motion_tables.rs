@@ -3,6 +3,7 @@
 use durometer::calibrate::Bounded;
 use durometer::motion::repeats::pooled;
 use durometer::motion::{Evaluation, MotionError};
+use durometer::report::numbers::digits;
 use durometer::report::table::{Table, headings, quoted};
 
 /// Factor to the unit in which a curve is printed, and the unit.
@@ -23,20 +24,20 @@ pub fn states(found: &[Evaluation]) -> Table {
         // A curve without a state has no row
         for c in evaluation.curves.iter().filter(|c| c.held.is_some() || c.last.is_some()) {
             let (factor, unit) = printed(&c.curve.name);
-            let number =
-                |value: Option<f64>, digits: usize| value.map_or("–".into(), |v| decimals(factor * v, digits));
-            let half = |b: Option<&Bounded>| b.map(Bounded::half_width);
+            let half = c.change.as_ref().map(Bounded::half_width);
+            let shown = half.or(c.last.as_ref().map(|p| p.deviation)).map_or(4, |error| digits(factor * error).max(4));
+            let number = |value: Option<f64>| value.map_or("–".into(), |v| decimals(factor * v, shown));
             let drift = c.last.as_ref().map(|p| p.drift.value * p.duration_s());
             rows.push(vec![
                 evaluation.source.clone(),
                 c.curve.name.clone(),
                 unit.into(),
-                number(c.held.as_ref().map(|p| p.mean.value), 4),
-                number(c.last.as_ref().map(|p| p.mean.value), 4),
-                number(c.change.map(|b| b.value), 4),
-                number(half(c.change.as_ref()), 4),
-                number(c.last.as_ref().map(|p| p.deviation), 4),
-                number(drift, 4),
+                number(c.held.as_ref().map(|p| p.mean.value)),
+                number(c.last.as_ref().map(|p| p.mean.value)),
+                number(c.change.map(|b| b.value)),
+                number(half),
+                number(c.last.as_ref().map(|p| p.deviation)),
+                number(drift),
             ]);
         }
     }
@@ -66,8 +67,9 @@ pub fn ring_downs(found: &[Evaluation]) -> Table {
     let row = |e: &Evaluation| {
         let (at, r) = e.ring_down.as_ref()?;
         let (factor, unit) = printed(&e.curves[*at].curve.name);
-        let pair = |b: &Bounded, f: f64, digits: usize| {
-            [format!("{:.digits$}", f * b.value), format!("{:.digits$}", f * b.half_width())]
+        let pair = |b: &Bounded, f: f64, least: usize| {
+            let shown = digits(f * b.half_width()).max(least);
+            [format!("{:.shown$}", f * b.value), format!("{:.shown$}", f * b.half_width())]
         };
         let window = format!("{:.3}–{:.3}", r.window_s[0], r.window_s[1]);
         let numbers = [
@@ -107,13 +109,10 @@ pub fn repeats(found: &[Evaluation]) -> Result<Table, MotionError> {
     let mut add = |name: &str, unit: &str, values: Vec<f64>| -> Result<(), MotionError> {
         if found.len() > 1 && values.len() == found.len() {
             let p = pooled(&values)?;
-            let spread = p.deviation.map_or("–".into(), |s| format!("{s:.4}"));
-            let numbers = [
-                format!("{:.4}", p.mean.value),
-                format!("{:.4}", p.mean.half_width()),
-                spread,
-                format!("{:.4}", p.half_range),
-            ];
+            let shown = digits(p.mean.half_width()).max(4);
+            let number = |value: f64| format!("{value:.shown$}");
+            let spread = p.deviation.map_or("–".into(), number);
+            let numbers = [number(p.mean.value), number(p.mean.half_width()), spread, number(p.half_range)];
             rows.push([name.to_string(), unit.into()].into_iter().chain(numbers).collect());
         }
         Ok(())

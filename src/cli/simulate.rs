@@ -10,7 +10,7 @@ use super::{bars::Bars, files};
 use durometer::live::Shown;
 use durometer::math::cpu_clock::CpuClock;
 use durometer::math::threads;
-use durometer::math::units::{self, Dimension};
+use durometer::math::units::{self, Decimals, Dimension};
 use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::control::Controller;
 use durometer::scene::{
@@ -475,12 +475,14 @@ fn print(record: &CaseRecord, known: usize) {
         let (peak, last) = (five_digits(value.peak), five_digits(without_rounding(value.last, value.peak)));
         match value.peak_is {
             ExtremeKind::Constant => say!("{probe:28} constant {peak:>12}"),
-            kind => say!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), value.peak_t_s),
+            kind => {
+                say!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), Decimals(value.peak_t_s))
+            }
         }
     }
     for e in &record.events {
         let value = e.value.map_or_else(String::new, |v| format!(" (at {})", five_digits(v)));
-        say!("event {} at {:.4} s{value}: {}", e.event, e.t_s, e.did.join(", "));
+        say!("event {} at {:.4} s{value}: {}", e.event, Decimals(e.t_s), e.did.join(", "));
     }
     for d in &record.distances {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);

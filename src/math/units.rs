@@ -1,6 +1,7 @@
 //! Quantities with units, as files give them: `"18 kPa"`, `"7.5 mm"`, `"1.07 g/cm^3"`. Inside the code all is SI.
 
 use crate::wording;
+use std::fmt;
 
 /// Physical dimension of a quantity, as exponents of m, kg, s and rad.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -226,6 +227,21 @@ pub fn shown(x: f64) -> f64 {
     format!("{x:.8e}").parse().unwrap_or(x)
 }
 
+/// A number that is printed with the decimals of its format, or with four significant digits where these would be off by more than half a per cent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decimals(pub f64);
+
+/// Largest error of the decimals, as a share of the number.
+const OFF: f64 = 0.005;
+
+impl fmt::Display for Decimals {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let plain = format!("{:.*}", f.precision().unwrap_or(4), self.0);
+        let off = plain.parse().map_or(0.0, |printed: f64| (printed - self.0).abs());
+        if off > OFF * self.0.abs() { write!(f, "{:.3e}", self.0) } else { f.write_str(&plain) }
+    }
+}
+
 /// A regular expression (ECMA 262) of a number followed by a product of known units, or by none.
 pub fn pattern() -> String {
     let names: Vec<&str> = UNITS.iter().map(|unit| unit.0).collect();
@@ -271,6 +287,15 @@ fn parse_unit(unit: &str) -> Result<(f64, Dimension), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn decimals_lose_no_number() {
+        let told = |x: f64| format!("{:.4} mm", Decimals(x));
+        assert_eq!(
+            [7.5, 0.0123456, 0.001, 3.21e-5, -2e-9, 0.0, f64::INFINITY].map(told),
+            ["7.5000 mm", "0.0123 mm", "0.0010 mm", "3.210e-5 mm", "-2.000e-9 mm", "0.0000 mm", "inf mm"]
+        );
+    }
 
     #[test]
     fn reads_compound_units() {

@@ -13,6 +13,7 @@ use super::parts::parts;
 use super::validate::split;
 use super::{Order, TetMesh, geometry, quadrature};
 use crate::math::tensor::Vec3;
+use crate::math::units::Decimals;
 use nalgebra::{Matrix3, Matrix4, Vector4};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -30,11 +31,11 @@ pub struct Embedded {
 /// A point or ball that the body does not hold.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum EmbedError {
-    #[error("the point {} is outside the body, {:.4} mm from its surface; move it inside", point(at), distance * 1e3)]
+    #[error("the point {} is outside the body, {:.4} mm from its surface; move it inside", point(at), Decimals(distance * 1e3))]
     Outside { at: Vec3, distance: f64 },
-    #[error("the ball of radius {:.4} mm at {} holds nothing of the body, whose surface is {:.4} mm away; move it or make it larger", radius * 1e3, point(at), distance * 1e3)]
+    #[error("the ball of radius {:.4} mm at {} holds nothing of the body, whose surface is {:.4} mm away; move it or make it larger", Decimals(radius * 1e3), point(at), Decimals(distance * 1e3))]
     EmptyBall { at: Vec3, radius: f64, distance: f64 },
-    #[error("the ball of radius {:.4e} mm at {} is less than a millionth of the body, {:.4} mm across; take a larger radius", radius * 1e3, point(at), across * 1e3)]
+    #[error("the ball of radius {:.4e} mm at {} is less than a millionth of the body, {:.4} mm across; take a larger radius", radius * 1e3, point(at), Decimals(across * 1e3))]
     SmallBall { at: Vec3, radius: f64, across: f64 },
     #[error("the ball of radius {:.4e} mm at {} cuts a cell that is too slender to be integrated over; take a larger radius, or smaller cells there", radius * 1e3, point(at))]
     SlenderCell { at: Vec3, radius: f64 },

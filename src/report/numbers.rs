@@ -64,9 +64,9 @@ pub fn seconds(s: f64) -> String {
     if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
 }
 
-/// Decimals that leave two significant digits, twelve at most.
+/// Decimals that leave two significant digits, thirty at most.
 pub fn digits(x: f64) -> usize {
-    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 12) as usize }
+    if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 30) as usize }
 }
 
 /// A power of ten in a figure, with its exponent raised.

@@ -1,5 +1,6 @@
 //! Volumes of a surface or CAD file and of the mesh that was made of it.
 
+use crate::math::units::Decimals;
 use crate::mesh::generate::Manifest;
 use std::fmt;
 
@@ -36,7 +37,7 @@ impl SourceVolume {
 
 impl fmt::Display for SourceVolume {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mm3 = |volume: f64| format!("{:.4} mm^3", 1e9 * volume);
+        let mm3 = |volume: f64| format!("{:.4} mm^3", Decimals(1e9 * volume));
         let (enclosed, mesh, difference) = (mm3(self.enclosed), mm3(self.mesh), 100.0 * self.difference());
         // Rounding has no sign
         let difference = if difference.abs() < 5e-4 { 0.0 } else { difference };

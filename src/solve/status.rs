@@ -2,6 +2,7 @@
 
 use super::{Failure, Motion};
 use crate::math::linear::LinearError;
+use crate::math::units::Decimals;
 use crate::system::EvalError;
 use std::fmt;
 
@@ -169,12 +170,14 @@ impl Status {
             Self::Converged => "converged".into(),
             Self::LimitPoint { limit, .. } => {
                 format!(
-                    "the path of equilibria turns at the loads of t = {limit:.6} s and does not come back to larger ones"
+                    "the path of equilibria turns at the loads of t = {:.6} s and does not come back to larger ones",
+                    Decimals(*limit)
                 )
             }
             Self::NoEquilibrium { limit, .. } => {
                 format!(
-                    "the path of equilibria ends at a limit point: no larger loads than those of t = {limit:.6} s are carried"
+                    "the path of equilibria ends at a limit point: no larger loads than those of t = {:.6} s are carried",
+                    Decimals(*limit)
                 )
             }
             Self::Inverted { why, .. } => format!("no step however small avoids inversion: {why}"),
@@ -257,8 +260,8 @@ impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.t() {
             None => write!(f, "converged"),
-            Some(t) if matches!(self, Self::Interrupted { .. }) => write!(f, "stopped at t = {t:.6} s"),
-            Some(t) => write!(f, "after t = {t:.6} s: {}; {}", self.fact(), self.remedy()),
+            Some(t) if matches!(self, Self::Interrupted { .. }) => write!(f, "stopped at t = {:.6} s", Decimals(t)),
+            Some(t) => write!(f, "after t = {:.6} s: {}; {}", Decimals(t), self.fact(), self.remedy()),
         }
     }
 }

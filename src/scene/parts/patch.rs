@@ -1,5 +1,6 @@
 //! Checks of the balls through which cables and forces act on a body.
 
+use crate::math::units::Decimals;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 
@@ -11,7 +12,7 @@ pub(super) fn check_radius(builder: &Builder, place: &str, key: &str, radius: f6
     }
     let diagonal = builder.body.mesh.diagonal();
     if radius > diagonal {
-        let fact = format!("{fact}, and the body is {:.4} mm from corner to corner", diagonal * 1e3);
+        let fact = format!("{fact}, and the body is {:.4} mm from corner to corner", Decimals(diagonal * 1e3));
         return Err(builder.content(place, fact, "it would be the mean of the whole body; check the unit"));
     }
     Ok(())

@@ -7,7 +7,7 @@ use super::part::ConstraintPart;
 use crate::effect::{Cavity, CavityPressure, CavityRim, CavityVolume, OpenCavityPressure, VolumeField};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
-use crate::math::units::Dimension;
+use crate::math::units::{Decimals, Dimension};
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::scene::body::Body;
@@ -117,7 +117,8 @@ pub(in crate::scene) fn build_cavity(
     let cavity = Arc::new(wall.cavity(name.clone(), mesh, field));
     let rest = cavity.volume(&vec![0.0; 3 * mesh.points.len()]);
     if rim.is_empty() && rest <= 0.0 {
-        let fact = format!("the surface \"{surface}\" encloses {:.4} mm^3: the body is inside of it", rest * 1e9);
+        let fact =
+            format!("the surface \"{surface}\" encloses {:.4} mm^3: the body is inside of it", Decimals(rest * 1e9));
         return Err(builder.content(place, fact, "take the surface of a hollow, with the body around it"));
     }
     if !rim.is_empty() {
@@ -184,8 +185,9 @@ pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavi
         let ((t, least), _) = extremes(pressure, &builder.spans);
         if !pressure.has_inputs() && least < 0.0 {
             let note = format!(
-                "{name} is under a vacuum of {:.4} kPa at t = {t:.4} s: its walls may pass through each other unless a [[contact]] keeps them apart",
-                -least / 1e3
+                "{name} is under a vacuum of {:.4} kPa at t = {:.4} s: its walls may pass through each other unless a [[contact]] keeps them apart",
+                Decimals(-least / 1e3),
+                Decimals(t)
             );
             builder.notes.push(note);
         }
@@ -202,8 +204,12 @@ fn check_growth(builder: &Builder, place: &str, growth: &Signal, rest: f64) -> R
     if -least < rest || !least.is_finite() {
         return Ok(());
     }
-    let fact =
-        format!("{:.4} ml are taken out at t = {t:.4} s, and the cavity holds {:.4} ml", -least * 1e6, rest * 1e6);
+    let fact = format!(
+        "{:.4} ml are taken out at t = {:.4} s, and the cavity holds {:.4} ml",
+        Decimals(-least * 1e6),
+        Decimals(t),
+        Decimals(rest * 1e6)
+    );
     Err(builder.content(place, fact, "take out less: its walls would pass through each other"))
 }
 

@@ -2,6 +2,7 @@
 
 use super::part::EffectPart;
 use crate::effect::Membrane;
+use crate::math::units::Decimals;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::quantity::Length;
@@ -48,7 +49,7 @@ impl EffectPart for MembraneSpec {
         let unstable = stability_note(&self.law, law.as_ref());
         let sheet = Arc::new(Membrane::new(self.name.clone(), mesh, &facets, law, self.thickness.0));
         let area = mesh.region_area(&facets);
-        builder.notes.push(format!("{}: {:.4} mm^2 of {} facets", self.name, area * 1e6, facets.len()));
+        builder.notes.push(format!("{}: {:.4} mm^2 of {} facets", self.name, Decimals(area * 1e6), facets.len()));
         builder.notes.extend(unstable.filter(|note| !builder.notes.contains(note)));
         builder.gathered.membranes.push(sheet.clone());
         builder.gathered.recorders.push(Box::new(Recorded { name: self.name.clone(), sheet: sheet.clone() }));
@@ -61,7 +62,7 @@ impl EffectPart for MembraneSpec {
 
     fn words(&self) -> String {
         let Self { name, region, law, thickness } = self;
-        format!("{name}, region {region}, law {law}, {:.4} mm thick", thickness.0 * 1e3)
+        format!("{name}, region {region}, law {law}, {:.4} mm thick", Decimals(thickness.0 * 1e3))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Selector `component`: a piece of the surface, or a part of the body, that hangs together.
 
 use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
+use crate::math::units::Decimals;
 use crate::mesh::TetMesh;
 use crate::mesh::parts::parts;
 use crate::mesh::pieces::{Piece, pieces};
@@ -131,7 +132,7 @@ fn surfaces(mesh: &TetMesh) -> Vec<Component> {
     let component = |piece: Piece| {
         let side = if piece.volume > 0.0 { "outer" } else { "inner" };
         let (count, area, volume) = (piece.facets.len(), piece.area * 1e6, piece.volume.abs() * 1e9);
-        let words = format!("{side}, {count} facets, {area:.4} mm^2 around {volume:.4} mm^3");
+        let words = format!("{side}, {count} facets, {:.4} mm^2 around {:.4} mm^3", Decimals(area), Decimals(volume));
         Component { entities: piece.facets, is_outer: piece.volume > 0.0, words }
     };
     pieces(mesh).into_iter().map(component).collect()
@@ -146,7 +147,7 @@ fn volumes(mesh: &TetMesh) -> Vec<Component> {
     // Equal volumes keep the order of their first nodes
     sized.sort_by(|a, b| b.0.total_cmp(&a.0));
     let component = |(volume, cells): (f64, Vec<u32>)| {
-        let words = format!("{} cells, {:.4} mm^3", cells.len(), volume * 1e9);
+        let words = format!("{} cells, {:.4} mm^3", cells.len(), Decimals(volume * 1e9));
         Component { entities: cells, is_outer: true, words }
     };
     sized.into_iter().map(component).collect()

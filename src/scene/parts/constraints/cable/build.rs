@@ -3,7 +3,7 @@
 use crate::effect::{Cable, CableLength, CableTension, Guide, Pull, cable_friction};
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
-use crate::math::units::{self, Dimension};
+use crate::math::units::{self, Decimals, Dimension};
 use crate::mesh::attach::attach_each;
 use crate::mesh::embed::{embed, nearest_on_surface};
 use crate::mesh::error::point;
@@ -201,7 +201,7 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
             if distance > reach {
                 refused.push((
                     distance,
-                    format!("{}guide {} at {} by {:.4} mm", route.of, k + 1, point(at), distance * 1e3),
+                    format!("{}guide {} at {} by {:.4} mm", route.of, k + 1, point(at), Decimals(distance * 1e3)),
                 ));
                 continue;
             }
@@ -212,7 +212,7 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
     let all: usize = routes.iter().map(|r| r.points.len()).sum();
     if refused.is_empty() {
         if moved > 0 {
-            let largest = largest * 1e3;
+            let largest = Decimals(largest * 1e3);
             builder.notes.push(format!(
                 "{}: {moved} of {all} guides are outside of the body, by up to {largest:.4} mm, and were moved to its surface",
                 spec.name
@@ -220,9 +220,10 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
         }
         return Ok(());
     }
-    let most = refused.iter().map(|r| r.0).fold(0.0, f64::max) * 1e3;
+    let most = Decimals(refused.iter().map(|r| r.0).fold(0.0, f64::max) * 1e3);
     let which: Vec<String> = refused.into_iter().map(|r| r.1).collect();
-    let by = if reach > 0.0 { format!(" by more than the reach of {:.4} mm", reach * 1e3) } else { String::new() };
+    let by =
+        if reach > 0.0 { format!(" by more than the reach of {:.4} mm", Decimals(reach * 1e3)) } else { String::new() };
     let fact = format!("{} of {all} guides are outside of the body{by}: {}", which.len(), which.join(", "));
     let remedy = format!("move them inside, or give a `reach` of at least {most:.4} mm to move them to the surface");
     Err(builder.content(place, fact, remedy))
@@ -302,9 +303,12 @@ pub(in crate::scene) fn check_shortening(builder: &Builder, place: &str, named: 
     if most < free || most <= 0.0 || !most.is_finite() {
         return Ok(());
     }
-    let (mm, free) = (most * 1e3, free * 1e3);
-    let fact =
-        format!("the cable is shortened by {mm:.4} mm at t = {t:.4} s, and only {free:.4} mm of it can get shorter");
+    let fact = format!(
+        "the cable is shortened by {:.4} mm at t = {:.4} s, and only {:.4} mm of it can get shorter",
+        Decimals(most * 1e3),
+        Decimals(t),
+        Decimals(free * 1e3)
+    );
     if free > 0.0 {
         return Err(builder.content(place, fact, "pull less, or let the drive yield with max_tension"));
     }
@@ -333,7 +337,7 @@ fn check_tension(builder: &Builder, place: &str, tension: &Signal) -> Result<(),
     if least >= -ROUNDING * most.abs() {
         return Ok(());
     }
-    let fact = format!("the tension is {least:.4} N at t = {t:.4} s, and a cable cannot push");
+    let fact = format!("the tension is {:.4} N at t = {:.4} s, and a cable cannot push", Decimals(least), Decimals(t));
     Err(builder.content(place, fact, "take a signal that is never negative, such as raised_cosine"))
 }
 
@@ -344,7 +348,7 @@ fn note_let_out(builder: &mut Builder, name: &str, shortening: &Signal) {
     }
     let ((t, least), (_, most)) = extremes(shortening, &builder.spans);
     if least < -ROUNDING * most.abs() {
-        let mm = -least * 1e3;
+        let (mm, t) = (Decimals(-least * 1e3), Decimals(t));
         builder.notes.push(format!("{name} is let out by up to {mm:.4} mm (t = {t:.4} s): it may be slack there"));
     }
 }
