@@ -94,6 +94,19 @@ fn a_variant_without_the_error_of_its_steps_is_named() {
     assert!(untold(&a)[0].contains("family steps_tension has no two time steps"), "{:?}", a.warnings);
 }
 
+/// Where the error of the steps alone is above the tolerance, no finer mesh is proposed.
+#[test]
+fn no_mesh_helps_against_the_error_of_the_steps() {
+    let (study, mut cases) = synthetic::study();
+    let coarse = |c: &&mut StoredCase| c.record.family == "time_step" && c.record.variant == "length";
+    for c in cases.iter_mut().filter(coarse) {
+        c.record.probes.get_mut("cable_tension_N").expect("probe").peak *= 1.5;
+    }
+    let a = analyse(&study, &cases);
+    assert!(a.recommended.is_none() && a.extension.is_none(), "{}", a.verdict);
+    assert!(a.verdict.contains("No finer mesh would help: the time-step error"), "{}", a.verdict);
+}
+
 /// A case without a result has no states, and no kind of study counts it among those that depend on the steps.
 #[test]
 fn cases_without_a_result_have_no_states() {

@@ -14,6 +14,7 @@ use crate::study::estimate::growth::{Predicted, growth};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
 use crate::study::extension::Extension;
 use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::errors::StepCause;
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, NOT_RUN, Role, StoredCase};
@@ -30,8 +31,8 @@ const AIM: f64 = 0.8;
 pub enum NextMesh {
     /// It is not a mesh of the study yet
     New(Extension),
-    /// The family has it, without a usable result; in words
-    Tried(String),
+    /// No mesh helps, or the family has it already without a usable result; in words
+    OfNoUse(String),
 }
 
 impl NextMesh {
@@ -39,7 +40,7 @@ impl NextMesh {
     pub fn sentence(&self) -> &str {
         match self {
             Self::New(extension) => &extension.sentence,
-            Self::Tried(sentence) => sentence,
+            Self::OfNoUse(sentence) => sentence,
         }
     }
 
@@ -47,7 +48,7 @@ impl NextMesh {
     pub fn extension(self) -> Option<Extension> {
         match self {
             Self::New(extension) => Some(extension),
-            Self::Tried(_) => None,
+            Self::OfNoUse(_) => None,
         }
     }
 }
@@ -65,12 +66,15 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     if open.is_empty() || open.iter().any(is_near_zero) {
         return None;
     }
+    if let Some(sentence) = open.iter().find_map(|q| limited_by_steps(q, cases.study.tolerance)) {
+        return Some(NextMesh::OfNoUse(sentence));
+    }
     let families =
         cases.study.families.iter().filter(|f| !matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep));
     let candidates = families.filter_map(|f| Candidate::new(cases, f, &open));
     let best = candidates.min_by(|a, b| a.bar.total_cmp(&b.bar))?;
     if let Some(sentence) = best.tried(cases) {
-        return Some(NextMesh::Tried(sentence));
+        return Some(NextMesh::OfNoUse(sentence));
     }
     let (family, meshes) = (best.family, best.meshes.len());
     let cells = best.next.cells;
@@ -93,6 +97,23 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     );
     let (family, member) = (family.name.clone(), label(cells));
     Some(NextMesh::New(Extension { family, member, set: best.next.set, cells, cost_s, sentence }))
+}
+
+/// A sentence, where the error of the time steps alone is above the tolerance.
+fn limited_by_steps(q: &ByQuantity<MeshErrors>, tolerance: f64) -> Option<String> {
+    let (step, reference) = (q.step.as_ref()?, q.reference.as_ref()?);
+    (step.error > q.quantity.tolerance(tolerance).allowed(reference.value)).then(|| {
+        format!(
+            "No finer mesh would help: the {} of the {} alone is {}; {}.",
+            step.cause.words(),
+            q.peak_title(),
+            percent(step.error / reference.scale),
+            match step.cause {
+                StepCause::TimeStep => "shorten the steps",
+                StepCause::Algebraic => "give numerics.accuracy a smaller value",
+            }
+        )
+    })
 }
 
 /// Label of a member that is added with about so many cells.
