@@ -1,4 +1,5 @@
-//! The order in which a table without time lists its rows decides nothing: neighbours are those in stretch, and residuals are judged the same from either end.
+//! The direction in which a table without time lists its rows decides nothing: neighbours are those in stretch, and residuals are judged the same from either end.
+//! Rows that go to and fro are those of cycles, which is said; the constants are the same.
 
 use durometer::calibrate::{FitRequest, FitResult, FitWarning, Mode, fit};
 use std::path::Path;
@@ -36,20 +37,21 @@ fn verdict(fit: &FitResult) -> Vec<String> {
 }
 
 #[test]
-fn the_order_of_rows_without_time_decides_nothing() {
+fn the_direction_of_rows_decides_nothing() {
     for (law, terms) in [("yeoh", None), ("mooney_rivlin", Some(5))] {
         let listed = treloar(law, terms, |_| ());
         assert!(!verdict(&listed).is_empty());
-        for (name, other) in [
-            ("from the end", treloar(law, terms, |rows| rows.reverse())),
-            ("out of order", treloar(law, terms, shuffle)),
-        ] {
-            println!("{law} {name}: {:?}, {:?}", other.errors, verdict(&other));
-            assert_eq!(verdict(&listed), verdict(&other), "{law} {name}");
-            for (a, b) in listed.parameters.iter().zip(&other.parameters) {
-                assert!((a.value - b.value).abs() < 1e-9 * a.value.abs(), "{law} {name}: {} and {}", a.value, b.value);
-                assert!((a.std_error / b.std_error - 1.0).abs() < 1e-6, "{law} {name}: {a:?} {b:?}");
-            }
+        let reversed = treloar(law, terms, |rows| rows.reverse());
+        println!("{law}: {:?}, {:?}", reversed.errors, verdict(&reversed));
+        assert_eq!(verdict(&listed), verdict(&reversed), "{law}");
+        for (a, b) in listed.parameters.iter().zip(&reversed.parameters) {
+            assert!((a.value - b.value).abs() < 1e-9 * a.value.abs(), "{law}: {} and {}", a.value, b.value);
+            assert!((a.std_error / b.std_error - 1.0).abs() < 1e-6, "{law}: {a:?} {b:?}");
+        }
+        let shuffled = treloar(law, terms, shuffle);
+        assert!(verdict(&shuffled).contains(&"Cycles".into()), "{law}: {:?}", verdict(&shuffled));
+        for (a, b) in listed.parameters.iter().zip(&shuffled.parameters) {
+            assert!((a.value - b.value).abs() < 1e-9 * a.value.abs(), "{law}: {} and {}", a.value, b.value);
         }
     }
 }

@@ -211,7 +211,7 @@ fn rows_that_are_left_out_change_no_peak() {
         case.series.columns.insert("cable_tension_N".into(), vec![start, start + 2.0]);
         assert_eq!((peak(&case, "cable_tension_N"), peak_words([&case], "cable_tension_N")), of_all);
         let said = missed_extremes(&study, &[case]);
-        let miss = "the written rows of 1 of 1 case miss the extreme, by up to 93.3 %";
+        let miss = "the written rows of 1 of 1 case miss the extreme, by up to 93 %";
         assert!(said.len() == 1 && said[0].contains(miss), "{said:?}");
     }
 }
