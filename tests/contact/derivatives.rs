@@ -192,7 +192,7 @@ fn friction_obeys_coulomb() {
     let friction = |stick_velocity| ContactFriction {
         name: "f".into(),
         pressing: pressing.clone(),
-        law: Coulomb { coefficient: 0.4, stick_velocity: Some(stick_velocity), slip: 1.0 },
+        law: Coulomb { coefficient: 0.4, stick_velocity, slip: 1.0, most: f64::INFINITY },
     };
     let mut random = Random(3);
     let (mut slid, mut stuck) = (0, 0);
@@ -251,7 +251,7 @@ fn friction_of_a_ball_has_a_moment() {
     let contact = Arc::new(Contact::new("c".into(), vec![ball], obstacle));
     let response = Penalty { stiffness: 5.0, rounding: 0.0 };
     let pressing = Arc::new(Pressed { contact, response, friction: None });
-    let law = Coulomb { coefficient: 0.4, stick_velocity: Some(1e-3), slip: 1.0 };
+    let law = Coulomb { coefficient: 0.4, stick_velocity: 1e-3, slip: 1.0, most: f64::INFINITY };
     let friction = ContactFriction { name: "f".into(), pressing, law };
     let mut random = Random(5);
     let mut felt = 0;

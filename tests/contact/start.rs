@@ -66,7 +66,7 @@ response = "{response}"
     assert_eq!(words("multiplier", "friction = 0"), "modulus 100000 Pa");
     assert_eq!(words("penalty", "friction = 0\ndistance = \"0.2 mm\""), "distance 0.2 mm, modulus 100000 Pa");
     let friction = words("barrier", "friction = 0.5\ndistance = \"0.2 mm\"\nmodulus = \"2 kPa\"\nslip = \"4 um\"");
-    assert_eq!(friction, "distance 0.2 mm, modulus 2000 Pa, slip 0.004 mm");
+    assert_eq!(friction, "distance 0.2 mm, modulus 2000 Pa, stick_velocity 0.0173205081 mm/s, slip 0.004 mm");
 }
 
 /// A plate of 20 × 20 × 2 mm above a peg of 10 mm comes down on it between its eight corner points, but not on a table, and a ball is felt all around.

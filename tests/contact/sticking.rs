@@ -29,7 +29,7 @@ fn a_force_goes_on_from_step_to_step() {
     let obstacle = Obstacle { shape: Shape::floor(), origin: Vec3::zeros(), axes, body: None };
     let contact = Arc::new(Contact::new("floor".into(), vec![point], obstacle));
     let pressing = Pressed { contact, response: Penalty { stiffness: 5.0, rounding: 0.0 }, friction: None };
-    let law = Coulomb { coefficient: 0.4, stick_velocity: Some(1.0), slip: 0.1 };
+    let law = Coulomb { coefficient: 0.4, stick_velocity: 1.0, slip: 0.1, most: f64::INFINITY };
     let friction = ContactFriction { name: "floor_friction".into(), pressing: Arc::new(pressing), law };
     let force = |old: &[f64], x: &[f64], dt: f64, history: &[f64]| {
         let at = At { t: 0.0, dt, x, v: x, a: x, old, history, inputs: &[], rates: Rates::default() };
@@ -170,6 +170,23 @@ fn a_cube_on_a_slope_does_not_creep() {
             assert!((x[n] - x[settled]).abs() < 0.01 * epsilon, "{label}: it creeps by {:e} m", x[n] - x[settled]);
         }
     }
+}
+
+/// However long the steps are, what sticks moves by the elastic slip of statics, a thousandth of a cell, and by its own shear.
+#[test]
+fn long_steps_do_not_let_a_cube_slide() {
+    for dt in [0.005, 60.0, 600.0] {
+        let stage =
+            format!("[[stage]]\nintegrator = \"implicit_euler\"\nduration = \"{} s\"\ndt = \"{dt} s\"\n", 10.0 * dt);
+        let run = run(&cube_on_slope("barrier", 0.6, 0.001, &stage));
+        assert_eq!(run.status, Status::Converged, "{dt} s");
+        let x = column(&run, "body_x_m");
+        println!("{dt} s: {:e} m", x[x.len() - 1] - x[0]);
+        assert!((x[x.len() - 1] - x[0]).abs() < 1e-4, "{dt} s: it moves by {:e} m", x[x.len() - 1] - x[0]);
+    }
+    let law = Coulomb { coefficient: 0.4, stick_velocity: 1.0, slip: 0.1, most: 0.1 };
+    assert_eq!([0.01, 60.0, f64::INFINITY].map(|dt| law.threshold(dt)), [0.01, 0.1, 0.1]);
+    assert_eq!(Coulomb { most: f64::INFINITY, ..law }.threshold(60.0), 60.0);
 }
 
 /// A dynamic stage begins with the force that friction held at the end of a static one: nothing moves by more than the elastic slip of a step.

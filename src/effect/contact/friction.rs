@@ -12,7 +12,8 @@
 //! force.
 //! s are the shares of the material in contact. Of a ball this is the spot −r n: the force acts where it is at the end of the step, with a moment about the
 //! centre, so that a ball rolls; it slides as it is turned in the mean over the step, with an error of second order in the angle of a step.
-//! ε is a length, in statics and dynamics; with a stick velocity it is that times Δt in dynamics.
+//! ε = stick velocity · Δt in dynamics, up to a bound, and a length in statics. What sticks swings on its elastic slip: with an ε that falls with Δt the rules
+//! of integration damp that, with one that does not a body slides on at each swing.
 //!
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
@@ -34,16 +35,18 @@ use std::sync::Arc;
 pub struct Coulomb {
     /// μ \[–\]
     pub coefficient: f64,
-    /// Elastic slip of a point, at most, over the length of a dynamic step \[m/s\]; without one it is that of statics
-    pub stick_velocity: Option<f64>,
-    /// Elastic slip of a point, at most \[m\]
+    /// Elastic slip of a point, at most, over the length of a dynamic step \[m/s\]
+    pub stick_velocity: f64,
+    /// Elastic slip of a point in statics, at most \[m\]
     pub slip: f64,
+    /// Elastic slip of a point in dynamics, at most, however long the step is \[m\]
+    pub most: f64,
 }
 
 impl Coulomb {
     /// ε of a step of `dt` \[s\], which is infinite in statics \[m\].
     pub fn threshold(&self, dt: f64) -> f64 {
-        self.stick_velocity.filter(|_| dt.is_finite()).map_or(self.slip, |speed| speed * dt)
+        if dt.is_finite() { (self.stick_velocity * dt).min(self.most) } else { self.slip }
     }
 
     /// Adds ∂F_t/∂N ∂N/∂x of a point that is pressed, which is not symmetric, to a block of `n` unknowns that begins with `nodes`.

@@ -35,10 +35,12 @@ impl ContactScales {
             return Err(builder.content(place, fact, "give modulus, of the size of Young's modulus of the body"));
         }
         let modulus = or("modulus", spec.modulus.map(|m| m.0), stiffest)?;
-        let given = spec.stick_velocity.map(|speed| speed.0);
-        let stick_velocity = given.map(|speed| or("stick_velocity", Some(speed), speed)).transpose()?;
+        let size = builder.body.mesh.diagonal();
+        let stick_velocity = or("stick_velocity", spec.stick_velocity.map(|s| s.0), 1e-3 * size)?;
         let slip = or("slip", spec.slip.map(|l| l.0), 1e-3 * cell)?;
-        let friction = Coulomb { coefficient: spec.friction, stick_velocity, slip };
+        // A default knows nothing of the time in which things move
+        let most = if spec.stick_velocity.is_some() { f64::INFINITY } else { slip };
+        let friction = Coulomb { coefficient: spec.friction, stick_velocity, slip, most };
         Ok(Self { distance, modulus, friction })
     }
 
@@ -50,8 +52,8 @@ impl ContactScales {
             words = format!("distance {} mm, {words}", shown(distance * 1e3));
         }
         if friction.coefficient > 0.0 {
-            let velocity = friction.stick_velocity.map(|speed| format!("stick_velocity {} mm/s, ", shown(speed * 1e3)));
-            words += &format!(", {}slip {} mm", velocity.unwrap_or_default(), shown(friction.slip * 1e3));
+            let (velocity, slip) = (shown(friction.stick_velocity * 1e3), shown(friction.slip * 1e3));
+            words += &format!(", stick_velocity {velocity} mm/s, slip {slip} mm");
         }
         words
     }

@@ -28,9 +28,9 @@ pub struct ContactSpec {
     pub distance: Option<Length>,
     /// Pressure that the response is scaled with; Young's modulus of the stiffest law if absent
     pub modulus: Option<Modulus>,
-    /// Largest elastic slip of a point that sticks, over the length of a dynamic step; `slip` holds in dynamics too if absent
+    /// Largest elastic slip of a point that sticks, over the length of a dynamic step; a thousandth of the size of the body per second if absent, and then at most `slip`
     pub stick_velocity: Option<Speed>,
-    /// Largest elastic slip of a point that sticks; a thousandth of the mean size of the cells at the region if absent
+    /// Largest elastic slip of a point that sticks, in statics; a thousandth of the mean size of the cells at the region if absent
     pub slip: Option<Length>,
 }
 
