@@ -70,7 +70,7 @@ impl Formula {
         self.value(&[t][..self.variables().len()])
     }
 
-    /// d/dt \[SI\] of a formula in t alone, or in nothing; none where it has functions with kinks, and where its own formula has no value, as that of t^2 at 0.
+    /// d/dt \[SI\] of a formula in t alone, or in nothing; none where it has functions with kinks, and where the formula of the derivative has no value.
     pub fn rate(&self, t: f64) -> Option<f64> {
         if self.variables().is_empty() {
             return Some(0.0);
