@@ -74,6 +74,22 @@ fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<ComparisonFin
     analysis::analyse(study, &ComparisonRecord { reference: "base".into() }, stored)
 }
 
+/// A quantity that starts at a thousand, as a position far from the origin, differs by the same shares as one that starts at zero.
+#[test]
+fn differences_are_shares_of_changes() {
+    let (study, mut stored) = study();
+    for case in &mut stored {
+        let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+        tension.iter_mut().for_each(|value| *value += 1e3);
+        case.record.probes.get_mut("cable_tension_N").expect("probe").peak += 1e3;
+    }
+    let a = analyse(&study, &stored);
+    let stiff = a.quantities[0].members.iter().find(|c| c.member == "stiff").expect("a member");
+    for share in [stiff.peak_difference, stiff.distance, stiff.largest] {
+        assert!((share - 0.2).abs() < 1e-9, "{stiff:?}");
+    }
+}
+
 /// The sums over 200 samples a cycle are exact for sines up to rounding, the interpolation of a peak between them is
 /// not needed: every difference is that of two samples.
 #[test]

@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! difference of the peaks (f̂ − ĝ)/|ĝ|
-//! distance ‖f − g‖₂/‖g‖₂ and ‖f − g‖∞/|ĝ|       on the samples of both, see [`crate::study::curve`]
+//! distance ‖f − g‖₂/‖g − g₀‖₂ and ‖f − g‖∞/|ĝ|       on the samples of both, see [`crate::study::curve`]
 //! loop ∮ f dx over the last cycle of x          for f = T and x = L of a cable: the energy lost in a cycle
 //! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree
 //! ```
@@ -64,7 +64,7 @@ pub struct ComparedMember {
     pub peak_difference: f64,
     /// Change of the difference on the finer mesh \[–\]
     pub mesh_drift: Option<f64>,
-    /// ‖f − g‖₂/‖g‖₂ \[–\]
+    /// ‖f − g‖₂ over that of the changes of g from its start \[–\]
     pub distance: f64,
     /// ‖f − g‖∞/|ĝ| \[–\]
     pub largest: f64,
@@ -208,6 +208,7 @@ impl Base {
         };
         let d: Vec<f64> = t.iter().map(|t| f.at(*t) - g.at(*t)).collect();
         let [of_f, of_g]: [Vec<f64>; 2] = [&f, g].map(|curve| t.iter().map(|t| curve.at(*t)).collect());
+        let changes: Vec<f64> = of_g.iter().map(|value| value - g.start()).collect();
         let largest = d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let nothing = largest == 0.0;
         if self.peak == 0.0 && !nothing {
@@ -222,7 +223,7 @@ impl Base {
             peak: own_peak,
             peak_difference: share(own_peak - self.peak, self.peak.abs()),
             mesh_drift: None,
-            distance: share(l2(&t, &d), l2(&t, &of_g)),
+            distance: share(l2(&t, &d), l2(&t, &changes)),
             largest: share(largest, self.peak.abs()),
             lag_s: lag(&t, &of_f, &of_g),
             loop_area: cycle.map(|c| c.0),
