@@ -1,8 +1,6 @@
-//! The command line: parse, call, print. All work is in the library.
-
-mod cli;
+//! The program. All work is in the library, and the command line in the package below `cli`.
 
 fn main() -> std::process::ExitCode {
-    cli::bring_files();
-    cli::main(std::env::args_os()).into()
+    durometer_commands::bring_files();
+    durometer_commands::main(std::env::args_os()).into()
 }

@@ -5,8 +5,6 @@
 mod array;
 mod built;
 mod calibration;
-#[path = "../../src/cli/mod.rs"]
-mod cli;
 mod controller;
 mod error;
 mod fit;
@@ -32,16 +30,16 @@ use std::ffi::OsString;
 /// Runs the command line `durometer` with these arguments, without its name, and returns the exit code: 0 done, 2 bad input, 3 not complete.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    let command = || cli::main(std::iter::once("durometer".into()).chain(arguments));
+    let command = || durometer_commands::main(std::iter::once("durometer".into()).chain(arguments));
     py.detach(|| signals_kept(command))
 }
 
 /// The same for a session that goes on, such as a notebook: Ctrl-C stops the command as it does on the command line, and is raised when it has ended.
 #[pyfunction]
 fn main_in_session(py: Python<'_>, arguments: Vec<OsString>) -> PyResult<u8> {
-    let link = solve::Link::by(cli::interrupt::flag().clone());
+    let link = solve::Link::by(durometer_commands::interrupt::flag().clone());
     let command = std::iter::once("durometer".into()).chain(arguments);
-    solve::followed(py, link, None, |_| cli::main(command))
+    solve::followed(py, link, None, |_| durometer_commands::main(command))
 }
 
 /// Does work that may block signals in its thread, and puts them back: the thread is Python's.
@@ -99,7 +97,7 @@ mod native {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        super::cli::bring_files();
+        durometer_commands::bring_files();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

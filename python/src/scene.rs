@@ -74,7 +74,8 @@ impl Scene {
         let (file, text) = match text {
             Some(text) => (PathBuf::from("scene.toml"), text),
             None => {
-                let file = crate::cli::files::find(&source.extract::<PathBuf>()?, "scene.toml").map_err(refused)?;
+                let file =
+                    durometer_commands::files::find(&source.extract::<PathBuf>()?, "scene.toml").map_err(refused)?;
                 let (text, _) = read_table(&file).map_err(refused)?;
                 (file, text)
             }

@@ -1,6 +1,5 @@
 //! The class `Study`: a question, a scene and a list of changes; its run makes a report.
 
-use crate::cli::files::find;
 use crate::error::{incomplete, input, refused};
 use crate::law::Raised;
 use crate::solve::{Link, apart};
@@ -15,6 +14,7 @@ use durometer::study::run::growing::run;
 use durometer::study::run::only::Only;
 use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
+use durometer_commands::files::find;
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

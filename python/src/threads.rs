@@ -1,8 +1,8 @@
 //! Threads of the solver: how many a run may use, and processes that were forked without them.
 
-use crate::cli::arguments;
 use crate::error::input;
 use durometer::math::threads::{available, count, use_threads};
+use durometer_commands::arguments;
 use pyo3::prelude::*;
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -5,7 +5,7 @@ use std::io::Write;
 
 /// Prints a message, like `eprintln!`, which panics where it cannot.
 macro_rules! tell {
-    ($($text:tt)*) => { $crate::cli::stderr::line(format_args!($($text)*)) };
+    ($($text:tt)*) => { $crate::stderr::line(format_args!($($text)*)) };
 }
 
 /// Writes one line.

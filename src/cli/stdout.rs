@@ -12,7 +12,7 @@ static FAILURE: Mutex<Option<String>> = Mutex::new(None);
 
 /// Prints a line, like `println!`, which panics where it cannot.
 macro_rules! say {
-    ($($text:tt)*) => { $crate::cli::stdout::line(format_args!($($text)*)) };
+    ($($text:tt)*) => { $crate::stdout::line(format_args!($($text)*)) };
 }
 
 /// The standard output, whose failure is kept.

@@ -15,10 +15,10 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use names::Names;
-use source::{Source, line, root, rust_files};
+use source::{Package, Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
-/// A module may use those before it. `cli`, with `main`, may use the library only.
+/// A module of the library may use those before it.
 const ORDER: [&str; 17] = [
     "wording",
     "storage",
@@ -63,7 +63,7 @@ fn wrong_uses(sources: &[Source]) -> Vec<String> {
     let mut wrong = BTreeSet::new();
     for (source, written) in sources.iter().zip(&names.written) {
         let own = source.top();
-        if FACADE.contains(&own) || source.binary || source.is_test() {
+        if FACADE.contains(&own) || source.package != Package::Library || source.is_test() {
             continue;
         }
         for path in written {
@@ -261,18 +261,18 @@ fn the_command_line_prints_by_say_and_tell() {
 
 fn loud(sources: &[Source]) -> Vec<String> {
     let macros = ["println", "eprintln", "print", "eprint", "dbg", "todo", "unimplemented"];
-    calls(sources, false, &macros, true)
+    calls(sources, &macros, true, |package| package == Package::Library)
 }
 
 fn panicking(sources: &[Source]) -> Vec<String> {
-    calls(sources, true, &["println", "print", "eprintln", "eprint", "dbg"], false)
+    calls(sources, &["println", "print", "eprintln", "eprint", "dbg"], false, |package| package != Package::Library)
 }
 
-/// Calls of these macros in the library or the program, and of `exit` where it counts too.
-fn calls(sources: &[Source], binary: bool, macros: &[&str], with_exit: bool) -> Vec<String> {
+/// Calls of these macros in some packages, and of `exit` where it counts too.
+fn calls(sources: &[Source], macros: &[&str], with_exit: bool, of: fn(Package) -> bool) -> Vec<String> {
     let names = Names::new(sources);
     let mut wrong = Vec::new();
-    for (source, written) in sources.iter().zip(&names.written).filter(|(s, _)| s.binary == binary && !s.is_test()) {
+    for (source, written) in sources.iter().zip(&names.written).filter(|(s, _)| of(s.package) && !s.is_test()) {
         for path in written {
             let exits = with_exit && path.segments.ends_with(&["process".into(), "exit".into()]);
             let loud = path.is_macro() && path.segments.last().is_some_and(|name| macros.contains(&name.as_str()));

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use proc_macro2::{TokenStream, TokenTree};
 use syn::visit::{self, Visit};
 
-use crate::source::{Source, line};
+use crate::source::{Package, Source, line};
 
 /// How often an import may lead to another import.
 const LONGEST_CHAIN: usize = 30;
@@ -67,7 +67,7 @@ struct Module {
     imports: HashMap<String, Vec<String>>,
 }
 
-/// All modules of the library and of the binary, with the paths that are written in them.
+/// All modules of the library and of the command line, with the paths that are written in them.
 pub struct Names<'a> {
     pub sources: &'a [Source],
     modules: Vec<Module>,
@@ -158,7 +158,7 @@ impl<'a> Names<'a> {
                     Target::Module(module) if written.kind == Kind::Glob => self.modules[module].file,
                     _ => continue,
                 };
-                if to != from && self.sources[to].binary == self.sources[from].binary {
+                if to != from && self.sources[to].package == self.sources[from].package {
                     let edge = || Edge { from, to, line: written.line, path: written.segments.join("::") };
                     found.entry((from, to)).or_insert_with(edge);
                 }
@@ -217,7 +217,7 @@ impl<'a> Names<'a> {
 /// Modules by files. Inline modules are added while reading.
 fn tree(sources: &[Source]) -> (Vec<Module>, Vec<usize>) {
     let mut modules: Vec<Module> = Vec::new();
-    let mut index: HashMap<(bool, Vec<String>), usize> = HashMap::new();
+    let mut index: HashMap<(Package, Vec<String>), usize> = HashMap::new();
     let mut order: Vec<usize> = (0..sources.len()).collect();
     order.sort_by_key(|&k| sources[k].module.len());
     let mut of_file = vec![0; sources.len()];
@@ -225,13 +225,13 @@ fn tree(sources: &[Source]) -> (Vec<Module>, Vec<usize>) {
         let source = &sources[file];
         let own = modules.len();
         let parent =
-            source.module.split_last().map(|(name, above)| (name, index.get(&(source.binary, above.to_vec()))));
+            source.module.split_last().map(|(name, above)| (name, index.get(&(source.package, above.to_vec()))));
         if let Some((name, Some(&parent))) = parent {
             modules[parent].children.insert(name.clone(), own);
         }
         let parent = parent.and_then(|(_, parent)| parent.copied());
         modules.push(Module { file, parent, children: HashMap::new(), items: HashSet::new(), imports: HashMap::new() });
-        index.insert((source.binary, source.module.clone()), own);
+        index.insert((source.package, source.module.clone()), own);
         of_file[file] = own;
     }
     (modules, of_file)

@@ -4,13 +4,22 @@ use std::path::{Path, PathBuf};
 
 use syn::spanned::Spanned;
 
+/// The packages below `src` whose files use each other.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+pub enum Package {
+    Library,
+    /// `src/cli`
+    Commands,
+    /// `src/main.rs`
+    Program,
+}
+
 /// One source file.
 pub struct Source {
     /// Path below the root of the repository: `src/scene/build.rs`.
     pub name: String,
-    /// The crate the file belongs to: the binary is `main.rs` with `cli`, all else is the library.
-    pub binary: bool,
-    /// Path of its module inside the crate: `["scene", "build"]`; empty for the root of a crate.
+    pub package: Package,
+    /// Path of its module inside the package: `["scene", "build"]`; empty for the root.
     pub module: Vec<String>,
     pub text: String,
     /// Its syntax tree without items under `#[cfg(test)]`.
@@ -22,19 +31,23 @@ impl Source {
     pub fn new(name: &str, text: &str) -> Self {
         let path = name.strip_prefix("src/").unwrap_or(name);
         let path = path.trim_end_matches(".rs").trim_end_matches("/mod");
+        let (package, path) = match path.strip_prefix("cli/") {
+            Some(path) => (Package::Commands, path),
+            None if path == "main" => (Package::Program, path),
+            None => (Package::Library, path),
+        };
         let mut module: Vec<String> = path.split('/').map(String::from).collect();
         if ["lib", "main", "mod"].contains(&path) {
             module.clear();
         }
-        let binary = path == "main" || path == "cli" || path.starts_with("cli/");
         let mut tree = syn::parse_file(text).unwrap_or_else(|error| panic!("{name}: {error}"));
         drop_tests(&mut tree.items);
-        Self { name: name.to_string(), binary, module, text: text.to_string(), tree }
+        Self { name: name.to_string(), package, module, text: text.to_string(), tree }
     }
 
-    /// First module of the path, `lib` or `main` for the roots.
+    /// First module of the path, `lib` for the root of a package.
     pub fn top(&self) -> &str {
-        self.module.first().map_or(if self.binary { "main" } else { "lib" }, String::as_str)
+        self.module.first().map_or("lib", String::as_str)
     }
 
     /// Whether the whole file is a test, declared as `#[cfg(test)] mod tests;`.
@@ -64,8 +77,9 @@ pub fn rust_files(folder: &str) -> Vec<Source> {
 fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        // Build scripts and other packages are not modules of the library
-        let is_apart = path.join("Cargo.toml").exists() || path.ends_with("src/build.rs");
+        // Build scripts and packages that use nothing of the library are apart
+        let is_package = path.join("Cargo.toml").exists() && !path.ends_with("src/cli");
+        let is_apart = is_package || path.ends_with("src/build.rs");
         if path.is_dir() && !is_apart {
             walk(&path, found);
         } else if !is_apart && path.extension().is_some_and(|x| x == "rs") {
