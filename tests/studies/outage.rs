@@ -4,7 +4,7 @@
 
 use crate::common::disk;
 use crate::common::disk::{Disk, Fault};
-use crate::common::stores::{assert_same, call, program, said, write_rod, write_study};
+use crate::common::stores::{assert_same, call, contents, program, said, write_rod, write_study};
 use durometer::study::store::upkeep::verify;
 use std::collections::BTreeMap;
 use std::os::unix::process::ExitStatusExt;
@@ -13,6 +13,8 @@ use std::process::{Command, Output};
 
 /// Moments that a test in CI takes, of all there are.
 const SOME: i64 = 12;
+/// Calls before and after one that matters.
+const ABOUT: i64 = 8;
 
 /// A command whose results are in the folder `r`, and which parts of them are compared.
 struct Job {
@@ -36,6 +38,8 @@ const REDO: Job = Job {
     prepare: |at| {
         write_study(at, 2);
         call(at, STUDY.arguments, 0);
+        let scene = std::fs::read_to_string(at.join("scene.toml")).expect("there");
+        std::fs::write(at.join("scene.toml"), scene.replace("nu = 0.3", "nu = 0.4")).expect("room");
     },
     compare: assert_same,
 };
@@ -163,17 +167,30 @@ impl Job {
         }
     }
 
-    /// The program is killed at some of the calls, or finds no room: each case has its earlier result or its new one.
+    /// The program is killed at some of the calls, and at each of those about the one from which on the last case has its new result, or finds no room: each
+    /// case has its earlier result or its new one, whole.
     fn keeps_results(&self, moments: i64) {
         let prepared = self.prepared();
         let (whole, counts) = self.whole(prepared.path());
-        let cuts = moments_of(counts.calls, moments).into_iter().map(Fault::Cut);
-        for fault in cuts.chain(moments_of(counts.bytes - 1, moments).into_iter().map(Fault::Space)) {
+        let (earlier, new) = (contents(&prepared.path().join("r")), contents(&whole.path().join("r")));
+        assert!(new.iter().all(|(name, bytes)| earlier[name] != *bytes), "the results differ");
+        let is_all_new_after = |fault: Fault| {
             let keep = copy(prepared.path());
             Disk::new(keep.path()).call(self.command(keep.path()), fault);
             let found = verify(&keep.path().join("r")).unwrap_or_else(|e| panic!("{e}"));
             assert!(found.damaged.is_empty() && found.missing.is_empty(), "{fault:?}: {found:?}");
-            (self.compare)(&whole.path().join("r"), &keep.path().join("r"));
+            let found = contents(&keep.path().join("r"));
+            assert!(found.iter().all(|(name, bytes)| [&earlier[name], &new[name]].contains(&bytes)), "{fault:?}");
+            found == new
+        };
+        let (mut low, mut high) = (1, counts.calls);
+        while low < high {
+            let middle = (low + high) / 2;
+            if is_all_new_after(Fault::Cut(middle)) { high = middle } else { low = middle + 1 }
+        }
+        let cuts = moments_of(counts.calls, moments).into_iter().chain(low - ABOUT..=low + ABOUT).map(Fault::Cut);
+        for fault in cuts.chain(moments_of(counts.bytes - 1, moments).into_iter().map(Fault::Space)) {
+            is_all_new_after(fault);
         }
     }
 

@@ -48,10 +48,10 @@ mod tests {
 
     #[test]
     fn more_than_is_asked_for_is_enough() {
-        let asked = |estimates: &[&str], constants: &[&str], repeats, states| {
+        let asked = |estimates: &[&str], constants: &[&str], repeats, whole| {
             let [estimates, constants] =
                 [estimates, constants].map(|all| all.iter().map(ToString::to_string).collect());
-            Asked { estimates, constants, along_curves: states, repeats, states }
+            Asked { estimates, constants, along_curves: whole, repeats, states: whole }
         };
         let all = asked(&["a", "b"], &["mu"], 2, true);
         for less in [all.clone(), asked(&["b"], &[], 1, false), Asked::default()] {
@@ -60,6 +60,8 @@ mod tests {
         for more in [asked(&["c"], &[], 1, false), asked(&[], &["nu"], 1, false), asked(&[], &[], 3, false)] {
             assert!(!all.has(&more), "{more:?}");
         }
-        assert!(!asked(&["a", "b"], &["mu"], 2, false).has(&all));
+        for less in [Asked { along_curves: false, ..all.clone() }, Asked { states: false, ..all.clone() }] {
+            assert!(!less.has(&all), "{less:?}");
+        }
     }
 }

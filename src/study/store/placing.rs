@@ -127,3 +127,64 @@ struct Files {
     #[serde(default)]
     results: Vec<FileDigest>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::names::{PAGE, STATES};
+    use serde_json::json;
+    use std::collections::BTreeMap;
+
+    fn record(files: &[(&str, &str)]) -> String {
+        let results: Vec<_> = files
+            .iter()
+            .map(|(end, text)| json!({"file": format!("a.{end}"), "sha256": storage::sha256(text)}))
+            .collect();
+        json!({"provenance": {"results": results}}).to_string()
+    }
+
+    /// Names and contents of the files of the case.
+    fn found(dir: &Path) -> BTreeMap<String, String> {
+        let files = std::fs::read_dir(dir.join("cases")).expect("there").flatten();
+        let one = |file: std::fs::DirEntry| {
+            let text = std::fs::read_to_string(file.path()).expect("text");
+            (file.file_name().to_string_lossy().into_owned(), text)
+        };
+        files.map(one).collect()
+    }
+
+    fn wanted(files: &[(&str, &str)]) -> BTreeMap<String, String> {
+        let named = |(end, text): &(&str, &str)| (format!("a.{end}"), (*text).to_string());
+        files.iter().map(named).chain([("a.json".into(), record(files))]).collect()
+    }
+
+    #[test]
+    fn a_result_takes_the_place_of_all_files_of_the_earlier_one() {
+        let keep = tempfile::tempdir().expect("a temporary folder");
+        let dir = keep.path();
+        std::fs::create_dir(dir.join("cases")).expect("a folder");
+        for files in [[("csv", "1"), (STATES, "2")].as_slice(), &[("csv", "3")], &[("csv", "4"), (PAGE, "5")]] {
+            let text = record(files);
+            place(dir, "a", &[files, &[("json", text.as_str())]].concat()).expect("room");
+            assert_eq!(found(dir), wanted(files));
+            assert!(pending(dir).is_empty());
+        }
+    }
+
+    /// A run that is killed before the record counts leaves the earlier result, and after it the new one.
+    #[test]
+    fn the_record_decides_which_result_counts() {
+        let keep = tempfile::tempdir().expect("a temporary folder");
+        let dir = keep.path();
+        std::fs::create_dir(dir.join("cases")).expect("a folder");
+        let (earlier, next) = ([("csv", "1"), (STATES, "2")], [("csv", "3")]);
+        place(dir, "a", &[earlier.as_slice(), &[("json", record(&earlier).as_str())]].concat()).expect("room");
+        let record = record(&next);
+        write(&dir.join(NEXT).join("a"), "a", &[next.as_slice(), &[("json", record.as_str())]].concat()).expect("room");
+        settle(dir, "a");
+        assert_eq!(found(dir), wanted(&earlier));
+        std::fs::write(dir.join("cases/a.json"), &record).expect("room");
+        settle(dir, "a");
+        assert_eq!(found(dir), wanted(&next));
+    }
+}
