@@ -14,7 +14,7 @@ use durometer::math::units::{self, Decimals, Dimension};
 use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::control::Controller;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
+    Body, Checkpoint, CheckpointError, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
     ParameterKey, Progress, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities,
     SensitivityError, SensitivityRecorder, limits_of_scene, read_scene, refine,
 };
@@ -240,7 +240,7 @@ fn tell<'e>(
     }
     print(record, known);
     states.iter().for_each(|file| say!("state:   {}", file.display()));
-    errors.for_each(print_errors);
+    errors.for_each(|found| print_errors(found, record));
     say!("{}", costs(record));
     say!("results: {}", args.out.join(format!("{}.csv", record.id)).display());
     drawn.print();
@@ -411,7 +411,12 @@ fn estimate(
     Ok(Some(found))
 }
 
-fn print_errors(found: &ErrorEstimate) {
+fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
+    if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {
+        tell!(
+            "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
+        );
+    }
     for q in &found.quantities {
         let (value, corrected, uncertainty) =
             (five_digits(q.value), five_digits(q.corrected), five_digits(q.uncertainty));

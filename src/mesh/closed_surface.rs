@@ -4,7 +4,7 @@ use super::boundary::{boundary_facets, sorted};
 use super::distance::Nearest;
 use super::surface_file::Surface;
 use super::{Order, TetMesh};
-use crate::math::tensor::Vec3;
+use crate::math::tensor::{Mat3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 
 /// Share of the diagonal of a surface within which its vertices are one: files in single precision round by 6e-8.
@@ -56,13 +56,36 @@ pub fn closed(surface: &Surface) -> Result<Vec<[u32; 3]>, NotClosed> {
 
 /// Volume within triangles that are turned outward \[m³\].
 pub fn enclosed(points: &[Vec3], triangles: &[[u32; 3]]) -> f64 {
-    let Some(first) = triangles.first() else { return 0.0 };
-    let origin = points[first[0] as usize];
-    let cone = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|k| points[k as usize] - origin);
-        a.dot(&b.cross(&c)) / 6.0
-    };
-    triangles.iter().map(cone).sum()
+    VolumeMoments::within(points, triangles).volume
+}
+
+/// Integrals over the volume that a closed surface encloses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeMoments {
+    /// \[m³\]
+    pub volume: f64,
+    /// Centre of the volume \[m\]
+    pub center: Vec3,
+    /// ∫ (X − c)(X − c)ᵀ dV about the centre \[m⁵\]
+    pub second: Mat3,
+}
+
+impl VolumeMoments {
+    /// Within triangles that are turned outward. Each makes a tetrahedron with one of the vertices, over which, with the sides a, b, c from there and
+    /// s = a + b + c, ∫ X dV = V s/4 and ∫ X Xᵀ dV = V (aaᵀ + bbᵀ + ccᵀ + ssᵀ)/20.
+    pub fn within(points: &[Vec3], triangles: &[[u32; 3]]) -> Self {
+        let origin = triangles.first().map_or(Vec3::zeros(), |t| points[t[0] as usize]);
+        let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
+        for t in triangles {
+            let [a, b, c] = t.map(|k| points[k as usize] - origin);
+            let (part, sum) = (a.dot(&b.cross(&c)) / 6.0, a + b + c);
+            volume += part;
+            first += sum * (part / 4.0);
+            second += [a, b, c, sum].iter().map(|v| v * v.transpose()).sum::<Mat3>() * (part / 20.0);
+        }
+        let center = if volume == 0.0 { Vec3::zeros() } else { first / volume };
+        Self { volume, center: origin + center, second: second - center * center.transpose() * volume }
+    }
 }
 
 fn sides(&[a, b, c]: &[u32; 3]) -> impl Iterator<Item = [u32; 2]> + use<> {

@@ -123,7 +123,7 @@ pub(super) fn correct_repeatedly(solver: &mut NonlinearSolver, step: &Step, next
         let left = (error.above_rounding / last_error).min(1.0) * system.largest_displacement(&correction.direction.x);
         let left = left / solver.equations.visible(system.largest_displacement(&next.x));
         if convergence.accepts(error, share == 1.0, solution.iterations)
-            && convergence.is_accurate(Some(left), solver.linear.is_shifted_since(shifted), solution.iterations)
+            && convergence.is_accurate(Some(left), error, solver.linear.is_shifted_since(shifted), solution.iterations)
         {
             solver.equations.advance_history(step, next).ok()?;
             return Some(Solution { correction: Some(left), ..solution });

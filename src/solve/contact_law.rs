@@ -27,9 +27,10 @@ impl<'a> ContactLaw<'a> {
         Self { normal: point.law, friction }
     }
 
-    /// A point without friction that yields by so much \[m/N\] where it is pressed.
-    pub fn unilateral(yielding: f64) -> Self {
-        Self { normal: NormalLaw::Unilateral { yielding }, friction: None }
+    /// That of a point which yields by so much \[m/N\] where it is pressed, whatever presses it; with its friction.
+    pub fn unilateral(point: &ContactPoint, yielding: f64) -> Self {
+        let ContactLaw { friction, .. } = ContactLaw::new(point);
+        Self { normal: NormalLaw::Unilateral { yielding }, friction }
     }
 
     /// p and ∂p/∂q; without friction the components of sliding are zero. `w`: of the normal component, and of sliding \[m/N\].

@@ -55,20 +55,27 @@ impl Convergence {
     }
 
     /// Whether a state that [`Convergence::accepts`] is accurate in its displacements too: the `correction` that it still asks for,
-    /// as a share of the largest displacement, is small, or no longer falls. It does not depend on the mesh, which the sum of the
-    /// forces of all blocks does. A state without an estimate has to come from an iteration.
+    /// as a share of the largest displacement, is small, or no longer falls because the forces are rounding. It does not depend on the mesh, which the sum
+    /// of the forces of all blocks does. A state without an estimate has to come from an iteration.
     ///
     /// By a tangent that `is_shifted` for want of a factor, corrections d fall slowly, to a sum of d/(1 − q) with the ratio q of the last two: this is what has
-    /// to be small, and such a state is not accepted because iterations end or d hardly falls.
-    pub fn is_accurate(&mut self, correction: Option<f64>, is_shifted: bool, iterations: usize) -> bool {
-        let ends = self.is_last(iterations) || self.is_linearised;
-        let Some(correction) = correction else { return ends || iterations > 0 };
+    /// to be small, and such a state is not accepted because d hardly falls.
+    pub fn is_accurate(
+        &mut self,
+        correction: Option<f64>,
+        error: ScaledError,
+        is_shifted: bool,
+        iterations: usize,
+    ) -> bool {
+        let Some(correction) = correction else {
+            return iterations > 0 || self.is_last(iterations) || self.is_linearised;
+        };
         let last = std::mem::replace(&mut self.last_correction, correction);
         if is_shifted {
             let is_known = last.is_finite() && correction * last <= self.accuracy * (last - correction);
             return is_known || correction <= ROUNDED * self.accuracy || self.is_linearised;
         }
-        correction <= self.accuracy || correction > STALLED * last || ends
+        correction <= self.accuracy || error.is_rounding && correction > STALLED * last || self.is_linearised
     }
 }
 
@@ -80,28 +87,36 @@ mod tests {
     fn a_state_is_accurate_where_its_correction_is_small_or_stalls() {
         let settings = NewtonSettings { accuracy: 1e-6, max_iterations: 3, ..NewtonSettings::default() };
         let test = || Convergence::new(&settings, Integrator::Static, AtRounding::IterateOnceMore);
-        let exact = |test: &mut Convergence, correction, iterations| test.is_accurate(correction, false, iterations);
+        let forces = ScaledError { exact: 1e-9, above_rounding: 1e-9, is_rounding: false };
+        let rounding = ScaledError { is_rounding: true, ..forces };
+        let exact =
+            |test: &mut Convergence, correction, iterations| test.is_accurate(correction, forces, false, iterations);
         assert!(exact(&mut test(), Some(1e-6), 0) && !exact(&mut test(), Some(2e-6), 2));
-        assert!(!exact(&mut test(), None, 0) && exact(&mut test(), None, 1) && exact(&mut test(), Some(1.0), 3));
-        let mut stalls = test();
-        assert!(!exact(&mut stalls, Some(1e-3), 0) && !exact(&mut stalls, Some(4e-4), 1));
-        assert!(exact(&mut stalls, Some(3e-4), 2));
+        assert!(!exact(&mut test(), None, 0) && exact(&mut test(), None, 1) && !exact(&mut test(), Some(2e-6), 3));
+        // Far from the solution corrections may grow, and only those of forces that are rounding have nowhere to fall to
+        for (error, is_accurate) in [(forces, false), (rounding, true)] {
+            let mut stalls = test();
+            assert!(!stalls.is_accurate(Some(1e-3), error, false, 0));
+            assert!(!stalls.is_accurate(Some(4e-4), error, false, 1));
+            assert_eq!(stalls.is_accurate(Some(3e-4), error, false, 2), is_accurate);
+        }
         // By a shifted tangent: 1e-7 that falls by a tenth leaves 1e-6 more, by a half 2e-7
         for (ratio, is_accurate) in [(0.95, false), (0.5, true), (1.0, false), (1.2, false)] {
             let mut slow = test();
-            assert!(!slow.is_accurate(Some(1e-7 / ratio), true, 1), "nothing is known of the ratio");
-            assert_eq!(slow.is_accurate(Some(1e-7), true, 2), is_accurate, "ratio {ratio}");
+            assert!(!slow.is_accurate(Some(1e-7 / ratio), rounding, true, 1), "nothing is known of the ratio");
+            assert_eq!(slow.is_accurate(Some(1e-7), rounding, true, 2), is_accurate, "ratio {ratio}");
         }
-        assert!(!test().is_accurate(Some(1.0), true, 3) && test().is_accurate(Some(0.0), true, 1));
+        assert!(!test().is_accurate(Some(1.0), forces, true, 3) && test().is_accurate(Some(0.0), forces, true, 1));
         let mut at_rounding = test();
-        assert!(at_rounding.is_accurate(Some(1e-13), true, 1) && at_rounding.is_accurate(Some(1e-13), true, 2));
+        let mut is_accurate = |iterations| at_rounding.is_accurate(Some(1e-13), rounding, true, iterations);
+        assert!(is_accurate(1) && is_accurate(2));
     }
 
     #[test]
     fn a_state_at_the_rounding_of_forces_is_confirmed_by_one_more_iteration() {
-        let (far, rounding) =
-            (ScaledError { exact: 1.0, above_rounding: 1.0 }, ScaledError { exact: 1.0, above_rounding: 0.5 });
-        let exact = ScaledError { exact: 0.5, above_rounding: 0.5 };
+        let far = ScaledError { exact: 1.0, above_rounding: 1.0, is_rounding: false };
+        let rounding = ScaledError { above_rounding: 0.5, is_rounding: true, ..far };
+        let exact = ScaledError { exact: 0.5, above_rounding: 0.5, is_rounding: false };
         let settings = NewtonSettings { tolerance: 0.5, max_iterations: 3, ..NewtonSettings::default() };
         let test = |at_rounding| Convergence::new(&settings, Integrator::Static, at_rounding);
         let newton = || test(AtRounding::IterateOnceMore);

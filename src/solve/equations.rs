@@ -37,6 +37,8 @@ pub(super) struct ScaledError {
     pub exact: f64,
     /// The same, but forces that are rounding of the stiffest part count as no more than the tolerance
     pub above_rounding: f64,
+    /// The forces are no more than rounding of the stiffest part
+    pub is_rounding: bool,
 }
 
 impl Equations {
@@ -136,7 +138,7 @@ impl Equations {
             larger(if residual == 0.0 { 0.0 } else { residual / scale }, rows)
         };
         let rounding = 4.0 * f64::EPSILON * stiffness * self.length;
-        ScaledError { exact: scaled(0.0), above_rounding: scaled(rounding) }
+        ScaledError { exact: scaled(0.0), above_rounding: scaled(rounding), is_rounding: residual <= rounding }
     }
 
     /// A displacement \[m\], or the largest one that counts as rest.

@@ -17,7 +17,7 @@ use super::Failure;
 use super::contact_law::ContactLaw;
 use super::limit::Limit;
 use super::multipliers::{Schur, larger};
-use crate::math::tensor::{Vec3, perpendicular};
+use crate::math::tensor::Vec3;
 use crate::math::vector::dot;
 use crate::system::{ContactPoint, Dofs, System};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -105,12 +105,18 @@ struct Defect {
 }
 
 impl<'a> Contacts<'a> {
-    /// Points without friction with these distances without forces, the response W \[rows\] and the yielding of each.
-    pub fn frictionless(distances: Vec<f64>, w: Vec<Vec<f64>>, yielding: impl Iterator<Item = f64>) -> Self {
-        let n = distances.len();
-        let point = |(first, yielding)| Pressed { place: first, first, law: ContactLaw::unilateral(yielding) };
-        let points = yielding.enumerate().map(point).collect();
-        Self { points, free: distances, w, back: vec![Vec::new(); n], p: vec![0.0; n], ..Self::default() }
+    /// Points under no constraints with these laws, each with its distance without forces, and with its sliding where it has friction, and the response W
+    /// \[rows\] to forces on all of these.
+    pub fn with_response(laws: impl Iterator<Item = ContactLaw<'a>>, free: Vec<f64>, w: Vec<Vec<f64>>) -> Self {
+        let n = free.len();
+        let mut first = 0;
+        let point = |(place, law): (usize, ContactLaw<'a>)| {
+            let own = first;
+            first += if law.friction.is_some() { 3 } else { 1 };
+            Pressed { place, first: own, law }
+        };
+        let points = laws.enumerate().map(point).collect();
+        Self { points, free, w, back: vec![Vec::new(); n], p: vec![0.0; n], ..Self::default() }
     }
 
     /// Adds a point with its gap and its displacement since the start of the step \[m\], both without those of the solution.
@@ -130,10 +136,8 @@ impl<'a> Contacts<'a> {
         let first = self.h.len();
         self.h.push(normal);
         self.free.push(gap);
-        let size = point.normal.norm();
         if point.friction.is_some() {
-            let one = perpendicular(&(point.normal / size));
-            for along in [one, point.normal.cross(&one) / size] {
+            for along in point.across() {
                 self.h.push(row(&point.spot, &along));
                 self.free.push(along.dot(&displacement));
             }

@@ -2,11 +2,11 @@
 //! become, before the step, those that carry them just there.
 //!
 //! ```text
-//! v' = argmin ½ (v' − v)ᵀ M (v' − v)  over  d + Δt H v' ≥ 0:      v' = v + M⁻¹ Hᵀ p,   0 ≤ p ⟂ d + Δt H v' ≥ 0
+//! v' = v + M⁻¹ Hᵀ p      0 ≤ p_n ⟂ d + Δt H_n v' ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|,   g_t = Δt H_t v'
 //! ```
 //!
-//! with the distances d of the points from the reach of their contact. v' = 0 is admissible among obstacles at rest, so kinetic energy does
-//! not grow: with W = H M⁻¹ Hᵀ and pᵀ(Hv' + d/Δt) = 0, ½ v'ᵀMv' − ½ vᵀMv = ½ pᵀWp + pᵀHv = −½ pᵀWp − pᵀd/Δt. p is found by
+//! with the distances d of the points from the reach of their contact, and the friction of the contact. Among obstacles at rest kinetic energy does not grow:
+//! with W = H M⁻¹ Hᵀ, p_n(H_n v' + d/Δt) = 0 and p_t·g_t ≤ 0, ½ v'ᵀMv' − ½ vᵀMv = −½ pᵀWp + pᵀHv' ≤ −½ pᵀWp − p_nᵀd/Δt. p is found by
 //! [`gauss_seidel`](super::gauss_seidel). Of free rigid bodies v' is a rigid motion: M⁻¹Hᵀ alone would strain them, and their stiffness, in the step, would
 //! give the points other velocities than v'. The step then finds the points where they are to be, and no acceleration of an impact gets into its memory, from
 //! which later steps would throw the points back. An impact has no rebound of its own: bodies rebound by their elasticity. A contact with a
@@ -20,11 +20,13 @@
 //! Limits: not between deformable surfaces; constraints and the stiffness of rigid parts of a body answer within the step, not to the impact itself; the impulse
 //! is in no force that is recorded.
 
+use super::contact_law::ContactLaw;
 use super::free_bodies::FreeBody;
 use super::gauss_seidel::Contacts;
 use super::start::Start;
 use super::step_solver::StepSolver;
 use super::{Failure, Integrator, Limit, Step};
+use crate::math::tensor::Vec3;
 use crate::system::{ContactPoint, Dofs, NormalLaw, State, System};
 use std::collections::BTreeSet;
 
@@ -61,9 +63,9 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let (mut landed, mut approach) = (state.clone(), approach);
         for points in landing.chunks(MANY) {
-            for (z, p) in impulses((&mut *mass, &bodies), system, points, &approach, &limit)? {
-                landed.v.iter_mut().zip(&z).for_each(|(v, z)| *v += z * p / approach.dt);
-                approach.motion.iter_mut().zip(&z).for_each(|(d, z)| *d += z * p);
+            for Impulse { response, size, .. } in impulses((&mut *mass, &bodies), system, points, &approach, &limit)? {
+                landed.v.iter_mut().zip(&response).for_each(|(v, z)| *v += z * size / approach.dt);
+                approach.motion.iter_mut().zip(&response).for_each(|(d, z)| *d += z * size);
             }
         }
         Ok(Some(landed))
@@ -99,7 +101,7 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let is_stopped = |points| {
             let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit);
-            found.map_or(true, |all| all.iter().any(|(_, p)| *p > 0.0))
+            found.map_or(true, |all| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0))
         };
         hit.chunks(MANY).any(is_stopped)
     }
@@ -168,38 +170,91 @@ fn stiffness(point: &ContactPoint) -> f64 {
     potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
 }
 
-/// M⁻¹ Hᵀ of each point, of free `bodies` as rigid motions, and Δt p: 0 of a point that is prescribed along its normal, and where the contact is so soft that the step resolves it.
+/// A direction in which an impulse acts on a point: along its normal, or across it where there is friction.
+struct Component<'p> {
+    point: &'p ContactPoint<'p>,
+    shares: &'p [f64],
+    direction: Vec3,
+}
+
+impl<'p> Component<'p> {
+    /// That along the normal, then those across it.
+    fn all(point: &'p ContactPoint) -> impl Iterator<Item = Self> {
+        let across = point.friction.map(|_| point.across()).into_iter().flatten();
+        let sliding = across.map(move |direction| Self { point, shares: &point.spot, direction });
+        std::iter::once(Self { point, shares: &point.shares, direction: point.normal }).chain(sliding)
+    }
+
+    /// Displacement by a motion \[m\].
+    fn along(&self, motion: &[f64]) -> f64 {
+        self.direction.dot(&self.point.motion(self.shares, motion))
+    }
+
+    /// M⁻¹ Hᵀ, of free `bodies` as rigid motions.
+    fn response(&self, mass: &mut Start, bodies: &[FreeBody], system: &System, n: usize) -> Result<Vec<f64>, Failure> {
+        let mut against = vec![0.0; n];
+        for (&node, share) in self.point.nodes.iter().zip(self.shares) {
+            (0..3).for_each(|i| against[3 * node as usize + i] -= share * self.direction[i]);
+        }
+        let mut response = mass.solve(system, Some(system.restrict(&against)))?;
+        bodies.iter().for_each(|body| body.make_rigid(&mut response));
+        Ok(response)
+    }
+}
+
+/// An impulse on a point in one direction.
+struct Impulse {
+    /// M⁻¹ Hᵀ
+    response: Vec<f64>,
+    /// Δt p
+    size: f64,
+    is_normal: bool,
+}
+
+/// The impulses on the points that are stopped: not one that is prescribed along its normal, nor where the contact is so soft that the step resolves it.
 fn impulses(
     (mass, bodies): (&mut Start, &[FreeBody]),
     system: &System,
     points: &[ContactPoint],
     Approach { motion, dt, .. }: &Approach,
     limit: &Limit,
-) -> Result<Vec<(Vec<f64>, f64)>, Failure> {
-    let mut response = |point: &ContactPoint| {
-        let mut against = vec![0.0; motion.len()];
-        for (&node, share) in point.nodes.iter().zip(&point.shares) {
-            (0..3).for_each(|i| against[3 * node as usize + i] -= share * point.normal[i]);
-        }
-        let mut response = mass.solve(system, Some(system.restrict(&against)))?;
-        bodies.iter().for_each(|body| body.make_rigid(&mut response));
-        Ok::<_, Failure>(response)
-    };
-    let responses = points.iter().map(&mut response).collect::<Result<Vec<_>, _>>()?;
-    let w: Vec<Vec<f64>> = points.iter().map(|point| responses.iter().map(|z| along(point, z)).collect()).collect();
-    let rooms: Vec<f64> = points.iter().map(|point| room(point, motion)).collect();
+) -> Result<Vec<Impulse>, Failure> {
+    let mut responses = Vec::new();
+    let normals: Vec<Component> = points.iter().filter_map(|point| Component::all(point).next()).collect();
+    for normal in &normals {
+        responses.push(normal.response(mass, bodies, system, motion.len())?);
+    }
     let stiffness: Vec<f64> = points.iter().map(stiffness).collect();
-    let stops = |k: usize| {
-        let stiff: f64 = w[k].iter().zip(&stiffness).map(|(w, stiffness)| w.abs() * stiffness).sum();
-        w[k][k] > 0.0 && (matches!(points[k].law, NormalLaw::Unilateral { .. }) || dt * dt * stiff >= RESOLVED)
+    let stops = |k: &usize| {
+        let w = |j: usize| normals[*k].along(&responses[j]);
+        let stiff: f64 = stiffness.iter().enumerate().map(|(j, stiffness)| w(j).abs() * stiffness).sum();
+        w(*k) > 0.0 && (matches!(points[*k].law, NormalLaw::Unilateral { .. }) || dt * dt * stiff >= RESOLVED)
     };
-    let stopped: Vec<usize> = (0..points.len()).filter(|&k| stops(k)).collect();
-    let among = |row: usize| -> Vec<f64> { stopped.iter().map(|&column| w[row][column]).collect() };
-    let distances = stopped.iter().map(|&k| rooms[k]).collect();
-    let yielding = stopped.iter().map(|&k| YIELDING * w[k][k]);
-    let mut contacts = Contacts::frictionless(distances, stopped.iter().map(|&k| among(k)).collect(), yielding);
+    let stopped: Vec<usize> = (0..points.len()).filter(stops).collect();
+    let (mut components, mut impulses) = (Vec::new(), Vec::new());
+    for &k in &stopped {
+        for (i, component) in Component::all(&points[k]).enumerate() {
+            let is_normal = i == 0;
+            let response = match is_normal {
+                true => std::mem::take(&mut responses[k]),
+                false => component.response(mass, bodies, system, motion.len())?,
+            };
+            impulses.push(Impulse { response, size: 0.0, is_normal });
+            components.push(component);
+        }
+    }
+    let w: Vec<Vec<f64>> =
+        components.iter().map(|row| impulses.iter().map(|column| row.along(&column.response)).collect()).collect();
+    let free = components.iter().zip(&impulses).map(|(component, impulse)| match impulse.is_normal {
+        true => room(component.point, motion),
+        false => component.along(motion),
+    });
+    let normal_rows = (0..w.len()).filter(|&row| impulses[row].is_normal);
+    let laws =
+        stopped.iter().zip(normal_rows).map(|(&k, row)| ContactLaw::unilateral(&points[k], YIELDING * w[row][row]));
+    let laws: Vec<ContactLaw> = laws.collect();
+    let mut contacts = Contacts::with_response(laws.into_iter(), free.collect(), w);
     contacts.settle(|_| Ok(Vec::new()), &[], limit)?;
-    let mut p = vec![0.0; points.len()];
-    stopped.iter().zip(&contacts.p).for_each(|(&k, of_point)| p[k] = *of_point);
-    Ok(responses.into_iter().zip(p).collect())
+    impulses.iter_mut().zip(&contacts.p).for_each(|(impulse, p)| impulse.size = *p);
+    Ok(impulses)
 }

@@ -45,7 +45,7 @@ impl NonlinearSolver {
             newton.solver.report(step, next, iterations, error.above_rounding);
             if convergence.accepts(error, increment.is_none(), iterations) {
                 let correction = newton.correction(next, error);
-                if convergence.is_accurate(correction, newton.is_shifted, iterations) {
+                if convergence.is_accurate(correction, error, newton.is_shifted, iterations) {
                     newton.solver.equations.advance_history(step, next)?;
                     newton.solver.linear.end_step();
                     return Ok(Solution { correction, ..newton.solution });

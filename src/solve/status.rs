@@ -242,6 +242,10 @@ impl Status {
             Self::StepTooSmall { why: Failure::Landing, .. } => {
                 "end the data before the impact, or take bdf2 or implicit_euler"
             }
+            Self::StepTooSmall { t: 0.0, .. } => {
+                "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
+                 from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or try numerics.projection = true, or a finer mesh there"
+            }
             Self::StepTooSmall { by_force: true, .. } => {
                 "the load may exceed what the body can carry: drive by length, volume or displacement; or the mesh is too \
                  coarse there"

@@ -2,7 +2,7 @@
 
 use super::Caches;
 use super::friction::HISTORY;
-use crate::math::tensor::{Mat3, Vec3};
+use crate::math::tensor::{Mat3, Vec3, perpendicular};
 
 /// A potential of a contact point per area, which decreases with the distance from the obstacle.
 pub trait ContactPotential: Send + Sync {
@@ -54,6 +54,13 @@ impl ContactPoint<'_> {
             NormalLaw::Unilateral { .. } => 0.0,
             NormalLaw::Potential(potential, _) => potential.reach(),
         }
+    }
+
+    /// Two directions across the normal, and across each other.
+    pub fn across(&self) -> [Vec3; 2] {
+        let normal = self.normal.normalize();
+        let one = perpendicular(&normal);
+        [one, normal.cross(&one)]
     }
 
     /// Its elastic slip \[m\] by the history of a state.

@@ -2,9 +2,11 @@
 
 use crate::common::{run, scene};
 use crate::setup::{CUBE, last};
+use durometer::effect::contact::shape::Shape;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
+use durometer::mesh::surface_file::Surface;
 use durometer::solve::Status;
 
 /// Torque-free motion of a brick: Euler's equations I ω̇ + ω × Iω = 0, integrated by Runge & Kutta with a hundredth of the step.
@@ -65,6 +67,36 @@ dt = "{dt} s"
     let (coarse, fine) = (error(2e-3), error(1e-3));
     println!("attitude: {coarse} {fine}");
     assert!(coarse < 0.02 && (coarse / fine - 4.0).abs() < 0.8, "{coarse} {fine}");
+}
+
+/// A turned brick as a surface has the mass, the centre and the inertia of the box, R diag(I) Rᵀ, at any size; so has a pair of bricks whose principal axes
+/// are no sides, by the parallel axis theorem (Steiner). Bounds: rounding of some dozen terms.
+#[test]
+fn a_surface_has_the_inertia_of_what_it_encloses() {
+    let turn = nalgebra::Rotation3::from_euler_angles(0.3, -0.8, 1.9).into_inner();
+    for size in [1e-4, 1e-2, 1.0, 1e3] {
+        let (half, away) = (Vec3::new(0.5, 0.75, 2.0) * size, Vec3::new(3.0, -5.0, 2.0) * size);
+        let brick = Shape::cuboid(half);
+        let (mass, _, inertia) = brick.mass(1200.0);
+        let exact = (half * 2.0).iter().product::<f64>() * 1200.0;
+        let about = |i: usize| exact / 3.0 * (half.norm_squared() - half[i].powi(2));
+        assert!((mass / exact - 1.0).abs() < 1e-14);
+        assert!((inertia - Mat3::from_diagonal(&Vec3::new(about(0), about(1), about(2)))).norm() < 1e-13 * about(0));
+        let mut surface = brick.triangles(0).expect("a box has sides");
+        surface.points.iter_mut().for_each(|p| *p = turn * *p + away);
+        let is_right = |surface: &Surface, mass: f64, center: Vec3, inertia: Mat3| {
+            let found = Shape::surface(surface).expect("closed").mass(1200.0);
+            assert!((found.0 / mass - 1.0).abs() < 1e-13, "{size}: {found:?}");
+            assert!((found.1 - center).norm() < 1e-13 * away.norm(), "{size}: {found:?}");
+            assert!((found.2 - inertia).norm() < 1e-12 * inertia.norm(), "{size}: {found:?}\n{inertia}");
+        };
+        is_right(&surface, exact, away, turn * inertia * turn.transpose());
+        let (count, apart) = (surface.points.len() as u32, Vec3::new(0.0, 4.0, 3.0) * size);
+        surface.points.extend(surface.points.clone().iter().map(|p| p + apart));
+        surface.triangles.extend(surface.triangles.clone().iter().map(|t| t.map(|k| k + count)));
+        let steiner = (Mat3::identity() * apart.norm_squared() - apart * apart.transpose()) * (exact / 2.0);
+        is_right(&surface, 2.0 * exact, away + apart / 2.0, turn * inertia * turn.transpose() * 2.0 + steiner);
+    }
 }
 
 /// A rigid brick falls on a soft block that lies on the floor and stays there: its weight, and that of the block, come out.

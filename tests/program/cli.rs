@@ -229,6 +229,59 @@ fn an_output_without_room_is_an_error_and_results_are_written() {
     assert_eq!(json(&read(&Path::new(&out).join("scene.json")))["status"], "Converged");
 }
 
+/// A beam of split quadratic cells that lock too has a bar with a warning, and the mixed formulation one without. Its weight in full from the start, under which
+/// it bends far, is answered with the remedy.
+#[test]
+fn bars_of_cells_that_lock_are_warned_of() {
+    let (keep, out) = folder();
+    let scene = keep.path().join("beam.toml");
+    let said = |formulation: &str, acceleration: &str| {
+        let text = format!(
+            r#"title = "A beam under its weight"
+[mesh]
+grid = {{ kind = "box", size = ["80 mm", "10 mm", "10 mm"], divisions = [4, 1, 1] }}
+element = "tet10"
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.499
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "{formulation}"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = {acceleration}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.2 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#
+        );
+        std::fs::write(&scene, text).expect("room");
+        let path = scene.to_str().expect("UTF-8");
+        let output = durometer(&["simulate", path, "--error", "xmax_z_m", "--out", &out, "--no-view"]);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let growing = r#"{ kind = "ramp", from = "0 m/s^2", to = "1 m/s^2", end = "1 s" }"#;
+    for (formulation, locks) in [("displacement", true), ("mixed", false)] {
+        let (code, errors) = said(formulation, growing);
+        assert_eq!((code, errors.contains("are estimated lock too")), (Some(0), locks), "{formulation}: {errors}");
+    }
+    let (code, errors) = said("displacement", "\"9.81 m/s^2\"");
+    assert!(code == Some(3) && errors.contains("let them grow"), "{code:?}: {errors}");
+}
+
 /// What cannot be said is lost, not the command.
 #[cfg(target_os = "linux")]
 #[test]

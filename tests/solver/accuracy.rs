@@ -52,6 +52,19 @@ fn the_algebraic_error_is_held_and_estimated() {
     assert!(held.totals.iterations as f64 <= 1.1 * loose.totals.iterations as f64);
 }
 
+/// Forces that may be off by a hundredth do not let a state pass whose displacements are not accurate, also where their corrections grow at first. The
+/// tension is of first order in the correction: a few times 1e-6 at most.
+#[test]
+fn a_loose_tolerance_of_forces_leaves_displacements_accurate() {
+    let exact = finger(&[]);
+    for tolerance in [1e-2, 1e-3, 1e-4] {
+        let loose = finger(&[("numerics.tolerance", Value::Float(tolerance))]);
+        let (by, estimate) = (off(&loose, &exact), loose.totals.correction);
+        println!("{tolerance:e}: off by {by:.1e}, estimated {estimate:.1e}, {} iterations", loose.totals.iterations);
+        assert!(estimate <= 1e-6 && by <= 5e-6, "{tolerance:e}: {by:e} {estimate:e}");
+    }
+}
+
 /// The same bounds on a fine mesh and in a mixed formulation, where the softest directions are slower to converge.
 #[test]
 fn the_algebraic_error_is_held_on_other_meshes() {

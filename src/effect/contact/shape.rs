@@ -16,6 +16,7 @@
 //! A triangle surface is closed and outward.
 
 use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::closed_surface::VolumeMoments;
 use crate::mesh::surface_file::Surface;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
@@ -23,6 +24,7 @@ use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
 use parry3d_f64::shape::{
     Ball, Cuboid, Cylinder, HalfSpace, Shape as _, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation,
 };
+use std::collections::BTreeMap;
 
 /// Share of the size of a triangle below which the distance from it is rounding \[–\].
 const ON_SURFACE: f64 = 1e-9;
@@ -48,7 +50,7 @@ pub enum Shape {
     Box(Cuboid),
     /// About the origin, along y
     Cylinder(Cylinder),
-    Surface(Box<TriMesh>),
+    Surface(Box<Facets>),
 }
 
 /// Why a surface cannot be an obstacle.
@@ -98,7 +100,7 @@ impl Shape {
         check(surface)?;
         let points = surface.points.iter().map(to).collect();
         let mesh = TriMesh::with_flags(points, surface.triangles.clone(), TriMeshFlags::ORIENTED);
-        Ok(Self::Surface(Box::new(mesh.expect("a surface has triangles"))))
+        Ok(Self::Surface(Box::new(Facets::new(mesh.expect("a surface has triangles")))))
     }
 
     /// The box about the shape, \[least, most\] of each coordinate; a floor has none.
@@ -108,7 +110,7 @@ impl Shape {
             Self::Sphere(s) => s.local_aabb(),
             Self::Box(s) => s.local_aabb(),
             Self::Cylinder(s) => s.local_aabb(),
-            Self::Surface(s) => s.local_aabb(),
+            Self::Surface(s) => s.mesh.local_aabb(),
         };
         Some([from(bounds.mins), from(bounds.maxs)])
     }
@@ -120,7 +122,13 @@ impl Shape {
             Self::Sphere(s) => s.mass_properties(density),
             Self::Box(s) => s.mass_properties(density),
             Self::Cylinder(s) => s.mass_properties(density),
-            Self::Surface(s) => s.mass_properties(density),
+            Self::Surface(s) => {
+                // parry loses the principal axes of bodies that are small in its units
+                let points: Vec<Vec3> = s.mesh.vertices().iter().copied().map(from).collect();
+                let VolumeMoments { volume, center, second } = VolumeMoments::within(&points, s.mesh.indices());
+                let inertia = (Mat3::identity() * second.trace() - second) * density;
+                return (density * volume, center, inertia);
+            }
         };
         let inertia = properties.reconstruct_inertia_matrix();
         let inertia = Mat3::from_columns(&[inertia.x_axis, inertia.y_axis, inertia.z_axis].map(from));
@@ -134,9 +142,21 @@ impl Shape {
             Self::Sphere(s) => s.to_trimesh(parts, parts / 2),
             Self::Box(s) => s.to_trimesh(),
             Self::Cylinder(s) => s.to_trimesh(parts),
-            Self::Surface(s) => (s.vertices().to_vec(), s.indices().to_vec()),
+            Self::Surface(s) => (s.mesh.vertices().to_vec(), s.mesh.indices().to_vec()),
         };
         Some(Surface { points: points.into_iter().map(from).collect(), triangles })
+    }
+
+    /// The sharpest concave edge of a surface: the angle by which its sides are turned towards each other \[rad\], and its middle \[m\]; none of a convex shape.
+    pub fn sharpest_concave_edge(&self) -> Option<(f64, Vec3)> {
+        let Self::Surface(s) = self else { return None };
+        let concave = |(&(i, j), one): (&(u32, u32), &u32)| {
+            let other = *s.neighbours.get(&(j, i))?;
+            let beyond: Vec3 = s.mesh.indices()[other as usize].iter().map(|&k| s.vertex(k) - s.vertex(i)).sum();
+            let angle = s.normal(*one).angle(&s.normal(other));
+            (beyond.dot(&s.normal(*one)) > 0.0).then(|| (angle, (s.vertex(i) + s.vertex(j)) / 2.0))
+        };
+        s.neighbours.iter().filter_map(concave).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The nearest point of the boundary, and whether y is inside.
@@ -146,7 +166,7 @@ impl Shape {
             Self::Sphere(s) => s.project_local_point(to(y), false),
             Self::Box(s) => s.project_local_point(to(y), false),
             Self::Cylinder(s) => s.project_local_point(to(y), false),
-            Self::Surface(s) => s.project_local_point(to(y), false),
+            Self::Surface(s) => s.mesh.project_local_point(to(y), false),
         };
         (from(projection.point), projection.is_inside)
     }
@@ -194,9 +214,9 @@ impl Shape {
                 sharp(y, &p, inside, around * around.transpose() * (s.radius / across.norm()), || radial)
             }
             Self::Surface(s) => {
-                let (projection, (triangle, location)) = s.project_local_point_and_get_location(to(y), false);
+                let (projection, (triangle, location)) = s.mesh.project_local_point_and_get_location(to(y), false);
                 let sides = [true, projection.is_inside];
-                on_triangle(&s.triangle(triangle), y, &from(projection.point), sides, location)
+                on_triangle(&s.mesh.triangle(triangle), y, &from(projection.point), sides, location)
             }
         }
     }
@@ -213,11 +233,11 @@ impl Shape {
         let reach = 2.0 * (width - nearest.gap);
         let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
         let mut planes = vec![(nearest.gap, nearest.normal)];
-        let mut triangles: Vec<u32> = s.bvh().intersect_aabb(&around).collect();
+        let mut triangles: Vec<u32> = s.mesh.bvh().intersect_aabb(&around).collect();
         triangles.sort_unstable();
         for triangle in triangles {
             let [a, b, c] = {
-                let t = s.triangle(triangle);
+                let t = s.mesh.triangle(triangle);
                 [t.a, t.b, t.c].map(from)
             };
             let normal = (b - a).cross(&(c - a)).normalize();
@@ -232,22 +252,70 @@ impl Shape {
         smooth_maximum(planes, width)
     }
 
-    /// Every witness nearer than `reach` to a point outside, for sums that are smooth: of a surface one of each triangle, in their
-    /// order.
+    /// Every witness nearer than `reach` to a point outside, for sums that are smooth: of a surface one of each flat side, by its nearest triangle, in the
+    /// order of these.
     pub fn within(&self, y: &Vec3, reach: f64) -> Vec<Witness> {
         let Self::Surface(s) = self else {
             let nearest = self.nearest(y);
             return if nearest.gap < reach { vec![nearest] } else { Vec::new() };
         };
         let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
-        let mut triangles: Vec<u32> = s.bvh().intersect_aabb(&around).collect();
+        let mut triangles: Vec<u32> = s.mesh.bvh().intersect_aabb(&around).collect();
         triangles.sort_unstable();
-        let witness = |k: u32| {
-            let triangle = s.triangle(k);
+        let mut found = BTreeMap::<u32, Witness>::new();
+        for k in triangles {
+            let triangle = s.mesh.triangle(k);
             let (projection, location) = triangle.project_local_point_and_get_location(to(y), false);
-            on_triangle(&triangle, y, &from(projection.point), [false, false], location)
+            let witness = on_triangle(&triangle, y, &from(projection.point), [false, false], location);
+            let of_side = found.entry(s.sides[k as usize]).or_insert(witness);
+            if witness.gap < of_side.gap {
+                *of_side = witness;
+            }
+        }
+        found.into_values().filter(|w| w.gap < reach).collect()
+    }
+}
+
+/// Angle between triangles that are parts of one flat side \[rad\]: files in single precision turn small ones by 1e-5.
+const FLAT: f64 = 1e-4;
+
+/// A closed surface of triangles, and the flat sides that they make up.
+pub struct Facets {
+    mesh: TriMesh,
+    /// Edge, as a triangle passes it → the triangle
+    neighbours: BTreeMap<(u32, u32), u32>,
+    /// \[triangles\] the first triangle of the side that it is part of
+    sides: Vec<u32>,
+}
+
+impl Facets {
+    fn new(mesh: TriMesh) -> Self {
+        let edges = |(t, corners): (usize, &[u32; 3])| {
+            let [a, b, c] = *corners;
+            [(a, b), (b, c), (c, a)].map(|edge| (edge, t as u32))
         };
-        triangles.into_iter().map(witness).filter(|w| w.gap < reach).collect()
+        let neighbours = mesh.indices().iter().enumerate().flat_map(edges).collect();
+        let mut own = Self { sides: vec![u32::MAX; mesh.indices().len()], mesh, neighbours };
+        for first in 0..own.sides.len() as u32 {
+            let mut open = vec![first];
+            while let Some(t) = open.pop() {
+                if own.sides[t as usize] == u32::MAX && own.normal(t).angle(&own.normal(first)) <= FLAT {
+                    own.sides[t as usize] = first;
+                    let [a, b, c] = own.mesh.indices()[t as usize];
+                    open.extend([(b, a), (c, b), (a, c)].iter().filter_map(|edge| own.neighbours.get(edge)));
+                }
+            }
+        }
+        own
+    }
+
+    fn vertex(&self, k: u32) -> Vec3 {
+        from(self.mesh.vertices()[k as usize])
+    }
+
+    fn normal(&self, t: u32) -> Vec3 {
+        let [a, b, c] = self.mesh.indices()[t as usize].map(|k| self.vertex(k));
+        (b - a).cross(&(c - a)).normalize()
     }
 }
 
@@ -327,7 +395,7 @@ fn on_triangle(
 
 /// Every edge has two triangles, which pass it in opposite directions, and the volume inside is positive.
 fn check(surface: &Surface) -> Result<(), ShapeError> {
-    let mut edges = std::collections::BTreeMap::<(u32, u32), Vec<(u32, bool)>>::new();
+    let mut edges = BTreeMap::<(u32, u32), Vec<(u32, bool)>>::new();
     let mut volume = 0.0;
     for (k, corners) in (0..).zip(&surface.triangles) {
         let [a, b, c] = corners.map(|i| surface.points[i as usize]);

@@ -12,7 +12,7 @@ use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::carry;
-use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
+use crate::scene::parts::contact::notes::{note_facets, note_hollows, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
@@ -107,8 +107,9 @@ fn build_contact(
             shared
         }
     };
-    if spec.response == ResponseSpec::Barrier {
-        note_start(builder, &*pressing);
+    match spec.response {
+        ResponseSpec::Barrier => note_start(builder, &*pressing),
+        response => note_hollows(builder, &*pressing, response.name()),
     }
     match bodies.iter().find(|b| b.name == spec.region) {
         Some(body) => note_points(builder, body, &*pressing),
