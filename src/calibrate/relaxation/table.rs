@@ -24,8 +24,8 @@ pub enum TermChoice {
     PerDecade(usize),
 }
 
-/// First time steps of a table after the loading from which on its data begin too late for a table whose time begins with the loading: times that are spaced
-/// evenly in the logarithm have so many in more than a hundred a decade \[–\]
+/// Delay of the first data point after the loading, in first time steps of the table, from which on the loading does not begin at zero of its time. Times that are
+/// spaced evenly in the logarithm are so late only with more than a hundred a decade \[–\]
 const LATE: f64 = 50.0;
 
 /// Request for a fit of a Prony series.

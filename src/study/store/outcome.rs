@@ -8,7 +8,7 @@ use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, path_de
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
-use crate::study::overlay::{apart, overlays};
+use crate::study::overlay::{notes, overlays};
 use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
@@ -82,7 +82,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             .cloned()
             .chain(solver::notes(scene, run))
             .chain(of_tracks)
-            .chain(apart(&overlays))
+            .chain(notes(&overlays))
             .collect(),
         distances: overlays.into_iter().filter_map(|o| o.distance).collect(),
         measured: scene.measured.curves.clone(),
