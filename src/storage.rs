@@ -34,6 +34,11 @@ pub fn open(path: &Path) -> Result<File> {
     File::open(path)
 }
 
+/// Whether there is no such file, or a file in place of its folder.
+pub fn is_absent(e: &Error) -> bool {
+    matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory)
+}
+
 /// The same as UTF-8 text.
 pub fn read_text(path: &Path, limit: u64) -> Result<String> {
     String::from_utf8(read(path, limit)?)

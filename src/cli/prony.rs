@@ -36,7 +36,7 @@ pub struct Args {
     /// Duration of the loading at a constant rate before the hold, e.g. "0.5 s"; "0 s" for an ideal step
     #[arg(long, value_name = "TIME")]
     ramp: Option<String>,
-    /// Time in the table at which the loading begins [default: 0 s]
+    /// Time in the table at which the loading begins, "12 s" of a logger [default: 0 s, if the data begin soon after the loading]
     #[arg(long, value_name = "TIME")]
     start: Option<String>,
     /// Held stress of a creep test, for moduli in pascals
@@ -74,7 +74,7 @@ pub fn main(args: Args) -> CommandResult {
     request.more = csv[1..].to_vec();
     let seconds = |text: &String| units::parse(text, Dimension::TIME);
     request.ramp = args.ramp.as_ref().map(seconds).transpose()?;
-    request.start = args.start.as_ref().map(seconds).transpose()?.unwrap_or(0.0);
+    request.start = args.start.as_ref().map(seconds).transpose()?;
     request.stress = args.stress.map(|text| units::parse(&text, Dimension::PRESSURE)).transpose()?;
     request.law = args.law.as_deref().map(files::brought).transpose()?;
     request.terms = match (args.terms, args.per_decade) {

@@ -21,6 +21,7 @@ use durometer::scene::{
 use durometer::solve::Status;
 use durometer::storage;
 use durometer::study::locking::REMEDY;
+use durometer::study::overlay::distance::Distance;
 use durometer::study::overlay::{markers, overlays};
 use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
@@ -492,7 +493,9 @@ fn print(record: &CaseRecord, known: usize) {
     for d in &record.distances {
         let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
         let inside = d.inside_words().map_or(String::new(), |words| format!(", {words}"));
-        say!("{} over {} is off {} by {l2:.2} % (L2), {largest:.2} % (largest){inside}", d.column, d.over, d.file);
+        let compared = format!("{} points, {}", d.share_words(), d.range_words());
+        let Distance { column, over, file, .. } = d;
+        say!("{column} over {over} is off {file} by {l2:.2} % (L2), {largest:.2} % (largest) at {compared}{inside}");
     }
     record.markers.iter().for_each(|d| say!("{}", markers::words(d)));
     // Contacts that are solved for with multipliers have no counts.

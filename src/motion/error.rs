@@ -80,16 +80,11 @@ pub enum MotionError {
     )]
     TooShort { found: usize, needed: usize, from_s: f64, to_s: f64 },
     #[error(
-        "no plateau of {} s: the curve is nowhere within ±{} of its median for so long; state a longer record, a larger tolerance, or the windows themselves",
-        shown(*.least_s),
-        in_unit(.tolerance, .curve)
+        "no state is held: the curve neither begins nor ends within ±{} of one level for {} s; take a record that is at rest before or after the motion, or state the window of the held state",
+        in_unit(.tolerance, .curve),
+        shown(*.least_s)
     )]
     NoPlateau { curve: String, least_s: f64, tolerance: f64 },
-    #[error(
-        "one plateau only, from {from_s} s to {to_s} s: the curve does not move by more than ±{}; nothing is released in it",
-        in_unit(.tolerance, .curve)
-    )]
-    OnePlateau { curve: String, from_s: f64, to_s: f64, tolerance: f64 },
     #[error("the curve never leaves the held plateau by more than {}; take a smaller threshold", in_unit(.limit, .curve))]
     NoRelease { curve: String, limit: f64 },
     #[error("the window {from_s} s to {to_s} s {fact}; {remedy}")]

@@ -117,8 +117,7 @@ fn states(guide: &Curve, request: &MotionRequest, log: &mut Vec<String>) -> Resu
     let (held, last, missing) = match (request.held_s, request.final_s) {
         (Some(held), Some(last)) => (Some(held), Some(last), None),
         (held, last) => match held_and_final(guide, rule) {
-            Ok([a, b]) => (held.or(Some(a.window_s)), last.or(Some(b.window_s)), None),
-            Err(MotionError::OnePlateau { from_s, to_s, .. }) => (held, last.or(Some([from_s, to_s])), None),
+            Ok([a, b]) => (held.or(a.map(|p| p.window_s)), last.or(b.map(|p| p.window_s)), None),
             Err(_) if guide.value.len() < 2 => (held, last, None),
             // A body that never rests has poses and curves all the same
             Err(e) => (held, last, held.or(last).is_none().then_some(e)),

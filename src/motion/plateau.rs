@@ -182,27 +182,31 @@ pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, Motio
     found.into_iter().map(|(from, to)| Plateau::over(curve, [curve.time_s[from], curve.time_s[to - 1]])).collect()
 }
 
-/// The first plateau, and the longest one that reaches the end of the curve.
+/// The held and the final state: the first plateau, and the longest one that reaches the end of the curve. A single plateau is the final state. A curve that
+/// ends in motion has no final state, and the held one is the plateau that it begins with: a later one may be a turning point of the motion.
 ///
 /// # Errors
-/// No plateau at the beginning or the end, or one that is both.
-pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Plateau; 2], MotionError> {
+/// Neither of them.
+pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plateau>; 2], MotionError> {
     let tolerance = rule.tolerance_of(curve);
     let least_s = rule.least_s(curve);
-    let none = || MotionError::NoPlateau { curve: curve.name.clone(), least_s, tolerance };
     let n = curve.value.len();
-    let start = reaches(&without_outliers(&curve.value), tolerance).iter().position(|to| *to == n).ok_or_else(none)?;
-    let window = [curve.time_s[start], curve.time_s[n - 1]];
-    if window[1] - window[0] < least_s || n - start < LEAST {
-        return Err(none());
+    let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let lasting = |from: usize, to: usize| {
+        let window = [curve.time_s[from], curve.time_s[to - 1]];
+        let lasts = to - from >= LEAST && window[1] - window[0] >= least_s;
+        lasts.then(|| Plateau::over(curve, window)).transpose()
+    };
+    let until_end = |from| lasting(from, n);
+    let last = reach.iter().position(|to| *to == n).map_or(Ok(None), until_end)?;
+    let first = match &last {
+        Some(last) => plateaus(curve, rule)?.into_iter().next().filter(|p| p.window_s[1] < last.window_s[0]),
+        None => reach.first().map_or(Ok(None), |to| lasting(0, *to))?,
+    };
+    match [first, last] {
+        [None, None] => Err(MotionError::NoPlateau { curve: curve.name.clone(), least_s, tolerance }),
+        found => Ok(found),
     }
-    let last = Plateau::over(curve, window)?;
-    let first = plateaus(curve, rule)?.into_iter().next().ok_or_else(none)?;
-    if first.window_s[1] >= window[0] {
-        let [from_s, to_s] = first.window_s;
-        return Err(MotionError::OnePlateau { curve: curve.name.clone(), from_s, to_s, tolerance });
-    }
-    Ok([first, last])
 }
 
 /// Values with each one replaced by the median of it and its neighbours.

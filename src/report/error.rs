@@ -13,6 +13,13 @@ pub enum ReportError {
         .path.display()
     )]
     NotAStudy { path: PathBuf },
+    /// A file that was given, and is no record of a run
+    #[error(
+        "{} is not the record of a run: {source}; give the folder of results that `durometer run STUDY` or `durometer fit CSV` has \
+         written, or the record of a run such as reports/simulate/scene.json",
+        .path.display()
+    )]
+    NotARecord { path: PathBuf, source: serde_json::Error },
     /// No `summary.json` here; the results of other commands are not compared
     #[error("{} does not exist; give the folder that `durometer run STUDY` has written", .path.display())]
     NoSummary { path: PathBuf },

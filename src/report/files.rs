@@ -3,7 +3,6 @@
 use crate::report::error::ReportError;
 use crate::storage::{self, DATA_LIMIT};
 use serde::de::DeserializeOwned;
-use std::io::ErrorKind;
 use std::path::Path;
 
 /// `None` if the file does not exist.
@@ -20,7 +19,7 @@ pub fn read_with<T>(
         Ok(bytes) => {
             parse(&bytes).map(Some).map_err(|source| ReportError::Malformed { path: path.to_path_buf(), source })
         }
-        Err(e) if e.kind() == ErrorKind::NotFound => Ok(None),
+        Err(e) if storage::is_absent(&e) => Ok(None),
         Err(source) => Err(ReportError::Unreadable { path: path.to_path_buf(), source }),
     }
 }

@@ -466,8 +466,18 @@ fn bad_tables_are_refused_with_place_and_remedy() {
     refused(&law, "--law does not go with --experiment relaxation");
     let none = RelaxationRequest { terms: TermChoice::Number(0), ..relaxation(fine.clone()) };
     refused(&none, "a series has at least one term");
-    let late = RelaxationRequest { start: 9.0, ..relaxation(fine) };
+    let late = RelaxationRequest { start: Some(9.0), ..relaxation(fine) };
     refused(&late, "a fit needs at least two more than constants");
+    let logged = table("logged", "time [s];stress [kPa]", times().into_iter().map(|t| vec![t + 100.0, good(t)[1]]));
+    refused(&relaxation(logged.clone()), "the data begin at 100.1 s in steps of");
+    refused(&relaxation(logged.clone()), "pass --start with the time of the table at which the loading begins");
+    let stated = RelaxationRequest { start: Some(100.0), ..relaxation(logged.clone()) };
+    assert!((fit_relaxation(&stated).expect("shifted").terms[0].tau.value - 1.0).abs() < 1e-6);
+    // A beginning that is stated is taken, if it is zero too
+    let zero = RelaxationRequest { start: Some(0.0), ..relaxation(logged) };
+    assert!(!matches!(fit_relaxation(&zero), Err(RelaxationError::LateData { .. })));
+    let level = times().into_iter().zip([4.99, 5.01].into_iter().cycle()).map(|(t, y)| vec![t, y]);
+    refused(&relaxation(table("level", "time [s];stress [kPa]", level)), "check --ramp and --start; if they are right");
     let back = table("back", "time [s];stress [kPa]", times().into_iter().rev().map(good));
     refused(&relaxation(back), "the times do not increase in 19 lines: 3, 4, 5, 6, 7, 8, 9, 10 and 11 more");
     let unit = table("unit", "time [mm];stress [kPa]", times().into_iter().map(good));

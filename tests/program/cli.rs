@@ -496,6 +496,18 @@ fn an_undetermined_fit_ends_with_code_3() {
     assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");
 }
 
+/// The commands that read results name the folder that is meant, and none advises to delete a file of the user.
+#[test]
+fn a_study_file_is_no_result() {
+    for command in [&["report", STUDY][..], &["compare", STUDY, STUDY], &["store", "verify", STUDY]] {
+        let output = durometer(command);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{command:?}: {said}");
+        assert!(said.contains("that `durometer run STUDY`") && said.contains("give "), "{command:?}: {said}");
+        assert!(!said.contains("delete"), "{command:?}: {said}");
+    }
+}
+
 #[test]
 fn finished_cases_are_kept_and_done_again_only_when_asked() {
     let (_keep, out) = folder();

@@ -733,7 +733,7 @@ fn a_measured_curve_is_compared() {
     let (code, said, error) = simulate(folder.path(), &["--set", &compare]);
     assert_eq!(code, Some(0), "{error}");
     // 1/1.05 − 1 = −4.76 %
-    assert!(said.contains("4.76 % (L2), 4.76 % (largest)"), "{said}");
+    assert!(said.contains("4.76 % (L2), 4.76 % (largest) at ") && said.contains(" points, 0 to "), "{said}");
     for extension in ["svg", "png", "pdf"] {
         assert!(folder.path().join(format!("scene-compare-1.{extension}")).is_file());
     }

@@ -282,6 +282,35 @@ fn markers_that_swap_are_named() {
     assert!(pose(&tracks, &names[..2], &reference[..2]).expect_err("two").to_string().contains("three points or more"));
 }
 
+/// The same record cut at 1 s, while the beam swings: it is held as in the whole one, and nothing is final. From the middle of the
+/// motion on nothing is held.
+#[test]
+fn a_record_that_ends_in_motion_has_a_held_state() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(at("gravity_a.csv")).expect("a table");
+    let (names, rows) = text.split_once('\n').expect("rows");
+    let between = |from: f64, to: f64| {
+        let time =
+            |row: &&str| row.split(',').next().and_then(|t| t.parse().ok()).is_some_and(|t| from <= t && t <= to);
+        let kept: Vec<&str> = std::iter::once(names).chain(rows.lines().filter(time)).collect();
+        let file = folder.path().join("part.csv");
+        std::fs::write(&file, kept.join("\n")).expect("writable");
+        evaluate(&MotionRequest { file, ..MotionRequest::default() }).unwrap_or_else(|e| panic!("{e}"))
+    };
+    let whole = between(f64::NEG_INFINITY, f64::INFINITY);
+    let released = whole.release.expect("released").time_s;
+    let cut = between(f64::NEG_INFINITY, 1.0);
+    let z = cut.curves.iter().find(|c| c.curve.name == "tip1_z_m").expect("a curve");
+    let held = z.held.as_ref().unwrap_or_else(|| panic!("held: {}", cut.log.join("\n")));
+    assert!(held.window_s[0] == -0.3 && held.window_s[1].abs() < 0.03 && held.deviation < 1e-4, "{held:?}");
+    assert!((cut.release.expect("released").time_s - released).abs() < 0.015 && z.last.is_none());
+    assert!(!cut.doubts.iter().any(|d| d.contains("no state is held")), "{:?}", cut.doubts);
+    // From the second swing on to the fourth
+    let swing = between(0.1, 0.45);
+    assert!(swing.release.is_none() && swing.curves.iter().all(|c| c.held.is_none() && c.last.is_none()));
+    assert!(swing.doubts.iter().any(|d| d.contains("neither begins nor ends within")), "{:?}", swing.doubts);
+}
+
 #[test]
 fn a_measured_beam_is_evaluated_and_its_decisions_are_written_down() {
     let body = BodyRequest {

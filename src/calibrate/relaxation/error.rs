@@ -28,6 +28,11 @@ pub enum RelaxationError {
         number_text(*ramp), number_text(*last)
     )]
     LongRamp { file: String, ramp: f64, last: f64 },
+    #[error(
+        "{file}: the data begin at {} s in steps of {} s, long after a loading that lasts {} s: the time seems to be that of a logger, or the beginning is missing; pass --start with the time of the table at which the loading begins, \"0 s\" if it is its zero",
+        number_text(*first), number_text(*step), number_text(*ramp)
+    )]
+    LateData { file: String, first: f64, step: f64, ramp: f64 },
     #[error("{flag} = {value}: {remedy}")]
     Flag { flag: &'static str, value: String, remedy: &'static str },
     #[error("{flag} does not go with --experiment {experiment}: {remedy}")]
@@ -37,9 +42,9 @@ pub enum RelaxationError {
     )]
     TooFewRows { file: String, rows: usize, constants: usize },
     #[error(
-        "{file}: no relaxation is seen: an elastic response describes the data as well (criterion {elastic:.1}, {series:.1} with a relaxing term); the effect viscoelastic is not needed in this range of time"
+        "{file}: no relaxation is seen: an elastic response describes the data as well (criterion {elastic:.1}, {series:.1} with a relaxing term); {remedy}"
     )]
-    Elastic { file: String, elastic: f64, series: f64 },
+    Elastic { file: String, elastic: f64, series: f64, remedy: &'static str },
     #[error(
         "{file}: the strain begins at zero, so that the data do not give the instantaneous compliance; pass a longer --ramp, or leave out the beginning by --start"
     )]

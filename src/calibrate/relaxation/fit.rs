@@ -35,7 +35,7 @@ pub fn fit_record(record: &Record, terms: &TermChoice) -> Result<RelaxationFit, 
     check_rows(record, constants)?;
     if series.terms.is_empty() {
         let elastic = weighted.criterion(&series.residual, 1);
-        return Err(RelaxationError::Elastic { file: record.file.clone(), elastic, series: elastic });
+        return Err(elastic_response(record, elastic, elastic));
     }
     if record.kind == TestKind::Creep && series.constant <= 0.0 {
         return Err(RelaxationError::NoInstant { file: record.file.clone() });
@@ -161,6 +161,17 @@ fn check_ramp(record: &Record) -> Result<(), RelaxationError> {
     }
 }
 
+/// The refusal of data that an elastic response describes, with its criterion and that of a series.
+fn elastic_response(record: &Record, elastic: f64, series: f64) -> RelaxationError {
+    let remedy = match record.kind {
+        TestKind::Relaxation | TestKind::Creep => {
+            "check --ramp and --start; if they are right, the effect viscoelastic is not needed in this range of time"
+        }
+        TestKind::History | TestKind::Dynamic => "the effect viscoelastic is not needed in this range of time",
+    };
+    RelaxationError::Elastic { file: record.file.clone(), elastic, series, remedy }
+}
+
 /// Times of the series, the criterion of each number of terms that was tried, and whether the times are unknowns.
 fn times(record: &Record, terms: &TermChoice) -> Result<(Vec<f64>, Vec<f64>, bool), RelaxationError> {
     let of = |series: &Series| series.terms.iter().map(|t| t.1).collect::<Vec<f64>>();
@@ -185,7 +196,7 @@ fn times(record: &Record, terms: &TermChoice) -> Result<(Vec<f64>, Vec<f64>, boo
                 found.iter().enumerate().min_by(|a, b| a.1.1.total_cmp(&b.1.1)).expect("no term is tried first");
             if best == 0 {
                 let series = criteria.get(1).copied().unwrap_or(f64::INFINITY);
-                return Err(RelaxationError::Elastic { file: record.file.clone(), elastic: *least, series });
+                return Err(elastic_response(record, *least, series));
             }
             Ok((of(series), criteria, true))
         }

@@ -24,6 +24,10 @@ pub enum TermChoice {
     PerDecade(usize),
 }
 
+/// Delay of the first data point after the loading, in first time steps of the table, from which on the loading does not begin at zero of its time. Times that are
+/// spaced evenly in the logarithm are so late only with more than a hundred a decade \[–\]
+const LATE: f64 = 50.0;
+
 /// Request for a fit of a Prony series.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RelaxationRequest {
@@ -36,8 +40,8 @@ pub struct RelaxationRequest {
     pub units: BTreeMap<Role, String>,
     /// Duration of the loading \[s\] in relaxation and creep
     pub ramp: Option<f64>,
-    /// Time of the table at which the loading begins \[s\]
-    pub start: f64,
+    /// Time of the table at which the loading begins \[s\]; else zero, which data that begin long after the loading contradict
+    pub start: Option<f64>,
     /// Held stress of a creep test \[Pa\]
     pub stress: Option<f64>,
     /// File of the elastic law of a uniaxial history at finite strain
@@ -55,7 +59,7 @@ impl RelaxationRequest {
             columns: BTreeMap::new(),
             units: BTreeMap::new(),
             ramp: None,
-            start: 0.0,
+            start: None,
             stress: None,
             law: None,
             terms: TermChoice::Evidence,
@@ -186,7 +190,7 @@ impl Reader<'_> {
         }
         // The instant of an ideal step has no value of its own
         let step = self.request.kind != TestKind::History && self.request.ramp == Some(0.0);
-        let start = self.request.start;
+        let start = self.request.start.unwrap_or(0.0);
         let kept: Vec<usize> =
             (0..times.len()).filter(|k| times[*k] > start || (times[*k] == start && !step)).collect();
         if kept.len() < times.len() {
@@ -251,6 +255,7 @@ impl Reader<'_> {
     ) -> Result<Record, RelaxationError> {
         let Some(_) = self.request.ramp else { return Err(RelaxationError::NoRamp { file: self.file() }) };
         let time = read.remove(&Role::Time).expect("read");
+        self.check_begin(&time.values)?;
         let creep = self.request.kind == TestKind::Creep;
         let (role, what) = if creep { (Role::Strain, "strain") } else { (Role::Stress, "stress") };
         let column = read.remove(&role).expect("read");
@@ -271,10 +276,20 @@ impl Reader<'_> {
             .map(|p| *p.0.0)
             .collect();
         if !wrong.is_empty() {
-            let remedy = "subtract the zero of the load cell, or remove what follows the test";
+            let remedy = "subtract the zero of the load cell, remove what follows the test, or pass --start if the loading begins later";
             return Err(RelaxationError::Sign { file: self.file(), what, lines: wrong, remedy });
         }
         Ok(self.record(time.values, values, if creep { "1" } else { unit }))
+    }
+
+    /// Refuses data that begin long after a loading whose beginning is not stated: their time is that of a logger.
+    fn check_begin(&self, times: &[f64]) -> Result<(), RelaxationError> {
+        let (Some(ramp), None, [first, second, ..]) = (self.request.ramp, self.request.start, times) else {
+            return Ok(());
+        };
+        let (first, step) = (*first, second - first);
+        let late = first > 2.0 * ramp && first - ramp > LATE * step;
+        if late { Err(RelaxationError::LateData { file: self.file(), first, step, ramp }) } else { Ok(()) }
     }
 
     fn history(&self, mut read: BTreeMap<Role, ReadColumn>, lines: &[u64]) -> Result<Record, RelaxationError> {

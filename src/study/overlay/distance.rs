@@ -1,6 +1,8 @@
 //! A measured and a recorded curve, and their distance.
 
+use crate::report::numbers::significant;
 use crate::scene::Measured;
+use crate::scene::column::words;
 use serde::{Deserialize, Serialize};
 
 /// Distance of a recorded curve from a measured one.
@@ -12,6 +14,12 @@ pub struct Distance {
     pub file: String,
     /// Measured points in the range of both
     pub points: usize,
+    /// Measured points of the branch that is compared
+    #[serde(default)]
+    pub on_branch: usize,
+    /// Measured points; 0 in records of earlier states of the program
+    #[serde(default)]
+    pub in_table: usize,
     /// The common range of `over`, in its unit
     pub from: f64,
     pub to: f64,
@@ -25,6 +33,20 @@ pub struct Distance {
 }
 
 impl Distance {
+    /// Compared points of those of the table, `34 of 600`
+    pub fn share_words(&self) -> String {
+        match self.in_table {
+            0 => self.points.to_string(),
+            all => format!("{} of {all}", self.points),
+        }
+    }
+
+    /// `0 to 59.0 °`
+    pub fn range_words(&self) -> String {
+        let [from, to] = [self.from, self.to].map(|x| significant(x, 3));
+        format!("{from} to {to} {}", words(&self.over).1).trim_end().into()
+    }
+
     /// `12 of 15 points within the uncertainty`, where that was given
     pub fn inside_words(&self) -> Option<String> {
         self.inside.map(|inside| format!("{inside} of {} points within the uncertainty", self.points))

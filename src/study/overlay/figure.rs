@@ -32,7 +32,7 @@ pub fn draw(name: &str, overlay: &Overlay) -> Figure {
         |d| {
             let far = [format!("L2 {:.2} %", 100.0 * d.l2), format!("largest {:.2} %", 100.0 * d.largest)];
             let inside = d.inside.map(|n| format!("{n} of {} within bars", d.points));
-            far.into_iter().chain(inside).collect()
+            far.into_iter().chain([format!("{} points", d.share_words())]).chain(inside).collect()
         },
     );
     let WithLegend { wide, legend: key, size } =

@@ -132,8 +132,8 @@ pub fn table(store: &Results) -> Option<Table> {
         let row = |d: &Distance| {
             let [l2, largest] = [d.l2, d.largest].map(percent_cell);
             let inside = d.inside.map_or("–".into(), |n| n.to_string());
-            let points = d.points.to_string();
-            vec![r.id.clone(), d.column.clone(), d.over.clone(), d.file.clone(), points, l2, largest, inside]
+            let names = [&r.id, &d.column, &d.over, &d.file].map(String::clone);
+            names.into_iter().chain([d.share_words(), d.range_words(), l2, largest, inside]).collect()
         };
         r.distances.iter().map(row).collect()
     };
@@ -147,6 +147,7 @@ pub fn table(store: &Results) -> Option<Table> {
             ("Over", "", false),
             ("File", "", false),
             ("Points", "", true),
+            ("Range", "", true),
             ("L2", "%", true),
             ("Largest", "%", true),
             ("Within uncertainty", "", true),

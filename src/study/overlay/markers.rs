@@ -34,13 +34,22 @@ pub struct Pair {
 pub struct MarkerOverlay {
     pub source: String,
     pub pairs: Vec<Pair>,
+    /// Note on the start of the run in the tracks
+    pub note: Option<String>,
+}
+
+/// Tracks in the time of the run.
+#[derive(Clone, Debug)]
+pub struct Timed {
+    tracks: Tracks,
+    note: Option<String>,
 }
 
 /// Reads all tracks that the scene is compared with, in the time of the run.
 ///
 /// # Errors
 /// Tracks that are not read, not registered, or have no marker of a name.
-pub fn read(scene: &Scene) -> Result<Vec<Tracks>, MarkersError> {
+pub fn read(scene: &Scene) -> Result<Vec<Timed>, MarkersError> {
     scene
         .measured
         .tracks
@@ -49,7 +58,7 @@ pub fn read(scene: &Scene) -> Result<Vec<Tracks>, MarkersError> {
         .collect()
 }
 
-fn one(t: &MeasuredTracks) -> Result<Tracks, MotionError> {
+fn one(t: &MeasuredTracks) -> Result<Timed, MotionError> {
     let request = MotionRequest {
         file: t.path.clone(),
         read: ReadOptions { unit: t.unit.clone(), record: t.record.clone(), ..ReadOptions::default() },
@@ -62,9 +71,16 @@ fn one(t: &MeasuredTracks) -> Result<Tracks, MotionError> {
     let names: Vec<String> = t.points.iter().map(|(marker, _)| marker.clone()).collect();
     tracks.select(&names)?;
     let first = tracks.time_s.first().copied().unwrap_or(0.0);
-    let start = t.start_s.or(found.release.map(|r| r.time_s)).unwrap_or(first);
+    let known = t.start_s.or(found.release.map(|r| r.time_s));
+    let start = known.unwrap_or(first);
     tracks.time_s.iter_mut().for_each(|t| *t -= start);
-    Ok(tracks)
+    let note = known.is_none().then(|| {
+        format!(
+            "no release is found in {}: the run is compared from its first time on, {first} s; state `start`, or the window `held`",
+            t.source
+        )
+    });
+    Ok(Timed { tracks, note })
 }
 
 /// The overlays that the scene asks for.
@@ -76,7 +92,7 @@ pub fn overlays(scene: &Scene, run: &Run) -> Result<Vec<MarkerOverlay>, MarkersE
         t: run.column("t_s").unwrap_or_default(),
         f: run.column(&name).expect("checked when the scene was built"),
     };
-    let overlay = |(t, tracks): (&MeasuredTracks, Tracks)| {
+    let overlay = |(t, Timed { tracks, note }): (&MeasuredTracks, Timed)| {
         let by_name: BTreeMap<&str, _> = tracks.markers.iter().map(|m| (m.name.as_str(), &m.points)).collect();
         let pair = |(marker, point): &(String, String)| {
             let rows = tracks.time_s.iter().zip(by_name[marker.as_str()]);
@@ -85,7 +101,7 @@ pub fn overlays(scene: &Scene, run: &Run) -> Result<Vec<MarkerOverlay>, MarkersE
             let distance = distance((marker, point, &t.source), &measured, &simulated);
             Pair { marker: marker.clone(), measured, simulated, distance }
         };
-        MarkerOverlay { source: t.source.clone(), pairs: t.points.iter().map(pair).collect() }
+        MarkerOverlay { source: t.source.clone(), pairs: t.points.iter().map(pair).collect(), note }
     };
     Ok(scene.measured.tracks.iter().zip(read(scene)?).map(overlay).collect())
 }

@@ -4,9 +4,10 @@
 //! d = f(x) − m at the measured x within the range of both,  ‖d‖₂/‖m‖₂ with ‖d‖₂ = √(1/X ∫ d² dx),  max |d|/max |m|
 //! ```
 //!
-//! f is linear between its rows. Over another column than time both curves count along their first long branch between two turning points
-//! in x.
+//! f is linear between its rows, and the integral over the measured points by ascending x. Over another column than time both curves count along their first
+//! long branch between two turning points in x ([`branch`]).
 
+pub mod branch;
 pub mod distance;
 pub mod figure;
 pub mod in_study;
@@ -18,9 +19,10 @@ use crate::report::numbers::significant;
 use crate::report::{ReportError, export};
 use crate::scene::{Measured, Run, Scene};
 use crate::study::curve::{Curve, l2};
+use crate::wording::all;
+use branch::{branch, function};
 use distance::{Distance, Overlay};
 use markers::MarkerOverlay;
-use std::ops::Range;
 use std::path::Path;
 
 /// The overlays that the scene asks for.
@@ -34,15 +36,18 @@ pub fn overlays(scene: &Scene, run: &Run) -> Vec<Overlay> {
 }
 
 fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
-    let (m, f) = (branch(&measured.x, &measured.y)?, branch(x, y)?);
-    let t = m.common(&f);
+    let f = function(x, y)?;
+    let rows = branch(&measured.x);
+    let of = |values: &[f64], rows: &[usize]| rows.iter().map(|k| values[*k]).collect::<Vec<f64>>();
+    let t = Curve { t: of(&measured.x, &rows), f: vec![] }.common(&f);
     let (from, to) = (*t.first()?, *t.last()?);
-    let of = |c: &Curve| -> Vec<f64> { t.iter().map(|t| c.at(*t)).collect() };
-    let (m, f) = (of(&m), of(&f));
+    let in_range: Vec<usize> = rows.iter().copied().filter(|k| (from..=to).contains(&measured.x[*k])).collect();
+    let m = of(&measured.y, &in_range);
+    let f: Vec<f64> = t.iter().map(|t| f.at(*t)).collect();
     let d: Vec<f64> = f.iter().zip(&m).map(|(f, m)| f - m).collect();
     let most = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let given = !measured.half_widths.is_empty();
-    let widths = given.then(|| branch(&measured.x, &measured.half_widths)).flatten().map(|w| of(&w));
+    let widths = given.then(|| of(&measured.half_widths, &in_range));
     let inside = widths.map(|w| d.iter().zip(&w).filter(|(d, w)| d.abs() <= **w).count());
     let Measured { column, over, source, .. } = measured;
     // Of a position the simulated place at rest
@@ -54,6 +59,8 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
         over: over.clone(),
         file: source.clone(),
         points: t.len(),
+        on_branch: rows.len(),
+        in_table: measured.x.len(),
         from,
         to,
         l2,
@@ -62,43 +69,40 @@ fn distance(measured: &Measured, x: &[f64], y: &[f64]) -> Option<Distance> {
     })
 }
 
-/// Least length of the branch that counts, as a share of the longest one: a body that sags turns before it is lifted \[–\]
-const BRANCH: f64 = 0.5;
-
-/// The first branch between two turning points of x that is about as long as the longest one, by ascending x; none if x does not change.
-fn branch(x: &[f64], y: &[f64]) -> Option<Curve> {
-    let mut branches: Vec<Range<usize>> = vec![];
-    let mut start = 0;
-    while start + 1 < x.len() {
-        let up = x[start + 1] > x[start];
-        let steps = x[start..].windows(2).take_while(|w| w[0] != w[1] && (w[1] > w[0]) == up).count();
-        branches.push(start..start + steps + 1);
-        start += steps.max(1);
-    }
-    let length = |range: &Range<usize>| (x[range.end - 1] - x[range.start]).abs();
-    let longest = branches.iter().map(length).fold(0.0, f64::max);
-    let counts = branches.into_iter().find(|range| range.len() > 1 && length(range) >= BRANCH * longest)?;
-    let (mut t, mut f) = (x[counts.clone()].to_vec(), y[counts].to_vec());
-    if t.first() > t.last() {
-        t.reverse();
-        f.reverse();
-    }
-    Some(Curve { t, f })
+/// Notes on measured curves that have no range in common with the recorded one, or of which most points are left out.
+pub fn notes(overlays: &[Overlay]) -> Vec<String> {
+    overlays.iter().filter_map(|o| o.distance.as_ref().map_or_else(|| Some(apart(o)), left_out)).collect()
 }
 
-/// A note for each measured curve that has no range in common with the recorded one.
-pub fn apart(overlays: &[Overlay]) -> impl Iterator<Item = String> + '_ {
+/// The note on a measured curve without a range in common with the recorded one.
+fn apart(Overlay { measured, x, y, .. }: &Overlay) -> String {
     let words = |x: &[f64], y: &[f64]| {
         let range =
-            branch(x, y).map(|c| format!("{} to {}", significant(c.t[0], 3), significant(c.t[c.t.len() - 1], 3)));
+            function(x, y).map(|c| format!("{} to {}", significant(c.t[0], 3), significant(c.t[c.t.len() - 1], 3)));
         range.unwrap_or_else(|| "one value".into())
     };
-    overlays.iter().filter(|overlay| overlay.distance.is_none()).map(move |Overlay { measured, x, y, .. }| {
-        let Measured { column, over, source, .. } = measured;
-        let (own, other) = (words(x, y), words(&measured.x, &measured.y));
-        format!(
-            "{column} has no distance from {source}: their branches have no range of {over} in common, {own} simulated and {other} measured"
-        )
+    let Measured { column, over, source, .. } = measured;
+    let (own, other) = (words(x, y), words(&measured.x, &measured.y));
+    format!(
+        "{column} has no distance from {source}: their branches have no range of {over} in common, {own} simulated and {other} measured"
+    )
+}
+
+/// The note on a measured curve of which less than half of the points are compared.
+fn left_out(d: &Distance) -> Option<String> {
+    let Distance { column, over, file, points, on_branch, in_table, .. } = d;
+    let reasons = [
+        (
+            in_table.saturating_sub(*on_branch),
+            format!(
+                "off its first long branch between two turning points of {over} (sort the rows if they are not in the order of the test)"
+            ),
+        ),
+        (on_branch.saturating_sub(*points), "outside of the range of the run".into()),
+    ];
+    let reasons: Vec<String> = reasons.iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!("{n} {why}")).collect();
+    (2 * points < *in_table).then(|| {
+        format!("{column} is compared with {} points of {file}: left out are {}", d.share_words(), all(&reasons))
     })
 }
 
@@ -142,27 +146,35 @@ mod tests {
         assert!((d.l2 - 0.1).abs() < 1e-15 && (d.largest - 0.1).abs() < 1e-15, "{d:?}");
     }
 
+    /// A loop is compared along its loading; a curve beyond the range of the run has no distance.
     #[test]
-    fn a_loop_counts_along_its_first_long_branch() {
-        // A body that sags before it is lifted
-        let sag = branch(&[0.0, 4.6, 1.0, 30.0, 55.0, 50.0], &[0.0, 9.0, 1.0, 2.0, 3.0, 4.0]);
-        assert_eq!(sag, Some(Curve { t: vec![1.0, 30.0, 55.0], f: vec![1.0, 2.0, 3.0] }));
-        // A loop that is closed a little beyond its start is compared as it is loaded
-        let closed = branch(&[0.0, 30.0, 55.0, 30.0, -0.1], &[0.0, 2.0, 3.0, 1.0, 0.0]);
-        assert_eq!(closed, Some(Curve { t: vec![0.0, 30.0, 55.0], f: vec![0.0, 2.0, 3.0] }));
-        assert_eq!(branch(&[2.0], &[1.0]), None);
+    fn what_is_left_out_is_noted() {
         let (x, y) = ([3.0, 2.0, 1.0, 2.0, 3.0], [0.0, 1.0, 2.0, 7.0, 7.0]);
-        assert_eq!(branch(&x, &y), Some(Curve { t: vec![1.0, 2.0, 3.0], f: vec![2.0, 1.0, 0.0] }));
-        assert_eq!(branch(&[1.0, 1.0], &[0.0, 1.0]), None);
         let d = distance(&measured(&x, &y), &[3.0, 1.0], &[0.0, 2.0]).expect("a common range");
-        assert_eq!((d.l2, d.largest), (0.0, 0.0));
+        assert_eq!((d.l2, d.largest, d.points, d.on_branch, d.in_table), (0.0, 0.0, 3, 3, 5));
+        assert_eq!(left_out(&d), None);
+        let few = left_out(&Distance { points: 2, ..d }).expect("most are left out");
+        assert!(
+            few.contains("f is compared with 2 of 5 points of m.csv: left out are 2 off")
+                && few.ends_with("and 1 outside of the range of the run"),
+            "{few}"
+        );
         let (far, x, y) = (measured(&[5.0, 6.0], &[1.0, 1.0]), vec![0.0, 1.0], vec![0.0, 1.0]);
         let overlay = Overlay { distance: distance(&far, &x, &y), measured: far, x, y };
-        let note = apart(&[overlay]).next().expect("nothing in common");
+        let notes = notes(&[overlay]);
         assert!(
-            note.contains("f has no distance from m.csv")
-                && note.contains("0 to 1.00 simulated and 5.00 to 6.00 measured"),
-            "{note}"
+            notes[0].contains("f has no distance from m.csv")
+                && notes[0].contains("0 to 1.00 simulated and 5.00 to 6.00 measured"),
+            "{notes:?}"
         );
+    }
+
+    /// A curve that is half as high at 60 points with noise in x of 1 % of its range: all of it is compared, and half of it is found.
+    #[test]
+    fn a_noisy_curve_is_compared_whole() {
+        let x: Vec<f64> = (0..60).map(|k| f64::from(k) + 0.6 * (1.7 * f64::from(k) * f64::from(k)).sin()).collect();
+        let y: Vec<f64> = x.iter().map(|x| 2.0 * x).collect();
+        let d = distance(&measured(&x, &y), &[0.0, 70.0], &[0.0, 70.0]).expect("a common range");
+        assert!(d.points >= 58 && (d.l2 - 0.5).abs() < 1e-12, "{d:?}");
     }
 }

@@ -29,7 +29,11 @@ pub fn write(dir: &Path, records: &[&CaseRecord], own: OwnMethods, parts: Parts)
 /// A file that is missing or no record, and a folder that cannot be written.
 pub fn of_run(record: &Path) -> Result<PathBuf, ReportError> {
     let path = record.to_path_buf();
-    let run: CaseRecord = files::json(record)?.ok_or(ReportError::NotAStudy { path })?;
+    let run: CaseRecord = match files::json(record) {
+        // The file is one that the user gave, and may be no result at all
+        Err(ReportError::Malformed { path, source }) => return Err(ReportError::NotARecord { path, source }),
+        read => read?.ok_or(ReportError::NotAStudy { path })?,
+    };
     let dir = record.with_file_name(format!("{}-paper", run.id));
     let parts = Parts { title: &run.id, tables_in: "tables", tables: vec![], figures: vec![] };
     write(&dir, &[&run], OwnMethods { errors: RUN_ERRORS, search: &[] }, parts)?;

@@ -7,7 +7,6 @@ use crate::study::store::placing::{settle, settle_all};
 use crate::study::store::record::{CaseRecord, StudyRecord};
 use crate::study::store::seal;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 pub use crate::study::store::names::{ENDS, OUTDATED, PAGE, SEARCH, STATES, is_ambiguous, parts_of};
@@ -36,7 +35,7 @@ pub fn study(dir: &Path) -> Result<StudyRecord, FolderError> {
     let path = dir.join("study.json");
     let text = match storage::read(&path, DATA_LIMIT) {
         Ok(text) => text,
-        Err(e) if e.kind() == ErrorKind::NotFound => return Err(FolderError::NotAStudy { path }),
+        Err(e) if storage::is_absent(&e) => return Err(FolderError::NotAStudy { path }),
         Err(e) => return Err(FolderError::Unreadable { path, reason: e.to_string() }),
     };
     serde_json::from_slice(&text).map_err(|e| FolderError::Malformed { path, reason: e.to_string() })

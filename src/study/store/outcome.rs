@@ -8,7 +8,7 @@ use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, path_de
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
-use crate::study::overlay::{apart, overlays};
+use crate::study::overlay::{notes, overlays};
 use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
@@ -21,7 +21,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
-    let (markers, unread) = marker_distances(scene, run);
+    let (markers, of_tracks) = marker_distances(scene, run);
     let overlays = overlays(scene, run);
     CaseRecord {
         id: String::new(),
@@ -81,8 +81,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
             .iter()
             .cloned()
             .chain(solver::notes(scene, run))
-            .chain(unread)
-            .chain(apart(&overlays))
+            .chain(of_tracks)
+            .chain(notes(&overlays))
             .collect(),
         distances: overlays.into_iter().filter_map(|o| o.distance).collect(),
         measured: scene.measured.curves.clone(),
@@ -116,11 +116,14 @@ fn mesh_record(scene: &Scene) -> MeshRecord {
     }
 }
 
-/// Distances from measured markers, and a note where their tracks can no longer be read.
-fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Option<String>) {
+/// Distances from measured markers, and notes on their tracks: where these start, and that they can no longer be read.
+fn marker_distances(scene: &Scene, run: &Run) -> (Vec<MarkerDistance>, Vec<String>) {
     match markers::overlays(scene, run) {
-        Ok(all) => (all.into_iter().flat_map(|o| o.pairs).filter_map(|p| p.distance).collect(), None),
-        Err(why) => (vec![], Some(why.to_string())),
+        Ok(all) => {
+            let notes = all.iter().filter_map(|o| o.note.clone()).collect();
+            (all.into_iter().flat_map(|o| o.pairs).filter_map(|p| p.distance).collect(), notes)
+        }
+        Err(why) => (vec![], vec![why.to_string()]),
     }
 }
 
