@@ -303,6 +303,7 @@ impl Choice {
             loss: options.loss,
             stable: stable_points(options.stable, &self.modes, self.stretch),
             slack: vec![],
+            held: None,
         })
     }
 }

@@ -341,7 +341,7 @@ impl<'a> Builder<'a> {
         Ok((direction.normalize(), signal))
     }
 
-    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it.
+    /// The signal of this name, with the unit at its end; it is recorded and can be switched by it. Refuses the name of another signal.
     pub(super) fn signal(
         &mut self,
         place: &str,
@@ -352,9 +352,15 @@ impl<'a> Builder<'a> {
         let built = self.signal_builder.signal(&name, spec, d, &self.base);
         let signal = built.map_err(|(event, e)| part(self.file, event.unwrap_or_else(|| place.into()), e))?;
         let signal = self.continued(signal);
-        // The same motion of one region by two entries is one signal.
-        if !self.signals.iter().any(|s| s.name == name) {
-            self.signals.push(NamedSignal { name, signal: signal.clone() });
+        match self.signals.iter().find(|s| s.name == name) {
+            None => self.signals.push(NamedSignal { name, signal: signal.clone() }),
+            // The same motion of one region by two entries is one signal.
+            Some(known) if known.signal == signal => {}
+            Some(_) => {
+                let fact = format!("another signal is called {name} too");
+                let remedy = "keep one of the two, or give each a `name` or a region of its own";
+                return Err(self.content(place, fact, remedy));
+            }
         }
         Ok(signal)
     }

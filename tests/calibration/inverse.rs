@@ -8,7 +8,7 @@ use durometer::calibrate::inverse::{
     Bounds, Calibration, End, Failure, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel, Settings,
     Unknown, calibrate,
 };
-use durometer::calibrate::{Loss, Weighting};
+use durometer::calibrate::{Loss, Mode, Model, Weighting};
 use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -314,6 +314,46 @@ fn profiles_of_a_linear_law_are_its_covariance() {
         }
         assert!(wald[0] < u.start && u.start < wald[1], "{}: {wald:?} {}", f.key, u.start);
     }
+}
+
+/// The reading by a gauge length of constants that are sought, with the others at the values of the scene: of one factor it is P(1)·(P − P(0))/P(1)², summed
+/// over the data points, whatever the data; a shape is found again from the data of the law itself. A term held at zero is a term that is not there.
+#[test]
+fn a_gauge_length_reads_what_is_sought_with_the_rest_held() {
+    let (length, section) = (0.015, 1e-4);
+    let read = |law: &str, keys: &[&str], stress: &dyn Fn(f64) -> f64| {
+        let law: Table = law.parse().expect("TOML");
+        let model = model(&bar(&law, "6 mm", 4), keys, X, Y);
+        let mut measured = made(&model, (1..=20).map(|k| 3e-4 * f64::from(k)).collect());
+        measured.y = measured.x.iter().map(|x| section * stress(1.0 + x / length)).collect();
+        let settings = Settings { gauge: Some([length, section]), ..Settings::new(Weighting::Absolute) };
+        let gauge = found_with(vec![curve(&model, &measured)], &settings).gauge.expect("a closed form");
+        gauge.values.iter().map(|v| v.expect("of the law")).collect::<Vec<f64>>()
+    };
+    let stretches: Vec<f64> = (1..=20).map(|k| 1.0 + 3e-4 * f64::from(k) / length).collect();
+    let form = |name: &str, terms: usize, values: &[f64], stretch: f64| {
+        Model::new(name, Some(terms)).expect("a law").stress(values, Mode::Uniaxial, stretch)
+    };
+    let test = |stretch: f64| 120e3 * (stretch - stretch.powi(-2)) * (1.0 + 0.2 * (stretch - 1.0).powi(2));
+    let factor = |name: &str, terms: usize, at: &dyn Fn(f64) -> Vec<f64>| {
+        let [zero, one] = [0.0, 1.0].map(|c| move |l: f64| form(name, terms, &at(c), l));
+        let column = |l: f64| one(l) - zero(l);
+        let sum = |f: &dyn Fn(f64) -> f64| stretches.iter().map(|l| f(*l)).sum::<f64>();
+        sum(&|l| column(l) * (test(l) - zero(l))) / sum(&|l| column(l).powi(2))
+    };
+    let near = |found: &[f64], right: &[f64]| {
+        println!("{found:?} {right:?}");
+        assert!(found.iter().zip(right).all(|(a, b)| (a / b - 1.0).abs() < 1e-6), "{found:?} {right:?}");
+    };
+    let volume = "volumetric = \"quadratic\"\nnu = 0.45";
+    let mooney = format!("law = \"mooney_rivlin\"\nC10 = \"50 kPa\"\nC01 = \"20 kPa\"\n{volume}");
+    near(&read(&mooney, &["C10"], &test), &[factor("mooney_rivlin", 2, &|c| vec![c, 20e3])]);
+    let ogden = format!("law = \"ogden\"\nmu1 = \"100 kPa\"\nalpha1 = 3.0\n{volume}");
+    near(&read(&ogden, &["mu1"], &test), &[factor("ogden", 1, &|c| vec![c, 3.0])]);
+    near(&read(&ogden, &["alpha1"], &|l| form("ogden", 1, &[100e3, 4.0], l)), &[4.0]);
+    let yeoh = format!("law = \"yeoh\"\nC10 = \"50 kPa\"\nC20 = \"5 kPa\"\n{volume}");
+    let keys = ["C10", "C20"];
+    near(&read(&format!("{yeoh}\nC30 = \"0 kPa\""), &keys, &test), &read(&yeoh, &keys, &test));
 }
 
 /// Bounds that exclude the truth: the constant is held there, named, and has no interval; the other one is the best next to it. Let go, the search

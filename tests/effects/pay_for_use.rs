@@ -188,6 +188,22 @@ fn columns_signals_and_costs_are_those_of_what_is_declared() {
     assert_eq!(costs(&[GRAVITY]), ["elastic", "gravity", "cable"]);
 }
 
+/// Two components of the weight, each with a name that an event, a controller or a reduced model sets it by.
+#[test]
+fn weights_of_one_region_have_signals_of_their_own() {
+    let weight = |name: &str, direction: &str| {
+        format!(
+            "effect.+={{ kind = \"gravity\", name = \"{name}\", region = \"body\", density = \"1 g/cm^3\", \
+             direction = {direction}, acceleration = {{ kind = \"controlled\", initial = \"0 m/s^2\" }} }}"
+        )
+    };
+    let [down, aside] = [weight("down", "[0, 0, -1]"), weight("aside", "[0, -1, 0]")];
+    let names = ["down_acceleration_m_s2", "aside_acceleration_m_s2"];
+    let scene = scene(&["constraint=[{ kind = \"fixed\", region = \"root\" }]", &down, &aside]);
+    assert_eq!(scene.controls.controlled(), names);
+    assert_eq!(scene.signals.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), names);
+}
+
 /// `check` names every kind: what is there and what is not, together, is the registry.
 #[test]
 fn check_names_what_is_not_there() {

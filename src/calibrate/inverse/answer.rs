@@ -84,7 +84,8 @@ pub struct Found {
     pub left: bool,
 }
 
-/// The law of an inverse fit, fitted as if the travel stretched a gauge length alone, incompressible and homogeneous.
+/// The unknowns of the law of an inverse fit, fitted as if the travel stretched a gauge length alone, incompressible and homogeneous; the other constants are
+/// those of the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Gauge {
     pub length_m: f64,

@@ -14,13 +14,11 @@
 //!
 //! Terms whose factor vanished stay away, and both of their constants are open. Limits: minima that the search did not find are not looked for.
 
-use super::misfit::sum_of_squares;
-use crate::calibrate::solve::offset::Offset;
+use crate::calibrate::Sample;
+use crate::calibrate::solve::refit::Refit;
 use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING};
-use crate::calibrate::{Model, Sample};
 use crate::material::FitTerms;
 use crate::math::statistics;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Widths of the covariance interval after which an end is open
@@ -30,10 +28,7 @@ const CLOSE: f64 = 1e-6;
 const STEPS: usize = 40;
 
 struct Profile<'a> {
-    setting: &'a LawSetting,
-    model: Model,
-    samples: &'a [Sample],
-    weight: &'a [f64],
+    of: Refit<'a>,
     /// Constants of a minimum, then strain offsets
     minimum: Vec<f64>,
     /// S of the answer \[weighted Pa²\]
@@ -49,16 +44,9 @@ pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> O
     };
     samples.len().checked_sub(all(&answer.values).len()).filter(|n| *n > 0)?;
     matches!(setting.model.form.terms, FitTerms::Separable(_)).then_some(())?;
-    let around = |values, least| Profile {
-        setting,
-        model: setting.model,
-        samples,
-        weight: &answer.weight,
-        minimum: all(values),
-        least,
-    };
-    let own = around(&answer.values, 0.0);
-    let least = own.square(&own.minimum)?;
+    let of = Refit { model: setting.model, slack: &setting.slack, samples, weight: &answer.weight };
+    let around = |values, least| Profile { of, minimum: all(values), least };
+    let least = of.square(&all(&answer.values))?;
     let size: f64 = samples.iter().zip(&answer.weight).map(|(s, w)| (w * s.stress).powi(2)).sum();
     if least <= ROUNDING * ROUNDING * size {
         return None;
@@ -80,46 +68,12 @@ pub fn intervals(setting: &LawSetting, samples: &[Sample], answer: &LawFit) -> O
 impl Profile<'_> {
     /// Constants of a term with a factor of zero
     fn vanished(&self, k: usize) -> bool {
-        k < self.model.parameters().len() && self.minimum[k / 2 * 2] == 0.0
-    }
-
-    fn constants<'b>(&self, values: &'b [f64]) -> &'b [f64] {
-        &values[..self.model.parameters().len()]
-    }
-
-    /// The data point with the strain offsets of these values.
-    fn moved(&self, values: &[f64], s: &Sample) -> Sample {
-        let pairs = self.setting.slack.iter().zip(&values[self.model.parameters().len()..]);
-        let by = |(o, v): (&Offset, &f64)| o.shifted(s, v - o.strain);
-        // A data point inside the slack stays there
-        pairs.filter(|(o, v)| o.is_of(s) && s.stretch != 1.0 && **v != o.strain).map(by).next().unwrap_or(*s)
-    }
-
-    /// P \[Pa\]
-    fn law(&self, values: &[f64], s: &Sample) -> f64 {
-        self.model.at(self.constants(values), &self.moved(values, s))
-    }
-
-    /// ∂P/∂ constants and offsets
-    fn slopes(&self, values: &[f64], s: &Sample) -> Vec<f64> {
-        let (own, s) = (self.constants(values), self.moved(values, s));
-        let offsets = self.setting.slack.iter().map(|o| o.slope(self.model, own, &s));
-        self.model.sensitivities(own, &s).into_iter().chain(offsets).collect()
-    }
-
-    /// S; `None` where the law is not defined or a factor is negative.
-    fn square(&self, values: &[f64]) -> Option<f64> {
-        let sum = sum_of_squares(self.samples, self.weight, |s| self.law(values, s));
-        let admitted = match &self.model.form.terms {
-            FitTerms::Linear(_) => true,
-            FitTerms::Separable(f) => self.constants(values).chunks_exact(2).all(|v| v[0] / (f.factor)(v[1]).0 >= 0.0),
-        };
-        (admitted && sum.is_finite()).then_some(sum)
+        k < self.of.model.parameters().len() && self.minimum[k / 2 * 2] == 0.0
     }
 
     /// Both ends around this minimum; `None` where its misfit is above the limit.
     fn ends(&self, j: usize, width: f64, limit: f64) -> Option<[f64; 2]> {
-        let tau = (self.square(&self.minimum)? - self.least).max(0.0).sqrt();
+        let tau = (self.of.square(&self.minimum)? - self.least).max(0.0).sqrt();
         (tau <= limit).then(|| [-width, width].map(|width| self.end(j, width, tau, limit)))
     }
 
@@ -164,67 +118,8 @@ impl Profile<'_> {
     fn at(&self, j: usize, offset: f64, start: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut x = start.to_vec();
         x[j] = self.minimum[j] + offset;
-        let mut square = self.square(&x)?;
         let others: Vec<usize> = (0..x.len()).filter(|k| *k != j && !self.vanished(*k)).collect();
-        let mut damping = 1e-9;
-        for _ in 0..60 {
-            if others.is_empty() {
-                break;
-            }
-            let Some((next, lower)) = self.step(&x, &others, square, &mut damping) else { break };
-            let still = lower > square * (1.0 - 1e-9);
-            (x, square) = (next, lower);
-            if still {
-                break;
-            }
-        }
+        let (x, square) = self.of.refitted(x, &others)?;
         Some(((square - self.least).max(0.0).sqrt(), x))
-    }
-
-    /// A step of Levenberg–Marquardt in some constants that lowers S; factors stop at zero.
-    fn step(&self, x: &[f64], others: &[usize], square: f64, damping: &mut f64) -> Option<(Vec<f64>, f64)> {
-        let scale: Vec<f64> = others.iter().map(|k| if x[*k] == 0.0 { 1.0 } else { x[*k].abs() }).collect();
-        let rows = self.samples.iter().zip(self.weight);
-        let entries: Vec<f64> = rows
-            .clone()
-            .flat_map(|(s, w)| {
-                let all = self.slopes(x, s);
-                others.iter().zip(&scale).map(|(k, z)| w * z * all[*k]).collect::<Vec<_>>()
-            })
-            .collect();
-        let jacobian = DMatrix::from_row_slice(self.samples.len(), others.len(), &entries);
-        let residual = rows.map(|(s, w)| w * (s.stress - self.law(x, s)));
-        let residual = DVector::from_iterator(self.samples.len(), residual);
-        let (normal, slope) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
-        let largest = normal.diagonal().max();
-        for _ in 0..20 {
-            let mut a = normal.clone();
-            for k in 0..others.len() {
-                a[(k, k)] += *damping * normal[(k, k)].max(1e-12 * largest);
-            }
-            let mut next = x.to_vec();
-            if let Some(inverse) = a.cholesky() {
-                let change = inverse.solve(&slope);
-                others.iter().zip(&scale).zip(change.iter()).for_each(|((k, z), d)| next[*k] += z * d);
-                self.stop_at_zero(&mut next, others);
-                if let Some(lower) = self.square(&next).filter(|s| *s < square) {
-                    *damping = (0.1 * *damping).max(1e-12);
-                    return Some((next, lower));
-                }
-            }
-            *damping = 10.0 * damping.max(1e-9);
-        }
-        None
-    }
-
-    fn stop_at_zero(&self, values: &mut [f64], others: &[usize]) {
-        if let FitTerms::Separable(f) = &self.model.form.terms {
-            let own = self.model.parameters().len();
-            for k in others.iter().filter(|k| **k < own && **k % 2 == 0) {
-                if values[*k] / (f.factor)(values[k + 1]).0 < 0.0 {
-                    values[*k] = 0.0;
-                }
-            }
-        }
     }
 }

@@ -6,6 +6,7 @@ pub(super) mod noise;
 pub(super) mod nonnegative;
 pub(super) mod offset;
 mod pattern;
+pub(super) mod refit;
 pub(super) mod rows;
 pub(super) mod separable;
 pub(super) mod solver_check;
@@ -26,6 +27,7 @@ use linear::Points;
 use nalgebra::{DMatrix, DVector};
 use noise::ModeNoise;
 use offset::{OFFSET, Offset};
+use refit::{Held, Refit};
 use rows::Rows;
 use separable::Minimum;
 
@@ -41,6 +43,8 @@ pub struct LawSetting {
     pub stable: Points,
     /// Strain offsets that are unknowns; the samples are those without them
     pub slack: Vec<Offset>,
+    /// Where some constants are held
+    pub held: Option<Held>,
 }
 
 impl LawSetting {
@@ -168,6 +172,15 @@ fn weighted(
         others: vec![],
         mirrored: false,
     };
+    if let Some(Held { values, free }) = &setting.held {
+        let start = near.map_or(values, |n| &n.values).clone();
+        let found = Refit { model: setting.model, slack: &[], samples, weight }.refitted(start, free);
+        let (values, _) = found.ok_or_else(|| FitError::Solver {
+            solver: "Levenberg-Marquardt",
+            status: "the law is not defined at the constants that are held".into(),
+        })?;
+        return Ok(bare(values, None, vec![], vec![]));
+    }
     match &setting.model.form.terms {
         FitTerms::Linear(derivatives) => {
             let found = linear::solve(*derivatives, setting.model.terms, &rows, &setting.stable, near.is_none())?;

@@ -17,6 +17,8 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GravitySpec {
+    /// Prefix of its signal; the region if absent
+    pub name: Option<String>,
     /// Region of cells that have a weight
     pub region: String,
     /// Mass density at rest
@@ -34,7 +36,8 @@ impl EffectPart for GravitySpec {
             return Err(builder.content(place, "the direction has no length", "write for example [0, 0, -1]"));
         }
         let density = builder.positive_density(place, self.density.0)?;
-        let name = format!("{}_acceleration_m_s2", self.region);
+        self.name.iter().try_for_each(|name| builder.check_name(place, name))?;
+        let name = format!("{}_acceleration_m_s2", self.name.as_ref().unwrap_or(&self.region));
         let acceleration = builder.signal(place, name, &self.acceleration, Dimension::ACCELERATION)?;
         let cells = builder.cells(place, &self.region)?;
         Ok(Box::new(Gravity::new(&builder.body.mesh, cells, density, direction.normalize(), acceleration)))
