@@ -202,6 +202,21 @@ fn the_synthetic_study_gets_the_verdict_that_was_put_into_it() {
     assert_eq!(a.headline().expect("one").variant, "tension");
 }
 
+/// A tension that moves most with the mesh and has the smaller bar, by a tolerance of its own, limits nothing; and a bar that is not smaller by a tenth is no better one.
+#[test]
+fn the_verdict_names_the_quantity_that_limits_by_its_bar() {
+    let (mut study, cases) = study();
+    let of_length = study.quantities.get_mut("length").expect("variant");
+    of_length.iter_mut().filter(|q| q.name == "cable_tension_N").for_each(|q| q.absolute_tolerance = Some(10.0));
+    let a = analyse(&study, &cases);
+    let r = a.recommended.as_ref().unwrap_or_else(|| panic!("{}", a.verdict));
+    assert!(r.limited_by.contains("bending angle") && !a.verdict.contains("tension limits"), "{}", a.verdict);
+    let rest = || a.settings.iter().filter(|s| s.cost_s > r.cost_s && s.worst < r.error_bar);
+    assert!(rest().any(|s| s.worst > 0.9 * r.error_bar), "one that is hardly better: {:?}", a.settings);
+    let better = rest().find(|s| s.worst < 0.9 * r.error_bar).map(|s| s.label.clone());
+    assert_eq!(r.next.as_ref().map(|next| next.0.clone()), better);
+}
+
 /// Every mesh of a grid has the source "grid".
 #[test]
 fn finer_meshes_of_one_source_are_settings_of_their_own() {

@@ -134,6 +134,25 @@ fn an_absolute_tolerance_accepts_what_is_small() {
     assert!((changes(1.7) - 0.85).abs() < 1e-12 && (changes(2.1) - 1.0).abs() < 0.06 && changes(2.1) > 1.0);
 }
 
+/// Two keys change y by 1.8 % each and by 3.6 % together: it does not stay within 2 % over all points. Where the absolute tolerance decides, it is the one that is named.
+#[test]
+fn the_verdict_of_all_points_is_not_that_of_each_axis() {
+    let y = |p: f64, q: f64| if p > 1.0 { 1.018 } else { 1.0 } * if q > 1.0 { 1.018 } else { 1.0 };
+    let verdict = |absolute: Option<f64>, size: f64| {
+        let (mut study, stored) = study(&[1.0, 2.0], &[1.0, 2.0], |p, q| size * y(p, q));
+        study.tolerance = 0.02;
+        study.quantities.get_mut("length").expect("quantities")[0].absolute_tolerance = absolute;
+        let a = analyse(&study, &stored);
+        (a.verdict.clone(), a.quantities[0].sentence.clone())
+    };
+    let (all, each) = verdict(None, 1.0);
+    assert!(all.contains("changes by 3.51 %, with no key alone by more than 2 %"), "{all}");
+    assert!(each.contains("It hardly depends on key p p: by at most 1.77 %, within 2 %"), "{each}");
+    let (all, each) = verdict(Some(0.04), 1.0);
+    assert!(all.contains("stays within 0.04 N") && each.contains("by at most 0.0183 N, within 0.04 N"), "{all} {each}");
+    assert!(verdict(None, 0.0).0.contains("stays within 2 %"));
+}
+
 /// What turns around, what depends on the other axis, what does not move, and a change of sign are told apart.
 #[test]
 fn trends_are_told_apart() {

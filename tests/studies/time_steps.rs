@@ -94,6 +94,24 @@ fn a_variant_without_the_error_of_its_steps_is_named() {
     assert!(untold(&a)[0].contains("family steps_tension has no two time steps"), "{:?}", a.warnings);
 }
 
+/// Without meshes to compare there is no error bar; the error of the steps is known all the same, and no warning says otherwise.
+#[test]
+fn time_steps_alone_tell_their_error() {
+    let (mut study, mut cases) = synthetic::study();
+    let mesh = |c: &StoredCase| c.record.mesh.cells == 4_500 && c.record.formulation == "tet4";
+    cases.retain(mesh);
+    study.families.retain(|f| matches!(f.role, Role::TimeStep | Role::Sizes));
+    let a = analyse(&study, &cases);
+    assert!(a.quantities.iter().all(|q| q.estimates.is_empty() && q.reference.is_none()), "{:?}", a.quantities);
+    assert!(untold(&a).is_empty(), "{:?}", a.warnings);
+    let told: Vec<_> = a.warnings.iter().filter(|w| w.contains("the time-step error")).collect();
+    assert!(
+        !told.is_empty()
+            && told.iter().all(|w| w.ends_with("is in no error bar, since no family of meshes gives a reference.")),
+        "{told:?}"
+    );
+}
+
 /// Where the error of the steps alone is above the tolerance, no finer mesh is proposed.
 #[test]
 fn no_mesh_helps_against_the_error_of_the_steps() {

@@ -32,4 +32,9 @@ impl Tolerance {
     pub fn scale(&self, value: f64) -> f64 {
         value.abs().max(self.absolute / self.relative)
     }
+
+    /// The absolute tolerance decides for this value.
+    pub fn is_absolute(&self, value: f64) -> bool {
+        self.absolute > self.relative * value.abs()
+    }
 }

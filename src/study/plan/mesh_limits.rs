@@ -17,8 +17,8 @@ use std::collections::BTreeMap;
 /// Column → f_h and U(f_h)/|f_h|.
 pub type MeshLimits = BTreeMap<String, (f64, f64)>;
 
-/// Meshes without which an element has no limit: two values agree by chance too easily.
-const LEAST_PILOTS: usize = 3;
+/// Meshes without which an element has neither a limit nor a law of its error: two values agree by chance too easily.
+pub const LEAST_PILOTS: usize = 3;
 
 /// f_h of every quantity, from the pilots of each element.
 pub fn of_meshes(choices: &[Choice], pilots: &Pilots, quantities: &[String], tolerance: f64) -> MeshLimits {

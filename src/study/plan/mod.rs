@@ -84,10 +84,12 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     let steps = steps::steps(request, &scene, examined, &quantities, &budget, watch)?;
     let limit = |(q, mesh): (&String, &(f64, f64))| (q.clone(), Limit::new(*mesh, &steps, q));
     let references: References = limits.iter().map(limit).collect();
-    let mut weighed = match meshes {
+    let (mut weighed, left_out) = match meshes {
+        _ if references.is_empty() => Default::default(),
         Meshes::Given => weigh::given(&choices, &pilots, &references, &steps),
         _ => weigh::settings(&choices, &pilots, &references, &steps, budget.left_s()),
     };
+    pilots.lost.extend(left_out);
     let known = Known { choices: &choices, references: &references, steps: &steps, budget: &budget };
     let (chosen, meets) = choose::choose(request, &known, &mut weighed, &mut pilots, watch)?;
     let listed = pilots.of.iter().flatten().map(|c| settings::Pilot {

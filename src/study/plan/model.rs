@@ -1,7 +1,7 @@
 //! Prediction, from pilots, of a run that has not been made: its error by a power law of h, its time by counted work.
 //!
 //! ```text
-//! error    e(h) = α hᵖ through |f(hᵢ) − f*|/|f*| of the pilots of one element
+//! error    e(h) = α hᵖ through |f(hᵢ) − f*|/|f*| of the pilots of one element; where these do not fall and U(f*) hides them, their largest
 //! time     T = n k (a N + r) + F Φ(flops) + s nnz(L)     per run, scaled to CPU seconds
 //! ```
 //!
@@ -11,7 +11,8 @@
 //! the symbolic factorisation. Limits: one power of h; iterations that grow with the mesh are not seen.
 
 use crate::study::estimate::growth::{Growth, growth};
-use crate::study::estimate::richardson::ORDER_SLACK;
+use crate::study::estimate::richardson::{ORDER_SLACK, ROUNDING};
+use crate::study::plan::mesh_limits::LEAST_PILOTS;
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 
@@ -77,15 +78,29 @@ fn quiet(r: &CaseRecord) -> f64 {
     if r.wall_s > 0.0 { (r.cpu_s / r.wall_s).min(1.0) } else { 1.0 }
 }
 
-/// e(h) of one element and quantity through its pilots; `None` where the error does not fall with h. Errors that fall faster than the formal
-/// order allows are those of values that cross the limit: the law then has the formal order, through the largest of them as it scales them.
-pub fn error_law(errors: &[(f64, f64)], formal: f64) -> Option<Growth> {
-    let law = growth(errors).filter(|g| g.points > 2 && g.q > 0.0)?;
+/// e(h) of one element and quantity through its pilots, against a limit that is known to `known` \[–\]. Errors that do not fall with h are those of
+/// the limit where they are within `known`, as are values that agree with it: there they count as `known`, or as the largest of them if that is less, so that
+/// the law of errors that are all within it is constant. `None` where the error does not fall even so.
+pub fn error_law(errors: &[(f64, f64)], formal: f64, known: f64) -> Option<Growth> {
+    let largest = errors.iter().map(|e| e.1).fold(ROUNDING, f64::max);
+    let known = known.max(ROUNDING);
+    let told: Vec<(f64, f64)> = errors.iter().map(|(h, e)| (*h, e.max(known.min(largest)))).collect();
+    falling(errors, formal).or_else(|| if largest <= known { law(&told) } else { falling(&told, formal) })
+}
+
+/// A power law that falls with h. Errors that fall faster than the formal order allows are those of values that cross the limit: the law then has
+/// the formal order, through the largest of them as it scales them.
+fn falling(errors: &[(f64, f64)], formal: f64) -> Option<Growth> {
+    let law = law(errors).filter(|g| g.q > 0.0)?;
     if law.q <= ORDER_SLACK * formal {
         return Some(law);
     }
     let largest = errors.iter().map(|(h, e)| e / h.powf(formal)).fold(0.0, f64::max);
     growth(&errors.iter().map(|(h, _)| (*h, largest * h.powf(formal))).collect::<Vec<_>>())
+}
+
+fn law(errors: &[(f64, f64)]) -> Option<Growth> {
+    growth(errors).filter(|g| g.points >= LEAST_PILOTS)
 }
 
 #[cfg(test)]
@@ -139,15 +154,30 @@ mod tests {
 
     #[test]
     fn an_error_that_does_not_fall_has_no_law() {
-        let law = error_law(&[(4.0, 0.16), (2.0, 0.04), (1.0, 0.01)], 2.0).expect("order 2");
+        let law = error_law(&[(4.0, 0.16), (2.0, 0.04), (1.0, 0.01)], 2.0, 0.0).expect("order 2");
         assert!((law.q - 2.0).abs() < 1e-12 && (law.at(0.5) - 0.0025).abs() < 1e-12);
-        assert!(error_law(&[(4.0, 0.01), (2.0, 0.02), (1.0, 0.04)], 2.0).is_none());
-        assert!(error_law(&[(4.0, 0.16), (2.0, 0.04)], 2.0).is_none(), "two points show no law");
+        assert!(error_law(&[(4.0, 0.01), (2.0, 0.02), (1.0, 0.04)], 2.0, 0.01).is_none());
+        assert!(error_law(&[(4.0, 0.16), (2.0, 0.04)], 2.0, 0.0).is_none(), "two points show no law");
+    }
+
+    #[test]
+    fn errors_that_the_limit_hides_are_constant() {
+        // The limit is the value of the finest mesh
+        let hidden = [(4.0, 0.0021), (3.0, 0.0014), (2.0, 0.0025), (1.0, 0.0)];
+        for known in [0.0075, 0.0025] {
+            let law = error_law(&hidden, 2.0, known).expect("nothing is told of them");
+            assert!([4.0, 1.0, 0.1].iter().all(|h| (law.at(*h) / 0.0025 - 1.0).abs() < 1e-12), "{law:?}");
+        }
+        // The largest is told, and falls to what is known
+        let law = error_law(&[(4.0, 0.04), (2.0, 0.02), (1.0, 0.0)], 2.0, 0.01).expect("it falls");
+        assert!((law.q - 1.0).abs() < 1e-12 && (law.at(1.0) - 0.01).abs() < 1e-12, "{law:?}");
+        let equal = error_law(&[(4.0, 0.0), (2.0, 0.0), (1.0, 0.0)], 2.0, 0.0).expect("every mesh has the limit");
+        assert!(equal.at(0.5) <= 1.001 * ROUNDING, "{equal:?}");
     }
 
     #[test]
     fn a_value_that_crosses_its_limit_does_not_make_finer_meshes_exact() {
-        let law = error_law(&[(4.0, 0.16), (2.0, 0.04), (1.0, 1e-6)], 2.0).expect("it falls");
+        let law = error_law(&[(4.0, 0.16), (2.0, 0.04), (1.0, 1e-6)], 2.0, 0.0).expect("it falls");
         assert!((law.q - 2.0).abs() < 1e-12 && (law.at(0.5) - 0.0025).abs() < 1e-12, "{law:?}");
     }
 }

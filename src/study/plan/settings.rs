@@ -26,7 +26,7 @@ pub struct Plan {
     pub chosen: Option<Setting>,
     /// The chosen one is expected within tolerance and budget
     pub meets: bool,
-    /// Pilots that could not be used: (what, why)
+    /// Pilots that could not be used, elements that could not be weighed, and meshes that could not be made: (what, why)
     pub lost: Vec<(String, String)>,
     pub promises: Vec<String>,
     /// A signal ended it, or the run, before all was done

@@ -3,16 +3,19 @@
 //! Counts of a mesh that has not been made are power laws of the number of cells through the pilots of its element: unknowns and h as in
 //! the largest pilot, entries and operations of the factor by a fit.
 
+use crate::report::numbers::percent;
 use crate::study::curve::peak;
 use crate::study::estimate::family::formal_order;
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::plan::limit::{Limit, References};
+use crate::study::plan::mesh_limits::LEAST_PILOTS;
 use crate::study::plan::model::{Clock, Counted, error_law};
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::Setting;
 use crate::study::plan::sizes::Choice;
 use crate::study::plan::steps::Steps;
 use crate::study::store::record::{CaseRecord, StoredCase};
+use crate::wording::joined;
 
 /// Knowledge of one element, to expect errors and times of its sizes.
 pub struct Expectation {
@@ -24,26 +27,32 @@ pub struct Expectation {
 }
 
 impl Expectation {
-    /// From the pilots of one element; none without two of them and a law of the error in every quantity.
-    pub fn new(own: &[StoredCase], references: &References) -> Option<Self> {
+    /// From the pilots of one element; the reason where they give no law of its time, or of its error in a quantity.
+    pub fn new(own: &[StoredCase], references: &References) -> Result<Self, String> {
         let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
-        let formal = own.first().map_or(2.0, |c| formal_order(&c.record.formulation));
-        // The pilots have the steps of the scene, and so has the limit that they are compared with
+        if records.len() < LEAST_PILOTS {
+            return Err(format!("it has {} of the {LEAST_PILOTS} pilots that a law of its error takes", records.len()));
+        }
+        let formal = formal_order(&own[0].record.formulation);
         let law = |(q, limit): (&String, &Limit)| {
+            // The pilots have the steps of the scene, and so has the limit that they are compared with
             let error = |c: &StoredCase| Some((c.record.mesh.h_m, (peak(c, q)? / limit.at_steps - 1.0).abs()));
-            error_law(&own.iter().filter_map(error).collect::<Vec<_>>(), formal).map(|law| (q.clone(), law))
+            let errors: Vec<(f64, f64)> = own.iter().filter_map(error).collect();
+            let law = error_law(&errors, formal, limit.of_mesh);
+            let from_to = || joined(&errors.iter().map(|e| percent(e.1)).collect::<Vec<_>>());
+            let why = || format!("the errors of its pilots in {q} do not fall with the size of cells: {}", from_to());
+            Ok((q.clone(), law.ok_or_else(why)?))
         };
-        let laws: Option<Vec<_>> = references.iter().map(law).collect();
+        let laws = references.iter().map(law).collect::<Result<Vec<_>, String>>()?;
         let over_cells = |of: fn(&CaseRecord) -> f64| {
             growth(&records.iter().map(|r| (r.mesh.cells as f64, of(r))).collect::<Vec<_>>())
         };
-        Some(Self {
-            clock: Clock::new(&records)?,
-            laws: laws.filter(|l| !l.is_empty())?,
-            nnz: over_cells(|r| r.factor_nnz as f64)?,
-            flops: over_cells(|r| r.work.factor_flops)?,
-            largest: (*records.iter().max_by_key(|r| r.mesh.cells)?).clone(),
-        })
+        let timed = || {
+            let largest = (*records.iter().max_by_key(|r| r.mesh.cells)?).clone();
+            let (nnz, flops) = (over_cells(|r| r.factor_nnz as f64)?, over_cells(|r| r.work.factor_flops)?);
+            Some(Self { clock: Clock::new(&records)?, laws, nnz, flops, largest })
+        };
+        timed().ok_or_else(|| "its pilots give no law of its time".into())
     }
 
     /// Counts of a mesh with so many cells, with steps of the pilots times `factor`.
@@ -68,17 +77,20 @@ impl Expectation {
     }
 }
 
-/// Error and time of every element and size that fit into `budget_s` by the clock, cheapest first.
-pub fn settings(
-    choices: &[Choice],
-    pilots: &Pilots,
-    references: &References,
-    steps: &Steps,
-    budget_s: f64,
-) -> Vec<Setting> {
-    let mut out = vec![];
+/// Settings, cheapest first, and the elements without any: (what, why).
+pub type Weighed = (Vec<Setting>, Vec<(String, String)>);
+
+/// Error and time of every element and size that fit into `budget_s` by the clock.
+pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps, budget_s: f64) -> Weighed {
+    let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
-        let Some(expectation) = Expectation::new(own, references) else { continue };
+        let expectation = match Expectation::new(own, references) {
+            Ok(expectation) => expectation,
+            Err(why) => {
+                lost.push((choice.name.clone(), why));
+                continue;
+            }
+        };
         for &cells in &choice.sizes {
             let counted = expectation.counted(cells, steps.factor);
             let (error, limited_by, cpu_s) = expectation.of(&counted, steps);
@@ -103,12 +115,12 @@ pub fn settings(
         }
     }
     out.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
-    out
+    (out, lost)
 }
 
 /// Settings on a given mesh, which are the pilots themselves, by the errors estimated from each run alone, and those of the step.
-pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps) -> Vec<Setting> {
-    let mut out = vec![];
+pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps) -> Weighed {
+    let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
         let Some(case) = own.first() else { continue };
         let r = &case.record;
@@ -117,7 +129,13 @@ pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps
             let exact = peak(case, q)? + e.correction;
             (exact != 0.0).then(|| (q, e.bar / exact.abs() + steps.error(q)))
         });
-        let Some((limited_by, error)) = errors.max_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
+        let Some((limited_by, error)) = errors.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+            let refused = r.one_run.as_ref().and_then(|found| found.refused.clone());
+            let why =
+                refused.unwrap_or("the estimate of its error does not fit into the budget, or has no value".into());
+            lost.push((choice.name.clone(), why));
+            continue;
+        };
         let changes = [steps.changes.clone(), choice.changes(0)].concat();
         let cpu_s = r.cpu_s * steps.per_step / steps.factor;
         out.push(Setting {
@@ -142,5 +160,52 @@ pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps
         });
     }
     out.sort_by(|a, b| a.cpu_s.total_cmp(&b.cpu_s));
-    out
+    (out, lost)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ElementSpec;
+    use crate::study::store::record::Series;
+
+    /// A converged run on this many cells with these peaks.
+    fn run(cells: usize, peaks: [f64; 2]) -> StoredCase {
+        let n = cells as f64;
+        let mut r = CaseRecord { formulation: "tet10".into(), status: "Converged".into(), ..CaseRecord::default() };
+        (r.mesh.cells, r.mesh.h_m, r.dofs, r.steps, r.factor_nnz) =
+            (cells, n.powf(-1.0 / 3.0), 3 * cells, 1, 100 * cells);
+        (r.newton_iterations, r.work.factorisations, r.work.solves, r.work.factor_flops) = (4, 4, 4, 1e3 * n * n);
+        (r.cpu_s, r.wall_s, r.phases.factorisation_s, r.phases.solve_s) = (1e-3 * n, 1e-3 * n, 5e-4 * n, 1e-4 * n);
+        let columns = ["angle", "tension"].map(String::from).into_iter().zip(peaks.map(|f| vec![0.0, f])).collect();
+        StoredCase::new(r, Series { t_s: vec![0.0, 1.0], columns })
+    }
+
+    /// An element whose values of one quantity agree with the limit is weighed by the other one; elements that cannot be weighed are named with the reason.
+    #[test]
+    fn no_element_is_dropped_without_a_word() {
+        let cells = [600, 1320, 2904];
+        let choice = |name: &str| Choice {
+            name: name.into(),
+            set: vec![],
+            sizes: vec![2904, 6389],
+            element: ElementSpec::Tet10,
+        };
+        let choices = ["agrees", "departs", "short"].map(choice);
+        let runs =
+            |peaks: [[f64; 2]; 3]| cells.into_iter().zip(peaks).map(|(n, peaks)| run(n, peaks)).collect::<Vec<_>>();
+        let agrees = runs([[1.002, 1.10], [0.999, 1.05], [1.0, 1.025]]);
+        let departs = runs([[1.01, 1.10], [1.02, 1.05], [1.04, 1.025]]);
+        let short = agrees[..2].to_vec();
+        let pilots = Pilots { of: vec![agrees, departs, short], ..Pilots::default() };
+        let limit =
+            |of_mesh: f64| Limit { value: 1.0, uncertainty: of_mesh, at_steps: 1.0, of_mesh, of_steps: Some(0.0) };
+        let references = References::from([("angle".into(), limit(0.005)), ("tension".into(), limit(0.02))]);
+        let (weighed, lost) = settings(&choices, &pilots, &references, &Steps::of_scene(false, ""), f64::INFINITY);
+        assert!(weighed.iter().all(|s| s.element == "agrees" && s.limited_by == "tension"), "{weighed:?}");
+        assert!(weighed.len() == 2 && weighed[0].error < 0.03 && weighed[1].error < weighed[0].error, "{weighed:?}");
+        let said: Vec<String> = lost.iter().map(|(what, why)| format!("{what}: {why}")).collect();
+        let departs = "departs: the errors of its pilots in angle do not fall with the size of cells: 1 %, 2 %, 4 %";
+        assert_eq!(said, [departs, "short: it has 2 of the 3 pilots that a law of its error takes"]);
+    }
 }

@@ -86,6 +86,14 @@ fn find<'a>(s: &'a MeshSetting, q: &ByQuantity<MeshErrors>) -> Option<&'a Bar> {
     s.bars.iter().find(|b| b.variant == q.variant && b.quantity == q.quantity.name)
 }
 
+/// Share of an error bar by which that of a better setting is smaller at least: less is not worth its cost.
+const BETTER: f64 = 0.1;
+
+/// An error bar is smaller than that of a cheaper setting by more than a difference in its last digits.
+fn is_better(bar: f64, than: f64) -> bool {
+    bar < (1.0 - BETTER) * than
+}
+
 /// Per quantity: the cheapest setting that meets the tolerance, its bar, its cost, and the cost of the next better one.
 pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance: f64) -> String {
     let title = capital(&q.peak_title());
@@ -105,8 +113,8 @@ pub fn sentence(settings: &[MeshSetting], q: &ByQuantity<MeshErrors>, tolerance:
         });
         return format!("{title}: no setting meets {}{best}{reference}.", percent(tolerance));
     };
-    let next = by_cost.iter().find(|(_, n)| n.cost_s > b.cost_s && n.bar < b.bar).map_or(
-        "; none of the more expensive ones is better".to_string(),
+    let next = by_cost.iter().find(|(_, n)| n.cost_s > b.cost_s && is_better(n.bar, b.bar)).map_or(
+        format!("; none of the more expensive ones is better by more than {}", percent(BETTER)),
         |(n, nb)| {
             let times = nb.cost_s / b.cost_s;
             let (bar, cost) = (percent(nb.bar), seconds(nb.cost_s));
@@ -180,7 +188,7 @@ pub fn conclude(
             format!("no setting meets it; the best, {}, reaches {} ({}).", s.label, percent(s.worst), s.limited_by)
         }));
     };
-    let next = settings.iter().find(|n| n.cost_s > s.cost_s && n.worst < s.worst);
+    let next = settings.iter().find(|n| n.cost_s > s.cost_s && is_better(n.worst, s.worst));
     let variant = headline(quantities).map(|q| q.variant.as_str());
     let shown = |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && variant.is_some_and(|v| c.is_of(v)));
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
@@ -202,7 +210,7 @@ pub fn conclude(
     words += &locked(cases, s);
     words += &unstable(cases, s);
     words += &about_sizes(cases, settings, tolerance);
-    words += &insensitive(quantities);
+    words += &insensitive(quantities, s);
     let recommendation = Recommendation {
         case,
         cases: s.cases.clone(),
@@ -305,22 +313,21 @@ fn about_sizes(cases: &Cases, settings: &[MeshSetting], tolerance: f64) -> Strin
     })
 }
 
-/// A deciding quantity that hardly depends on the mesh hides the error that another one shows in the same variant.
-fn insensitive(quantities: &[ByQuantity<MeshErrors>]) -> String {
+/// A deciding quantity that hardly depends on the mesh hides the error of the one that limits the setting in the same variant.
+fn insensitive(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> String {
     let spread = |q: &ByQuantity<MeshErrors>| {
         let e = q.sizes()?;
         let (first, last) = (e.values.first()?, e.values.last()?);
         Some(((last - first) / first).abs())
     };
+    let bar = |q: &ByQuantity<MeshErrors>| find(setting, q).map_or(f64::INFINITY, |b| b.bar);
     let deciding: Vec<(&ByQuantity<MeshErrors>, f64)> =
         quantities.iter().filter(|q| q.deciding).filter_map(|q| Some((q, spread(q)?))).collect();
     let mut words = String::new();
     for (q, least) in &deciding {
         let others = deciding.iter().filter(|(other, _)| other.variant == q.variant);
-        let Some((limit, most)) = others.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, most)| *least < most / 3.0)
-        else {
-            continue;
-        };
+        let limit = others.max_by(|a, b| bar(a.0).total_cmp(&bar(b.0)));
+        let Some((limit, most)) = limit.filter(|(_, most)| *least < most / 3.0) else { continue };
         words += &format!(
             " {}: from the coarsest to the finest size the {} moves by {} only, the {} by {}; the {} limits.",
             capital(&q.variant_label),

@@ -37,7 +37,8 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     }
     out.extend(idle_steps(quantities));
     let estimated = |variant: &str| {
-        let mut own = quantities.iter().filter(|q| q.variant == variant && !q.estimates.is_empty()).peekable();
+        let has_result = |q: &&ByQuantity<MeshErrors>| !q.estimates.is_empty() || q.step.is_some();
+        let mut own = quantities.iter().filter(|q| q.variant == variant).filter(has_result).peekable();
         own.peek().is_some() && own.all(|q| q.step.is_some())
     };
     out.extend(warnings_of_steps(cases.study, cases.stored, estimated));
@@ -45,12 +46,16 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     for q in quantities {
         if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {
             out.push(format!(
-                "{}: the {} {:.2e}{}, from family {}, is above a tenth of the uncertainty of the reference; it is in the error bars.{}",
+                "{}: the {} {:.2e}{}, from family {}, is {}.{}",
                 capital(&q.peak_title()),
                 step.cause.words(),
                 step.error,
                 space(&q.quantity.unit),
                 step.family,
+                match q.reference {
+                    Some(_) => "above a tenth of the uncertainty of the reference; it is in the error bars",
+                    None => "in no error bar, since no family of meshes gives a reference",
+                },
                 if step.cause == StepCause::Algebraic { " Give numerics.accuracy a smaller value." } else { "" }
             ));
         }

@@ -4,17 +4,17 @@
 //! the run ([`Judged`]), p the value of a swept key:
 //!
 //! ```text
-//! change along an axis      (max y − min y)/scale(max |y|), the others held; the largest over them
+//! change along an axis      (max y − min y)/scale(max |y|), the others held; the largest over them. Of all points: the same over all of them
 //! elasticity                ln(y₂/y₁)/ln(p₂/p₁) between neighbours: exact for y = c pᵉ; where p > 0 and y keeps its sign
 //! ```
 //!
-//! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]). An elasticity is that of |y|: of a quantity that is
+//! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]); words then give the change and the tolerance in the unit. An elasticity is that of |y|: of a quantity that is
 //! negative everywhere, words tell how its magnitude changes too.
 //!
 //! A step of less than 1e-6 of the largest |y| is none: the solver leaves 1e-8 in the residual. A list whose axes go together
 //! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::numbers::{capital, digits, percent, space, unsigned_zero};
+use crate::report::numbers::{capital, digits, percent, significant, space, unsigned_zero};
 use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
@@ -157,6 +157,49 @@ impl Dependence {
     }
 }
 
+/// Difference of the largest and the smallest of some values, and the largest magnitude among them.
+#[derive(Clone, Copy)]
+struct Spread {
+    difference: f64,
+    size: f64,
+}
+
+impl Spread {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        Self { difference: high - low, size: low.abs().max(high.abs()) }
+    }
+
+    fn of_line(line: &[&SweepPoint]) -> Self {
+        Self::of(line.iter().map(|p| p.value))
+    }
+
+    /// The difference over the scale of the tolerance \[–\].
+    fn share(&self, tolerance: Tolerance) -> f64 {
+        let scale = tolerance.scale(self.size);
+        if scale > 0.0 { self.difference / scale } else { 0.0 }
+    }
+
+    /// The difference and the tolerance that it is compared with, both as shares, or in the unit where the absolute one decides.
+    fn words(&self, tolerance: Tolerance, unit: &str) -> [String; 2] {
+        match tolerance.is_absolute(self.size) {
+            true => [significant(self.difference, 3), tolerance.absolute.to_string()].map(|v| v + &space(unit)),
+            false => [self.share(tolerance), tolerance.relative].map(percent),
+        }
+    }
+}
+
+impl ByQuantity<Dependence> {
+    /// The largest spread along an axis, and whether several lines have one.
+    fn widest(&self, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> (Spread, bool) {
+        let lines = self.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
+        let spreads: Vec<Spread> =
+            lines.iter().filter(|line| line.len() > 1).map(|line| Spread::of_line(line)).collect();
+        let widest = spreads.iter().copied().max_by(|a, b| a.share(tolerance).total_cmp(&b.share(tolerance)));
+        (widest.expect("an axis has a line of two points"), spreads.len() > 1)
+    }
+}
+
 /// Analyses what is there; cases that are missing or did not converge are named.
 pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) -> Analysis<SweepFindings> {
     let list = sweep.axes.len() > 1 && sweep.points.values().all(|at| at.iter().all(|k| *k == at[0]));
@@ -217,12 +260,6 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     })?;
     let everywhere = trends.iter().all(|t| *t == trend);
     let trend = if axis.numbers.is_empty() && trend != Trend::Constant { Trend::Unordered } else { trend };
-    let change = |line: &Vec<&SweepPoint>| {
-        let values = || line.iter().map(|p| p.value);
-        let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
-        let scale = tolerance.scale(low.abs().max(high.abs()));
-        if scale > 0.0 { (high - low) / scale } else { 0.0 }
-    };
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
         let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.value / a.value);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
@@ -234,7 +271,7 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     let elasticity = between.zip(ends).filter(|_| !list && trend != Trend::Constant).map(|(all, ends)| {
         [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max), ends]
     });
-    let change = lines.iter().map(change).fold(0.0, f64::max);
+    let change = lines.iter().map(|line| Spread::of_line(line).share(tolerance)).fold(0.0, f64::max);
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
@@ -257,10 +294,10 @@ pub fn axis_words(study: &[AxisRecord], name: &str, list: bool) -> String {
 }
 
 /// `67 %`; `up to 67 %`, where the change differs between values of the other keys.
-fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool) -> String {
-    let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
-    let several = lines.iter().filter(|line| line.len() > 1).count() > 1;
-    format!("{}{}", if several { "up to " } else { "" }, percent(a.change))
+fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> String {
+    let (widest, several) = q.widest(a, axes, list, tolerance);
+    let [change, _] = widest.words(tolerance, &q.quantity.unit);
+    format!("{}{change}", if several { "up to " } else { "" })
 }
 
 fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
@@ -282,7 +319,8 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
         };
         // Numbers that fall in the file: the words follow the number, not the order
         let down = axes.iter().any(|x| x.name == a.axis && x.numbers.windows(2).any(|w| w[1] < w[0]));
-        let by = amount(q, a, axes, list);
+        let own = q.quantity.tolerance(tolerance);
+        let by = amount(q, a, axes, list, own);
         let (rises, falls, of) = match q.is_negative() {
             true => ("rises (its magnitude falls)", "falls (its magnitude rises)", " of the magnitude"),
             false => ("rises", "falls", ""),
@@ -290,8 +328,8 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
         words += &match (a.trend, down) {
             (Trend::Constant, _) => format!(". It does not depend on {axis}"),
             _ if a.change <= tolerance => {
-                let change = percent(a.change);
-                format!(". It hardly depends on {axis}: by at most {change}, within {}", percent(tolerance))
+                let [change, allowed] = q.widest(a, axes, list, own).0.words(own, &q.quantity.unit);
+                format!(". It hardly depends on {axis}: by at most {change}, within {allowed}")
             }
             (Trend::Unordered, _) => format!(". It differs between the values of {axis}, by {by}"),
             (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by {by}"),
@@ -358,13 +396,19 @@ fn verdict_of(
     let one = |q: &&ByQuantity<Dependence>| {
         let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
+        let own = q.quantity.tolerance(tolerance);
         let name = format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
         let words: Vec<String> = (strong.iter())
-            .map(|a| format!("{} ({})", axis_words(&sweep.axes, &a.axis, list), amount(q, a, &sweep.axes, list)))
+            .map(|a| format!("{} ({})", axis_words(&sweep.axes, &a.axis, list), amount(q, a, &sweep.axes, list, own)))
             .collect();
-        match words.is_empty() {
-            true => format!("{name} stays within {}", percent(tolerance)),
-            false => format!("{name} changes with {}", words.join(", then ")),
+        if !words.is_empty() {
+            return format!("{name} changes with {}", words.join(", then "));
+        }
+        let spread = Spread::of(q.points.iter().map(|p| p.value));
+        let [change, allowed] = spread.words(own, &q.quantity.unit);
+        match spread.share(own) <= tolerance {
+            true => format!("{name} stays within {allowed}"),
+            false => format!("{name} changes by {change}, with no key alone by more than {allowed}"),
         }
     };
     let all: Vec<String> = known.iter().map(one).collect();
