@@ -9,6 +9,7 @@ use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::estimate::reference::{self, Reference};
 use crate::study::estimate::richardson::{LEAST_ORDER, correction};
 use crate::study::locking;
+use crate::study::plan::model::LEAST_PILOTS;
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::sizes::Choice;
 use crate::study::store::record::{Role, StoredCase};
@@ -16,9 +17,6 @@ use std::collections::BTreeMap;
 
 /// Column → f_h and U(f_h)/|f_h|.
 pub type MeshLimits = BTreeMap<String, (f64, f64)>;
-
-/// Meshes without which an element has neither a limit nor a law of its error: two values agree by chance too easily.
-pub const LEAST_PILOTS: usize = 3;
 
 /// f_h of every quantity, from the pilots of each element.
 pub fn of_meshes(choices: &[Choice], pilots: &Pilots, quantities: &[String], tolerance: f64) -> MeshLimits {

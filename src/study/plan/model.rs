@@ -12,9 +12,11 @@
 
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::estimate::richardson::{ORDER_SLACK, ROUNDING};
-use crate::study::plan::mesh_limits::LEAST_PILOTS;
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
+
+/// Meshes without which an element has neither a limit nor a law of its error: two values agree by chance too easily.
+pub const LEAST_PILOTS: usize = 3;
 
 /// Size of a run, counted before it is made.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq)]

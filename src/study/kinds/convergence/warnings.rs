@@ -44,21 +44,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     out.extend(warnings_of_steps(cases.study, cases.stored, estimated));
     out.extend(inaccurate(cases, quantities));
     for q in quantities {
-        if let Some(step) = q.step.as_ref().filter(|s| !s.negligible) {
-            out.push(format!(
-                "{}: the {} {:.2e}{}, from family {}, is {}.{}",
-                capital(&q.peak_title()),
-                step.cause.words(),
-                step.error,
-                space(&q.quantity.unit),
-                step.family,
-                match q.reference {
-                    Some(_) => "above a tenth of the uncertainty of the reference; it is in the error bars",
-                    None => "in no error bar, since no family of meshes gives a reference",
-                },
-                if step.cause == StepCause::Algebraic { " Give numerics.accuracy a smaller value." } else { "" }
-            ));
-        }
+        out.extend(error_of_steps(q));
         for r in q.reference.iter().flat_map(|r| r.others.iter().filter(|o| !o.overlaps).map(move |o| (r, o))) {
             let (a, b) = (&r.0.family, &r.1.of);
             out.push(format!("{}: the intervals of families {a} and {b} do not overlap.", capital(&q.peak_title())));
@@ -95,6 +81,24 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     notes.dedup();
     out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
     out
+}
+
+/// The error of the steps, where it is not negligible, and whether it is in error bars.
+fn error_of_steps(q: &ByQuantity<MeshErrors>) -> Option<String> {
+    let step = q.step.as_ref().filter(|s| !s.negligible)?;
+    let place = match q.reference {
+        Some(_) => "above a tenth of the uncertainty of the reference; it is in the error bars",
+        None => "in no error bar, since no family of meshes gives a reference",
+    };
+    Some(format!(
+        "{}: the {} {:.2e}{}, from family {}, is {place}.{}",
+        capital(&q.peak_title()),
+        step.cause.words(),
+        step.error,
+        space(&q.quantity.unit),
+        step.family,
+        if step.cause == StepCause::Algebraic { " Give numerics.accuracy a smaller value." } else { "" }
+    ))
 }
 
 /// Says that a family of time steps measures no error of theirs, once.
