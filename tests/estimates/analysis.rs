@@ -212,7 +212,6 @@ fn the_verdict_names_the_quantity_that_limits_by_its_bar() {
     let r = a.recommended.as_ref().unwrap_or_else(|| panic!("{}", a.verdict));
     assert!(r.limited_by.contains("bending angle") && !a.verdict.contains("tension limits"), "{}", a.verdict);
     let rest = || a.settings.iter().filter(|s| s.cost_s > r.cost_s && s.worst < r.error_bar);
-    assert!(rest().any(|s| s.worst > 0.9 * r.error_bar), "one that is hardly better: {:?}", a.settings);
     let better = rest().find(|s| s.worst < 0.9 * r.error_bar).map(|s| s.label.clone());
     assert_eq!(r.next.as_ref().map(|next| next.0.clone()), better);
 }
