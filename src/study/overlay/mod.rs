@@ -5,7 +5,7 @@
 //! ```
 //!
 //! f is linear between its rows, and the integral over the measured points by ascending x. Over another column than time both curves count along their first
-//! long branch between two turning points in x ([`branch`]).
+//! long branch between two turning points in x ([`mod@branch`]).
 
 pub mod branch;
 pub mod distance;
