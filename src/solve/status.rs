@@ -80,6 +80,28 @@ pub struct Culprit {
     pub node: Option<u32>,
 }
 
+/// The remedy of loads that are there before the first step, which no shorter step makes smaller.
+macro_rules! in_full {
+    () => {
+        "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
+         from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or "
+    };
+}
+
+/// The remedy of a load that drives the body.
+macro_rules! too_large {
+    () => {
+        "the load may exceed what the body can carry: drive by length, volume or displacement; or the mesh is too coarse there"
+    };
+}
+
+/// The remedy of a motion that drives the body.
+macro_rules! folds {
+    () => {
+        "the body may buckle or fold under the motion that is given: try numerics.projection = true, a dynamic stage, or a finer mesh there"
+    };
+}
+
 impl Status {
     /// Of a step that no cut could save.
     pub(super) fn stopped(t: f64, why: Failure, by_force: bool) -> Self {
@@ -242,18 +264,10 @@ impl Status {
             Self::StepTooSmall { why: Failure::Landing, .. } => {
                 "end the data before the impact, or take bdf2 or implicit_euler"
             }
-            Self::StepTooSmall { t: 0.0, .. } => {
-                "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
-                 from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or try numerics.projection = true, or a finer mesh there"
-            }
-            Self::StepTooSmall { by_force: true, .. } => {
-                "the load may exceed what the body can carry: drive by length, volume or displacement; or the mesh is too \
-                 coarse there"
-            }
-            Self::StepTooSmall { .. } => {
-                "the body may buckle or fold under the motion that is given: try numerics.projection = true, a dynamic stage, or \
-                 a finer mesh there"
-            }
+            Self::StepTooSmall { t: 0.0, by_force: true, .. } => concat!(in_full!(), too_large!()),
+            Self::StepTooSmall { t: 0.0, .. } => concat!(in_full!(), folds!()),
+            Self::StepTooSmall { by_force: true, .. } => too_large!(),
+            Self::StepTooSmall { .. } => folds!(),
             Self::NotFinite { .. } => "check the units and exponents of what it depends on",
             Self::Interrupted { .. } => "run it again",
         }
