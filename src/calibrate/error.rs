@@ -197,7 +197,8 @@ pub enum FitError {
     ZeroStress,
     #[error(
         "the stresses point against the stretch (cosine between data and law {cosine:.3}): no positive stiffness fits \
-         them; check the sign of the stress column and whether strain was read as stretch"
+         them; where the machine counts a force in tension as negative, pass --stress-positive compression, and check whether \
+         strain was read as stretch"
     )]
     NotPositive { cosine: f64 },
     #[error("{solver} did not finish ({status}) on a problem with one minimum; please report the data file")]
@@ -213,8 +214,8 @@ pub enum FitError {
     Volumetric { option: String, remedy: String },
     #[error("{name} = {value}: must lie {allowed}; {remedy}")]
     Partner { name: &'static str, value: f64, allowed: &'static str, remedy: &'static str },
-    #[error("{first} and {second} hold the same bytes; give each specimen once")]
-    SameFile { first: String, second: String },
+    #[error("{first} and {second} hold the same numbers, and would count as two specimens; give each specimen once")]
+    SameData { first: String, second: String },
     #[error(
         "{file}: only {rows} of its data points take part, fewer than the law has constants; leave the file out, or widen --range"
     )]

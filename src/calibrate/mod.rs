@@ -22,6 +22,7 @@ mod poisson;
 pub mod relaxation;
 mod request;
 mod result;
+pub(crate) mod same_data;
 mod sample;
 pub mod softening;
 mod solve;

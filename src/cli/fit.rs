@@ -122,6 +122,9 @@ pub struct Args {
     /// Load whose strain and stress the table counts as positive: tension or compression [default: tension, unless a column is called compressive]
     #[arg(long, value_name = "LOAD")]
     positive: Option<Sign>,
+    /// The same of the stress or force alone, where a machine counts strain and force differently, such as a force that is negative in tension
+    #[arg(long, value_name = "LOAD")]
+    stress_positive: Option<Sign>,
     /// Instrument that measured the strain: crosshead, extensometer, …
     #[arg(long)]
     strain_from: Option<String>,
@@ -193,7 +196,8 @@ pub fn main(args: Args) -> CommandResult {
     (request.columns.lateral, request.columns.lateral_unit) = (args.lateral_column, args.lateral_unit);
     request.columns.stress_kind = args.stress_kind;
     request.columns.decimal = args.decimal;
-    (request.columns.test, request.columns.positive) = (args.test, args.positive);
+    request.columns.test = args.test;
+    (request.columns.positive, request.columns.stress_positive) = (args.positive, args.stress_positive);
     request.columns.strain_measurement = args.strain_from;
     let sizes = [args.gauge_length, args.width, args.thickness, args.diameter, args.area, args.compliance];
     for ((key, _), text) in Dimensions::KEYS.into_iter().zip(sizes) {

@@ -1,7 +1,7 @@
 //! The task that a calibration study sets a case, read from `[calibration]` and from `measured` of its variant.
 
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
-use crate::calibrate::{Loss, Weighting};
+use crate::calibrate::{Loss, Weighting, same_data};
 use crate::math::units::{self, Dimension};
 use crate::scene::{ParameterKey, SensitivityError, read_scene};
 use crate::schema::AnyTable;
@@ -98,6 +98,7 @@ pub struct MeasuredPlan {
     pub measured: Measured,
     pub x: String,
     pub y: String,
+    pub specimen: Option<String>,
     pub offsets: Vec<OffsetAxis>,
 }
 
@@ -135,8 +136,22 @@ impl MeasuredPlan {
             measured: Measured::read(base, spec)?,
             x: spec.x.is.clone(),
             y: spec.y.is.clone(),
+            specimen: spec.specimen.clone(),
             offsets: spec.offsets.clone(),
         })
+    }
+}
+
+/// Refuses a curve whose numbers are those of another one.
+fn check_repeats<'a>(curves: impl Iterator<Item = &'a MeasuredPlan>) -> Result<(), InverseError> {
+    let curves: Vec<&MeasuredPlan> = curves.collect();
+    let numbers: Vec<Vec<f64>> = curves.iter().map(|c| [&c.measured.x[..], &c.measured.y].concat()).collect();
+    match same_data::first_pair(&numbers) {
+        Some(pair) => {
+            let [first, second] = pair.map(|k| format!("{} ({})", curves[k].name, curves[k].measured.file));
+            Err(InverseError::SameData { first, second })
+        }
+        None => Ok(()),
     }
 }
 
@@ -178,6 +193,7 @@ impl CalibrationPlan {
         let constants = constants.map_err(SensitivityError::from)?;
         let curve = MeasuredPlan::new(base, name, measured)?;
         let more = more.iter().map(|c| CurvePlan::new(base, c)).collect::<Result<Vec<_>, _>>()?;
+        check_repeats(std::iter::once(&curve).chain(more.iter().map(|c| &c.curve)))?;
         let settings = settings(spec)?;
         let scenes = more.iter().flat_map(|c| {
             let texts = std::iter::once(&c.text).chain(c.members.values());
@@ -188,7 +204,9 @@ impl CalibrationPlan {
             Settings { time_budget: None, ..settings.clone() },
             (&spec.unknown, &spec.bounds),
             curve.measured.sha256,
-            more.iter().map(|c| (&c.curve.measured, &c.curve.x, &c.curve.y, &c.curve.offsets)).collect::<Vec<_>>(),
+            more.iter()
+                .map(|c| (&c.curve.measured, &c.curve.x, &c.curve.y, &c.curve.specimen, &c.curve.offsets))
+                .collect::<Vec<_>>(),
             scenes.collect::<Vec<_>>()
         );
         Ok(Self { constants, bounds: spec.bounds.clone(), curve, more, settings, sha256: storage::sha256(asked) })

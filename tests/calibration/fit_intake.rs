@@ -3,8 +3,8 @@
 use crate::common::tables::{fitted, log_of, parsed, refusal, stress, table};
 use crate::common::tools;
 use durometer::calibrate::{
-    AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Partner, Sign,
-    StretchRange, fit, fit_experiment,
+    AuditKind, ColumnChoice, Experiment, FitOptions, FitRequest, FitResult, FitWarning, Mode, Partner, Preparation,
+    Sign, StretchRange, fit, fit_experiment,
 };
 
 #[test]
@@ -69,7 +69,10 @@ fn unusual_rows_are_logged_and_unreadable_rows_named() {
 fn bad_tables_are_refused_with_fact_and_remedy() {
     for (text, facts) in [
         ("stretch,nominal stress (MPa)\n1.1,0\n1.2,0\n", &["every stress", "zero", "check the stress column"][..]),
-        ("stretch,nominal stress (MPa)\n1.1,-1\n1.2,-2\n", &["against the stretch", "check the sign"]),
+        (
+            "stretch,nominal stress (MPa)\n1.1,-1\n1.2,-2\n",
+            &["against the stretch", "pass --stress-positive compression"],
+        ),
         ("Displacement (mm),Force (N)\n1,2\n2,3\n", &["\"Displacement (mm)\" is a displacement", "--gauge-length"]),
         ("strain,Force (N)\n1,2\n2,3\n", &["\"Force (N)\" is a force", "--width and --thickness", "[specimen]"]),
         ("Time (s),Temperature\n1,2\n2,3\n", &["\"Time (s)\", \"Temperature\"", "--strain-column"]),
@@ -238,6 +241,31 @@ fn percent_below_two_are_doubted_by_their_straight_line() {
             assert!(!log_of(&e, AuditKind::Doubt).contains("has no unit"), "{unit}");
         }
     }
+}
+
+/// A force that the machine counts as negative in tension: the refusal names the flag that turns this column alone, and no rupture is seen in the first data point, whose noise has the other sign.
+#[test]
+fn a_force_of_the_other_sign_is_turned_alone() {
+    let row = |k: i32| {
+        let stretch = 1.0 + 0.02 * f64::from(k);
+        let stress = -100.0 * (stretch - stretch.powi(-2)) + if k == 0 { 0.4 } else { 0.0 };
+        format!("{},{stress}\n", 100.0 * (stretch - 1.0))
+    };
+    let text = format!("strain [%],stress [kPa]\n{}", (0..50).map(row).collect::<String>());
+    let read = |choice: &ColumnChoice| {
+        let e =
+            Experiment::parse("machine.csv", text.as_bytes(), None, choice, Some(Mode::Uniaxial)).expect("readable");
+        fit_experiment(&e.prepare(&Preparation::default()).expect("prepared"), &FitOptions::new("neo_hookean"))
+    };
+    let refused = read(&ColumnChoice::default()).expect_err("against the stretch").to_string();
+    assert!(refused.contains("pass --stress-positive compression"), "{refused}");
+    let turned = ColumnChoice { stress_positive: Some(Sign::Compression), ..ColumnChoice::default() };
+    let r = read(&turned).expect("fits");
+    assert!((r.parameters[0].value / 100e3 - 1.0).abs() < 1e-3 && r.rows == 50, "{r}");
+    // Strain alone: a compression test whose strain is positive
+    let strain = ColumnChoice { positive: Some(Sign::Compression), stress_positive: Some(Sign::Tension), ..turned };
+    let e = Experiment::parse("machine.csv", text.as_bytes(), None, &strain, Some(Mode::Uniaxial)).expect("readable");
+    assert!(e.samples[1..].iter().all(|s| s.stretch < 1.0 && s.stress < 0.0), "{:?}", e.samples);
 }
 
 /// Compression whose numbers are all positive: a mode that says so refuses, the name of the file or a curve that bends up as in compression is a doubt. Tension is neither.

@@ -237,21 +237,63 @@ fn specimens_scatter_and_one_is_an_outlier() {
     assert!((r.parameters[0].value / mean - 1.0).abs() < 1e-9 && r.errors == ErrorModel::Specimens { specimens: 5 });
     let half = r.parameters[0].interval[1] - mean;
     assert!((half / (2.776 * deviation / 5.0_f64.sqrt()) - 1.0).abs() < 2e-4);
-    let last = s.next.last().expect("a band");
-    let factor = last.mean / mean;
-    let half = 0.5 * (last.interval[1] - last.interval[0]);
-    assert!((half / (2.776 * deviation * factor * 1.2_f64.sqrt()) - 1.0).abs() < 2e-4, "{last:?}");
     let named = |w: &FitWarning| matches!(w, FitWarning::Specimen { file, level } if file == "e.csv" && *level > 1.2);
     assert!(r.warnings.iter().any(named), "{:?}", r.warnings);
     assert!(r.audit.0.iter().any(|e| e.message.starts_with("c.csv: delimiter")));
     let four = ask(&files[..4]).expect("fits");
     assert_eq!(four.scatter.as_ref().expect("four").outlier, None);
+    // The same test in another unit, with other line ends, counts once too
+    let again = folder.path().join("again.csv");
+    let text = std::fs::read_to_string(&files[1]).expect("readable");
+    let scaled = |line: &str| {
+        let (x, y) = line.split_once(',').expect("two columns");
+        format!("{x};{:?}\r\n", 1e-3 * y.parse::<f64>().expect("a number"))
+    };
+    let rows: String = text.lines().skip(1).map(scaled).collect();
+    std::fs::write(&again, format!("Stretch;Stress [kPa]\r\n{rows}\r\n")).expect("writable");
+    let other = ask(&[files[0].clone(), files[1].clone(), again]).expect_err("the same numbers").to_string();
+    assert!(other.starts_with("b.csv and again.csv hold the same numbers"), "{other}");
     let twice = ask(&[files[0].clone(), files[1].clone(), files[0].clone()]).expect_err("the same file").to_string();
-    assert!(twice.contains("a.csv and a.csv hold the same bytes; give each specimen once"), "{twice}");
+    assert!(
+        twice.contains(
+            "a.csv and a.csv hold the same numbers, and would count as two specimens; give each specimen once"
+        ),
+        "{twice}"
+    );
     r.write_json(&folder.path().join("fit.json")).expect("writable");
     durometer::report::fit::write(folder.path()).expect("a report");
     let csv = std::fs::read_to_string(folder.path().join("tables/specimens.csv")).expect("the table");
     assert!(csv.contains("e.csv,20,1.") && csv.contains("standard deviation"), "{csv}");
+}
+
+/// Gent specimens whose two constants scatter by 5 %, described by a Neo-Hookean law that misses their curves by some per cent: the band holds the curve of one more specimen in 95 % of
+/// 200 draws at each of its stretches, less 3 % and two standard deviations of the count. That of the laws alone held it in 52 % at the worst stretch.
+#[test]
+fn the_band_of_the_next_specimen_holds_with_a_law_that_does_not_fit() {
+    let (truth, law) = (Model::new("gent", None).expect("known"), Model::new("neo_hookean", None).expect("known"));
+    let (draws, specimens) = (200, 4);
+    let mut held = [0; 11];
+    for seed in 0..draws {
+        let mut noise = Random(1 + 7919 * seed);
+        let mut constants = || [60e3 * (1.0 + 0.05 * noise.normal()), 20.0 * (1.0 + 0.05 * noise.normal())];
+        let all: Vec<[f64; 2]> = (0..=specimens).map(|_| constants()).collect();
+        let mut e = table(truth, &all[0], [1.02, 2.4], &[0.0; 2]);
+        let of = |(k, values): (usize, &[f64; 2])| {
+            let one = table(truth, values, [1.02, 2.4], &white(seed * 31 + k as u64 + 1, 50, 200.0));
+            one.samples.into_iter().map(move |s| Sample { specimen: k, ..s })
+        };
+        e.samples = all[..specimens].iter().enumerate().flat_map(of).collect();
+        e.specimens = (0..specimens).map(|k| format!("{k}.csv")).collect();
+        let r = fitted(&e, law);
+        assert!(r.misfit.rms_relative > 0.02, "{}", r.misfit.rms_relative);
+        let next = &r.scatter.as_ref().expect("several").next;
+        for (count, band) in held.iter_mut().zip(next) {
+            let real = truth.stress(&all[specimens], Mode::Uniaxial, band.stretch);
+            *count += i32::from(band.interval[0] <= real && real <= band.interval[1]);
+        }
+    }
+    println!("{held:?} of {draws}");
+    assert!(held.iter().all(|n| f64::from(*n) >= 200.0 * (0.95 - 0.03 - 2.0 * 0.0154)), "{held:?} of {draws}");
 }
 
 /// Slack of 10 % of strain with noise of 1 and 3 % of the largest stress, 50 draws each: it is found by itself in 9 of 10 or more, and the interval of what was found holds it in 95 − 2·3.1 % or more. Before,

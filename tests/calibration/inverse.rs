@@ -2,13 +2,13 @@
 //! synthetic dumbbell of `studies/dumbbell-synthetic`.
 
 use crate::common;
-use crate::common::example_table;
 use crate::common::studies::run_study;
+use crate::common::{Random, example_table};
 use durometer::calibrate::inverse::{
     Bounds, Calibration, End, Failure, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel, Settings,
     Unknown, calibrate,
 };
-use durometer::calibrate::{Loss, Mode, Model, Weighting};
+use durometer::calibrate::{ErrorModel, Loss, Mode, Model, Weighting};
 use durometer::material::{LAWS, registry};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -17,6 +17,7 @@ use durometer::solve::Status;
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::store::record::CaseRecord;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
@@ -104,7 +105,13 @@ fn made(model: &SceneModel, x: Vec<f64>) -> Measured {
 }
 
 fn curve(model: &SceneModel, measured: &Measured) -> ObservedCurve {
-    ObservedCurve { name: "made".into(), model: model.clone(), measured: measured.clone(), offsets: vec![] }
+    ObservedCurve {
+        name: "made".into(),
+        model: model.clone(),
+        measured: measured.clone(),
+        specimen: None,
+        offsets: vec![],
+    }
 }
 
 /// Curves without errors, which the scenes reproduce to rounding.
@@ -225,6 +232,41 @@ fn the_protocol_after_the_data_is_not_solved() {
     let c = found(&model(&bar(&start, "14 mm", 20), &["mu", "J_m"], X, Y), &measured);
     assert!(c.settled() && (c.constants[1].value / 0.35 - 1.0).abs() < 1e-4, "{:?}", c.constants);
     assert_eq!(c.curves[0].curve.len(), 11, "the start, and ten steps to the last data point");
+}
+
+/// Curves of two or three specimens whose stiffness scatters by 5 %, with noise of 0.3 %: the interval holds the mean stiffness in 95 % of 200 draws, less 3 % and two standard
+/// deviations of the count. By the noise of the data points alone it held it in 58 and 68 %. Curves that are said to be of one specimen count by
+/// their data points.
+#[test]
+fn the_interval_of_several_specimens_is_that_between_them() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "3 mm", 2), &["E"], X, Y);
+    let mean = truth.unknown[0].start;
+    let exact = made(&truth, (1..=20).map(|k| 1.5e-4 * f64::from(k)).collect());
+    let largest = exact.y.iter().copied().fold(0.0, f64::max);
+    let draw = |count: usize, seed: u64, specimen: Option<&str>| {
+        let mut noise = Random(1 + 7919 * seed);
+        let one = |_| {
+            let level = 1.0 + 0.05 * noise.normal();
+            let y = exact.y.iter().map(|y| level * y + 3e-3 * largest * noise.normal()).collect();
+            ObservedCurve { specimen: specimen.map(Into::into), ..curve(&truth, &Measured { y, ..exact.clone() }) }
+        };
+        found_with((0..count).map(one).collect(), &Settings::new(Weighting::Absolute))
+    };
+    for count in [2, 3] {
+        let holds = |seed: u64| {
+            let c = draw(count, seed, None);
+            assert_eq!(c.errors, ErrorModel::Specimens { specimens: count });
+            assert!(c.curves.iter().all(|c| c.runs_p.is_none()), "a level is no pattern");
+            let [low, high] = c.constants[0].interval.expect("determined");
+            low <= mean && mean <= high
+        };
+        let held = (0..200).into_par_iter().filter(|seed| holds(*seed)).count();
+        println!("{count} specimens: {held} of 200");
+        assert!(held as f64 >= 200.0 * (0.95 - 0.03 - 2.0 * 0.0154), "{count} specimens: {held} of 200");
+    }
+    let one = draw(3, 1, Some("A"));
+    assert!(!matches!(one.errors, ErrorModel::Specimens { .. }), "{:?}", one.errors);
 }
 
 /// An end by profile likelihood that is not found is not replaced by that of another interval.

@@ -85,7 +85,7 @@ pub fn recorded(table: &Table, y: &str) -> Measured {
 }
 
 fn search(model: SceneModel, measured: Measured) -> Result<Calibration, String> {
-    let curve = ObservedCurve { name: "made".into(), model, measured, offsets: vec![] };
+    let curve = ObservedCurve { name: "made".into(), model, measured, specimen: None, offsets: vec![] };
     let settings = Settings { accuracy: 1e-6, ..Settings::new(Weighting::Absolute) };
     match calibrate(vec![curve], &settings, None, &mut |_: Progress| true) {
         Ok((found, _)) => Ok(found),

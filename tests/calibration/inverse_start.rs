@@ -82,7 +82,8 @@ fn modelled(start: &Table, keys: &[&str]) -> SceneModel {
 
 fn found(start: &Table, keys: &[&str], measured: &Measured, accuracy: f64) -> Calibration {
     let model = modelled(start, keys);
-    let curve = ObservedCurve { name: "made".into(), model, measured: measured.clone(), offsets: vec![] };
+    let curve =
+        ObservedCurve { name: "made".into(), model, measured: measured.clone(), specimen: None, offsets: vec![] };
     let settings = Settings { accuracy, ..Settings::new(Weighting::Absolute) };
     match calibrate(vec![curve], &settings, None, &mut |_: Progress| true) {
         Ok((found, _)) => found,
@@ -210,7 +211,7 @@ fn a_search_that_goes_on_leaves_silent_values() {
     let data = measured(&with(SCENE, &[]), 1e-3);
     let start = with(SCENE, &[(STIFFNESS, 30e3), (SHARE, 0.1), (TIME, 0.3)]);
     let model = modelled(&start, &[STIFFNESS, SHARE, TIME]);
-    let curve = ObservedCurve { name: "made".into(), model, measured: data, offsets: vec![] };
+    let curve = ObservedCurve { name: "made".into(), model, measured: data, specimen: None, offsets: vec![] };
     let settings = Settings { accuracy: 1e-4, ..Settings::new(Weighting::Absolute) };
     let silent = [44.19e3, 0.01, 2e-4];
     let (c, _) = calibrate(vec![curve], &settings, Some(&silent), &mut |_: Progress| true)

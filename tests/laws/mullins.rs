@@ -3,7 +3,7 @@
 use crate::common;
 use crate::common::{Random, body, column, example, newton, run, scene, surface};
 use durometer::calibrate::softening::{SofteningFitError, fit_softening};
-use durometer::calibrate::{FitRequest, Mode};
+use durometer::calibrate::{Bounded, FitRequest, Mode};
 use durometer::effect::{Elastic, Mullins};
 use durometer::material::{Law, Softening, Want};
 use durometer::math::signal::Signal;
@@ -293,7 +293,7 @@ fn cyclic_data_give_the_constants_back() {
     for (p, truth) in law.parameters.iter().zip(&truth[1..]) {
         assert!((p.value / truth - 1.0).abs() < 1e-6, "{law}");
     }
-    assert!(soft.is_determined() && !soft.one_peak);
+    assert!(soft.is_determined() && soft.scale.is_none());
     // Each line of the figure ends at the peak of its cycle, and follows the truth between the data points
     let [down, up] = &soft.summary.curves.sets[..] else { panic!("unloading and first loading") };
     let ends: Vec<f64> = down.lines.iter().map(|line| line[line.len() - 1][0]).collect();
@@ -315,8 +315,13 @@ fn cyclic_data_give_the_constants_back() {
     // One amplitude: m + β W_m alone
     let (_, one) = fit_softening(&request("one", &cyclic_table(&[1.7, 1.7], 0.0, 1))).expect("a fit");
     let expected = SOFT.m + SOFT.beta * one.largest_energy;
-    assert!(one.one_peak && one.beta.value == 0.0 && (one.m.value / expected - 1.0).abs() < 1e-5, "{one}");
-    assert!(one.to_string().contains("determine m + beta W_m only"), "{one}");
+    let scale = one.scale.expect("one stretch");
+    assert!(one.beta.value == 0.0 && (scale.value / expected - 1.0).abs() < 1e-5, "{one}");
+    // Any m and β of this sum are in their intervals, and the fit says that it leaves them open
+    let inside = |b: Bounded, v: f64| b.interval[0] <= v && v <= b.interval[1];
+    assert!(!one.is_determined() && inside(one.m, SOFT.m) && inside(one.beta, SOFT.beta), "{one}");
+    assert!(one.m.interval[0] == 0.0 && inside(one.beta, expected / one.largest_energy * (1.0 - 1e-6)), "{one}");
+    assert!(one.to_string().contains("determine m + beta W_m = "), "{one}");
     let dir = tempfile::tempdir().expect("a folder");
     soft.write_softening(&dir.path().join("mullins.toml")).expect("written");
     let text: toml::Table =
@@ -335,8 +340,7 @@ fn covered(name: &str, rows: [i32; 2], set: f64, noise: f64) -> [f64; 5] {
     let one = |seed: u64| {
         let rows = cyclic_table_with(&[1.3, 1.6, 1.9], rows, set, noise, seed);
         let (_, soft) = fit_softening(&request(&format!("{name}-{seed}"), &rows)).expect("a fit");
-        let inside =
-            |(b, truth): (durometer::calibrate::Bounded, f64)| b.interval[0] <= truth && truth <= b.interval[1];
+        let inside = |(b, truth): (Bounded, f64)| b.interval[0] <= truth && truth <= b.interval[1];
         let held = [(soft.r, SOFT.r), (soft.m, SOFT.m), (soft.beta, SOFT.beta), (soft.set, set)].map(inside);
         [held[0], held[1], held[2], held[3], soft.has_set].map(|b| f64::from(u8::from(b)))
     };

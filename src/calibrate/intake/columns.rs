@@ -51,6 +51,8 @@ pub struct ColumnChoice {
     pub test: Option<usize>,
     /// The load whose strain and stress the table counts as positive
     pub positive: Option<Sign>,
+    /// The same of the stress alone, where the table counts the two differently
+    pub stress_positive: Option<Sign>,
     /// The mode was asked for as compression
     #[serde(skip)]
     pub compression: bool,
@@ -82,6 +84,7 @@ impl ColumnChoice {
             decimal: self.decimal.or(other.decimal),
             test: self.test.or(other.test),
             positive: self.positive.or(other.positive),
+            stress_positive: self.stress_positive.or(other.stress_positive),
             compression: self.compression || other.compression,
             dimensions: self.dimensions.or(other.dimensions),
             strain_measurement: text(&self.strain_measurement, &other.strain_measurement),

@@ -12,6 +12,7 @@ use super::{
     dimensions::Dimensions,
     meaning, unusual,
 };
+use crate::calibrate::same_data;
 use crate::calibrate::{Alternative, FitError, Mode, RawRow, Sample, Treatment};
 use crate::storage::{self, DATA_LIMIT};
 use std::path::{Path, PathBuf};
@@ -146,11 +147,6 @@ impl Experiment {
 
     /// One table of several specimens of the same test: every row counts, as many as a specimen has.
     pub fn pool(parts: Vec<Self>) -> Result<Self, FitError> {
-        for (k, part) in parts.iter().enumerate() {
-            if let Some(first) = parts[..k].iter().find(|p| p.sha256 == part.sha256) {
-                return Err(FitError::SameFile { first: first.file.clone(), second: part.file.clone() });
-            }
-        }
         let several = parts.len() > 1;
         let alternatives = pool_alternatives(&parts);
         let mut parts = parts.into_iter();
@@ -170,7 +166,23 @@ impl Experiment {
             all.specimens.extend(part.specimens);
         }
         all.alternatives = alternatives;
+        all.check_repeats()?;
         Ok(all)
+    }
+
+    /// Refuses a specimen whose numbers are those of another one.
+    fn check_repeats(&self) -> Result<(), FitError> {
+        let mut numbers = vec![vec![]; self.specimens.len()];
+        for s in &self.samples {
+            numbers[s.specimen].extend([s.mode as usize as f64, s.stretch, s.second, s.stress]);
+        }
+        match same_data::first_pair(&numbers) {
+            Some(pair) => {
+                let [first, second] = pair.map(|k| self.specimens[k].clone());
+                Err(FitError::SameData { first, second })
+            }
+            None => Ok(()),
+        }
     }
 
     /// Modes that occur, in the order of [`Mode::ALL`]

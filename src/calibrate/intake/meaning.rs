@@ -241,33 +241,29 @@ pub fn turn_compression(columns: &mut Columns, body: &[Line], decimal: Decimal, 
     };
     let Columns { axes, notes, .. } = columns;
     for (e, p) in axes {
-        let named = [names::is_compressive(&e.name) && e.kind != StrainKind::Stretch, names::is_compressive(&p.name)];
-        let turned = match choice.positive {
-            Some(Sign::Compression) => [e.kind != StrainKind::Stretch, true],
-            Some(Sign::Tension) => {
-                if named != [false; 2] {
-                    notes.push(
-                        "tension counts as positive as requested, although a column is called compressive".into(),
-                    );
-                }
-                continue;
-            }
-            None if named == [false; 2] => continue,
-            None => {
-                let up = [e.kind != StrainKind::Stretch && positive(e.at), positive(p.at)];
-                let first = named[0] && up[0] || named[1] && up[1];
-                [first && up[0], first && up[1]]
-            }
-        };
-        let reason = if choice.positive.is_some() { "as requested" } else { "by its name" };
-        for (turn, factor, name) in [(turned[0], &mut e.factor, &e.name), (turned[1], &mut p.factor, &p.name)] {
-            if turn {
+        let can_turn = [e.kind != StrainKind::Stretch, true];
+        let named = [names::is_compressive(&e.name) && can_turn[0], names::is_compressive(&p.name)];
+        let up = [can_turn[0] && positive(e.at), positive(p.at)];
+        let by_name = named[0] && up[0] || named[1] && up[1];
+        let asked = [choice.positive, choice.stress_positive.or(choice.positive)];
+        let turned: [bool; 2] = std::array::from_fn(|k| match asked[k] {
+            Some(sign) => can_turn[k] && sign == Sign::Compression,
+            None => by_name && up[k],
+        });
+        let names = [&e.name, &p.name];
+        for (k, factor) in [&mut e.factor, &mut p.factor].into_iter().enumerate() {
+            let (name, reason) = (names[k], if asked[k].is_some() { "as requested" } else { "by its name" });
+            if turned[k] {
                 *factor = -*factor;
                 notes
                     .push(format!("column \"{name}\" counts compression as positive ({reason}); its sign was changed"));
+            } else if named[k] && asked[k].is_some() {
+                notes.push(format!(
+                    "column \"{name}\" counts tension as positive as requested, although it is called compressive"
+                ));
             }
         }
-        if turned == [false; 2] {
+        if turned == [false; 2] && named != [false; 2] && asked == [None; 2] {
             notes
                 .push(format!("column \"{}\" or \"{}\" is called compressive and is negative already", e.name, p.name));
         }

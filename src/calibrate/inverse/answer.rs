@@ -52,7 +52,8 @@ pub struct FittedCurve {
     pub rms_relative: f64,
     /// √(Σr²/n), unit of y
     pub rms: f64,
-    /// Probability that signs in random order show as few runs over x, the correlation of neighbours taken out; none where all are equal
+    /// Probability that signs in random order show as few runs over x, the correlation of neighbours taken out; none where all are
+    /// equal, and with several specimens of one test
     pub runs_p: Option<f64>,
     /// Offsets of this curve, in the units of its columns
     pub offsets: Vec<Found>,

@@ -53,6 +53,8 @@ pub enum InverseError {
          or \"relative\", by which each curve counts by its relative misfit"
     )]
     NoNoise { curve: String, rows: usize },
+    #[error("{first} and {second} hold the same numbers, and would count as two measurements; give each curve once")]
+    SameData { first: String, second: String },
     #[error("{key}: it moves {name}, over which the curve is compared; compare over t_s, or look for another number")]
     MovesX { key: String, name: String },
     #[error("{}", wrong.join("; "))]

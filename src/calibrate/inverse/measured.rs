@@ -21,6 +21,8 @@ pub struct MeasuredSpec {
     pub y: ColumnSpec,
     /// Smallest and largest x that count, with a unit; every row if absent
     pub range: Option<[String; 2]>,
+    /// Name of the specimen that was measured; without one it is a specimen of its own
+    pub specimen: Option<String>,
     /// Offsets that are unknown too: the slack of x, the zero of y
     #[serde(default)]
     pub offsets: Vec<OffsetAxis>,

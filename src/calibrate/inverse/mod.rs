@@ -3,7 +3,8 @@
 //! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length. Several curves, each of a scene of its own, share the constants.
 //!
-//! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit.
+//! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit. Curves of one test on several specimens
+//! (the same scene file, x and y) count by the scatter between the specimens.
 
 mod answer;
 mod determined;
@@ -31,7 +32,7 @@ pub use unknown::{Bounds, Unknown};
 use super::judgement::certificate::{CASES, range};
 use super::judgement::errors::{self, Errors};
 use super::judgement::identify::{self, Identified};
-use super::{Direction, Estimate, FitWarning, Loss, Weighting};
+use super::{Direction, ErrorModel, Estimate, FitWarning, Loss, Weighting};
 use crate::material::{Parameter, StabilityLimit, material_stability};
 use crate::math::statistics;
 use crate::scene::Scene;
@@ -243,8 +244,11 @@ fn judge(
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
     let size = objective.size;
-    let errors =
-        errors::of_curves(&jacobian, &point.residual, &objective.rows(), point.residual.norm() <= ROUNDING * size);
+    let (origin, rounding) = (objective.origin(), point.residual.norm() <= ROUNDING * size);
+    let errors = match origin.repeats().repeated.is_empty() {
+        true => errors::of_curves(&jacobian, &point.residual, &origin.curves, rounding),
+        false => errors::of(&jacobian, &point.residual, &objective.changes(point), &origin, rounding),
+    };
     let parameters: Vec<Parameter> = free.iter().map(|k| parameter(objective, unknown, *k)).collect();
     let values: Vec<f64> = free.iter().map(|k| point.values[*k]).collect();
     let identified =
@@ -280,6 +284,8 @@ fn one(
 
 /// Every curve next to its scene at the answer.
 fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Found]) -> Vec<FittedCurve> {
+    // Each specimen has a level of its own, which is no pattern
+    let is_apart = matches!(errors.model, ErrorModel::Specimens { .. } | ErrorModel::Levels { .. });
     let one = |(of, curve): (usize, &ObservedCurve)| {
         let (answer, m) = (&point.answers[of], &curve.measured);
         let own: Vec<(&objective::Offset, &Found)> =
@@ -309,7 +315,7 @@ fn fitted(objective: &Objective, point: &Point, errors: &Errors, offsets: &[Foun
             curve: answer.curve.clone(),
             rms_relative: (r2 / y2).sqrt(),
             rms: (r2 / m.y.len() as f64).sqrt(),
-            runs_p: few_runs(&point.residual, &objective.rows()[of], errors.rho),
+            runs_p: if is_apart { None } else { few_runs(&point.residual, &objective.rows()[of], errors.rho) },
             offsets: own.iter().map(|(o, f)| name(f, o.axis)).collect(),
             stretch: [median, p95, largest],
             stability: certificate(&answer.scene, largest),

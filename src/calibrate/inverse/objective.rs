@@ -7,6 +7,7 @@ use super::model::{Answer, Failure, SceneModel};
 use super::offset::OffsetAxis;
 use super::{InverseError, Measured};
 use crate::calibrate::Weighting;
+use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::solve::rows::padded;
 use crate::calibrate::solve::{huber_share, noise};
 use crate::math::svd::svd;
@@ -22,6 +23,8 @@ pub struct ObservedCurve {
     pub name: String,
     pub model: SceneModel,
     pub measured: Measured,
+    /// Specimen on which it was measured; without a name one of its own
+    pub specimen: Option<String>,
     /// Coordinates whose offset is an unknown
     pub offsets: Vec<OffsetAxis>,
 }
@@ -181,6 +184,27 @@ impl<'a> Objective<'a> {
         if let Some(k) = zero {
             values[p + k] = b;
         }
+    }
+
+    /// Specimen and test of each data point: curves of the same x and y of one scene file are one test.
+    pub fn origin(&self) -> Origin {
+        let place =
+            |k: usize, is_same: &dyn Fn(&ObservedCurve) -> bool| self.curves[..k].iter().position(is_same).unwrap_or(k);
+        let one = |(k, c): (usize, &ObservedCurve)| {
+            let test =
+                |o: &ObservedCurve| (&o.model.file, &o.model.x, &o.model.y) == (&c.model.file, &c.model.x, &c.model.y);
+            let specimen = place(k, &|o| c.specimen.is_some() && o.specimen == c.specimen);
+            vec![(specimen, place(k, &test)); c.measured.x.len()]
+        };
+        let (specimen, test) = self.curves.iter().enumerate().flat_map(one).unzip();
+        Origin { specimen, test, curves: self.rows() }
+    }
+
+    /// w(ŷ − ŷ₀) of all data points, ŷ₀ that at rest: what a stiffer specimen changes in proportion.
+    pub fn changes(&self, point: &Point) -> DVector<f64> {
+        let one =
+            |(a, w): (&Answer, &Vec<f64>)| a.y.iter().zip(w).map(|(y, w)| w * (y - a.at_rest())).collect::<Vec<_>>();
+        DVector::from_vec(point.answers.iter().zip(&self.weights).flat_map(one).collect())
     }
 
     fn offset(&self, of: usize, axis: OffsetAxis) -> Option<usize> {

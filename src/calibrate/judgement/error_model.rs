@@ -34,10 +34,10 @@ pub enum ErrorModel {
     },
     /// Of each specimen as a whole
     Specimens { specimens: usize },
-    /// Of the stress level of each specimen, as the modes with several specimens show it
+    /// Of the level of each specimen, as the tests with several specimens show it
     Levels {
         specimens: usize,
-        /// Degrees of freedom of the scatter: specimens beyond the first of each mode
+        /// Degrees of freedom of the scatter: specimens beyond the first of each test
         repeats: usize,
     },
 }
@@ -71,7 +71,7 @@ impl fmt::Display for ErrorModel {
             Self::Specimens { specimens } => write!(f, "scatter between {specimens} specimens"),
             Self::Levels { specimens, repeats } => write!(
                 f,
-                "scatter of the stress level between {specimens} specimens, from {repeats} repeats of a mode; modes with one specimen are taken to scatter alike"
+                "scatter of the level between {specimens} specimens, from {repeats} repeats of a test; tests with one specimen are taken to scatter alike"
             ),
         }
     }

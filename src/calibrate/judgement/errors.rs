@@ -3,8 +3,8 @@
 //! The constants are those of least squares, θ̂ = θ + Br with B = (JᵀJ)⁻¹Jᵀ, whatever the errors are; what the data decide is the covariance
 //! BΣBᵀ of θ̂.
 //!
-//! *Specimens* (two or more in every mode): the law of each one differs, and Σ has one block of each ([`clusters`]). *Levels*: some modes have one specimen, and the
-//! scatter of the stress level in the others is taken for them ([`levels`]). Where no mode has two specimens, the files are the curves of one.
+//! *Specimens* (two or more in every test, for direct fits mode): the law of each one differs, and Σ has one block of each ([`clusters`]). *Levels*: some tests have one specimen, and the
+//! scatter of the stress level in the others is taken for them ([`levels`]). Where no test has two specimens, the files are the curves of one.
 //!
 //! *Correlated*: Σᵢⱼ = sᵢsⱼρ^|i−j| between data points of one curve (specimen and mode) in order of loading, with sizes s that are one, of each curve, or grow with the stress, as the
 //! data decide ([`correlated`]).
@@ -15,9 +15,8 @@
 
 use super::clusters;
 use super::levels;
-use super::repeats::Repeats;
+use super::origin::Origin;
 use super::unequal::Sizes;
-use crate::calibrate::Sample;
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 
@@ -34,20 +33,19 @@ pub fn of(
     jacobian: &DMatrix<f64>,
     residual: &DVector<f64>,
     fitted: &DVector<f64>,
-    samples: &[Sample],
+    origin: &Origin,
     rounding: bool,
 ) -> Errors {
     let directions = directions(jacobian);
-    let repeats = Repeats::of(samples);
+    let repeats = origin.repeats();
     let (n, p) = jacobian.shape();
     if repeats.repeated.is_empty() || n <= p {
-        return of_one(&directions, (residual, rounding), fitted, &curves(samples));
+        return of_one(&directions, (residual, rounding), fitted, &origin.curves);
     }
     if !repeats.single.is_empty() {
-        return levels::between(&directions, (residual, rounding), fitted, samples, &repeats);
+        return levels::between(&directions, (residual, rounding), fitted, origin, &repeats);
     }
-    let specimens: Vec<usize> = samples.iter().map(|s| s.specimen).collect();
-    between(&directions, (residual, rounding), Some(fitted), &specimens, &curves(samples))
+    between(&directions, (residual, rounding), Some(fitted), &origin.specimen, &origin.curves)
 }
 
 /// The errors of the constants by the curves of one specimen.

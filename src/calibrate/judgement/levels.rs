@@ -1,49 +1,50 @@
-//! Covariance of the constants where only some modes have several specimens: the scatter of their stress level is taken for the other modes too.
+//! Covariance of the constants where only some tests, in a direct fit modes, have several specimens: the scatter of their level is taken for the others too.
 //!
-//! Each specimen has a level δⱼ on the stresses P̂ of the law, δ = r·P̂/P̂² of its curve. The variance τ² of δ is that within the modes with several specimens, with
+//! Each specimen has a level δⱼ on the stresses P̂ of the law, δ = r·P̂/P̂² of its curve. The variance τ² of δ is that within the tests with several specimens, with
 //! ν_τ = Σ(k − 1) degrees of freedom. The covariance of the directions is τ² Σⱼ(UⱼᵀP̂ⱼ)(UⱼᵀP̂ⱼ)ᵀ, and that of the curves without their levels (independent or correlated
 //! errors) is added. Student's t has Satterthwaite's degrees of freedom (a + d)²/(a²/ν_τ + d²/ν_d) of both parts (Biometrics Bull. 2, 1946, 110–114). Standard errors
 //! are stated for ν_τ degrees.
 //!
-//! Limits: specimens of the modes without a repeat scatter as those of the others; their scatter is one of the level, not of the shape of the curve.
+//! Limits: specimens of the tests without a repeat scatter as those of the others; their scatter is one of the level, not of the shape of the curve.
 
 use super::clusters;
-use super::curve_errors::{Known, curves, of_curves_along};
+use super::curve_errors::{Known, of_curves_along};
 use super::directions::Directions;
 use super::error_model::{ErrorModel, Errors};
+use super::origin::Origin;
 use super::repeats::Repeats;
-use crate::calibrate::{Mode, Sample};
 use crate::math::statistics::real_quantile;
 use nalgebra::{DMatrix, DVector};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The errors of the constants by the levels of the specimens in the repeated modes.
+/// The errors of the constants by the levels of the specimens in the repeated tests.
 pub fn between(
     directions: &Directions,
     (residual, rounding): (&DVector<f64>, bool),
     fitted: &DVector<f64>,
-    samples: &[Sample],
-    Repeats { repeated, .. }: &Repeats,
+    origin: &Origin,
+    Repeats { repeated, .. }: &Repeats<usize>,
 ) -> Errors {
     let u = &directions.u;
-    let mut tests: BTreeMap<(usize, Mode), Vec<usize>> = BTreeMap::new();
-    samples.iter().enumerate().for_each(|(i, s)| tests.entry((s.specimen, s.mode)).or_default().push(i));
+    let mut tests: BTreeMap<(usize, usize), Vec<usize>> = BTreeMap::new();
+    let Origin { specimen, test, curves } = origin;
+    specimen.iter().zip(test).enumerate().for_each(|(i, (s, t))| tests.entry((*s, *t)).or_default().push(i));
     let tests: Vec<Vec<usize>> = tests.into_values().collect();
     let levels = clusters::levels(residual, fitted, &tests);
     let mut alone = residual.clone();
     for (rows, level) in tests.iter().zip(&levels) {
         rows.iter().for_each(|i| alone[*i] -= level * fitted[*i]);
     }
-    let (tau2, free) = variance(&tests, &levels, samples, repeated);
+    let (tau2, free) = variance(&tests, &levels, test, repeated);
     let mut by_level = DMatrix::zeros(u.ncols(), u.ncols());
-    let specimens: BTreeSet<usize> = samples.iter().map(|s| s.specimen).collect();
+    let specimens: BTreeSet<usize> = specimen.iter().copied().collect();
     for one in &specimens {
-        let own: Vec<usize> = (0..samples.len()).filter(|i| samples[*i].specimen == *one).collect();
+        let own: Vec<usize> = (0..specimen.len()).filter(|i| specimen[*i] == *one).collect();
         let pull = u.select_rows(&own).transpose() * fitted.select_rows(&own);
         by_level += &pull * pull.transpose() * tau2;
     }
     let known = Known { fitted: Some(fitted), apart: None };
-    let noise = of_curves_along(directions, &alone, &curves(samples), rounding, known);
+    let noise = of_curves_along(directions, &alone, curves, rounding, known);
     let model = ErrorModel::Levels { specimens: specimens.len(), repeats: free };
     let level = directions.errors(model, &by_level, free, noise.rho, noise.smooth);
     let t = real_quantile(0.95, free as f64);
@@ -58,12 +59,11 @@ pub fn between(
     Errors { deviations, covariance, ..level }.scaled(&factors)
 }
 
-/// Variance of the levels within the repeated modes, and its degrees of freedom.
-fn variance(tests: &[Vec<usize>], levels: &[f64], samples: &[Sample], repeated: &[Mode]) -> (f64, usize) {
+/// Variance of the levels within the repeated tests, and its degrees of freedom. `test`: of each data point.
+fn variance(curves: &[Vec<usize>], levels: &[f64], test: &[usize], repeated: &[usize]) -> (f64, usize) {
     let (mut sum, mut free) = (0.0, 0);
-    for mode in repeated {
-        let own: Vec<f64> =
-            tests.iter().zip(levels).filter(|(t, _)| samples[t[0]].mode == *mode).map(|(_, l)| *l).collect();
+    for one in repeated {
+        let own: Vec<f64> = curves.iter().zip(levels).filter(|(c, _)| test[c[0]] == *one).map(|(_, l)| *l).collect();
         let mean = own.iter().sum::<f64>() / own.len() as f64;
         sum += own.iter().map(|l| (l - mean).powi(2)).sum::<f64>();
         free += own.len() - 1;

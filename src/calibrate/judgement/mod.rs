@@ -15,6 +15,7 @@ mod levels;
 pub(super) mod measurement;
 pub(super) mod mirrored;
 pub(super) mod misfit;
+pub(super) mod origin;
 mod predictions;
 pub(super) mod profile;
 pub(super) mod repeats;

@@ -1,25 +1,33 @@
-//! Modes of a test that several specimens repeat, and those of a single one.
+//! Tests that several specimens repeat, and those of a single one.
 
 use crate::calibrate::{Mode, Sample};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Modes of some samples by the number of their specimens.
+/// Tests by the number of their specimens.
 #[derive(Clone, PartialEq, Debug, Default)]
-pub struct Repeats {
+pub struct Repeats<T> {
     /// With two specimens or more
-    pub repeated: Vec<Mode>,
+    pub repeated: Vec<T>,
     /// With one
-    pub single: Vec<Mode>,
+    pub single: Vec<T>,
 }
 
-impl Repeats {
-    /// Counts the specimens of each mode.
-    pub fn of(samples: &[Sample]) -> Self {
-        let specimens = |mode: Mode| {
-            let own = samples.iter().filter(|s| s.mode == mode).map(|s| s.specimen);
-            own.collect::<BTreeSet<usize>>().len()
-        };
-        let with = |wanted: fn(usize) -> bool| Mode::ALL.into_iter().filter(|m| wanted(specimens(*m))).collect();
-        Self { repeated: with(|k| k > 1), single: with(|k| k == 1) }
+impl<T: Ord> Repeats<T> {
+    /// Counts the specimens of each test, from those of the data points.
+    pub fn of(points: impl Iterator<Item = (T, usize)>) -> Self {
+        let mut specimens: BTreeMap<T, BTreeSet<usize>> = BTreeMap::new();
+        points.for_each(|(test, specimen)| {
+            specimens.entry(test).or_default().insert(specimen);
+        });
+        let (repeated, single): (Vec<_>, Vec<_>) = specimens.into_iter().partition(|(_, all)| all.len() > 1);
+        let tests = |all: Vec<(T, _)>| all.into_iter().map(|(test, _)| test).collect();
+        Self { repeated: tests(repeated), single: tests(single) }
+    }
+}
+
+impl Repeats<Mode> {
+    /// Of samples, whose tests are their modes.
+    pub fn of_modes(samples: &[Sample]) -> Self {
+        Self::of(samples.iter().map(|s| (s.mode, s.specimen)))
     }
 }

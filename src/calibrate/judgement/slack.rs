@@ -15,6 +15,7 @@
 
 use super::errors;
 use super::estimate::Estimate;
+use super::origin::Origin;
 use crate::calibrate::solve::offset::{Offset, SlackChoice, removed};
 use crate::calibrate::solve::{LawFit, LawSetting, constants, fitted, jacobian, residual, solve};
 use crate::calibrate::{FitError, Mode, Model, Sample};
@@ -162,7 +163,7 @@ fn may_matter(setting: &LawSetting, rows: &[Sample], curves: &[Offset]) -> Resul
     let all = residual(&own, rows, &found);
     let svd = svd(scaled.clone(), true, true);
     let Ok(step) = svd.solve(&all, 1e-9 * svd.singular_values.max()) else { return Ok(false) };
-    let errors = errors::of(&j, &(all - scaled * &step), &fitted(&own, rows, &found), rows, false);
+    let errors = errors::of(&j, &(all - scaled * &step), &fitted(&own, rows, &found), &Origin::of(rows), false);
     // A step is not the whole way, and leaves more in the residual than the offset would: half of the bound
     let limit = 0.5 * statistics::t_quantile(0.99, errors.free.max(1));
     Ok((p..j.ncols()).any(|k| (step[k] / length[k]).abs() > limit * errors.deviations[k]))

@@ -3,15 +3,16 @@
 //! Each specimen is fitted alone. The level of specimen i is Σ Pᵢ P̂/Σ P̂² with the stresses P̂ of the fit to all rows: how stiff it is as a whole. One
 //! specimen is named where max |level − mean|/s exceeds Grubbs' bound (k − 1)/√k · √(t²/(k − 2 + t²)), t = t₁₋₀.₀₂₅/ₖ(k − 2).
 //!
-//! The stress of the next specimen lies in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k laws at λ (Hahn & Meeker, *Statistical
-//! Intervals*, 1991, ch. 4; exact for normal scatter).
+//! The stress of the next specimen lies in P̄(λ) ± t₀.₉₇₅(k − 1) s(λ)√(1 + 1/k), with mean and standard deviation of the k curves at λ (Hahn & Meeker, *Statistical
+//! Intervals*, 1991, ch. 4; exact for normal scatter). The curve of a specimen is its law with the line of least squares through its residuals near λ (a local
+//! linear regression: Cleveland, J. Am. Stat. Assoc. 74, 1979, 829–836), so that the band holds whether or not the law describes the data.
 //!
 //! Source: Grubbs, Ann. Math. Statist. 21 (1950) 27–58. Limits: names one specimen at most, of specimens in the same modes; does not detect two; a specimen of another
 //! shape and the same level is not seen.
 
 use super::estimate::Estimate;
 use crate::calibrate::solve::{LawFit, LawSetting, Pattern, solve};
-use crate::calibrate::{FitError, Mode, Sample};
+use crate::calibrate::{FitError, Mode, Model, Sample};
 use crate::math::statistics::{self, deviation, extent};
 use serde::{Deserialize, Serialize};
 
@@ -31,7 +32,7 @@ pub struct Band {
     pub mode: Mode,
     /// λ \[–\]
     pub stretch: f64,
-    /// Mean over the specimens \[Pa\]
+    /// Mean of the measured curves, smoothed along λ \[Pa\]
     pub mean: f64,
     /// 95 % \[Pa\]
     pub interval: [f64; 2],
@@ -91,6 +92,28 @@ pub fn scatter(
 /// Stretches of the band of the next specimen, in each mode
 const STRETCHES: usize = 11;
 
+/// Data points that the line through the residuals near a stretch has at least
+const NEAR: usize = 4;
+
+/// Stress of a measured curve at λ \[Pa\]: of its law, with the line through the residuals of the data points within `reach` of λ, and of the nearest four at least.
+fn smoothed(model: Model, fit: &LawFit, rows: &[Sample], mode: Mode, (stretch, reach): (f64, f64)) -> f64 {
+    let mut near: Vec<(f64, f64, f64)> = rows
+        .iter()
+        .zip(&fit.share)
+        .filter(|(s, _)| s.mode == mode)
+        .map(|(s, share)| (s.stretch - stretch, s.stress - model.at(&fit.values, s), share * share))
+        .collect();
+    near.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+    let within = near.iter().take_while(|(off, ..)| off.abs() <= reach).count();
+    near.truncate(within.max(NEAR));
+    let sum = |of: &dyn Fn(&(f64, f64, f64)) -> f64| near.iter().map(|p| p.2 * of(p)).sum::<f64>();
+    let count = sum(&|_| 1.0);
+    let (x, y) = (sum(&|p| p.0) / count, sum(&|p| p.1) / count);
+    let spread = sum(&|p| (p.0 - x).powi(2));
+    let slope = if spread > 0.0 { sum(&|p| (p.0 - x) * (p.1 - y)) / spread } else { 0.0 };
+    model.stress(&fit.values, mode, stretch) + y - slope * x
+}
+
 /// The stress of the next specimen over the stretches that all specimens have.
 fn next(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit]) -> Vec<Band> {
     let k = fits.len() as f64;
@@ -101,7 +124,9 @@ fn next(setting: &LawSetting, groups: &[Vec<Sample>], fits: &[LawFit]) -> Vec<Ba
         let at = move |i: usize| low + (high - low) * i as f64 / (STRETCHES - 1) as f64;
         let known = mode != Mode::Biaxial && low < high && high.is_finite();
         let one = move |i: usize| {
-            let all: Vec<f64> = fits.iter().map(|f| setting.model.stress(&f.values, mode, at(i))).collect();
+            let place = (at(i), (high - low) / (STRETCHES - 1) as f64);
+            let curve = |(rows, fit): (&Vec<Sample>, &LawFit)| smoothed(setting.model, fit, rows, mode, place);
+            let all: Vec<f64> = groups.iter().zip(fits).map(curve).collect();
             let (mean, half) = (all.iter().sum::<f64>() / k, factor * deviation(&all));
             Band { mode, stretch: at(i), mean, interval: [mean - half, mean + half] }
         };

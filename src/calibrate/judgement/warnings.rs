@@ -102,7 +102,7 @@ pub fn unequal(result: &FitResult, ratio: Option<f64>) -> Option<FitWarning> {
 
 /// Modes of one specimen in tests of several.
 pub fn no_repeat(fitted: &[Sample]) -> Option<FitWarning> {
-    let Repeats { repeated, single } = Repeats::of(fitted);
+    let Repeats { repeated, single } = Repeats::of_modes(fitted);
     let several = fitted.iter().any(|s| s.specimen != fitted[0].specimen);
     (several && !single.is_empty()).then_some(FitWarning::NoRepeat { single, repeated })
 }

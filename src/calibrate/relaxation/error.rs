@@ -49,8 +49,8 @@ pub enum RelaxationError {
         "{file}: the strain begins at zero, so that the data do not give the instantaneous compliance; pass a longer --ramp, or leave out the beginning by --start"
     )]
     NoInstant { file: String },
-    #[error("{first} and {second} hold the same bytes, and would count as two specimens; give each file once")]
-    SameFile { first: String, second: String },
+    #[error("{first} and {second} hold the same numbers, and would count as two specimens; give each specimen once")]
+    SameData { first: String, second: String },
     #[error("{first} is in \"{}\" and {second} in \"{}\": specimens of one test have one unit; pass --unit", units[0], units[1])]
     Units { first: String, second: String, units: [String; 2] },
     #[error("{file}: every value is zero; check the column and its unit")]

@@ -5,6 +5,7 @@ use super::response::{Driven, Record, TestKind};
 use crate::calibrate::intake::names::{self, StrainKind, StressKind};
 use crate::calibrate::intake::roles::{self, ReadColumn, ReadTable, Role, Wanted};
 use crate::calibrate::read_law_table;
+use crate::calibrate::same_data;
 use crate::material::{Law, Want, law_from_table};
 use crate::math::tensor::Mat3;
 use crate::math::units::Dimension;
@@ -114,9 +115,6 @@ pub fn read(request: &RelaxationRequest) -> Result<Record, RelaxationError> {
     }
     for path in &request.more {
         let mut next = read_one(request, path)?;
-        if let Some(same) = first.specimens().find(|r| r.sha256 == next.sha256) {
-            return Err(RelaxationError::SameFile { first: same.file.clone(), second: next.file });
-        }
         if next.unit != first.unit {
             let units = [first.unit.clone(), next.unit];
             return Err(RelaxationError::Units { first: first.file, second: next.file, units });
@@ -124,6 +122,12 @@ pub fn read(request: &RelaxationRequest) -> Result<Record, RelaxationError> {
         named(&mut next);
         first.notes.append(&mut next.notes);
         first.more.push(next);
+    }
+    let numbers: Vec<Vec<f64>> = first.specimens().map(|r| [&r.x[..], &r.y].concat()).collect();
+    if let Some(pair) = same_data::first_pair(&numbers) {
+        let files: Vec<&String> = first.specimens().map(|r| &r.file).collect();
+        let [first, second] = pair.map(|k| files[k].clone());
+        return Err(RelaxationError::SameData { first, second });
     }
     Ok(first)
 }

@@ -7,6 +7,7 @@ use super::result::{SofteningFit, summary};
 use super::rows::FirstLoading;
 use super::search::{Answer, Search};
 use crate::calibrate::judgement::errors::{self, Errors, directions};
+use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::{Bounded, Experiment, FitOptions, FitRequest, FitResult, Sample, SlackChoice, fit_experiment};
 use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
@@ -108,6 +109,15 @@ fn judged(law: &FitResult, first: &FirstLoading, path: &CyclicPath) -> Result<So
     let soft = search.softening(answer);
     let ends = |k: usize| [(answer.u[k] - half[k]).max(0.0), answer.u[k] + half[k]];
     let [low_s, high_s] = ends(0);
+    let scale = Bounded { value: soft.m, interval: ends(1).map(|end| high * end) };
+    // Cycles to one stretch see m + βW_m alone, any part of which may be that of β
+    let (m, beta) = match search.beta {
+        true => (scale, Bounded { value: soft.beta, interval: ends(2) }),
+        false => {
+            let most = scale.interval[1];
+            (Bounded { interval: [0.0, most], ..scale }, Bounded { value: soft.beta, interval: [0.0, most / low] })
+        }
+    };
     let result = SofteningFit {
         data: law.data.clone(),
         data_sha256: law.data_sha256.clone(),
@@ -117,12 +127,12 @@ fn judged(law: &FitResult, first: &FirstLoading, path: &CyclicPath) -> Result<So
         rows: rows.len(),
         first_loading: law.rows,
         r: Bounded { value: soft.r, interval: [1.0 / high_s.min(1.0), 1.0 / low_s] },
-        m: Bounded { value: soft.m, interval: ends(1).map(|end| high * end) },
-        beta: Bounded { value: soft.beta, interval: ends(2) },
+        m,
+        beta,
+        scale: (!search.beta).then_some(scale),
         set: measured,
         has_set: shown,
         at_bound: answer.at_bound(),
-        one_peak: !search.beta,
         errors: own.model,
         degrees: own.free,
         misfit: residual.norm() / size.sqrt(),
@@ -142,7 +152,7 @@ fn judge(search: &Search, law: &FitResult, answer: Answer, samples: &[Sample], f
     let free = search.free(&answer);
     let j = search.jacobian(&answer).select_columns(&free);
     let fitted = DVector::from_fn(samples.len(), |i, _| samples[i].stress - residual[i]);
-    let errors = errors::of(&j, &residual, &fitted, samples, rounding);
+    let errors = errors::of(&j, &residual, &fitted, &Origin::of(samples), rounding);
     let quantile = |free: usize| if free > 0 { t_quantile(0.95, free) } else { f64::INFINITY };
     let moved = directions(&j).inverse() * search.by_law(&answer);
     let p = law.covariance.len();

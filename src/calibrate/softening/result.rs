@@ -31,8 +31,8 @@ pub struct SofteningFit {
     pub has_set: bool,
     /// r is at its bound: nearly the whole stress is lost somewhere
     pub at_bound: bool,
-    /// All cycles reach one stretch, which tells m and β not apart: β = 0
-    pub one_peak: bool,
+    /// m + βW_m \[Pa\] where all cycles reach one stretch: the data determine it, and neither m nor β
+    pub scale: Option<Bounded>,
     pub errors: ErrorModel,
     /// Degrees of freedom of Student's t
     pub degrees: usize,
@@ -61,10 +61,10 @@ pub fn summary() -> FitSummary {
 }
 
 impl SofteningFit {
-    /// Whether the data determine r and m (or β).
+    /// Whether the data determine r, m and β.
     pub fn is_determined(&self) -> bool {
         let wide = |b: &Bounded| b.half_width().is_nan() || b.half_width() > b.value;
-        !(self.at_bound || wide(&self.r) || wide(&self.m) && wide(&self.beta))
+        !(self.at_bound || self.scale.is_some() || wide(&self.r) || wide(&self.m) && wide(&self.beta))
     }
 
     /// Words, next to the data and lines of a figure.
@@ -107,11 +107,17 @@ impl SofteningFit {
                 self.set.interval[1]
             ));
         }
-        if self.one_peak {
-            s.notes.push("all cycles reach the same energy: the data determine m + beta W_m only, and beta = 0 is taken; cycles to several stretches tell them apart".into());
+        if let Some(scale) = &self.scale {
+            s.constants.push(["m + beta W_m".into(), scale.words("Pa")]);
         }
         if self.at_bound {
             s.messages.push("r is at its bound of 1: the unloading loses nearly the whole stress, as with slack, which this effect does not describe".into());
+        } else if let Some(scale) = &self.scale {
+            s.messages.push(format!(
+                "all cycles reach the same stretch: the data determine m + beta W_m = {} only, W_m = {:.4} Pa. m with beta = 0 is taken, which holds for cycles to this stretch; cycles to several stretches tell m and beta apart",
+                scale.words("Pa"),
+                self.largest_energy
+            ));
         } else if !determined {
             s.messages.push(
                 "the data do not determine the constants of softening: an interval is wider than its value".into(),
@@ -145,6 +151,10 @@ impl SofteningFit {
         p.insert("r_interval".into(), self.r.interval.to_vec().into());
         p.insert("m_interval".into(), self.m.interval.map(pascal).to_vec().into());
         p.insert("beta_interval".into(), self.beta.interval.to_vec().into());
+        if let Some(scale) = &self.scale {
+            p.insert("m_plus_beta_W_m".into(), pascal(scale.value));
+            p.insert("m_plus_beta_W_m_interval".into(), scale.interval.map(pascal).to_vec().into());
+        }
         p.insert("set".into(), if self.has_set { self.set.value } else { 0.0 }.into());
         p.insert("set_interval".into(), self.set.interval.to_vec().into());
         p.insert("errors".into(), self.errors.to_string().into());

@@ -119,10 +119,9 @@ impl<'a> Search<'a> {
         DMatrix::from_columns(&columns)
     }
 
-    /// Unknowns that are not at a bound.
+    /// Unknowns whose errors count. One that ends at its bound is among them: the data leave it open how far from the bound it is.
     pub fn free(&self, answer: &Answer) -> Vec<usize> {
-        let u = &answer.u;
-        let is_free = [true, u[1] > LEAST, self.beta && u[2] > 0.0, answer.set];
+        let is_free = [true, true, self.beta, answer.set];
         (0..4).filter(|k| is_free[*k]).collect()
     }
 

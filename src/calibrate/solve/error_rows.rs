@@ -7,6 +7,8 @@ use nalgebra::{DMatrix, DVector};
 pub struct ErrorRows {
     pub jacobian: DMatrix<f64>,
     pub residual: DVector<f64>,
+    /// The residual before a robust loss limits it. Limited residuals of correlated errors stay at their limits, which is no correlation of neighbours
+    pub unlimited: DVector<f64>,
     pub fitted: DVector<f64>,
 }
 
@@ -23,6 +25,7 @@ impl ErrorRows {
         Self {
             // ψ(r) = share² of the residual before the loss
             residual: DVector::from_fn(law.len(), |i, _| by * share[i] * residual[i]),
+            unlimited: residual.component_div(&DVector::from_column_slice(share)),
             fitted: DVector::from_fn(law.len(), |i, _| weight[i] / share[i] * law[i]),
             jacobian: unshared(jacobian, share),
         }
@@ -36,8 +39,9 @@ impl ErrorRows {
         let Some(sizes) = sizes else { return self };
         let mut jacobian = self.jacobian;
         jacobian.row_iter_mut().zip(sizes).for_each(|(mut row, size)| row /= *size);
-        let residual = across(&jacobian, &self.residual.component_div(sizes));
-        Self { jacobian, residual, fitted: self.fitted.component_div(sizes) }
+        let [residual, unlimited] =
+            [&self.residual, &self.unlimited].map(|r| across(&jacobian, &r.component_div(sizes)));
+        Self { jacobian, residual, unlimited, fitted: self.fitted.component_div(sizes) }
     }
 }
 

@@ -18,6 +18,7 @@ use crate::calibrate::Model;
 use crate::calibrate::judgement::errors::{self, Errors};
 use crate::calibrate::judgement::identify::{self, Identified};
 use crate::calibrate::judgement::misfit::sum_of_squares;
+use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::{Estimate, FitError, Loss, Sample, Weighting};
 use crate::material::FitTerms;
 use crate::material::principal::invariants;
@@ -238,7 +239,7 @@ fn judge(setting: &LawSetting, samples: &[Sample], mut found: LawFit, tested: bo
     let jacobian = jacobian(setting, samples, &found);
     let rounding = residual.norm() <= ROUNDING * size;
     let rows = error_rows(setting, samples, &found);
-    let mut errors = errors::of(&rows.jacobian, &rows.residual, &rows.fitted, samples, rounding);
+    let mut errors = errors::of(&rows.jacobian, &rows.residual, &rows.fitted, &Origin::of(samples), rounding);
     if setting.loss == Loss::Huber {
         // The likelihood of the profile is that of the weighted data points
         errors.plain = errors::directions(&jacobian).plain();
@@ -280,7 +281,8 @@ pub fn pattern_beyond(setting: &LawSetting, samples: &[Sample], found: &LawFit, 
         Some(k) => columns[(i, k)],
     });
     let left = identify::across(&both, &own.residual);
-    let errors = errors::of(&both, &left, &own.fitted, samples, false);
-    let rows = ErrorRows { jacobian: both, residual: left, fitted: own.fitted };
+    let errors = errors::of(&both, &left, &own.fitted, &Origin::of(samples), false);
+    let unlimited = identify::across(&both, &own.unlimited);
+    let rows = ErrorRows { jacobian: both, residual: left, unlimited, fitted: own.fitted };
     Pattern::of(samples, &rows.over(errors.sizes.as_ref()), errors.rho)
 }

@@ -75,7 +75,7 @@ fn estimate(samples: &[Sample], mode: Mode) -> Result<f64, FitError> {
 /// Gives each specimen of several the same weight, whatever the number of its data points: their scatter is between them. Files of which no two hold the same
 /// mode are the curves of one specimen.
 pub fn share(weights: &mut [f64], samples: &[Sample]) {
-    if Repeats::of(samples).repeated.is_empty() {
+    if Repeats::of_modes(samples).repeated.is_empty() {
         return;
     }
     let count = 1 + samples.iter().map(|s| s.specimen).max().unwrap_or(0);

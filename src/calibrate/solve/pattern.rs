@@ -4,6 +4,7 @@ use super::error_rows::ErrorRows;
 use crate::calibrate::Sample;
 use crate::calibrate::judgement::errors;
 use crate::calibrate::judgement::identify;
+use crate::calibrate::judgement::origin::Origin;
 use crate::calibrate::judgement::repeats::Repeats;
 use crate::math::statistics;
 use nalgebra::DVector;
@@ -23,7 +24,7 @@ impl Pattern {
     /// Of residuals whose neighbours have the correlation `rho`.
     pub fn of(samples: &[Sample], rows: &ErrorRows, rho: f64) -> Self {
         let second = DVector::from_fn(samples.len(), |i, _| rows.fitted[i] / samples[i].stretch);
-        let (runs, runs_p) = runs(samples, &rows.residual, rho).unzip();
+        let (runs, runs_p) = runs(samples, &rows.unlimited, rho).unzip();
         Self { runs, runs_p, departure_p: departure(rows, second, samples) }
     }
 }
@@ -37,7 +38,7 @@ const BLOCKS: usize = 200;
 /// Of long curves with correlated errors the signs are those of the means of blocks: what the neighbours do not explain of means of data points, as
 /// tables with very many of them become, is correlated by up to ¼ from one to the next (Working, Econometrica 28, 1960, 916–918), which thousands of signs show.
 fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize, f64)> {
-    if !Repeats::of(samples).repeated.is_empty() {
+    if !Repeats::of_modes(samples).repeated.is_empty() {
         return None;
     }
     let mut curves = errors::curves(samples);
@@ -56,7 +57,7 @@ fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize,
 /// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
 /// model of the fit that has β too, on the part of P/λ that the constants of the law cannot make.
 fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Option<f64> {
-    let ErrorRows { jacobian, residual, fitted } = rows;
+    let ErrorRows { jacobian, residual, fitted, .. } = rows;
     let p = jacobian.ncols();
     residual.len().checked_sub(p + 1).filter(|n| *n >= 1)?;
     let across = identify::across(jacobian, &second);
@@ -72,7 +73,7 @@ fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Opti
     }
     let mut more = jacobian.clone().insert_column(p, 0.0);
     more.set_column(p, &across);
-    let errors = errors::of(&more, &left, fitted, samples, false);
+    let errors = errors::of(&more, &left, fitted, &Origin::of(samples), false);
     let t = beta / errors.deviations[p];
     Some((1.0 - statistics::t_probability(t, errors.free)).max(0.0))
 }

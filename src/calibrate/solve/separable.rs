@@ -40,6 +40,8 @@ const ROUNDING: f64 = 1e-13;
 const NEAR: f64 = 1e-10;
 /// Part by which the columns at x and −x may differ by rounding \[–\]
 const MIRRORED: f64 = 1e-9;
+/// Largest norm of a column, so that products of columns do not overflow \[–\]: an exponential law is not defined beyond
+const LARGEST: f64 = 1e100;
 /// Value of the objective where the law is not defined \[–\]: a step into it is taken back
 const WALL: f64 = 1e12;
 
@@ -83,7 +85,7 @@ impl Projected<'_> {
         let one = |x: &f64| {
             let theta = (self.family.shape)(*x, self.reach).0;
             let column = self.rows.column(|s| (self.family.tau)(theta, s));
-            (x.abs() <= wall && column.iter().all(|v| v.is_finite())).then_some(column)
+            (x.abs() <= wall && column.norm() <= LARGEST).then_some(column)
         };
         x.iter().map(one).collect()
     }

@@ -19,7 +19,9 @@ const BACK: f64 = 0.98;
 pub fn before(samples: &[Sample]) -> usize {
     let side = |s: &Sample| if s.stretch < 1.0 { -s.stress } else { s.stress };
     let all = samples.len();
-    let Some(top) = (0..all).max_by(|a, b| side(&samples[*a]).total_cmp(&side(&samples[*b]))) else { return 0 };
+    // Of stresses against the stretch the largest one is negative, and no rupture
+    let size = |k: &usize| side(&samples[*k]).abs();
+    let Some(top) = (0..all).max_by(|a, b| size(a).total_cmp(&size(b))) else { return 0 };
     let largest = side(&samples[top]);
     let after = &samples[top..];
     let amount = |s: &Sample| s.stretch.ln().abs();
@@ -108,6 +110,9 @@ mod tests {
         assert_eq!(before(&unloaded), 120);
         let soft = curve(up().map(|l| (l, law(l.min(2.5)) * 0.9)));
         assert_eq!(before(&soft), 60);
+        // Stresses against the stretch, whose first one is noise of the other sign
+        let turned = curve(up().enumerate().map(|(k, l)| (l, if k == 0 { 5.0 } else { -law(l) })));
+        assert_eq!(before(&turned), 60);
         let pressed =
             curve((0..20).map(|k| 1.0 - 0.03 * f64::from(k)).map(|l| (l, if l < 0.5 { 0.0 } else { law(l) })));
         assert_eq!(before(&pressed), pressed.iter().filter(|s| s.stress < 0.0 || s.stretch == 1.0).count());

@@ -19,8 +19,8 @@ pub enum VolumeError {
     Constant { file: String, what: &'static str },
     #[error("{file}: {fact}; {remedy}")]
     Sign { file: String, fact: String, remedy: &'static str },
-    #[error("{first} and {second} hold the same bytes, and would count as two specimens; give each file once")]
-    SameFile { first: String, second: String },
+    #[error("{first} and {second} hold the same numbers, and would count as two specimens; give each specimen once")]
+    SameData { first: String, second: String },
     #[error("volumetric = \"{name}\" is no volumetric part; take one of quadratic, logarithmic, simo_taylor")]
     Part { name: String },
     #[error(

@@ -8,6 +8,7 @@ use crate::calibrate::StretchRange;
 use crate::calibrate::intake::columns::Sign;
 use crate::calibrate::intake::names::{self, StrainKind};
 use crate::calibrate::intake::roles::{self, ReadColumn, Role, Wanted};
+use crate::calibrate::same_data;
 use crate::material::{Volumetric, VolumetricKind};
 
 /// Rows that a fit needs
@@ -19,18 +20,20 @@ const LEAST_CHANGE: f64 = 1e-9;
 pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
     let parts = parts(request)?;
     let mut data = Data::default();
-    let (mut across, mut along) = (vec![], vec![]);
+    let (mut across, mut along, mut numbers) = (vec![], vec![], vec![]);
     for (specimen, path) in std::iter::once(&request.data).chain(&request.more).enumerate() {
         let table = read(request, path)?;
-        if let Some(first) = data.sha256.iter().position(|s| *s == table.sha256) {
-            return Err(VolumeError::SameFile { first: data.files[first].clone(), second: table.file });
-        }
+        numbers.push([&table.x[..], &table.y].concat());
         data.specimen.extend(vec![specimen; table.x.len()]);
         across.extend(table.x);
         along.extend(table.y);
         data.files.push(table.file);
         data.sha256.push(table.sha256);
         data.notes.extend(table.notes);
+    }
+    if let Some(pair) = same_data::first_pair(&numbers) {
+        let [first, second] = pair.map(|k| data.files[k].clone());
+        return Err(VolumeError::SameData { first, second });
     }
     let points = |x: Vec<f64>| Points { x, y: along.clone(), specimen: data.specimen.clone() };
     let sign = |fact: String, remedy| VolumeError::Sign { file: data.files.join(", "), fact, remedy };

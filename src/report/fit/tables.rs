@@ -117,7 +117,7 @@ fn next(s: &Scatter) -> Option<Table> {
     (!s.next.is_empty()).then(|| Table {
         name: "next-specimen",
         caption:
-            "Stress of the next specimen: mean of the laws of the specimens, and where 95 % of other ones will be."
+            "Stress of the next specimen: mean of the measured curves, smoothed along the stretch, and the 95 % prediction interval of one more."
                 .into(),
         columns: headings(&[
             ("Mode", "", false),

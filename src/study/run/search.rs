@@ -99,8 +99,8 @@ fn curves(
         let unknown = Unknown::all((file, &spec, text), &plan.constants, &plan.bounds)?;
         let (x, y) = (curve.x.clone(), curve.y.clone());
         let model = SceneModel { file: file.into(), spec, text: text.into(), body, unknown, x, y };
-        let MeasuredPlan { name, measured, offsets, .. } = curve.clone();
-        Ok::<_, CaseError>(ObservedCurve { name, model, measured, offsets })
+        let MeasuredPlan { name, measured, specimen, offsets, .. } = curve.clone();
+        Ok::<_, CaseError>(ObservedCurve { name, model, measured, specimen, offsets })
     };
     let mut all = vec![own(&plan.curve, &case.scene_file, case.spec.clone(), &case.text, body.clone())?];
     for more in &plan.more {
