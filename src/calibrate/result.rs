@@ -280,7 +280,12 @@ impl FitResult {
             writeln!(f, "of which the {}: {}", c.error, all.join(", "))?;
         }
         for s in &self.slack {
-            let why = if s.asked { "as asked".into() } else { format!("{} data points carry no stress", s.rows) };
+            let why = match (s.asked, s.rows) {
+                (true, _) => "as asked".into(),
+                (false, 0) => "with that of the other specimens".into(),
+                (false, 1) => "1 data point carries no stress".into(),
+                (false, rows) => format!("{rows} data points carry no stress"),
+            };
             let of = format!("{} ({})", s.file, s.mode);
             let [low, high] = s.interval.map(|end| if end.is_finite() { format!("{end:.5}") } else { "open".into() });
             writeln!(f, "slack of {of}: {:.5} of strain (95 % interval {low} to {high}), {why}", s.strain)?;

@@ -49,7 +49,7 @@ fn planar_tests_see_the_sum_of_mooney_rivlin() {
     let r = fitted(model, &[Mode::Planar], clean);
     assert!(r.parameters.iter().all(|e| e.std_error.is_infinite()));
     let [d] = &r.unidentified[..] else { panic!("{:?}", r.unidentified) };
-    assert_eq!((d.deviation, d.known.as_deref()), (None, Some("C10 + 1.000 C01")));
+    assert_eq!((d.half_width, d.known.as_deref()), (None, Some("C10 + 1.000 C01")));
     let sum: f64 = r.parameters.iter().map(|e| e.value).sum();
     assert!((sum / 0.2e6 - 1.0).abs() < 1e-9, "the sum is determined: {sum}");
 }

@@ -266,6 +266,40 @@ fn specimens_scatter_and_one_is_an_outlier() {
     assert!(csv.contains("e.csv,20,1.") && csv.contains("standard deviation"), "{csv}");
 }
 
+/// Three specimens with 5 % scatter, of which one has slack that shows and the others less than the distance of two data points: all have an offset, and the intervals hold the
+/// mean constants in 95 % of 200 draws, less 3 % and two standard deviations of the count. With an offset of the first one alone C10 was 9 % too small.
+#[test]
+fn slack_of_one_specimen_is_sought_in_all() {
+    let model = Model::new("yeoh", Some(2)).expect("known");
+    let truth = [30e3, 5e3];
+    let mut held = [0; 2];
+    for seed in 0..200 {
+        let mut random = Random(1 + 7919 * seed);
+        let mut e = table(model, &truth, [1.0, 2.0], &[0.0; 2]);
+        e.samples.clear();
+        for specimen in 0..3 {
+            let slack = if specimen == 0 { 0.05 } else { 0.015 * (1.0 + specimen as f64) / 2.0 };
+            let level = 1.0 + 0.05 * random.normal();
+            let rows = (0..60).map(|k| {
+                let stretch = 1.0 + k as f64 / 59.0;
+                let stress = level * model.stress(&truth, Mode::Uniaxial, (stretch - slack).max(1.0));
+                let stress = stress + 200.0 * random.normal();
+                Sample { mode: Mode::Uniaxial, stretch, stress, line: k + 2, specimen, second: 1.0 }
+            });
+            e.samples.extend(rows);
+        }
+        e.specimens = (0..3).map(|k| format!("{k}.csv")).collect();
+        let r = fitted(&e, model);
+        assert_eq!(r.slack.len(), 3, "{:?}", r.slack);
+        assert!(r.to_string().contains("with that of the other specimens"), "{r}");
+        for (count, (p, truth)) in held.iter_mut().zip(r.parameters.iter().zip(truth)) {
+            *count += i32::from(p.interval[0] <= truth && truth <= p.interval[1]);
+        }
+    }
+    println!("{held:?} of 200");
+    assert!(held.iter().all(|n| f64::from(*n) >= 200.0 * (0.95 - 0.03 - 2.0 * 0.0154)), "{held:?}");
+}
+
 /// Gent specimens whose two constants scatter by 5 %, described by a Neo-Hookean law that misses their curves by some per cent: the band holds the curve of one more specimen in 95 % of
 /// 200 draws at each of its stretches, less 3 % and two standard deviations of the count. That of the laws alone held it in 52 % at the worst stretch.
 #[test]

@@ -159,7 +159,7 @@ fn richer_laws_say_what_small_stretches_do_not_tell() {
         // The limit of the chains is at least 1e4 times the data, which leaves 1e-4 of the modulus
         assert!((r.parameters[0].value / neo - 1.0).abs() < 1e-4, "{law}: {:?}", r.parameters);
         let [d] = &r.unidentified[..] else { panic!("{law}: {:?}", r.unidentified) };
-        assert!(d.changes == r.parameters[1].symbol && d.deviation.is_none_or(|s| s > 1e3), "{law}: {d:?}");
+        assert!(d.changes == r.parameters[1].symbol && d.half_width.is_none_or(|s| s > 1e3), "{law}: {d:?}");
     }
     let (one, three) = (to("ogden", Some(1)), to("ogden", Some(3)));
     assert_eq!(three.parameters.iter().filter(|e| e.value == 0.0).count(), 2);

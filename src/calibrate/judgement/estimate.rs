@@ -35,6 +35,6 @@ pub struct Direction {
     pub changes: String,
     /// The combination that the data determine, where it is a single one
     pub known: Option<String>,
-    /// Standard deviation along the direction, relative to the constants \[–\]; `None`: the data do not depend on it at all
-    pub deviation: Option<f64>,
+    /// Half-width of the 95 % interval along the direction, relative to the constants \[–\]; `None`: the data do not depend on it at all
+    pub half_width: Option<f64>,
 }

@@ -85,7 +85,7 @@ pub fn identify(
     let told: Vec<usize> = (0..p).filter(|k| !loose(*k)).collect();
     let direction = |k: usize| {
         let v: Vec<f64> = vt.row(k).iter().copied().collect();
-        let deviation = (!blind(k) && free > 0).then(|| wider * deviation(k));
+        let half_width = (!blind(k) && free > 0).then(|| quantile * wider * deviation(k));
         let names: Vec<&str> = parameters.iter().map(|q| q.symbol).collect();
         let alike = parameters.iter().all(|q| q.dimension == Dimension::PRESSURE);
         let known = (alike && told.len() == 1 && p == 2).then(|| {
@@ -93,7 +93,7 @@ pub fn identify(
             let seen: Vec<f64> = vt.row(told[0]).iter().zip(&scale).map(|(v, z)| v / z).collect();
             combination(&seen, &names)
         });
-        Direction { changes: changes(&v, &names, values), known, deviation }
+        Direction { changes: changes(&v, &names, values), known, half_width }
     };
     let directions = (0..p).filter(|k| loose(*k)).map(direction).collect();
     let least = (0..p).min_by(|a, b| sigma[*a].total_cmp(&sigma[*b])).map(|k| direction(k).changes);

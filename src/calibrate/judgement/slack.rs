@@ -8,7 +8,7 @@
 //! below a quarter of those that the law would have there without slack, a scatter that leaves less than this quarter open at 95 %, and e₀ ≠ 0 at 1 %. The part is
 //! c = ΣPP̂/ΣP̂² over these data points, with the sign of the stresses, so that noise does not count as stress; its scatter is √(s²/ΣP̂²), s² the mean square of the
 //! residuals up to twice the slack. Where noise hides the answer, draws that look like slack by chance would have an e₀ that is too large. Any misfit of the law makes an offset significant;
-//! it does not make a rubber stretch without stress. Where e₀ is significant, a constant without it is outside of its interval with it, and
+//! it does not make a rubber stretch without stress. Where one specimen shows slack, the others of its mode were clamped alike, and each has an offset. Where e₀ is significant, a constant without it is outside of its interval with it, and
 //! no such data points exist, there is a warning.
 //!
 //! Limits: not of biaxial tests; the gauge length is not corrected by the slack.
@@ -128,8 +128,9 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
     let (values, estimates) = judged(setting, rows, &offsets)?;
     let significant = |(e, sigma): &(Estimate, f64)| e.value.abs() > *sigma;
     let pairs = || offsets.iter().zip(&estimates).filter(|(_, e)| significant(e)).map(|(o, _)| o);
-    let taken: Vec<Offset> =
-        pairs().filter(|o| is_shown(setting.model, &values, rows, o)).map(|o| Offset { strain: 0.0, ..*o }).collect();
+    let shown: Vec<Mode> = pairs().filter(|o| is_shown(setting.model, &values, rows, o)).map(|o| o.mode).collect();
+    let of_shown = offsets.iter().filter(|o| shown.contains(&o.mode));
+    let taken: Vec<Offset> = of_shown.map(|o| Offset { strain: 0.0, ..*o }).collect();
     if !taken.is_empty() {
         return Ok(Found { offsets: search(setting, rows, taken)?, hint: None });
     }

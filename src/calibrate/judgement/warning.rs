@@ -294,10 +294,10 @@ fn write_stiffness(f: &mut fmt::Formatter<'_>, mu_pa: f64, unit: &str, instead: 
 fn write_unidentifiable(f: &mut fmt::Formatter<'_>, directions: &[Direction]) -> fmt::Result {
     for (k, d) in directions.iter().enumerate() {
         f.write_str(if k > 0 { "; " } else { "" })?;
-        match d.deviation {
+        match d.half_width {
             None => write!(f, "unidentifiable: the data are insensitive to ")?,
-            Some(s) if s > 10.0 => write!(f, "hardly identifiable (standard deviation above 1000 %): ")?,
-            Some(s) => write!(f, "hardly identifiable (standard deviation {:.0} %): ", 100.0 * s)?,
+            Some(s) if s > 10.0 => write!(f, "hardly identifiable (95 % interval beyond ±1000 %): ")?,
+            Some(s) => write!(f, "hardly identifiable (95 % interval ±{:.0} %): ", 100.0 * s)?,
         }
         f.write_str(&d.changes)?;
         if let Some(known) = &d.known {
