@@ -166,6 +166,34 @@ fn plates(file: &Path) {
     std::fs::write(file, text).expect("writable");
 }
 
+/// One body in millimetres and in metres: every unit is guessed from the size, and the table is followed by a note that they differ.
+#[test]
+fn guessed_units_of_a_folder_that_differ_are_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bar = |name: &str, size: f64| {
+        let points = [[0, 0, 0], [40, 0, 0], [0, 10, 0], [0, 0, 10]];
+        let line = |(k, p): (usize, &[i32; 3])| {
+            let [x, y, z] = p.map(|c| size * f64::from(c));
+            format!("{}, {x}, {y}, {z}\n", k + 1)
+        };
+        let nodes: String = points.iter().enumerate().map(line).collect();
+        let text = format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D4, ELSET=body\n1, 1, 2, 3, 4\n");
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    };
+    let note = |more: &[&str]| {
+        let output = durometer(&[&["import", folder.path().to_str().expect("ASCII")], more].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        said.lines().find(|line| line.starts_with("note: the guessed units")).map(String::from)
+    };
+    bar("one.inp", 1.0);
+    bar("two.inp", 1.0);
+    assert_eq!(note(&[]), None);
+    bar("three.inp", 1e-3);
+    let said = note(&[]).expect("a note");
+    assert!(said.contains("differ: m (three.inp) and mm (one.inp and two.inp); ") && said.contains("--unit"), "{said}");
+    assert_eq!(note(&["--unit", "mm"]), None, "nothing is guessed");
+}
+
 /// Nearly flat cells, a wall of one cell and a gap: every command that takes the mesh says the same of it, and a contact leaves no word of the gap.
 #[test]
 fn commands_agree_on_the_limits_of_a_mesh() {
