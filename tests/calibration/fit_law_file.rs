@@ -1,8 +1,7 @@
 //! Treloar's table at moderate stretch, and the files that a fit writes.
 
 use durometer::calibrate::{
-    FitCurves, FitRequest, FitResult, FitWarning, Mode, Partner, PredictionKind, StretchRange, fit, read_law_file,
-    read_law_table,
+    FitCurves, FitRequest, FitResult, FitWarning, Mode, Partner, PredictionKind, fit, read_law_file, read_law_table,
 };
 use std::path::{Path, PathBuf};
 

@@ -171,13 +171,10 @@ fn plates(file: &Path) {
 fn guessed_units_of_a_folder_that_differ_are_named() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let bar = |name: &str, size: f64| {
-        let points = [[0, 0, 0], [40, 0, 0], [0, 10, 0], [0, 0, 10]];
-        let line = |(k, p): (usize, &[i32; 3])| {
-            let [x, y, z] = p.map(|c| size * f64::from(c));
-            format!("{}, {x}, {y}, {z}\n", k + 1)
-        };
-        let nodes: String = points.iter().enumerate().map(line).collect();
-        let text = format!("*NODE\n{nodes}*ELEMENT, TYPE=C3D4, ELSET=body\n1, 1, 2, 3, 4\n");
+        let points = [[0, 0, 0], [40, 0, 0], [0, 10, 0], [0, 0, 10]].map(|p| p.map(|c| size * f64::from(c)));
+        let points: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+        let head = "# vtk DataFile Version 3.0\nbar\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n";
+        let text = format!("{head}{points}CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n");
         std::fs::write(folder.path().join(name), text).expect("writable");
     };
     let note = |more: &[&str]| {
@@ -185,12 +182,12 @@ fn guessed_units_of_a_folder_that_differ_are_named() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         said.lines().find(|line| line.starts_with("note: the guessed units")).map(String::from)
     };
-    bar("one.inp", 1.0);
-    bar("two.inp", 1.0);
+    bar("one.vtk", 1.0);
+    bar("two.vtk", 1.0);
     assert_eq!(note(&[]), None);
-    bar("three.inp", 1e-3);
+    bar("three.vtk", 1e-3);
     let said = note(&[]).expect("a note");
-    assert!(said.contains("differ: m (three.inp) and mm (one.inp and two.inp); ") && said.contains("--unit"), "{said}");
+    assert!(said.contains("differ: m (three.vtk) and mm (one.vtk and two.vtk); ") && said.contains("--unit"), "{said}");
     assert_eq!(note(&["--unit", "mm"]), None, "nothing is guessed");
 }
 

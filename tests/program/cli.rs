@@ -510,7 +510,7 @@ fn results_of_others_are_replaced_only_when_asked() {
     };
     let lateral = |nu: f64| {
         let row = |k: i32| format!("{},{}\n", 0.02 * f64::from(k), -nu * 0.02 * f64::from(k) + 1e-4 * f64::from(k % 3));
-        format!("strain,lateral strain\n{}", (0..12).map(row).collect::<String>())
+        format!("strain [1],lateral strain [1]\n{}", (0..12).map(row).collect::<String>())
     };
     let decay = |tau: f64| {
         let row = |k: i32| 0.05 * 1.5_f64.powi(k);
