@@ -1,6 +1,7 @@
 //! Files: read within a limit, written whole or not at all, known by their contents; the time of their records.
 
 pub mod reading;
+pub mod results;
 pub mod table;
 pub mod writing;
 

@@ -22,8 +22,6 @@ pub enum FitError {
     Read { path: PathBuf, source: std::io::Error },
     #[error("{}: cannot be written: {source}; choose another place", path.display())]
     Write { path: PathBuf, source: std::io::Error },
-    #[error("{}: holds {own}, which {by} would replace; name another folder with --out, or pass --replace", path.display())]
-    Replaces { path: PathBuf, own: String, by: String },
     #[error("{}: {message}", path.display())]
     Card { path: PathBuf, message: String },
     #[error(

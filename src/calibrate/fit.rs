@@ -405,7 +405,8 @@ fn range_dependence(
             let part = &samples[..n];
             let found = solve_untested(&setting.of(part), part, answer).ok()?;
             let misfit = Misfit::of(&residuals(part, |s| setting.model.at(&found.values, s)))?;
-            Some(RangeRow {
+            // A law that is infinite at its own data points fits nothing
+            misfit.rms_pa.is_finite().then(|| RangeRow {
                 to: part[n - 1].stretch,
                 rows: n,
                 parameters: found.identified.estimates,

@@ -10,7 +10,6 @@
 
 use super::{AuditKind, FitError, FitResult, Loss, Partner, Weighting};
 use crate::storage::{self, TEXT_LIMIT};
-use std::collections::BTreeSet;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -98,31 +97,6 @@ impl FitResult {
     /// Writes `law.toml`.
     pub fn write_law(&self, path: &Path) -> Result<(), FitError> {
         storage::write(path, self.law_text().as_bytes()).map_err(|source| FitError::Write { path: path.into(), source })
-    }
-}
-
-impl FitResult {
-    /// Refuses a law file that this fit would replace, unless it has the same law, with as many terms, of the same table.
-    pub fn check_replaced(&self, path: &Path) -> Result<(), FitError> {
-        if !path.exists() {
-            return Ok(());
-        }
-        let by = format!("{} on {}", self.label, self.data);
-        let replaces = |own: String| Err(FitError::Replaces { path: path.into(), own, by });
-        let Ok((law, provenance)) = read_law_file(path) else {
-            return replaces("something else than a law".into());
-        };
-        let text = |table: &Table, key: &str| table.get(key).and_then(Value::as_str).unwrap_or_default().to_string();
-        let is_fitted = |name: &&String| provenance.contains_key(&format!("{name}_interval"));
-        let fitted: BTreeSet<&str> = law.keys().filter(is_fitted).map(String::as_str).collect();
-        let (name, data) = (text(&law, "law"), text(&provenance, "data"));
-        let is_same_table = text(&provenance, "sha256") == self.data_sha256;
-        if is_same_table && name == self.law && fitted == self.parameters.iter().map(|e| e.name).collect() {
-            return Ok(());
-        }
-        let constants = fitted.into_iter().collect::<Vec<_>>().join(", ");
-        let contents = if data == self.data && !is_same_table { " of other contents" } else { "" };
-        replaces(format!("the law {name} ({constants}) fitted to {data}{contents}"))
     }
 }
 

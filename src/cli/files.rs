@@ -1,7 +1,7 @@
 //! Resolution of a name on the command line to its file.
 
 use durometer::catalogue::{self, Home};
-use durometer::scene::read_table;
+use durometer::scene::{self, read_table};
 use durometer::wording::{first, nearest};
 use std::path::{Path, PathBuf};
 
@@ -58,7 +58,7 @@ fn names(studies: &Path, file: &str) -> Vec<String> {
 
 /// A study or a scene, by what the file says. One that cannot be read is taken for a scene, whose reader says why.
 pub fn is_study(file: &Path) -> bool {
-    read_table(file).is_ok_and(|(_, table)| table.contains_key("scene") || table.contains_key("family"))
+    read_table(file).is_ok_and(|(_, table)| scene::is_study(&table))
 }
 
 /// For `check` and `mesh`: a study, or else a scene, of this name.

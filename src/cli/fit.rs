@@ -2,6 +2,7 @@
 
 use super::files;
 use super::outcome::{CommandResult, Outcome};
+use super::results::ReplaceArgs;
 use super::softening;
 use durometer::calibrate::softening::fit_softening;
 use durometer::calibrate::{
@@ -9,6 +10,7 @@ use durometer::calibrate::{
     StretchRange, UnknownMode, Weighting, compare, fit,
 };
 use durometer::math::units::{self, Dimension};
+use durometer::report::ReportError;
 use std::path::PathBuf;
 
 /// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
@@ -162,9 +164,8 @@ pub struct Args {
     /// Fit softening (Mullins effect) to unloading and reloading too, and the law to the first loading of every stretch; writes mullins/mullins.toml
     #[arg(long, conflicts_with_all = ["cycle", "zero", "toe"])]
     softening: bool,
-    /// Replace the results of another law or table in the folder of the results
-    #[arg(long)]
-    replace: bool,
+    #[command(flatten)]
+    replace: ReplaceArgs,
     /// Print fit.json instead of words
     #[arg(long)]
     json: bool,
@@ -229,9 +230,10 @@ pub fn main(args: Args) -> CommandResult {
     }
     if args.law == "all" {
         let table = compare(&request)?;
-        files::make_folder(&out)?;
-        table.write_json(&out.join("compare.json"))?;
-        durometer::report::fit::comparison::write(&out)?;
+        args.replace.check(&out, "fit", "all laws", &csv)?.write(|folder| {
+            table.write_json(&folder.join("compare.json"))?;
+            Ok::<_, Box<dyn std::error::Error>>(durometer::report::fit::comparison::write(folder)?)
+        })?;
         say!("{}", if args.json { serde_json::to_string_pretty(&table)? } else { table.to_string() });
         return Ok(Outcome::Complete);
     }
@@ -239,26 +241,25 @@ pub fn main(args: Args) -> CommandResult {
         true => fit_softening(&request).map(|(law, softening)| (law, Some(softening)))?,
         false => (fit(&request)?, None),
     };
-    let law_file = out.join("law.toml");
-    if !args.replace {
-        result.check_replaced(&law_file)?;
-    }
-    files::make_folder(&out)?;
-    result.write_law(&law_file)?;
-    result.write_json(&out.join("fit.json"))?;
-    durometer::report::fit::write(&out)?;
-    softening.as_ref().map(|fit| softening::write(&out.join("mullins"), fit)).transpose()?;
+    let undrawn = args.replace.check(&out, "fit", result.label.as_str(), &csv)?.write(|folder| {
+        result.write_law(&folder.join("law.toml"))?;
+        result.write_json(&folder.join("fit.json"))?;
+        let of_law = ReportError::of_figure(durometer::report::fit::write(folder))?;
+        let of_softening = softening.as_ref().map(|fit| softening::write(&folder.join("mullins"), fit)).transpose()?;
+        Ok::<_, Box<dyn std::error::Error>>(of_law.or(of_softening.flatten()))
+    })?;
     if args.json {
         say!("{}", durometer::storage::read_text(&out.join("fit.json"), durometer::storage::DATA_LIMIT)?);
     } else {
         say!("{result}");
-        say!("results: {}, report: {}", law_file.display(), out.join("index.html").display());
+        say!("results: {}, report: {}", out.join("law.toml").display(), out.join("index.html").display());
         let lines: Vec<String> = std::iter::once("include = \"law.toml\"".into()).chain(result.scene_lines()).collect();
         say!("in the table of a law of a scene: {}", lines.join(", "));
         if let Some(softening) = &softening {
             say!("\n{softening}\nresults: {}", out.join("mullins").join("mullins.toml").display());
         }
     }
+    undrawn.map_or(Ok(()), Err)?;
     let determined = result.is_determined() && softening.is_none_or(|fit| fit.is_determined());
     Ok(if determined { Outcome::Complete } else { Outcome::NotDetermined })
 }

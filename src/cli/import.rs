@@ -9,7 +9,8 @@ use durometer::mesh::quality::Quality;
 use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, limits_of_mesh, starter};
 use durometer::solve::Status;
 use durometer::storage;
-use durometer::wording;
+use durometer::wording::{self, few};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -163,12 +164,19 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
     let (rows, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
         files.iter().partition(|p| !is_part(p) && (has_name(p) || recognise(p).is_ok()));
     say!("{:32} {:20} {:>8} {:>5} {:>8} {:22} {:>8}", "file", "format", "cells", "parts", "regions", "run", "time");
-    let (mut bad, mut reasons) = (0, Vec::new());
+    let (mut bad, mut reasons, mut guessed) = (0, Vec::new(), BTreeMap::<String, Vec<String>>::new());
     for file in &rows {
         let start = Instant::now();
         let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
         let format = recognise(file).map_or("unknown", |f| f.name);
-        match tried(file, unit) {
+        let tried = Import::of(file, unit, &mut |_| {}).map_err(Into::into).and_then(|import| {
+            // CAD, which states its unit, has no census
+            if unit.is_none() && import.census.is_some() {
+                guessed.entry(import.unit.clone()).or_default().push(name.clone());
+            }
+            tried(file, import)
+        });
+        match tried {
             Ok((imported, status)) => {
                 bad += usize::from(!matches!(status, Status::Converged));
                 let mesh = &imported.mesh;
@@ -189,6 +197,13 @@ fn folder(folder: &Path, unit: Option<&str>) -> CommandResult {
         }
     }
     reasons.iter().for_each(|why| say!("refused: {why}"));
+    if guessed.len() > 1 {
+        let units: Vec<String> = guessed.iter().map(|(unit, files)| format!("{unit} ({})", few(files))).collect();
+        let units = wording::all(&units);
+        tell!(
+            "note: the guessed units of length differ: {units}; where these files belong together, give their unit with --unit"
+        );
+    }
     if !others.is_empty() {
         let names: Vec<_> = others.iter().filter_map(|p| p.file_name()).map(|n| n.to_string_lossy()).collect();
         say!("passed over: {}", names.join(", "));
@@ -204,8 +219,7 @@ struct Row {
 }
 
 /// Imports a file and runs its starter scene.
-fn tried(file: &Path, unit: Option<&str>) -> Result<(Row, Status), Box<dyn std::error::Error>> {
-    let mut import = Import::of(file, unit, &mut |_| {})?;
+fn tried(file: &Path, mut import: Import) -> Result<(Row, Status), Box<dyn std::error::Error>> {
     let imported = import.load(&mut |_| {})?;
     let at = file.with_extension("toml");
     let text = starter(&import, &imported, at.parent().unwrap_or(Path::new("")));

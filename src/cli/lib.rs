@@ -34,6 +34,7 @@ mod plan;
 mod prony;
 mod region_table;
 mod report;
+mod results;
 mod robustness;
 mod run;
 mod schema;

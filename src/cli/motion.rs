@@ -3,6 +3,7 @@
 use super::files;
 use super::motion_tables as tables;
 use super::outcome::{CommandResult, Outcome};
+use super::results::ReplaceArgs;
 use super::style::StyleArgs;
 use durometer::math::tensor::Vec3;
 use durometer::math::units::{self, Dimension, UnitError};
@@ -78,6 +79,8 @@ pub struct Args {
     /// Folder of the results [default: reports/motion-<name of the first file>]
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceArgs,
 }
 
 pub fn main(args: Args) -> CommandResult {
@@ -86,36 +89,15 @@ pub fn main(args: Args) -> CommandResult {
 
 fn draw(args: Args) -> CommandResult {
     let (request, files) = (request(&args)?, files::all_brought(&args.files)?);
-    let stem = |path: &Path| path.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned());
     let found: Vec<Evaluation> = files
         .iter()
         .map(|file| evaluate(&MotionRequest { file: file.clone(), ..request.clone() }))
         .collect::<Result<_, _>>()?;
-    let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0]))));
-    files::make_folder(&out.join("figures"))?;
-    let (mut audit, mut figures) = (String::new(), vec![]);
-    for (k, (file, evaluation)) in args.files.iter().zip(&found).enumerate() {
-        // Repeats may have one name in several folders
-        let same = args.files[..k].iter().any(|other| stem(other) == stem(file));
-        let name = if same { format!("{}-{}", stem(file), k + 1) } else { stem(file) };
-        audit += &format!("{}\n", file.display());
-        audit.extend(evaluation.log.iter().map(|line| format!("  {line}\n")));
-        audit.extend(evaluation.doubts.iter().map(|line| format!("  doubt: {line}\n")));
-        output::write(&out.join(format!("{name}-curves.csv")), tables::curves(evaluation).as_bytes())?;
-        if let Some(figure) = picture::draw(&name, evaluation) {
-            export::save(&out.join("figures"), &figure)?;
-            figures.push(figure.name);
-        }
-    }
-    output::write(&out.join("audit.txt"), audit.as_bytes())?;
-    say!("{}", audit.trim_end());
-    let tables = [tables::states(&found), tables::ring_downs(&found), tables::repeats(&found)?];
-    for table in tables.iter().filter(|t| !t.rows.is_empty()) {
-        table.save(&out)?;
-        say!("\n{}", tables::text(table).trim_end());
-    }
-    let written: Vec<&str> = tables.iter().filter(|t| !t.rows.is_empty()).map(|t| t.name).collect();
-    methods::write(&out, &found, &written, &figures)?;
+    let usual = || PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0])));
+    let out = args.out.clone().unwrap_or_else(usual);
+    let results = args.replace.check(&out, "motion", args.record.as_deref().unwrap_or_default(), &files)?;
+    let said = results.write(|folder| write(folder, &args.files, &found))?;
+    say!("{said}");
     say!(
         "\nresults: {}, figures: {}, paper: {}",
         out.display(),
@@ -123,6 +105,39 @@ fn draw(args: Args) -> CommandResult {
         out.join("paper").display()
     );
     Ok(Outcome::Complete)
+}
+
+fn stem(file: &Path) -> String {
+    file.file_stem().map_or_else(|| "record".into(), |n| n.to_string_lossy().into_owned())
+}
+
+/// Writes curves, figures, tables and the paper of these files, and returns the audit with the tables in words.
+fn write(folder: &Path, files: &[PathBuf], found: &[Evaluation]) -> Result<String, Box<dyn std::error::Error>> {
+    output::folder(&folder.join("figures"))?;
+    let (mut audit, mut figures) = (String::new(), vec![]);
+    for (k, (file, evaluation)) in files.iter().zip(found).enumerate() {
+        // Repeats may have one name in several folders
+        let same = files[..k].iter().any(|other| stem(other) == stem(file));
+        let name = if same { format!("{}-{}", stem(file), k + 1) } else { stem(file) };
+        audit += &format!("{}\n", file.display());
+        audit.extend(evaluation.log.iter().map(|line| format!("  {line}\n")));
+        audit.extend(evaluation.doubts.iter().map(|line| format!("  doubt: {line}\n")));
+        output::write(&folder.join(format!("{name}-curves.csv")), tables::curves(evaluation).as_bytes())?;
+        if let Some(figure) = picture::draw(&name, evaluation) {
+            export::save(&folder.join("figures"), &figure)?;
+            figures.push(figure.name);
+        }
+    }
+    output::write(&folder.join("audit.txt"), audit.as_bytes())?;
+    let mut said = audit.trim_end().to_string();
+    let tables = [tables::states(found), tables::ring_downs(found), tables::repeats(found)?];
+    for table in tables.iter().filter(|t| !t.rows.is_empty()) {
+        table.save(folder)?;
+        said += &format!("\n\n{}", tables::text(table).trim_end());
+    }
+    let written: Vec<&str> = tables.iter().filter(|t| !t.rows.is_empty()).map(|t| t.name).collect();
+    methods::write(folder, found, &written, &figures)?;
+    Ok(said)
 }
 
 fn request(args: &Args) -> Result<MotionRequest, Box<dyn std::error::Error>> {

@@ -1,6 +1,7 @@
 //! `durometer plan SCENE`
 
 use super::outcome::{CommandResult, Outcome};
+use super::results::ReplaceArgs;
 use super::{bars::Bars, files};
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
@@ -43,6 +44,8 @@ pub struct Args {
     /// Folder of plan.json [default: reports/plan-<scene>]
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceArgs,
     /// Change a key, e.g. --set laws.rubber.nu=0.49
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -89,6 +92,8 @@ pub fn main(args: Args) -> CommandResult {
     let shown = Shown(Bars::new(args.json));
     let name = request.file.parent().and_then(|p| p.file_name()).map_or("scene".into(), |n| n.to_string_lossy());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("plan-{name}")));
+    // Before the pilots, which take their time
+    let results = args.replace.check(&out, "plan", args.set.join(", "), std::slice::from_ref(&request.file))?;
     let made = plan(&request, &shown).and_then(|mut planned| {
         if args.run {
             planned.carry_out(&request, &shown)?;
@@ -106,9 +111,8 @@ pub fn main(args: Args) -> CommandResult {
         }
         plan => plan?,
     };
-    files::make_folder(&out)?;
     let json = serde_json::to_string_pretty(&plan)?;
-    folder::write(&out.join("plan.json"), &json)?;
+    results.write(|part| Ok::<_, Box<dyn std::error::Error>>(folder::write(&part.join("plan.json"), &json)?))?;
     match args.json {
         true => say!("{json}"),
         false => say!("\n{}\n\nwritten: {}", plan.lines().join("\n"), out.join("plan.json").display()),

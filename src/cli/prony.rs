@@ -3,8 +3,10 @@
 use super::arguments::contents;
 use super::files;
 use super::outcome::{CommandResult, Outcome};
+use super::results::ReplaceArgs;
 use durometer::calibrate::relaxation::{RelaxationRequest, TermChoice, TestKind, fit_relaxation};
 use durometer::math::units::{self, Dimension};
+use durometer::report::ReportError;
 use std::path::PathBuf;
 
 /// Fit a Prony series to relaxation, creep, loading or dynamic data (CSV) and write prony.toml, which a scene can include
@@ -63,6 +65,8 @@ pub struct Args {
     /// Folder of the results [default: reports/prony-<name of the table>]
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceArgs,
     /// Print prony.json instead of words
     #[arg(long)]
     json: bool,
@@ -88,15 +92,17 @@ pub fn main(args: Args) -> CommandResult {
     let stem = args.csv[0].file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = args.out.unwrap_or_else(|| PathBuf::from("reports").join(format!("prony-{stem}")));
     let fit = fit_relaxation(&request)?;
-    files::make_folder(&out)?;
-    fit.write_series(&out.join("prony.toml"))?;
-    fit.write_json(&out.join("prony.json"))?;
-    durometer::report::summary::write(&out)?;
+    let undrawn = args.replace.check(&out, "prony", request.kind.name(), &csv)?.write(|folder| {
+        fit.write_series(&folder.join("prony.toml"))?;
+        fit.write_json(&folder.join("prony.json"))?;
+        Ok::<_, Box<dyn std::error::Error>>(ReportError::of_figure(durometer::report::summary::write(folder))?)
+    })?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&fit)?);
     } else {
         say!("{fit}");
         say!("results: {}, report: {}", out.join("prony.toml").display(), out.join("index.html").display());
     }
+    undrawn.map_or(Ok(()), Err)?;
     Ok(if fit.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
 }

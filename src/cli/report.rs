@@ -2,10 +2,13 @@
 
 use super::outcome::{CommandResult, Outcome};
 use super::style::StyleArgs;
-use durometer::report::style;
+use durometer::report::{self, style};
+use durometer::storage::results::add;
+use durometer::storage::writing::Writing;
+use durometer::storage::{self, DATA_LIMIT};
 use durometer::study::report::Summary;
 use durometer::wording::few;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Draw the report of a study, a fit or a comparison of fits again from its stored results
 #[derive(clap::Args)]
@@ -33,30 +36,11 @@ fn redraw(args: Args) -> CommandResult {
         say!("paper: {}", paper.display());
         return Ok(Outcome::Complete);
     }
-    if durometer::report::fit::is_comparison(&args.dir) {
-        durometer::report::fit::comparison::write(&args.dir)?;
+    if let Some((file, answer)) = fit(&args.dir)? {
         if args.json {
-            say!("{}", durometer::storage::read_text(&args.dir.join("compare.json"), durometer::storage::DATA_LIMIT)?);
+            say!("{}", storage::read_text(&file, DATA_LIMIT)?);
         } else {
-            say!("report: {}", args.dir.join("index.html").display());
-        }
-        return Ok(Outcome::Complete);
-    }
-    if durometer::report::fit::is_fit(&args.dir) {
-        let answer = durometer::report::fit::write(&args.dir)?;
-        if args.json {
-            say!("{}", durometer::storage::read_text(&args.dir.join("fit.json"), durometer::storage::DATA_LIMIT)?);
-        } else {
-            say!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
-        }
-        return Ok(Outcome::Complete);
-    }
-    if let Some(file) = durometer::report::summary::result_of(&args.dir) {
-        let answer = durometer::report::summary::write(&args.dir)?;
-        if args.json {
-            say!("{}", durometer::storage::read_text(&file, durometer::storage::DATA_LIMIT)?);
-        } else {
-            say!("{answer}\n\nreport: {}", args.dir.join("index.html").display());
+            say!("{answer}report: {}", args.dir.join("index.html").display());
         }
         return Ok(Outcome::Complete);
     }
@@ -67,6 +51,23 @@ fn redraw(args: Args) -> CommandResult {
         say!("{}\n\nreport: {}", summary.verdict, args.dir.join("index.html").display());
     }
     Ok(soundness(&summary))
+}
+
+/// Draws the report of a folder with a fit of any kind, and lists its files. Returns the name of the stored result and the answer in words; none where it holds no fit.
+fn fit(dir: &Path) -> Result<Option<(PathBuf, String)>, Box<dyn std::error::Error>> {
+    let writing = Writing::begin();
+    let drawn = if report::fit::is_comparison(dir) {
+        report::fit::comparison::write(dir)?;
+        (dir.join("compare.json"), String::new())
+    } else if report::fit::is_fit(dir) {
+        (dir.join("fit.json"), format!("{}\n\n", report::fit::write(dir)?))
+    } else if let Some(file) = report::summary::result_of(dir) {
+        (file, format!("{}\n\n", report::summary::write(dir)?))
+    } else {
+        return Ok(None);
+    };
+    add(dir, writing.files())?;
+    Ok(Some(drawn))
 }
 
 /// Names the stored files that are not sound, and the results that do not count.

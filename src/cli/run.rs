@@ -8,6 +8,7 @@ use durometer::catalogue::Launch;
 use durometer::live::Relay;
 use durometer::math::threads;
 use durometer::report::ReportError;
+use durometer::storage::results::held;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
 use durometer::study::extension::Additions;
@@ -140,9 +141,13 @@ impl How {
         self.out.clone().unwrap_or_else(|| PathBuf::from("reports").join(study))
     }
 
-    /// The same of the study of this file. The usual folder is refused where it holds the results of another study of the same name.
+    /// The same of the study of this file. A folder is refused where it holds the results of another command, the usual one also where they are of another study of the
+    /// same name.
     pub fn dir_of(&self, study: &str, file: &Path) -> Result<PathBuf, String> {
         let dir = self.dir(study);
+        if let Some(own) = held(&dir) {
+            return Err(format!("{}: holds {own}; choose another folder with --out", dir.display()));
+        }
         match origin::other(&dir, file).filter(|_| self.out.is_none()) {
             Some(other) => Err(format!(
                 "{}: it holds results of {}, which has the same name; choose another folder with --out, rename one of the two, or remove this folder",

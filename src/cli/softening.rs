@@ -2,14 +2,14 @@
 
 use super::files;
 use durometer::calibrate::softening::SofteningFit;
+use durometer::report::ReportError;
 use std::error::Error;
 use std::path::Path;
 
-/// Writes `mullins.toml`, `mullins.json` and a page into a folder of their own.
-pub fn write(dir: &Path, fit: &SofteningFit) -> Result<(), Box<dyn Error>> {
+/// Writes `mullins.toml`, `mullins.json` and a page into a folder of their own, and returns the failure of a figure.
+pub fn write(dir: &Path, fit: &SofteningFit) -> Result<Option<ReportError>, Box<dyn Error>> {
     files::make_folder(dir)?;
     fit.write_softening(&dir.join("mullins.toml"))?;
     fit.write_json(&dir.join("mullins.json"))?;
-    durometer::report::summary::write(dir)?;
-    Ok(())
+    Ok(ReportError::of_figure(durometer::report::summary::write(dir))?)
 }

@@ -3,8 +3,10 @@
 use super::arguments::contents;
 use super::files;
 use super::outcome::{CommandResult, Outcome};
+use super::results::ReplaceArgs;
 use durometer::calibrate::volume::{VolumeRequest, VolumeTest, fit_volume};
 use durometer::calibrate::{Sign, StretchRange};
+use durometer::report::ReportError;
 use std::path::PathBuf;
 
 /// Fit Poisson's ratio to lateral strain, or the bulk modulus to pressure over volume (CSV), and write volume.toml with the keys for a law
@@ -44,28 +46,32 @@ pub struct Args {
     /// Folder of the results [default: reports/volume-<name of the table>]
     #[arg(long)]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: ReplaceArgs,
     /// Print volume.json instead of words
     #[arg(long)]
     json: bool,
 }
 
 pub fn main(args: Args) -> CommandResult {
-    let Args { csv, experiment: test, volumetric, column, unit, range, positive, out, json } = args;
+    let Args { csv, experiment: test, volumetric, column, unit, range, positive, out, replace, json } = args;
     let csv = files::all_brought(&csv)?;
     let (columns, units) = (contents(&column)?, contents(&unit)?);
     let (data, more) = (csv[0].clone(), csv[1..].to_vec());
     let stem = data.file_stem().map_or_else(|| "data".into(), |n| n.to_string_lossy().into_owned());
     let out = out.unwrap_or_else(|| PathBuf::from("reports").join(format!("volume-{stem}")));
     let fit = fit_volume(&VolumeRequest { data, more, test, columns, units, volumetric, range, positive })?;
-    files::make_folder(&out)?;
-    fit.write_keys(&out.join("volume.toml"))?;
-    fit.write_json(&out.join("volume.json"))?;
-    durometer::report::summary::write(&out)?;
+    let undrawn = replace.check(&out, "volume", test.name(), &csv)?.write(|folder| {
+        fit.write_keys(&folder.join("volume.toml"))?;
+        fit.write_json(&folder.join("volume.json"))?;
+        Ok::<_, Box<dyn std::error::Error>>(ReportError::of_figure(durometer::report::summary::write(folder))?)
+    })?;
     if json {
         say!("{}", serde_json::to_string_pretty(&fit)?);
     } else {
         say!("{fit}");
         say!("results: {}, report: {}", out.join("volume.toml").display(), out.join("index.html").display());
     }
+    undrawn.map_or(Ok(()), Err)?;
     Ok(if fit.is_determined() { Outcome::Complete } else { Outcome::NotDetermined })
 }

@@ -72,6 +72,15 @@ pub enum ReportError {
 }
 
 impl ReportError {
+    /// The failure of a figure, which costs neither the numbers nor the page; any other one is an error.
+    pub fn of_figure<T>(report: Result<T, Self>) -> Result<Option<Self>, Self> {
+        match report {
+            Ok(_) => Ok(None),
+            Err(why @ Self::Figure { .. }) => Ok(Some(why)),
+            Err(why) => Err(why),
+        }
+    }
+
     /// Of a figure whose drawing ended in a panic.
     pub(super) fn drawing(name: &str) -> Self {
         let what = "a bug of this program; please report it with study.json and the folder cases".into();

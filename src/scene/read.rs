@@ -26,8 +26,11 @@ pub fn changed_scene(
     changes: &[(String, toml::Value)],
 ) -> Result<(SceneSpec, String), SceneError> {
     let mut table: toml::Table = text.parse().map_err(|e| mistake(file, text, "", &e, None))?;
-    if table.contains_key("family") && table.contains_key("scene") {
-        return Err(content(file, "file", "this is a study, not a scene", "run it with: durometer run"));
+    if is_study(&table) {
+        let scene = table.get("scene").and_then(toml::Value::as_str).map(|scene| file.with_file_name(scene));
+        let scene = scene.map_or(String::new(), |scene| format!(", or give its scene, {}", scene.display()));
+        let remedy = format!("run it with: durometer run {}{scene}", file.display());
+        return Err(content(file, "file", "this is a study, not a scene", &remedy));
     }
     // Errors of the file itself are reported with their line.
     from_text::<SceneSpec>(file, text, "")?;
@@ -77,6 +80,11 @@ fn include_in_effects(file: &Path, base: &Path, table: &mut toml::Table) -> Resu
 
 fn content(file: &Path, place: &str, fact: &str, remedy: &str) -> SceneError {
     SceneError::Content { file: file.into(), place: place.into(), fact: fact.into(), remedy: remedy.into() }
+}
+
+/// Whether a table is that of a study, by keys that no scene has.
+pub fn is_study(table: &toml::Table) -> bool {
+    ["scene", "family"].iter().any(|key| table.contains_key(*key))
 }
 
 /// Text and table of a TOML file.

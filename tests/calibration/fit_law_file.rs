@@ -1,8 +1,7 @@
 //! Treloar's table at moderate stretch, and the files that a fit writes.
 
 use durometer::calibrate::{
-    FitCurves, FitRequest, FitResult, FitWarning, Mode, Partner, PredictionKind, StretchRange, fit, read_law_file,
-    read_law_table,
+    FitCurves, FitRequest, FitResult, FitWarning, Mode, Partner, PredictionKind, fit, read_law_file, read_law_table,
 };
 use std::path::{Path, PathBuf};
 
@@ -250,39 +249,4 @@ fn a_law_file_reads_back_to_the_last_digit() {
     assert!(r.write_law(&missing).expect_err("no folder").to_string().contains("cannot be written"));
     std::fs::write(&path, "mu = \"1 Pa\"\n").expect("writable");
     assert!(read_law_table(&path).expect_err("no law").to_string().contains("has no law"));
-}
-
-/// A law file stays where another law, another number of terms or another table would take its place; the same fit may be repeated with another range.
-#[test]
-fn the_law_of_another_fit_is_not_replaced() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().join("law.toml");
-    let table = |stiffness: f64| {
-        let csv = folder.path().join("pull.csv");
-        let rows =
-            (0..12).map(|k| 1.0 + 0.05 * f64::from(k)).map(|l| format!("{l},{}\n", stiffness * (l - l.powi(-2))));
-        std::fs::write(&csv, format!("stretch,stress (kPa)\n{}", rows.collect::<String>())).expect("writable");
-        csv
-    };
-    let of = |law: &str, terms: usize, stiffness: f64, to: f64| {
-        let mut request = FitRequest::new(table(stiffness), law);
-        (request.options.modes, request.options.terms) = (vec![Mode::Uniaxial], Some(terms));
-        request.options.range = Some(StretchRange { from: 1.0, to });
-        fit(&request).unwrap_or_else(|e| panic!("{law}: {e}"))
-    };
-    let first = of("yeoh", 2, 100.0, 1.6);
-    first.check_replaced(&path).expect("no file is there");
-    first.write_law(&path).expect("writable");
-    of("yeoh", 2, 100.0, 1.4).check_replaced(&path).expect("the same law and table");
-    for (other, own) in [
-        (of("neo_hookean", 1, 100.0, 1.6), "holds the law yeoh (C10, C20) fitted to pull.csv, which"),
-        (of("yeoh", 1, 100.0, 1.6), "which Yeoh with 1 term on pull.csv would replace"),
-        (of("yeoh", 2, 90.0, 1.6), "fitted to pull.csv of other contents"),
-    ] {
-        let error = other.check_replaced(&path).expect_err("another fit").to_string();
-        assert!(error.contains(own) && error.contains("--out") && error.contains("--replace"), "{error}");
-    }
-    std::fs::write(&path, "mine").expect("writable");
-    let error = first.check_replaced(&path).expect_err("no law").to_string();
-    assert!(error.contains("something else than a law"), "{error}");
 }

@@ -131,3 +131,18 @@ fn the_comparison_of_laws_has_a_table() {
     let page = std::fs::read_to_string(dir.path().join("index.html")).expect("the page");
     assert!(names.iter().all(|name| page.contains(&format!("<td>{name}</td>"))));
 }
+
+/// The Veronda–Westmann law of the first five data points is infinite at them: such a range is left out, and the stored fit can be read again.
+#[test]
+fn a_range_whose_law_is_infinite_has_no_row() {
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/treloar-1944/treloar-1944.csv");
+    let mut request = FitRequest::new(data, "veronda_westmann");
+    request.options.modes = vec![Mode::Uniaxial];
+    request.options.range = Some(StretchRange { from: 1.0, to: 3.0 });
+    let result = fit(&request).expect("the table is part of the project");
+    assert!(!result.range_dependence.is_empty());
+    assert!(result.range_dependence.iter().all(|row| row.rms_pa.is_finite()), "{:?}", result.range_dependence);
+    result.write_json(&dir.path().join("fit.json")).expect("writable");
+    report::fit::write(dir.path()).expect("a report");
+}

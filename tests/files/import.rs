@@ -166,6 +166,31 @@ fn plates(file: &Path) {
     std::fs::write(file, text).expect("writable");
 }
 
+/// One body in millimetres and in metres: every unit is guessed from the size, and the table is followed by a note that they differ.
+#[test]
+fn guessed_units_of_a_folder_that_differ_are_named() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let bar = |name: &str, size: f64| {
+        let points = [[0, 0, 0], [40, 0, 0], [0, 10, 0], [0, 0, 10]].map(|p| p.map(|c| size * f64::from(c)));
+        let points: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+        let head = "# vtk DataFile Version 3.0\nbar\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n";
+        let text = format!("{head}{points}CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n");
+        std::fs::write(folder.path().join(name), text).expect("writable");
+    };
+    let note = |more: &[&str]| {
+        let output = durometer(&[&["import", folder.path().to_str().expect("ASCII")], more].concat());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        said.lines().find(|line| line.starts_with("note: the guessed units")).map(String::from)
+    };
+    bar("one.vtk", 1.0);
+    bar("two.vtk", 1.0);
+    assert_eq!(note(&[]), None);
+    bar("three.vtk", 1e-3);
+    let said = note(&[]).expect("a note");
+    assert!(said.contains("differ: m (three.vtk) and mm (one.vtk and two.vtk); ") && said.contains("--unit"), "{said}");
+    assert_eq!(note(&["--unit", "mm"]), None, "nothing is guessed");
+}
+
 /// Nearly flat cells, a wall of one cell and a gap: every command that takes the mesh says the same of it, and a contact leaves no word of the gap.
 #[test]
 fn commands_agree_on_the_limits_of_a_mesh() {

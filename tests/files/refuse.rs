@@ -124,6 +124,7 @@ const COMMANDS: &[(&str, &[&str])] = &[
     ("command-simulate-study", &["simulate", "tests/cli/study.toml"]),
     ("command-only-nothing", &["run", "tests/cli/study.toml", "--only", "tet99", "--out", "target/none"]),
     ("command-robustness-study", &["robustness", "tests/cli/study.toml"]),
+    ("command-view-study", &["view", "studies/gripper/study.toml"]),
     ("command-set-form", &["check", "tests/bad/scenes/scene.toml", "--set", "mesh.unit"]),
     ("command-set-unknown", &["check", "tests/bad/scenes/scene.toml", "--set", "mesh.unitt=mm"]),
     ("command-set-no-entry", &["check", "tests/bad/scenes/scene.toml", "--set", "constraint.tendon.guide_radius=1 mm"]),

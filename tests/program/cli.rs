@@ -491,9 +491,105 @@ fn an_undetermined_fit_ends_with_code_3() {
     let other = ["fit", &csv, "--law", "neo_hookean", "--mode", "uniaxial", "--out", &out];
     call(&other, 2);
     call(&[&other[..], &["--replace"]].concat(), 0);
-    let all =
-        call(&["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out], 0);
+    let all = ["fit", "data/treloar-1944/treloar-1944.csv", "--law", "all", "--mode", "planar", "--out", &out];
+    call(&all, 2);
+    let all = call(&[&all[..], &["--replace"]].concat(), 0);
     assert!(all.contains("cross-mode") && PathBuf::from(&out).join("compare.json").is_file(), "{all}");
+    assert!(!PathBuf::from(&out).join("law.toml").exists(), "of the fit before");
+}
+
+/// Every command with a folder of its own: the same again is written anew, another command or another table is refused and changes nothing.
+#[test]
+fn results_of_others_are_replaced_only_when_asked() {
+    let (keep, out) = folder();
+    let file = |name: &str, text: &str| {
+        let path = keep.path().join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(&path, text).expect("writable");
+        path.to_str().expect("UTF-8").to_string()
+    };
+    let lateral = |nu: f64| {
+        let row = |k: i32| format!("{},{}\n", 0.02 * f64::from(k), -nu * 0.02 * f64::from(k) + 1e-4 * f64::from(k % 3));
+        format!("strain [1],lateral strain [1]\n{}", (0..12).map(row).collect::<String>())
+    };
+    let decay = |tau: f64| {
+        let row = |k: i32| 0.05 * 1.5_f64.powi(k);
+        let row = |k| format!("{},{}\n", row(k), 50.0 + 40.0 * (-row(k) / tau).exp() + 0.1 * f64::from(k % 3));
+        format!("time [s],stress [kPa]\n{}", (0..20).map(row).collect::<String>())
+    };
+    let motion = |name: &str| format!("{ROOT}/tests/motion/{name}.csv");
+    let [volume, prony, track] = ["volume", "prony", "motion"].map(|name| format!("{out}/{name}"));
+    let commands = [
+        (
+            vec!["volume", "--experiment", "lateral", "--out", &volume],
+            file("a/t.csv", &lateral(0.4)),
+            file("b/t.csv", &lateral(0.3)),
+        ),
+        (
+            vec!["prony", "--experiment", "relaxation", "--ramp", "0 s", "--terms", "1", "--out", &prony],
+            file("a/r.csv", &decay(1.0)),
+            file("b/r.csv", &decay(2.0)),
+        ),
+        (vec!["motion", "--body", "tip1,tip2,tip3", "--out", &track], motion("gravity_a"), motion("gravity_b")),
+    ];
+    let code = |arguments: &[&str]| {
+        let output = durometer(arguments);
+        (output.status.code().expect("no signal"), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    for (words, table, other) in &commands {
+        let (dir, of) = (words[words.len() - 1], |table| [&words[..1], &[table], &words[1..]].concat());
+        for _ in 0..2 {
+            let (done, said) = code(&of(table.as_str()));
+            assert!(done != 2, "{words:?}: {said}");
+        }
+        let list = || read(&Path::new(dir).join("results.json"));
+        let before = list();
+        let fit =
+            vec!["fit", "data/treloar-1944/treloar-1944.csv", "--law", "yeoh", "--mode", "uniaxial", "--out", dir];
+        let plan = vec!["plan", SCENE, "--tolerance", "5 %", "--budget", "5 s", "--out", dir];
+        for another in [of(other.as_str()), fit, plan, vec!["run", STUDY, "--out", dir]] {
+            let (refused, said) = code(&another);
+            let remedy =
+                if another[0] == "run" { "--out" } else { "name another folder with --out, or pass --replace" };
+            assert!(refused == 2 && said.contains(&format!("holds results of {}", words[0])), "{another:?}: {said}");
+            assert!(said.contains(remedy), "{another:?}: {said}");
+        }
+        assert_eq!(list(), before, "{words:?}");
+        assert!(code(&[&of(other.as_str())[..], &["--replace"]].concat()).0 != 2, "{words:?}");
+        assert!(list() != before, "{words:?}");
+    }
+}
+
+/// The files of a fit of several specimens go with it; a page that cannot be written leaves no law.
+#[test]
+fn a_folder_of_results_has_the_files_of_the_last_run() {
+    let (keep, out) = folder();
+    let tables = [1.0, 1.1, 0.95].map(|size| {
+        let path = keep.path().join(format!("pull-{size}.csv"));
+        let row = |k: i32| 1.0 + 0.05 * f64::from(k);
+        let row = |k| format!("{},{}\n", row(k), size * 100.0 * (row(k) - row(k).powi(-2)) + 0.1 * f64::from(k % 3));
+        let text = format!("stretch,stress (kPa)\n{}", (0..12).map(row).collect::<String>());
+        std::fs::write(&path, text).expect("writable");
+        path.to_str().expect("UTF-8").to_string()
+    });
+    let fit = |tables: &[String], out: &str, code: i32| {
+        let files: Vec<&str> = tables.iter().map(String::as_str).collect();
+        let options = ["--law", "neo_hookean", "--mode", "uniaxial", "--out", out, "--replace"];
+        call(&[&["fit"], &files[..], &options].concat(), code)
+    };
+    let dir = PathBuf::from(&out).join("r");
+    let at = dir.to_str().expect("UTF-8");
+    fit(&tables, at, 0);
+    std::fs::write(dir.join("tables/mine.csv"), "mine").expect("writable");
+    let specimens = ["specimens.csv", "next-specimen.csv"].map(|name| dir.join("tables").join(name));
+    assert!(specimens.iter().all(|file| file.is_file()));
+    fit(&tables[..1], at, 0);
+    assert!(!specimens.iter().any(|file| file.exists()), "of the fit before");
+    assert!(dir.join("tables/mine.csv").is_file(), "of the user");
+    let other = PathBuf::from(&out).join("other");
+    std::fs::create_dir_all(other.join("index.html")).expect("a folder in the place of the page");
+    fit(&tables, other.to_str().expect("UTF-8"), 2);
+    assert!(!other.join("law.toml").exists() && !other.join("fit.json").exists());
 }
 
 /// The commands that read results name the folder that is meant, and none advises to delete a file of the user.

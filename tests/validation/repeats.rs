@@ -1,6 +1,6 @@
 //! Few repeats: intervals contain what they say, data are called inconsistent as rarely as they may be, and equal repeats are not exact.
 
-use crate::beam::{LOADS, by_formula, drop, found};
+use crate::beam::{LOADS, STUDY, by_formula, drop, found, plan, results};
 use durometer::math::random::SplitMix;
 use durometer::math::statistics::mean;
 use durometer::study::kinds::validation::analysis::analyse;
@@ -124,4 +124,22 @@ fn scatter_is_told() {
     assert!(a.verdict.contains("The scatter of the tip drop is known with 1 degree of freedom only."), "{}", a.verdict);
     let a = analyse(&results, &with(&plan, &[("none", vec![3.0, 3.0]), ("light", vec![4.96, 4.96])]));
     assert!(a.warnings.iter().any(|w| w.starts_with("All repeats of the tip drop are equal")), "{:?}", a.warnings);
+}
+
+/// Repeats that differ are an error of their own: none is to be declared. Equal ones show none, and neither do single values.
+#[test]
+fn the_scatter_of_repeats_is_error_enough() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (before, after) = STUDY.split_once("error = [").expect("errors");
+    let bare = format!("{before}{}", after.split_once("\n]\n").expect("their end").1);
+    let with = |values: &str| plan(folder.path(), &bare.replace("[2.9, 3.1]", values));
+    let plan = with("[2.9, 3.1]").unwrap_or_else(|e| panic!("{e}"));
+    let f = found(&results(&plan), &plan);
+    let [low, high] = f.predictions[0].interval;
+    println!("E {:?} kPa, drop {low} to {high} mm", f.constants[0].interval);
+    assert!(modulus_width(&f) > 0.0 && high > low, "{f:?}");
+    for equal in ["[3, 3]", "3"] {
+        let said = with(equal).expect_err("no error");
+        assert!(said.contains("no error of its own in every record") && said.contains("repeats that differ"), "{said}");
+    }
 }

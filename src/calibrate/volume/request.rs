@@ -15,6 +15,16 @@ pub enum VolumeTest {
     Bulk,
 }
 
+impl VolumeTest {
+    /// Name in files and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lateral => "lateral",
+            Self::Bulk => "bulk",
+        }
+    }
+}
+
 impl std::str::FromStr for VolumeTest {
     type Err = String;
     fn from_str(word: &str) -> Result<Self, String> {

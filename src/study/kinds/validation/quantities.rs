@@ -4,6 +4,7 @@ use crate::math::units::{self, Dimension};
 use crate::scene::{hint, in_unit_of};
 use crate::study::kinds::validation::measured::{MeasuredTable, table};
 use crate::study::kinds::validation::plan::{ErrorPlan, QuantityPlan};
+use crate::study::kinds::validation::scatter::Repeats;
 use crate::study::kinds::validation::spec::{Evaluation, Purpose, QuantitySpec, RecordSpec, ValidationStudy};
 use crate::study::kinds::validation::tracks::RecordTracks;
 use std::collections::BTreeMap;
@@ -28,13 +29,12 @@ impl Sources<'_> {
         let (factor, window) = numbers(q, wrong);
         let errors = errors(q, wrong);
         let (records, by_record) = self.measured(q, window, wrong);
-        let own = |all: &[ErrorPlan]| all.iter().any(|e| e.shared.is_none());
-        let bare: Vec<&str> = (records.keys())
-            .filter(|r| !own(&errors) && !by_record.get(*r).is_some_and(|e| own(e)))
-            .map(String::as_str)
-            .collect();
+        let (repeats, own) = (Repeats::of(&records), |all: &[ErrorPlan]| all.iter().any(|e| e.shared.is_none()));
+        let has_own =
+            |r: &str| own(&errors) || by_record.get(r).is_some_and(|e| own(e)) || repeats.in_record(r).is_some();
+        let bare: Vec<&str> = records.keys().map(String::as_str).filter(|r| !has_own(r)).collect();
         if !bare.is_empty() && before == wrong.len() {
-            let fact = "no error of its own in every record; add an [[quantity.error]] that is not shared";
+            let fact = "no error of its own in every record; add an [[quantity.error]] that is not shared, or repeats that differ";
             wrong.push(format!("quantity {}: it has {fact} ({})", q.name, bare.join(", ")));
         }
         QuantityPlan {

@@ -36,8 +36,7 @@ pub fn targets<'a>(
                 noise.push(e.deviation);
                 groups.push(e.group.clone());
             }
-            // A record without repeats of its own scatters too, as one value
-            let scatter = repeats.in_record(&record.name).filter(|(_, s)| s.variance > 0.0);
+            let scatter = repeats.in_record(&record.name);
             if let Some((_, s)) = scatter {
                 noise.push(s.of_mean(measured.len()));
                 groups.push("repeats".into());

@@ -94,13 +94,14 @@ impl Repeats {
         Self { pooled: (!rest.is_empty()).then(|| Scatter::pooled(&rest)), alone }
     }
 
-    /// Scatter of a record, and which of the quantity it is.
+    /// Scatter of a record, and which of the quantity it is; none where all repeats are equal. A record without repeats of its own scatters too, as one value.
     pub fn in_record(&self, name: &str) -> Option<(usize, Scatter)> {
         let own = self.alone.iter().position(|r| r.records.iter().any(|known| known == name));
-        match own {
+        let found = match own {
             Some(k) => Some((k + 1, self.alone[k].scatter)),
             None => self.pooled.map(|s| (0, s)),
-        }
+        };
+        found.filter(|(_, s)| s.variance > 0.0)
     }
 
     /// Records that are alone, with their scatter.
