@@ -182,6 +182,9 @@ impl Results {
             let path = dir.join(file);
             keep(&part.join(file), &path).map_err(|source| ResultsError::Write { path, source })?;
         }
+        if gone.is_empty() {
+            return Ok(());
+        }
         gone.iter().filter(|file| is_inside(file)).for_each(|file| remove(&dir, file));
         List { subject, files }.write(&dir)
     }
