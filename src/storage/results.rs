@@ -182,6 +182,9 @@ impl Results {
             let path = dir.join(file);
             keep(&part.join(file), &path).map_err(|source| ResultsError::Write { path, source })?;
         }
+        if gone.is_empty() {
+            return Ok(());
+        }
         gone.iter().filter(|file| is_inside(file)).for_each(|file| remove(&dir, file));
         List { subject, files }.write(&dir)
     }
@@ -291,7 +294,7 @@ mod tests {
         std::fs::write(dir.join("law.toml"), "mine").expect("room");
         let said = put(&dir, "fit", &table, false, &["fit.json", "law.toml"]).expect_err("a law of the user");
         assert!(said.to_string().contains("holds law.toml not listed"), "{said}");
-        let failed = Results::check(&dir, Subject::read("fit", "", &[table.clone()]).expect("there"), true);
+        let failed = Results::check(&dir, Subject::read("fit", "", std::slice::from_ref(&table)).expect("there"), true);
         let failed = failed.expect("replaces").write(|part| {
             std::fs::write(part.join("fit.json"), "half").expect("room");
             Err::<(), _>(ResultsError::Study { dir: part.to_path_buf() })
