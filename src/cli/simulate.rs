@@ -11,7 +11,7 @@ use durometer::live::Shown;
 use durometer::math::cpu_clock::CpuClock;
 use durometer::math::threads;
 use durometer::math::units::{self, Decimals, Dimension};
-use durometer::report::numbers::{five_digits, seconds};
+use durometer::report::numbers::{five_digits, percent, seconds};
 use durometer::scene::control::Controller;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
@@ -30,6 +30,7 @@ use durometer::study::store::outcome;
 use durometer::study::store::partial_series::PartialSeries;
 use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
+use durometer::wording::few;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -468,6 +469,9 @@ fn write(
     Ok(json)
 }
 
+/// Changes within a step below this share of the largest value are no motion \[–\]
+const VISIBLE: f64 = 1e-3;
+
 /// Prints what a run found; `known` notes are printed before it.
 fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
@@ -476,6 +480,20 @@ fn print(record: &CaseRecord, known: usize) {
     if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
         let scatter = l.pressure_scatter;
         tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
+    }
+    let unresolved: Vec<String> = record
+        .probes
+        .iter()
+        .filter_map(|(probe, value)| {
+            let share = record.unresolved(probe, VISIBLE * value.peak.abs())?;
+            Some(format!("{probe} ({})", percent(share)))
+        })
+        .collect();
+    if !unresolved.is_empty() {
+        tell!(
+            "warning: the time steps do not resolve the motion: one of them covers a large part of the range of {}; shorten them",
+            few(&unresolved)
+        );
     }
     for (probe, value) in &record.probes {
         let (peak, last) = (five_digits(value.peak), five_digits(without_rounding(value.last, value.peak)));

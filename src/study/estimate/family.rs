@@ -11,7 +11,8 @@
 //! last row after Eça & Hoekstra, Int. J. Numer. Meth. Fluids 2009). Of an oscillating family ΔM is that of the three finest meshes, and a coarser
 //! mesh j counts with |f₁ − fⱼ| or, where it is less, with the error of f₁ that a first order has, |f₁ − fⱼ|/(hⱼ/h₁ − 1): a finer mesh tells
 //! something new, and one that is far coarser nothing. With three meshes alone |f₁ − f₂|/(h₂/h₁ − 1) is added, because they do not tell an extremum
-//! from noise. A reference closer to the finest value than that value is to its limit
+//! from noise. Where the sizes of all other families lie closer together than h_n/h₁ = 4/3, the factor 3 of ΔM is that of a first order, 1/(h_n/h₁ − 1): the differences of
+//! meshes that are nearly the same tend to zero, and their error does not. A reference closer to the finest value than that value is to its limit
 //! would trust one power of h beyond its evidence, so U(f*) ≥ δ. Scatter of the mesher enters f* amplified by √((1 + k)² + k²),
 //! k = 1/(r^p − 1), and is added to U(f*) of triples and pairs; in least squares σ carries it. A family of nested meshes
 //! has none.
@@ -118,6 +119,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Adds a reason for which f* ± U(f*) is no claim.
+    pub fn object(&mut self, reason: &str) {
+        self.reasons.push(reason.into());
+        (self.refused, self.defensible) = (true, false);
+    }
+
     /// Whether the limit is zero within its uncertainty, and small compared with the values: a share of it means nothing.
     pub fn is_near_zero(&self) -> bool {
         let (limit, largest) = (self.extrapolated, self.values.iter().fold(0.0_f64, |m, f| m.max(f.abs())));
@@ -396,7 +403,7 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         let s = d.scatter.unwrap_or(0.0);
         reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
         e.method = "spread (3·ΔM)".into();
-        e.uncertainty_finest = CAUTIOUS_FACTOR * d.spread.max(s);
+        e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread.max(s);
         e.uncertainty = e.uncertainty_finest;
     } else if let Some(fit) = e.fit.as_ref().filter(|fit| fit.has_sane_order()) {
         let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
@@ -425,9 +432,16 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         };
     } else {
         e.method = "spread (3·ΔM)".into();
-        e.uncertainty_finest = CAUTIOUS_FACTOR * d.spread;
-        e.uncertainty = CAUTIOUS_FACTOR * d.spread;
+        e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread;
+        e.uncertainty = e.uncertainty_finest;
     }
+}
+
+/// Factor of ΔM: 3, or the one of a first order, 1/(h_n/h₁ − 1), where the sizes lie closer together than 4/3 and their differences say less. Of an oscillating family the first
+/// order is in ΔM.
+fn cautious(h: &[f64], class: Convergence) -> f64 {
+    let first_order = (h[h.len() - 1] / h[0] - 1.0).recip();
+    if class == Convergence::Oscillatory { CAUTIOUS_FACTOR } else { CAUTIOUS_FACTOR.max(first_order) }
 }
 
 /// Appends what limits the estimate: the kind of convergence, the observed orders, the scatter about the fit.

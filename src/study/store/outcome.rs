@@ -1,6 +1,7 @@
 //! Results kept of a finished run: its record, and the boundary at the state farthest from rest.
 
 use crate::effect::pressure_scatter::pressure_scatter;
+use crate::math::statistics::extent;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
@@ -13,7 +14,8 @@ use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{
-    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, PhaseRecord, ProbeRecord, Provenance, SCHEMA,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord, ProbeRecord, Provenance,
+    SCHEMA,
 };
 use crate::study::store::skin::{Rigid, Skin};
 use crate::study::store::solver::{self, SolverRecord};
@@ -73,7 +75,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         },
         repeats: Vec::new(),
         locking: locking(scene, run),
-        probes: probes(run),
+        probes: probes(scene, run),
         cable_events: run.cable_events.iter().map(Into::into).collect(),
         contacts: contacts(scene, run),
         notes: scene
@@ -164,16 +166,37 @@ fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
 }
 
 /// Peaks and last values of the columns.
-fn probes(run: &Run) -> BTreeMap<String, ProbeRecord> {
-    let named = |(k, name): (usize, &String)| Some((name.clone(), probe(run, k)?));
+fn probes(scene: &Scene, run: &Run) -> BTreeMap<String, ProbeRecord> {
+    let named = |(k, name): (usize, &String)| Some((name.clone(), probe(scene, run, k)?));
     run.columns.iter().enumerate().skip(1).filter_map(named).collect()
 }
 
 /// None without a row.
-fn probe(run: &Run, column: usize) -> Option<ProbeRecord> {
+fn probe(scene: &Scene, run: &Run, column: usize) -> Option<ProbeRecord> {
     let Extreme { at, value, kind } = extreme(run.rows.iter().map(|row| row[column]))?;
     let last = run.rows.last()?[column];
-    Some(ProbeRecord { peak: value, peak_is: kind, peak_t_s: run.rows[at][0], last })
+    Some(ProbeRecord {
+        peak: value,
+        peak_is: kind,
+        peak_t_s: run.rows[at][0],
+        last,
+        motion: motion(scene, run, column),
+    })
+}
+
+/// Changes of a column in the stages with masses that move.
+fn motion(scene: &Scene, run: &Run, column: usize) -> Option<MotionRecord> {
+    let has_mass = scene.spec.effects.iter().any(|e| e.kind() == "inertia") || !scene.spec.rigids.is_empty();
+    let spans = scene.spans.iter().filter(|s| has_mass && !s.integrator.is_static());
+    let changes = spans.filter_map(|span| {
+        let inside =
+            |row: &&Vec<f64>| row[0] >= span.start * (1.0 - f64::EPSILON) && row[0] <= span.end * (1.0 + f64::EPSILON);
+        let values: Vec<f64> = run.rows.iter().filter(inside).map(|row| row[column]).collect();
+        let step = values.windows(2).map(|w| (w[1] - w[0]).abs()).reduce(f64::max)?;
+        let [low, high] = extent(values.iter().copied());
+        Some(MotionRecord { largest_step: step, range: high - low })
+    });
+    changes.max_by(|a, b| a.largest_step.total_cmp(&b.largest_step)).filter(|m| m.range > 0.0 && m.range.is_finite())
 }
 
 /// The boundary at the state farthest from rest, corner nodes only.

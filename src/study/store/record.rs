@@ -188,6 +188,14 @@ impl CaseRecord {
         if self.stage_dt_s.is_empty() { std::slice::from_ref(&self.dt_s) } else { &self.stage_dt_s }
     }
 
+    /// Share of the range of a length or an angle that one time step covers, where masses move and the steps do not resolve it \[–\]. Changes up to `allowed` in its unit do not
+    /// count, and neither do forces, which may jump.
+    pub fn unresolved(&self, column: &str, allowed: f64) -> Option<f64> {
+        let is_place = ["m", "deg"].contains(&column.rsplit('_').next().unwrap_or_default());
+        let motion = self.probes.get(column)?.motion.filter(|m| is_place && m.largest_step > allowed)?;
+        Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
+    }
+
     /// Whether another time step has another result; where no record says so, runs in time have.
     pub fn depends_on_steps(&self) -> bool {
         self.steps_matter.unwrap_or_else(|| self.integrator != Integrator::Static.name())
@@ -311,7 +319,22 @@ pub struct ProbeRecord {
     /// The value at the end of the run
     #[serde(rename = "final")]
     pub last: f64,
+    /// Changes in the stages in which masses move; none without such a stage
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub motion: Option<MotionRecord>,
 }
+
+/// Changes of a recorded column while masses move
+#[derive(Serialize, Deserialize, JsonSchema, Clone, Copy, Debug, PartialEq)]
+pub struct MotionRecord {
+    /// Largest change within one time step
+    pub largest_step: f64,
+    /// Largest less smallest value
+    pub range: f64,
+}
+
+/// Share of the range of a motion that one time step covers at most, where the steps resolve it: of an oscillation with N steps a period it is π/N \[–\]
+const RESOLVED: f64 = 1.0 / 3.0;
 
 /// Origin of a result: its scene, inputs and build, and the files that were stored with it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]

@@ -2,7 +2,8 @@
 
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::curve::{Curve, peak};
-use crate::study::estimate::family::Level;
+use crate::study::estimate::family::{Estimate, Level};
+use crate::study::estimate::richardson::Convergence;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -57,7 +58,16 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         };
         let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
         let levels = members.iter().filter_map(level).collect();
-        estimates.extend(family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance));
+        let mut estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
+        // Three meshes have an order on the way to a value that has no limit, too
+        let is_open = |e: &&mut Estimate| e.asymptotic != Some(true) && e.class != Convergence::Exact;
+        if let Some(e) = estimate.as_mut().filter(is_open).filter(|_| is_local_extreme(quantity)) {
+            e.object(
+                "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
+                 meshes whose orders agree show one: take a percentile or a place of your choice",
+            );
+        }
+        estimates.extend(estimate);
         let mut series: Vec<_> = (members.iter())
             .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
             .collect();
@@ -77,11 +87,14 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
     let inputs = independent::input_uncertainty(cases, variant, quantity, scale);
     let step = errors::step_error(cases, variant, quantity, reference.as_ref());
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
-    let supported = reference.as_ref().is_some_and(|r| r.is_within(tolerance));
-    let mut reasons = vec![];
+    let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));
+    let unresolved = errors::unresolved(cases, variant, quantity, allowed);
+    let is_within = reference.as_ref().is_some_and(|r| r.is_within(tolerance));
+    let supported = is_within && unresolved.is_none();
+    let mut reasons: Vec<String> = unresolved.iter().map(errors::Unresolved::words).collect();
     match &reference {
         None => reasons.push("no family of meshes has two converged cases".to_string()),
-        Some(r) if !supported => {
+        Some(r) if !is_within => {
             for e in &estimates {
                 reasons.extend(e.reasons.iter().map(|reason| format!("{}: {reason}", e.family)));
             }
@@ -102,5 +115,25 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
                 .map(|o| format!("the interval of family {} does not overlap the one of {}", o.of, r.family)),
         ),
     }
-    MeshErrors { deciding, estimates, curves, noise, step, one_run, inputs, reference, errors, supported, reasons }
+    MeshErrors {
+        deciding,
+        estimates,
+        curves,
+        noise,
+        step,
+        unresolved,
+        one_run,
+        inputs,
+        reference,
+        errors,
+        supported,
+        reasons,
+    }
+}
+
+/// Columns of the largest or smallest value within the body, by the ends of their names.
+const LOCAL: [&str; 5] = ["min_j", "stretch_max", "stretch_min", "stress_max_Pa", "thickness_min_m"];
+
+fn is_local_extreme(quantity: &str) -> bool {
+    LOCAL.iter().any(|end| quantity.ends_with(end))
 }

@@ -8,7 +8,7 @@ use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::extension::Extension;
-use crate::study::kinds::convergence::errors::{CaseError, Noise, StepError};
+use crate::study::kinds::convergence::errors::{CaseError, Noise, StepError, Unresolved};
 use crate::study::kinds::convergence::independent::{InputUncertainty, OneRunBar};
 use crate::study::store::record::Role;
 use serde::Serialize;
@@ -38,6 +38,8 @@ pub struct MeshErrors {
     /// One per formulation with seeds
     pub noise: Vec<Noise>,
     pub step: Option<StepError>,
+    /// A case whose steps do not resolve the motion
+    pub unresolved: Option<Unresolved>,
     /// Errors of single cases from their runs alone
     pub one_run: Vec<OneRunBar>,
     /// By the constants of the laws

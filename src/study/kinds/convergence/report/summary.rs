@@ -56,6 +56,7 @@ fn quantity(q: &ByQuantity<MeshErrors>) -> Value {
         "reference": q.reference,
         "noise": q.noise,
         "step": q.step,
+        "unresolved": q.unresolved,
         "one_run": q.one_run,
         "inputs": q.inputs,
         "families": families,
