@@ -15,8 +15,8 @@ use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::referred::digest;
 use crate::mesh::generate::{
-    CablePath, GenerateError, Generator, GradedPlace, Grading, MeshRequest, MeshStore, Size, SizeField, Source,
-    TIME_LIMIT_S,
+    CablePath, GenerateError, Generator, GradedPlace, Grading, Manifest, MeshRequest, MeshStore, Size, SizeField,
+    Source, TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
 use std::collections::BTreeMap;
@@ -174,8 +174,9 @@ impl Body {
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
-        let volume = SourceVolume::of(&made.manifest);
+        let (volume, off) = (SourceVolume::of(&made.manifest), straightened(request.levels, &made.manifest));
         let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
+        body.warnings.extend(off);
         body.notes = made.manifest.dropped;
         body.warnings.extend(volume.as_ref().and_then(SourceVolume::warning));
         body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
@@ -360,6 +361,17 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
     request_from(file, spec, None)
 }
 
+/// The warning of nested meshes whose boundary left the CAD on a coarser level.
+fn straightened(levels: u32, manifest: &Manifest) -> Option<String> {
+    let edges = manifest.notes.get("straightened_edges").and_then(serde_json::Value::as_u64).filter(|_| levels > 0);
+    edges.filter(|n| *n > 0).map(|n| {
+        format!(
+            "{n} edges of the boundary left the CAD, because cells on it would be folded: their nodes stay off it on all finer levels, which approach another \
+             shape; begin with a finer mesh"
+        )
+    })
+}
+
 pub(super) fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Result<MeshRequest, SceneError> {
     check_source(file, spec)?;
     let base = file.parent().unwrap_or(Path::new(""));
@@ -458,5 +470,26 @@ impl ElementSpec {
             Self::Tet4 => Order::Linear,
             Self::Tet10 => Order::Quadratic,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Edges that left the CAD matter on nested levels alone: without them a finer mesh has its own.
+    #[test]
+    fn a_boundary_that_left_the_cad_is_a_warning_on_finer_levels() {
+        let manifest = |edges: u32| -> Manifest {
+            let text = format!(
+                r#"{{"request":{{}},"cells":1,"nodes":4,"facets":4,"order":1,"h_m":0.5,"regions":{{}},"volume_m3":0.2,"volume_cad_m3":null,"volume_error":null,"straightened_edges":{edges}}}"#
+            );
+            serde_json::from_str(&text).expect("a manifest")
+        };
+        assert!(
+            straightened(2, &manifest(12))
+                .is_some_and(|text| text.starts_with("12 edges of the boundary left the CAD"))
+        );
+        assert_eq!([straightened(0, &manifest(12)), straightened(2, &manifest(0))], [None, None]);
     }
 }

@@ -479,6 +479,77 @@ fn differences_between_idle_time_steps_are_algebraic_error() {
     assert!((bar(&a) - bar(&before) - 0.05 / reference.scale).abs() < 1e-9, "it is part of the bar");
 }
 
+/// A step that covers most of a motion: no difference of such steps bounds its error. Forces may jump, and so may what is within the tolerance.
+#[test]
+fn a_motion_that_the_steps_do_not_resolve_has_no_verdict() {
+    let (study, mut cases) = study();
+    let mut set = |quantity: &str, largest_step: f64| {
+        for c in &mut cases {
+            let motion = MotionRecord { largest_step, range: 1.0 };
+            c.record.probes.get_mut(quantity).expect("probe").motion = Some(motion);
+        }
+        analyse(&study, &cases)
+    };
+    assert!(set("cable_tension_N", 0.9).recommended.is_some() && set("bending_angle_deg", 0.9).recommended.is_some());
+    let mut large = cases.clone();
+    for c in &mut large {
+        let probe = c.record.probes.get_mut("bending_angle_deg").expect("probe");
+        probe.motion = Some(MotionRecord { largest_step: 0.3 * probe.peak, range: probe.peak });
+    }
+    assert!(analyse(&study, &large).recommended.is_some());
+    for c in &mut large {
+        let probe = c.record.probes.get_mut("bending_angle_deg").expect("probe");
+        probe.motion = Some(MotionRecord { largest_step: 0.4 * probe.peak, range: probe.peak });
+    }
+    let a = analyse(&study, &large);
+    refused(&a, "the time steps do not resolve the motion: it covers 40.0 % of its range within one step");
+    assert!(a.verdict.contains("No finer mesh would help before the time steps are shorter"), "{}", a.verdict);
+}
+
+/// Clamped beam of tet4 under its own weight, bending angle 35.697° (2000 tet10): meshes of one size to within a tenth, whose differences say little, of independent meshers' runs.
+#[test]
+fn meshes_that_are_nearly_the_same_claim_an_error_of_first_order() {
+    let families = [
+        ([1.238653, 1.282819, 1.329745], [32.3155, 32.1962, 31.6117]),
+        ([1.233672, 1.275502, 1.316165], [32.4386, 32.1947, 31.6841]),
+        ([1.238653, 1.290308, 1.361878], [32.3155, 31.9364, 31.3465]),
+        ([1.204389, 1.261774, 1.299968], [32.6877, 32.3581, 31.9126]),
+    ];
+    for (h, f) in families {
+        let level = |(h, f): (&f64, &f64)| Level { id: h.to_string(), h: *h, f: *f, ..Level::default() };
+        let levels = h.iter().zip(&f).map(level).collect();
+        let e = estimate(("sizes", Role::Sizes, "tet4"), levels, None, 0.1).expect("three meshes");
+        assert!((e.extrapolated - 35.697).abs() <= e.uncertainty && !e.defensible, "{e:?}");
+    }
+}
+
+/// A largest value within the body has a verdict only where four meshes show that it has a limit.
+#[test]
+fn a_largest_stretch_needs_orders_that_agree() {
+    let (mut study, mut cases) = study();
+    for list in study.quantities.values_mut() {
+        list.iter_mut()
+            .for_each(|q| q.name = if q.name == "cable_tension_N" { "stretch_max".into() } else { q.name.clone() });
+    }
+    for c in &mut cases {
+        let tension = c.record.probes["cable_tension_N"].clone();
+        c.record.probes.insert("stretch_max".into(), tension);
+    }
+    let four = analyse(&study, &cases);
+    let q = four.find("length", "stretch_max").expect("listed");
+    assert!(q.estimates.iter().all(|e| e.defensible <= (e.asymptotic == Some(true))), "{:?}", q.estimates);
+    let says = |q: &ByQuantity<MeshErrors>| q.sentence.contains("may lie at a clamped or re-entrant edge");
+    assert!(
+        q.estimates.iter().any(|e| e.asymptotic == Some(true)) == q.supported && q.supported != says(q),
+        "{}",
+        q.sentence
+    );
+    let least = |c: &StoredCase| c.record.family != "sizes" || c.record.mesh.cells >= 9_000;
+    let three: Vec<StoredCase> = cases.iter().filter(|c| least(c)).cloned().collect();
+    let a = analyse(&study, &three);
+    assert!(a.find("length", "stretch_max").is_some_and(|q| !q.supported && says(q)), "{}", a.verdict);
+}
+
 #[test]
 fn verdicts_are_refused_with_the_reason() {
     let (study, cases) = study();

@@ -18,12 +18,12 @@ class Files(Case):
     def reject(self, words: str, file: str, unit: float = 1e-3, **request) -> None:
         self.refused(2, words, "file", self.parameters(file, unit), **request)
 
-    def export(self, *names: str) -> None:
-        """A box of 30 x 20 x 10 mm with a hole, as CAD or surface files."""
+    def export(self, *names: str, radius: float = 5) -> None:
+        """A box of 30 x 20 x 10 mm with a hole of this radius [mm], as CAD or surface files."""
         gmsh.initialize([], False, False)
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.MeshSizeMax", 4)
-        gmsh.model.occ.cut([(3, gmsh.model.occ.addBox(0, 0, 0, 30, 20, 10))], [(3, gmsh.model.occ.addCylinder(15, 10, 0, 0, 0, 10, 5))])
+        gmsh.model.occ.cut([(3, gmsh.model.occ.addBox(0, 0, 0, 30, 20, 10))], [(3, gmsh.model.occ.addCylinder(15, 10, 0, 0, 0, 10, radius))])
         gmsh.model.occ.synchronize()
         gmsh.model.mesh.generate(2)
         for name in names:
@@ -44,6 +44,18 @@ class Files(Case):
         self.reject("no size", "part.step")
         Path(self.path("cut.step")).write_text(Path(self.path("part.step")).read_text()[:2000])
         self.reject("cut.step", "cut.step", size={"length": 0.003})
+
+    def test_levels_of_a_hole(self):
+        """The error of the volume falls by 4 for each level where no node leaves the CAD; where some do, the manifest counts them."""
+        for radius, leaves in ((5, False), (2, True)):
+            self.export("part.step", radius=radius)
+            errors = []
+            for levels in (0, 1, 2):
+                manifest = self.take("part.step", size={"length": 0.006, "levels": levels})
+                self.assertEqual(manifest["straightened_edges"] > 0, leaves and levels > 0)
+                errors.append(abs(manifest["volume_m3"] / manifest["volume_cad_m3"] - 1))
+            for coarse, fine in zip(errors, errors[1:]):
+                self.assertEqual(abs(coarse / fine - 4) < 0.4, not leaves)
 
     def store(self, name: str, *bodies: tuple) -> None:
         """Boxes (x, y, z, dx, dy, dz), balls (x, y, z, radius) and rectangles (x, y, z, dx, dy), as they are, in a CAD file."""
