@@ -1,6 +1,7 @@
 //! Distances, forces and friction of single points: against differences, in balance, by Coulomb.
 
 use crate::common::{Random, largest};
+use crate::concave::groove;
 use durometer::effect::contact::barrier::Barrier;
 use durometer::effect::contact::friction::{ContactFriction, Coulomb};
 use durometer::effect::contact::multiplier::Multiplier;
@@ -8,7 +9,7 @@ use durometer::effect::contact::penalty::Penalty;
 use durometer::effect::contact::placement::{AffineFrame, Obstacle};
 use durometer::effect::contact::pressed::Pressed;
 use durometer::effect::contact::shape::Shape;
-use durometer::effect::contact::{Contact, SurfacePoint};
+use durometer::effect::contact::{Contact, NormalForces, SurfacePoint};
 use durometer::material::Want;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::surface_file::Surface;
@@ -167,6 +168,24 @@ fn forces_are_derivatives_of_energies_and_balance() {
     }
     // A random point is near enough in half of the cases at least.
     assert!(felt > 40, "{felt}");
+}
+
+/// The same for a point that has two contacts, each with a multiplier of its own, in front of both sides of a groove.
+#[test]
+fn forces_of_two_contacts_are_derivatives_of_energies() {
+    let mut random = Random(9);
+    let mut wide = groove(1.0);
+    wide.points.iter_mut().for_each(|point| *point *= 100.0);
+    for case in 0..24 {
+        let contact = pair(Shape::surface(&wide).expect("closed and outward"), case % 2 == 0, true);
+        let mut x = random.vector(21 + contact.obstacle.shape.sheets(), 0.12);
+        let multiplier = Multiplier { contact, stiffness: 2.0, friction: None };
+        // Both distances are about 1, others larger.
+        [x[21], x[22]] = [2.0 + random.around(0.1), if case % 3 == 0 { 0.0 } else { 2.0 }];
+        let pressed = multiplier.normal_forces(&x, 0).len();
+        assert_eq!(pressed, if case % 3 == 0 { 1 } else { 2 });
+        check(&multiplier, &x, &format!("case {case}"));
+    }
 }
 
 /// Forces and moments about the origin cancel to rounding, whatever the frame has become.

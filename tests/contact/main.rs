@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod concave;
 mod deformable;
 mod derivatives;
 mod dynamics;

@@ -47,52 +47,6 @@ modulus = "1 MPa"
     assert_eq!(notes("penalty", "0.1 mm"), Vec::<String>::new(), "a penalty acts from the surface on");
 }
 
-/// A bar with the cross-section of an L has one concave edge, of 90 degrees; a box has none, and the barrier takes both sides of it.
-#[test]
-fn concave_edges_of_a_surface_are_noted() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let outline = [[0, 0], [200, 0], [200, 100], [100, 100], [100, 200], [0, 200]];
-    let write = |name: &str, outline: &[[i32; 2]]| {
-        let n = outline.len();
-        let mut text = String::new();
-        for y in [0, 100] {
-            outline.iter().for_each(|[x, z]| text += &format!("v {x} {y} {}\n", z - 300));
-        }
-        for k in 1..n - 1 {
-            text += &format!("f 1 {} {}\nf {} {} {}\n", k + 1, k + 2, n + 1, n + k + 2, n + k + 1);
-        }
-        for i in 0..n {
-            let j = (i + 1) % n;
-            text += &format!("f {} {} {}\nf {} {} {}\n", i + 1, n + i + 1, j + 1, j + 1, n + i + 1, n + j + 1);
-        }
-        std::fs::write(folder.path().join(name), text).expect("room");
-    };
-    write("l.obj", &outline);
-    write("box.obj", &[[0, 0], [200, 0], [200, 100], [0, 100]]);
-    let notes = |file: &str, response: &str| -> Vec<String> {
-        let file = folder.path().join(file);
-        let contact = format!(
-            r#"
-[[contact]]
-name = "bar"
-region = "zmin"
-obstacle = {{ kind = "surface", file = "{}", unit = "mm" }}
-response = "{response}"
-friction = 0
-"#,
-            file.display()
-        );
-        cube(&contact).notes.into_iter().filter(|note| note.contains("concave edges")).collect()
-    };
-    for response in ["multiplier", "penalty"] {
-        let found = notes("l.obj", response);
-        let [note] = &found[..] else { panic!("{found:?}") };
-        assert!(note.contains("up to 90 degrees, such as at (100, ") && note.contains(response), "{note}");
-        assert_eq!(notes("box.obj", response), Vec::<String>::new());
-    }
-    assert_eq!(notes("l.obj", "barrier"), Vec::<String>::new());
-}
-
 /// Scales that are not given are those of the scene: Young's modulus is 100 kPa, the diagonal of the cube 17.32 mm.
 #[test]
 fn the_scales_of_a_contact_are_said() {

@@ -32,7 +32,7 @@ friction = 0.2
 }
 
 /// In Wavefront's format, in millimetres; the vertices of its triangles as they come.
-fn write(file: &Path, surface: &Surface, at: Vec3) {
+pub fn write(file: &Path, surface: &Surface, at: Vec3) {
     let vertices =
         surface.points.iter().map(|p| (p * 1e3 + at).iter().map(f64::to_string).collect::<Vec<_>>().join(" "));
     let faces = surface.triangles.iter().map(|t| t.map(|k| (k + 1).to_string()).join(" "));

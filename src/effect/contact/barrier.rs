@@ -39,8 +39,12 @@ impl ContactPotential for Barrier {
 }
 
 impl Response for Barrier {
-    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
-        shape.within(y, self.distance + radius)
+    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<(usize, Witness)> {
+        shape.within(y, self.distance + radius).into_iter().map(|witness| (0, witness)).collect()
+    }
+
+    fn slips(&self, _shape: &Shape) -> usize {
+        1
     }
 
     fn limits_motion(&self) -> bool {

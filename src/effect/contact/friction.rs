@@ -18,7 +18,8 @@
 //! N and n are those of the state itself, so friction obeys Coulomb's law at the end of every step. The tangent is that of a
 //! fixed N and n: symmetric and positive semidefinite, at the cost of linear convergence (∂N/∂x is left out).
 //! Energy: F_t·Δu of the step, with the force at its end: of what is stored elastically at most μ N ε of a point counts as dissipated in each cycle.
-//! Limits: where several sides of an obstacle press on a point, it has one elastic slip, across the sum of their forces; isotropic; no viscosity.
+//! A point that has several contacts with an obstacle by a multiplier or a penalty has an elastic slip and a friction for each.
+//! Limits: where several sides of an obstacle press on a point by a barrier, it has one elastic slip, across the sum of their forces; isotropic; no viscosity.
 
 use super::placement::displacement;
 use super::{Contact, NormalForce, NormalForces};
@@ -132,9 +133,9 @@ impl Coulomb {
     }
 }
 
-/// Elastic slip over ε of point `b` at the start of a step, by the history of the friction.
-pub fn elastic_slip(at: &At, b: usize) -> Vec3 {
-    Vec3::from_column_slice(&at.history[HISTORY * b..][..HISTORY])
+/// Elastic slip over ε of this number at the start of a step, by the history of the friction.
+pub fn elastic_slip(at: &At, number: usize) -> Vec3 {
+    Vec3::from_column_slice(&at.history[HISTORY * number..][..HISTORY])
 }
 
 /// Σ_k s_k (z_k − z_k^old)
@@ -153,9 +154,9 @@ impl ContactFriction {
         self.pressing.contact()
     }
 
-    /// Elastic slip over ε of point `b` at the start of a step, turned with the obstacle.
-    fn slip(&self, at: &At, b: usize) -> Vec3 {
-        self.contact().obstacle.turn([at.x, at.old]) * elastic_slip(at, b)
+    /// An elastic slip over ε of point `b` at the start of a step, turned with the obstacle.
+    fn slip(&self, at: &At, b: usize, number: usize) -> Vec3 {
+        self.contact().obstacle.turn([at.x, at.old]) * elastic_slip(at, self.pressing.slips() * b + number)
     }
 
     /// The normal forces on point `b`, with the shares of the material in contact.
@@ -183,9 +184,9 @@ impl Effect for ContactFriction {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        let (point, n) = ((self.blocks().nodes(b), self.slip(at, b)), self.blocks().size(b));
+        let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
         for press in self.presses(at, b) {
-            self.law.add(at, point, &press, n, want, out);
+            self.law.add(at, (nodes, self.slip(at, b, press.slip)), &press, n, want, out);
         }
         Ok(())
     }
@@ -205,28 +206,30 @@ impl Effect for ContactFriction {
 
 impl HistoryVariables for ContactFriction {
     fn size(&self) -> usize {
-        HISTORY
+        HISTORY * self.pressing.slips()
     }
 
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         let (presses, nodes) = (self.presses(at, b), self.blocks().nodes(b));
-        let slip = self.law.advance(at, presses.iter().map(|press| (nodes, press)), self.slip(at, b));
-        new.copy_from_slice(slip.as_slice());
+        for (number, new) in new.chunks_exact_mut(HISTORY).enumerate() {
+            let own = presses.iter().filter(|press| press.slip == number).map(|press| (nodes, press));
+            new.copy_from_slice(self.law.advance(at, own, self.slip(at, b, number)).as_slice());
+        }
         Ok(())
     }
 
     fn advance_all(&self, at: &At, new: &mut [f64], caches: &mut Caches) -> Result<(), EvalError> {
-        let near = self.active(at, caches);
+        let (near, size) = (self.active(at, caches), self.size());
         new.fill(0.0);
-        near.into_iter().try_for_each(|b| self.advance(at, b as usize, &mut new[HISTORY * b as usize..][..HISTORY]))
+        near.into_iter().try_for_each(|b| self.advance(at, b as usize, &mut new[size * b as usize..][..size]))
     }
 }
 
 impl UnsymmetricTangent for ContactFriction {
     fn eval(&self, at: &At, b: usize, out: &mut BlockValues) -> Result<(), EvalError> {
-        let (point, n) = ((self.blocks().nodes(b), self.slip(at, b)), self.blocks().size(b));
+        let (nodes, n) = (self.blocks().nodes(b), self.blocks().size(b));
         for press in self.presses(at, b) {
-            self.law.add_unsymmetric(at, point, &press, n, out);
+            self.law.add_unsymmetric(at, (nodes, self.slip(at, b, press.slip)), &press, n, out);
         }
         Ok(())
     }

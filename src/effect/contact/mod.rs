@@ -15,6 +15,7 @@
 //! a facet of size h by up to h²/8R.
 
 pub mod barrier;
+mod facets;
 pub mod friction;
 pub mod multiplier;
 pub mod penalty;
@@ -22,7 +23,10 @@ pub mod placement;
 mod points;
 pub mod pressed;
 pub mod shape;
+mod sheet_numbers;
+mod sheets;
 pub mod surfaces;
+mod witness;
 
 pub use points::{Sampling, SurfacePoint, points};
 
@@ -71,15 +75,17 @@ pub struct NormalForce {
     pub sliding: Vec<f64>,
     /// −∂N/∂d, where d is the distance along the normal \[N/m\]
     pub stiffness: f64,
+    /// Number of the elastic slip of the point by which friction resists
+    pub slip: usize,
 }
 
 impl NormalForce {
-    /// Of a pair whose potential falls by `first` \[N\] with the distance, which itself falls by `second` \[N/m\].
-    fn new(pair: &Pair, own: &[f64], (first, second): (f64, f64)) -> Self {
+    /// Of a pair whose potential falls by `first` \[N\] with the distance, which itself falls by `second` \[N/m\]; `slip` is the number of its elastic slip.
+    fn new(pair: &Pair, own: &[f64], (first, second): (f64, f64), slip: usize) -> Self {
         let size = pair.normal.norm();
         let (normal, shares) = (pair.normal / size, pair.shares(own));
         let (spot, sliding) = (shares.clone(), shares.clone());
-        Self { force: first * size, normal, spot, sliding, shares, stiffness: second * size * size }
+        Self { force: first * size, normal, spot, sliding, shares, stiffness: second * size * size, slip }
     }
 
     /// The part of a vector across the normal.
@@ -93,6 +99,8 @@ pub trait NormalForces: Send + Sync {
     fn contact(&self) -> &Contact;
     /// There is no force beyond this distance \[m\]
     fn reach(&self) -> f64;
+    /// Elastic slips of a point: more than one where it has several contacts, each with a friction of its own
+    fn slips(&self) -> usize;
     /// The forces on point `b` at this state
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce>;
 }
@@ -131,12 +139,14 @@ impl Contact {
         Self::with_scalars(name, points, obstacle, None)
     }
 
-    /// With a scalar for each point, whose places in `State::x` start at `first`.
+    /// With a scalar for each [contact](shape::Shape::contacts) of each point, whose places in `State::x` start at `first`.
     pub fn with_scalars(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle, first: Option<u32>) -> Self {
         let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
         let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();
+        let each = first.map_or(0, |_| obstacle.shape.sheets() as u32);
+        let scalar = |k: u32| first.unwrap_or(0) + k;
         let scalars: Vec<Vec<u32>> =
-            (0..points.len() as u32).map(|k| first.map(|f| f + k).into_iter().collect()).collect();
+            (0..points.len() as u32).map(|k| (each * k..each * (k + 1)).map(scalar).collect()).collect();
         let blocks = Blocks::with_scalars(lists.iter().zip(&scalars).map(|(l, s)| (l.as_slice(), s.as_slice())));
         let own = points.first().map_or(0, |p| p.nodes.len());
         Self { name, points, obstacle, blocks, own, key: CacheKey::default() }

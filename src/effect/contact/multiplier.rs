@@ -1,6 +1,7 @@
 //! Contact as complementarity, 0 ≤ d ⟂ λ ≥ 0 at every point, solved with the equilibrium.
 //!
-//! With a scalar y for each point and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods Appl.
+//! A point has as many [contacts](super::shape::Shape::contacts) with its obstacle as sides of it may meet there, each with a distance and a multiplier of its own.
+//! With a scalar y for each of them and a stiffness c, λ = c y, the augmented Lagrangian of Alart & Curnier, Comput. Methods Appl.
 //! Mech. Eng. 92 (1991), §3, with a small yielding ε,
 //!
 //! ```text
@@ -14,8 +15,9 @@
 
 use super::friction::Coulomb;
 use super::placement::{Pair, Placed};
+use super::shape::Witness;
 use super::{Contact, NormalForce, NormalForces};
-use crate::math::tensor::Mat3;
+use crate::math::tensor::{Mat3, Vec3};
 use crate::system::friction::HISTORY;
 use crate::system::{
     At, BlockValues, Blocks, Caches, Capabilities, ContactPoint, ContactPoints, Effect, EnergyRole, EvalError,
@@ -36,36 +38,70 @@ pub struct Multiplier {
     pub friction: Option<Coulomb>,
 }
 
+/// A contact of a point.
+struct UnilateralContact {
+    pair: Pair,
+    /// Of its scalar in the state
+    place: usize,
+    /// Its scalar \[m\]
+    y: f64,
+    /// y − d where it is pressed, and 0 else \[m\]
+    held: f64,
+}
+
 impl Multiplier {
     /// N over y − d of a point that is pressed \[N/m\]
     fn pressed_stiffness(&self) -> f64 {
         (1.0 - YIELDING) * self.stiffness
     }
 
-    fn scalar(&self, x: &[f64], b: usize) -> f64 {
-        x[self.contact.blocks().scalars(b)[0] as usize]
-    }
-
-    fn pair(&self, x: &[f64], b: usize) -> Pair {
-        self.pair_with(&self.contact.obstacle.at(x), x, b)
+    /// \[contacts\] of point `b` at x
+    fn contacts(&self, x: &[f64], b: usize) -> Vec<UnilateralContact> {
+        self.contacts_with(&self.contact.obstacle.at(x), x, b)
     }
 
     /// The same with the obstacle where it is at x.
-    fn pair_with(&self, placed: &Placed, x: &[f64], b: usize) -> Pair {
-        let at = self.contact.position(x, b);
-        let witness = self.contact.obstacle.shape.nearest(&placed.local(&at));
-        placed.pair(&at, &witness, self.contact.points[b].radius)
+    fn contacts_with(&self, placed: &Placed, x: &[f64], b: usize) -> Vec<UnilateralContact> {
+        let (at, radius) = (self.contact.position(x, b), self.contact.points[b].radius);
+        let scalars = self.contact.blocks().scalars(b);
+        let none = Witness { gap: f64::INFINITY, normal: Vec3::z(), curvature: Mat3::zeros() };
+        let mut witnesses = vec![none; scalars.len()];
+        for (number, witness) in self.contact.obstacle.shape.contacts(&placed.local(&at), 0.0) {
+            witnesses[number] = witness;
+        }
+        let contact = |(witness, &place): (&Witness, &u32)| {
+            let (pair, y) = (placed.pair(&at, witness, radius), x[place as usize]);
+            UnilateralContact { held: (y - pair.gap).max(0.0), pair, place: place as usize, y }
+        };
+        witnesses.iter().zip(scalars).map(contact).collect()
     }
 
-    /// These contact points at x, in a step from displacement `old`.
-    fn points_of(&self, [x, old]: [&[f64]; 2], dt: f64, of: impl Iterator<Item = usize>) -> Vec<ContactPoint<'_>> {
+    /// The contacts at x that are such, in a step from displacement `old`.
+    fn points_of(
+        &self,
+        [x, old]: [&[f64]; 2],
+        dt: f64,
+        is_taken: impl Fn(&UnilateralContact) -> bool,
+    ) -> Vec<ContactPoint<'_>> {
         let (placed, turn) = (self.contact.obstacle.at(x), self.contact.obstacle.turn([x, old]));
-        of.map(|b| self.point([x, old], dt, b, (&placed, turn))).collect()
+        let mut points = Vec::new();
+        for b in 0..self.contact.points.len() {
+            let contacts = self.contacts_with(&placed, x, b);
+            let taken = contacts.iter().enumerate().filter(|(_, contact)| is_taken(contact));
+            points.extend(taken.map(|(number, contact)| self.point([x, old], dt, (b, number), contact, turn)));
+        }
+        points
     }
 
-    /// A point with its obstacle at x, which has turned by so much.
-    fn point(&self, [x, old]: [&[f64]; 2], dt: f64, b: usize, (placed, turn): (&Placed, Mat3)) -> ContactPoint<'_> {
-        let pair = self.pair_with(placed, x, b);
+    /// A contact of point `b` with its obstacle, which has turned by so much.
+    fn point(
+        &self,
+        [x, old]: [&[f64]; 2],
+        dt: f64,
+        (b, number): (usize, usize),
+        UnilateralContact { pair, held, .. }: &UnilateralContact,
+        turn: Mat3,
+    ) -> ContactPoint<'_> {
         let shares = pair.shares(&self.contact.points[b].weights);
         let [spot, sliding] = self.contact.contact_shares([x, old], b, &pair.normal, &shares);
         ContactPoint {
@@ -75,9 +111,9 @@ impl Multiplier {
             shares,
             gap: pair.gap,
             normal: pair.normal,
-            force: self.pressed_stiffness() * (self.scalar(x, b) - pair.gap).max(0.0),
+            force: self.pressed_stiffness() * held,
             friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
-            history: HISTORY * b,
+            history: HISTORY * (self.slips() * b + number),
             turn,
             law: NormalLaw::Unilateral { yielding: YIELDING / self.pressed_stiffness() },
         }
@@ -99,24 +135,23 @@ impl Effect for Multiplier {
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         let (c, pressed) = (self.stiffness, self.pressed_stiffness());
-        let y = self.scalar(at.x, b);
         let n = self.contact.blocks().size(b);
-        let pair = self.pair(at.x, b);
-        let held = (y - pair.gap).max(0.0);
-        out.energy = 0.5 * (pressed * held * held - c * y * y);
-        out.r[n - 1] = pressed * held - c * y;
-        if held == 0.0 {
-            if want == Want::Tangent {
-                out.k[n * n - 1] = -c;
-            }
-            return Ok(());
-        }
         let own = &self.contact.points[b].weights;
-        pair.add(own, (-pressed * held, pressed), n, want, out);
-        if want == Want::Tangent {
-            out.k[n * n - 1] = -YIELDING * c;
-            for (k, s) in pair.shares(own).iter().enumerate() {
-                (0..3).for_each(|i| out.k[(n - 1) * n + 3 * k + i] = -pressed * s * pair.normal[i]);
+        let contacts = self.contacts(at.x, b);
+        for (row, UnilateralContact { pair, y, held, .. }) in (n - contacts.len()..).zip(&contacts) {
+            out.energy += 0.5 * (pressed * held * held - c * y * y);
+            out.r[row] = pressed * held - c * y;
+            if want == Want::Tangent {
+                out.k[row * n + row] = if *held > 0.0 { -YIELDING * c } else { -c };
+            }
+            if *held == 0.0 {
+                continue;
+            }
+            pair.add(own, (-pressed * held, pressed), n, want, out);
+            if want == Want::Tangent {
+                for (k, s) in pair.shares(own).iter().enumerate() {
+                    (0..3).for_each(|i| out.k[row * n + 3 * k + i] = -pressed * s * pair.normal[i]);
+                }
             }
         }
         Ok(())
@@ -134,19 +169,20 @@ impl ContactPoints for Multiplier {
 
     fn points(&self, [x, old]: [&[f64]; 2], dt: f64, _: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let start = Instant::now();
-        let points = self.points_of([x, old], dt, 0..self.contact.points.len());
+        let points = self.points_of([x, old], dt, |_| true);
         let search = self.contact.search(caches);
         search.count([points.len(), points.len(), 0]);
         search.counts.search += start.elapsed();
         points
     }
 
-    /// y − d is N/c(1 − ε) where there is a force, and y = 0 where there is none and the point is not inside.
+    /// y − d is N/c(1 − ε) where there is a force, and y = 0 where there is none and the point is not inside, or where a contact is none.
     fn set_forces(&self, x: &mut [f64], forces: &[f64], caches: &mut Caches) {
-        for (b, force) in forces.iter().enumerate() {
-            let gap = self.contact.gap(x, b);
-            x[self.contact.blocks().scalars(b)[0] as usize] =
-                if *force > 0.0 { gap + force / self.pressed_stiffness() } else { gap.min(0.0) };
+        for (b, forces) in forces.chunks(self.slips()).enumerate() {
+            for (UnilateralContact { pair, place, .. }, force) in self.contacts(x, b).into_iter().zip(forces) {
+                let is_held = *force > 0.0 && pair.gap.is_finite();
+                x[place] = if is_held { pair.gap + force / self.pressed_stiffness() } else { pair.gap.min(0.0) };
+            }
         }
         self.contact.search(caches).count([0, 0, forces.iter().filter(|f| **f > 0.0).count()]);
     }
@@ -156,8 +192,7 @@ impl ContactPoints for Multiplier {
     }
 
     fn inside(&self, x: &[f64], depth: f64) -> Vec<ContactPoint<'_>> {
-        let inside = (0..self.contact.points.len()).filter(|&b| self.contact.gap(x, b) < -depth);
-        self.points_of([x, x], f64::INFINITY, inside)
+        self.points_of([x, x], f64::INFINITY, |contact| contact.pair.gap < -depth)
     }
 }
 
@@ -170,13 +205,17 @@ impl NormalForces for Multiplier {
         f64::INFINITY
     }
 
+    fn slips(&self) -> usize {
+        self.contact.obstacle.shape.sheets()
+    }
+
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
-        let pair = self.pair(x, b);
-        let force = self.pressed_stiffness() * (self.scalar(x, b) - pair.gap).max(0.0);
-        let press = (force > 0.0).then(|| {
+        let contacts = self.contacts(x, b).into_iter().enumerate();
+        let press = |(number, UnilateralContact { pair, held, .. }): (usize, UnilateralContact)| {
             // N depends on the multiplier as much as on the distance.
-            NormalForce::new(&pair, &self.contact.points[b].weights, (force, 0.0))
-        });
-        press.into_iter().collect()
+            let own = &self.contact.points[b].weights;
+            (held > 0.0).then(|| NormalForce::new(&pair, own, (self.pressed_stiffness() * held, 0.0), number))
+        };
+        contacts.filter_map(press).collect()
     }
 }

@@ -27,8 +27,12 @@ impl ContactPotential for Penalty {
 }
 
 impl Response for Penalty {
-    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness> {
-        Some(shape.rounded(y, self.rounding)).filter(|w| w.gap < radius).into_iter().collect()
+    fn witnesses(&self, shape: &Shape, y: &Vec3, _radius: f64) -> Vec<(usize, Witness)> {
+        shape.contacts(y, self.rounding)
+    }
+
+    fn slips(&self, shape: &Shape) -> usize {
+        shape.sheets()
     }
 
     fn limits_motion(&self) -> bool {

@@ -16,8 +16,10 @@ use std::sync::Arc;
 
 /// Law of the pressure against the distance.
 pub trait Response: ContactPotential {
-    /// Of a point at y in the frame of the shape, with a ball of this radius about it
-    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<Witness>;
+    /// Of a point at y in the frame of the shape, with a ball of this radius about it: each with the number of its elastic slip
+    fn witnesses(&self, shape: &Shape, y: &Vec3, radius: f64) -> Vec<(usize, Witness)>;
+    /// Elastic slips of a point
+    fn slips(&self, shape: &Shape) -> usize;
     /// Whether no point may pass the obstacle, so that motions have a limit.
     fn limits_motion(&self) -> bool;
     /// Depth inside of the obstacle over which the kink between two of its sides is rounded \[m\].
@@ -34,18 +36,18 @@ pub struct Pressed<R> {
 }
 
 impl<R: Response> Pressed<R> {
-    /// The pairs of point `b` at displacement x, with φ, φ′, φ″ times W.
-    fn pairs(&self, x: &[f64], b: usize) -> Result<Vec<(Pair, [f64; 3])>, EvalError> {
+    /// The pairs of point `b` at displacement x, each with the number of its elastic slip, and with φ, φ′, φ″ times W.
+    fn pairs(&self, x: &[f64], b: usize) -> Result<Vec<(usize, Pair, [f64; 3])>, EvalError> {
         let point = &self.contact.points[b];
         let at = self.contact.position(x, b);
         let placed = self.contact.obstacle.at(x);
         let local = placed.local(&at);
         let crossed = |gap: f64| EvalError::Crossed { effect: self.contact.name.clone(), node: point.nodes[0], gap };
         let witnesses = self.response.witnesses(&self.contact.obstacle.shape, &local, point.radius);
-        let pair = |w: &Witness| {
+        let pair = |(slip, w): &(usize, Witness)| {
             let pair = placed.pair(&at, w, point.radius);
             let potential = self.response.potential(pair.gap).ok_or_else(|| crossed(pair.gap))?;
-            Ok((pair, potential.map(|v| v * point.area)))
+            Ok((*slip, pair, potential.map(|v| v * point.area)))
         };
         witnesses.iter().map(pair).collect()
     }
@@ -65,7 +67,7 @@ impl<R: Response> Effect for Pressed<R> {
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
-        for (pair, [energy, first, second]) in self.pairs(at.x, b)? {
+        for (_, pair, [energy, first, second]) in self.pairs(at.x, b)? {
             out.energy += energy;
             pair.add(&self.contact.points[b].weights, (first, second), self.contact.blocks().size(b), want, out);
         }
@@ -104,16 +106,16 @@ impl<R: Response> ContactPoints for Pressed<R> {
 
     fn points(&self, [x, old]: [&[f64]; 2], dt: f64, margin: f64, caches: &mut Caches) -> Vec<ContactPoint<'_>> {
         let Contact { points, obstacle, .. } = &*self.contact;
-        let (placed, turn) = (obstacle.at(x), obstacle.turn([x, old]));
+        let (placed, turn, slips) = (obstacle.at(x), obstacle.turn([x, old]), self.slips());
         let mut found = Vec::new();
         for b in self.contact.near(x, self.response.reach() + margin, caches) {
             let (at, point) = (self.contact.position(x, b as usize), &points[b as usize]);
             let local = placed.local(&at);
             let mut witnesses = self.response.witnesses(&obstacle.shape, &local, point.radius);
             if witnesses.is_empty() {
-                witnesses.push(obstacle.shape.nearest(&local));
+                witnesses.push((0, obstacle.shape.nearest(&local)));
             }
-            found.extend(witnesses.iter().map(|witness| {
+            found.extend(witnesses.iter().map(|(slip, witness)| {
                 let pair = placed.pair(&at, witness, point.radius);
                 let shares = pair.shares(&point.weights);
                 let [spot, sliding] = self.contact.contact_shares([x, old], b as usize, &pair.normal, &shares);
@@ -126,7 +128,7 @@ impl<R: Response> ContactPoints for Pressed<R> {
                     normal: pair.normal,
                     force: self.response.potential(pair.gap).map_or(0.0, |[_, first, _]| -first * point.area),
                     friction: self.friction.map(|law| (law.coefficient, law.threshold(dt))),
-                    history: HISTORY * b as usize,
+                    history: HISTORY * (slips * b as usize + slip),
                     turn,
                     law: NormalLaw::Potential(&self.response, point.area),
                 }
@@ -152,9 +154,15 @@ impl<R: Response> NormalForces for Pressed<R> {
         self.response.reach()
     }
 
+    fn slips(&self) -> usize {
+        self.response.slips(&self.contact.obstacle.shape)
+    }
+
     fn normal_forces(&self, x: &[f64], b: usize) -> Vec<NormalForce> {
         let own = &self.contact.points[b].weights;
-        let press = |(pair, [_, first, second]): (Pair, [f64; 3])| NormalForce::new(&pair, own, (-first, second));
+        let press = |(slip, pair, [_, first, second]): (usize, Pair, [f64; 3])| {
+            NormalForce::new(&pair, own, (-first, second), slip)
+        };
         self.pairs(x, b).into_iter().flatten().map(press).filter(|p| p.force > 0.0).collect()
     }
 }

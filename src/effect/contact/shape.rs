@@ -15,30 +15,19 @@
 //!
 //! A triangle surface is closed and outward.
 
+pub use super::facets::Facets;
+pub use super::witness::Witness;
+
+use super::sheets::Sheets;
+use super::witness::{curved, from, on_triangle, sharp, to};
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::closed_surface::VolumeMoments;
 use crate::mesh::surface_file::Surface;
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::{PointQuery, PointQueryWithLocation};
-use parry3d_f64::shape::{
-    Ball, Cuboid, Cylinder, HalfSpace, Shape as _, TriMesh, TriMeshFlags, Triangle, TrianglePointLocation,
-};
+use parry3d_f64::shape::{Ball, Cuboid, Cylinder, HalfSpace, Shape as _};
 use std::collections::BTreeMap;
-
-/// Share of the size of a triangle below which the distance from it is rounding \[–\].
-const ON_SURFACE: f64 = 1e-9;
-
-/// Distance of a point from an obstacle, and how it changes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Witness {
-    /// d \[m\], negative inside
-    pub gap: f64,
-    /// ∂d/∂y
-    pub normal: Vec3,
-    /// ∂²d/∂y² \[1/m\]
-    pub curvature: Mat3,
-}
 
 /// A shape in its own frame.
 pub enum Shape {
@@ -70,14 +59,6 @@ pub enum ShapeError {
     Degenerate(u32),
 }
 
-fn to(v: &Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
-}
-
-fn from(v: Vector) -> Vec3 {
-    Vec3::new(v.x, v.y, v.z)
-}
-
 impl Shape {
     pub fn floor() -> Self {
         Self::Floor(HalfSpace::new(Vector::Z))
@@ -99,8 +80,7 @@ impl Shape {
     pub fn surface(surface: &Surface) -> Result<Self, ShapeError> {
         check(surface)?;
         let points = surface.points.iter().map(to).collect();
-        let mesh = TriMesh::with_flags(points, surface.triangles.clone(), TriMeshFlags::ORIENTED);
-        Ok(Self::Surface(Box::new(Facets::new(mesh.expect("a surface has triangles")))))
+        Ok(Self::Surface(Box::new(Facets::new(points, surface.triangles.clone()))))
     }
 
     /// The box about the shape, \[least, most\] of each coordinate; a floor has none.
@@ -145,18 +125,6 @@ impl Shape {
             Self::Surface(s) => (s.mesh.vertices().to_vec(), s.mesh.indices().to_vec()),
         };
         Some(Surface { points: points.into_iter().map(from).collect(), triangles })
-    }
-
-    /// The sharpest concave edge of a surface: the angle by which its sides are turned towards each other \[rad\], and its middle \[m\]; none of a convex shape.
-    pub fn sharpest_concave_edge(&self) -> Option<(f64, Vec3)> {
-        let Self::Surface(s) = self else { return None };
-        let concave = |(&(i, j), one): (&(u32, u32), &u32)| {
-            let other = *s.neighbours.get(&(j, i))?;
-            let beyond: Vec3 = s.mesh.indices()[other as usize].iter().map(|&k| s.vertex(k) - s.vertex(i)).sum();
-            let angle = s.normal(*one).angle(&s.normal(other));
-            (beyond.dot(&s.normal(*one)) > 0.0).then(|| (angle, (s.vertex(i) + s.vertex(j)) / 2.0))
-        };
-        s.neighbours.iter().filter_map(concave).max_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The nearest point of the boundary, and whether y is inside.
@@ -221,35 +189,35 @@ impl Shape {
         }
     }
 
-    /// The nearest point as a witness, of a surface with the kinks inside rounded over `width` \[m\]: d grows by less than half of it there.
+    /// The most contacts that a point can have: more than one with a surface that has sharp concave edges.
+    pub fn sheets(&self) -> usize {
+        match self {
+            Self::Surface(s) => s.sheets.as_ref().map_or(1, Sheets::count),
+            _ => 1,
+        }
+    }
+
+    /// The contacts of a point, each with its number below [`Self::sheets`]. The kinks inside of a surface are rounded over `width` \[m\], unless it is 0.
+    pub fn contacts(&self, y: &Vec3, width: f64) -> Vec<(usize, Witness)> {
+        let sheets = match self {
+            Self::Surface(s) => s.sheets.as_ref().map(|sheets| (s, sheets)),
+            _ => None,
+        };
+        let Some((s, sheets)) = sheets else { return vec![(0, self.rounded(y, width))] };
+        let mut contacts = sheets.contacts(&s.mesh, y);
+        for (k, witness) in contacts.iter_mut().filter(|_| width > 0.0) {
+            *witness = s.rounded(y, *witness, width, |t| sheets.of_triangle(t) == *k || s.is_behind(t, y, witness));
+        }
+        contacts
+    }
+
+    /// The nearest point as a witness, of a surface with the kinks inside rounded over `width` \[m\], unless it is 0: d grows by less than half of it there.
     pub fn rounded(&self, y: &Vec3, width: f64) -> Witness {
         let nearest = self.nearest(y);
-        // Only a face has no curvature: the region of a sharp side or corner seen from inside has neither kinks nor faces.
-        let (Self::Surface(s), true) = (self, nearest.gap < 0.0 && nearest.curvature == Mat3::zeros()) else {
-            return nearest;
-        };
-        let p = y - nearest.normal * nearest.gap;
-        // Twice as far as the planes: the foot of y on one of them may be beyond its face.
-        let reach = 2.0 * (width - nearest.gap);
-        let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
-        let mut planes = vec![(nearest.gap, nearest.normal)];
-        let mut triangles: Vec<u32> = s.mesh.bvh().intersect_aabb(&around).collect();
-        triangles.sort_unstable();
-        for triangle in triangles {
-            let [a, b, c] = {
-                let t = s.mesh.triangle(triangle);
-                [t.a, t.b, t.c].map(from)
-            };
-            let normal = (b - a).cross(&(c - a)).normalize();
-            let gap = normal.dot(&(y - a));
-            // Beyond a concave side the plane cuts the inside.
-            let convex = normal.dot(&(p - a)) <= ON_SURFACE * (b - a).norm().max((c - a).norm());
-            let known = |(_, n): &(f64, Vec3)| (n - normal).norm() < ON_SURFACE;
-            if convex && gap > nearest.gap - width && !planes.iter().any(known) {
-                planes.push((gap.min(nearest.gap), normal));
-            }
+        match self {
+            Self::Surface(s) => s.rounded(y, nearest, width, |_| true),
+            _ => nearest,
         }
-        smooth_maximum(planes, width)
     }
 
     /// Every witness nearer than `reach` to a point outside, for sums that are smooth: of a surface one of each flat side, by its nearest triangle, in the
@@ -274,123 +242,6 @@ impl Shape {
         }
         found.into_values().filter(|w| w.gap < reach).collect()
     }
-}
-
-/// Angle between triangles that are parts of one flat side \[rad\]: files in single precision turn small ones by 1e-5.
-const FLAT: f64 = 1e-4;
-
-/// A closed surface of triangles, and the flat sides that they make up.
-pub struct Facets {
-    mesh: TriMesh,
-    /// Edge, as a triangle passes it → the triangle
-    neighbours: BTreeMap<(u32, u32), u32>,
-    /// \[triangles\] the first triangle of the side that it is part of
-    sides: Vec<u32>,
-}
-
-impl Facets {
-    fn new(mesh: TriMesh) -> Self {
-        let edges = |(t, corners): (usize, &[u32; 3])| {
-            let [a, b, c] = *corners;
-            [(a, b), (b, c), (c, a)].map(|edge| (edge, t as u32))
-        };
-        let neighbours = mesh.indices().iter().enumerate().flat_map(edges).collect();
-        let mut own = Self { sides: vec![u32::MAX; mesh.indices().len()], mesh, neighbours };
-        for first in 0..own.sides.len() as u32 {
-            let mut open = vec![first];
-            while let Some(t) = open.pop() {
-                if own.sides[t as usize] == u32::MAX && own.normal(t).angle(&own.normal(first)) <= FLAT {
-                    own.sides[t as usize] = first;
-                    let [a, b, c] = own.mesh.indices()[t as usize];
-                    open.extend([(b, a), (c, b), (a, c)].iter().filter_map(|edge| own.neighbours.get(edge)));
-                }
-            }
-        }
-        own
-    }
-
-    fn vertex(&self, k: u32) -> Vec3 {
-        from(self.mesh.vertices()[k as usize])
-    }
-
-    fn normal(&self, t: u32) -> Vec3 {
-        let [a, b, c] = self.mesh.indices()[t as usize].map(|k| self.vertex(k));
-        (b - a).cross(&(c - a)).normalize()
-    }
-}
-
-/// The smooth maximum of the distances from planes, each with its normal.
-fn smooth_maximum(mut planes: Vec<(f64, Vec3)>, width: f64) -> Witness {
-    planes.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let (mut sum, mut level, mut held) = (0.0, 0.0, 0);
-    for (k, (d, _)) in planes.iter().enumerate() {
-        sum += d;
-        let next = (sum - width) / (k + 1) as f64;
-        if *d <= next {
-            break;
-        }
-        (level, held) = (next, k + 1);
-    }
-    let planes = &planes[..held];
-    let shares: Vec<f64> = planes.iter().map(|(d, _)| (d - level) / width).collect();
-    let square: f64 = shares.iter().map(|s| s * s).sum();
-    let gap = planes.iter().zip(&shares).map(|((d, _), s)| d * s).sum::<f64>() + 0.5 * width * (1.0 - square);
-    let normal: Vec3 = planes.iter().zip(&shares).map(|((_, n), s)| n * *s).sum();
-    let middle = planes.iter().map(|(_, n)| n).sum::<Vec3>() / held as f64;
-    let spread = planes.iter().map(|(_, n)| (n - middle) * (n - middle).transpose()).sum::<Mat3>();
-    Witness { gap, normal, curvature: spread / width }
-}
-
-/// Of a rounded side: `from_axis` from the centre or axis to y.
-fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>) -> Witness {
-    let normal = from_axis.try_normalize(0.0).unwrap_or(Vec3::x());
-    let along = axis.map_or(Mat3::zeros(), |a| a * a.transpose());
-    let curvature = (Mat3::identity() - normal * normal.transpose() - along) / (radius + gap).max(f64::MIN_POSITIVE);
-    Witness { gap, normal, curvature }
-}
-
-/// Of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
-fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) -> Witness {
-    let sign = if inside { -1.0 } else { 1.0 };
-    let away = y - p;
-    let distance = away.norm();
-    if distance == 0.0 {
-        return Witness { gap: 0.0, normal: face(), curvature: Mat3::zeros() };
-    }
-    let normal = away * (sign / distance);
-    let curvature = (Mat3::identity() - normal * normal.transpose() - free) * (sign / distance);
-    Witness { gap: sign * distance, normal, curvature }
-}
-
-/// Of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
-fn on_triangle(
-    t: &Triangle,
-    y: &Vec3,
-    p: &Vec3,
-    [solid, inside]: [bool; 2],
-    location: TrianglePointLocation,
-) -> Witness {
-    let [a, b, c] = [t.a, t.b, t.c].map(from);
-    let plane = (b - a).cross(&(c - a)).normalize();
-    let line = |from: Vec3, to: Vec3| {
-        let along = (to - from).normalize();
-        along * along.transpose()
-    };
-    let free = match location {
-        TrianglePointLocation::OnVertex(_) => Mat3::zeros(),
-        TrianglePointLocation::OnEdge(0, _) => line(a, b),
-        TrianglePointLocation::OnEdge(1, _) => line(b, c),
-        TrianglePointLocation::OnEdge(..) => line(a, c),
-        _ => Mat3::identity() - plane * plane.transpose(),
-    };
-    // y − p has no direction of its own where it departs from the normal by the rounding of p: flat neighbours share their sides and corners.
-    let away = y - p;
-    let near = (away - plane * plane.dot(&away)).norm() < ON_SURFACE * (b - a).norm().max((c - a).norm());
-    let face = !matches!(location, TrianglePointLocation::OnVertex(_) | TrianglePointLocation::OnEdge(..));
-    if solid && (face || near) {
-        return Witness { gap: plane.dot(&(y - p)), normal: plane, curvature: Mat3::zeros() };
-    }
-    sharp(y, p, inside, free, || plane)
 }
 
 /// Every edge has two triangles, which pass it in opposite directions, and the volume inside is positive.

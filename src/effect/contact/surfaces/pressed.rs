@@ -92,6 +92,7 @@ impl PressedSurfaces {
             shares: term.distance.shares.clone(),
             spot: term.distance.shares.clone(),
             sliding: term.distance.shares.clone(),
+            slip: 0,
         })
     }
 

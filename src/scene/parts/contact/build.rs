@@ -12,7 +12,7 @@ use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::carry;
-use crate::scene::parts::contact::notes::{note_facets, note_hollows, note_points, note_start};
+use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
@@ -87,7 +87,8 @@ fn build_contact(
     let name = spec.name.clone();
     let scalars = (spec.response == ResponseSpec::Multiplier).then(|| {
         let first = (3 * builder.nodes + builder.gathered.hosts.len()) as u32;
-        builder.gathered.hosts.extend(points.iter().map(|p| p.nodes[0]));
+        let contacts = obstacle.shape.sheets();
+        builder.gathered.hosts.extend(points.iter().flat_map(|p| std::iter::repeat_n(p.nodes[0], contacts)));
         first
     });
     let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
@@ -107,9 +108,8 @@ fn build_contact(
             shared
         }
     };
-    match spec.response {
-        ResponseSpec::Barrier => note_start(builder, &*pressing),
-        response => note_hollows(builder, &*pressing, response.name()),
+    if spec.response == ResponseSpec::Barrier {
+        note_start(builder, &*pressing);
     }
     match bodies.iter().find(|b| b.name == spec.region) {
         Some(body) => note_points(builder, body, &*pressing),

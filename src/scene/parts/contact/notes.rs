@@ -1,9 +1,7 @@
 //! Notes on the start of a contact, and on what the points of a rigid body do not see.
 
 use crate::effect::contact::NormalForces;
-use crate::effect::contact::placement::Obstacle;
 use crate::mesh::Order;
-use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::parts::rigid::{RIM, RigidBody};
 use crate::scene::shape::ShapeSpec;
@@ -20,24 +18,6 @@ pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
         contact.name,
         gap * 1e3,
         reach * 1e3
-    ));
-}
-
-/// Angle between the sides of a concave edge from which on it is no facet of a smooth hollow \[rad\].
-const HOLLOW: f64 = 0.35;
-
-/// Notes that an obstacle has concave edges, where a point would have to meet two sides at once.
-pub(super) fn note_hollows(builder: &mut Builder, pressing: &dyn NormalForces, response: &str) {
-    let contact = pressing.contact();
-    let Obstacle { shape, origin, axes, .. } = &contact.obstacle;
-    let Some((angle, middle)) = shape.sharpest_concave_edge().filter(|(angle, _)| *angle > HOLLOW) else { return };
-    builder.notes.push(format!(
-        "{}: the surface of the obstacle has concave edges, of up to {:.0} degrees, such as at {}: by the response {response} a point meets the nearest \
-         side alone, so that what comes to lie in such an edge may sink into the other side or be thrown out; take response = \"barrier\", or an obstacle for \
-         each convex part",
-        contact.name,
-        angle.to_degrees(),
-        point(&(origin + axes * middle)),
     ));
 }
 

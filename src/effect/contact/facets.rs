@@ -1,0 +1,113 @@
+//! A closed surface of triangles, and what they make up: flat sides, and [`Sheets`].
+
+use super::sheet_numbers::Neighbours;
+use super::sheets::Sheets;
+use super::witness::{ON_SURFACE, Witness, from, to};
+use crate::math::tensor::{Mat3, Vec3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::math::Vector;
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+
+/// Angle between triangles that are parts of one flat side \[rad\]: files in single precision turn small ones by 1e-5.
+const FLAT: f64 = 1e-4;
+
+/// A closed surface of triangles, and the flat sides that they make up.
+pub struct Facets {
+    pub(super) mesh: TriMesh,
+    /// \[triangles\] the first triangle of the side that it is part of
+    pub(super) sides: Vec<u32>,
+    /// None where one contact a point is enough
+    pub(super) sheets: Option<Sheets>,
+}
+
+impl Facets {
+    pub(super) fn new(points: Vec<Vector>, triangles: Vec<[u32; 3]>) -> Self {
+        let mesh = TriMesh::with_flags(points, triangles, TriMeshFlags::ORIENTED).expect("a surface has triangles");
+        let edges = |(t, corners): (usize, &[u32; 3])| {
+            let [a, b, c] = *corners;
+            [(a, b), (b, c), (c, a)].map(|edge| (edge, t as u32))
+        };
+        let neighbours: Neighbours = mesh.indices().iter().enumerate().flat_map(edges).collect();
+        let normals: Vec<Vec3> = (0..mesh.indices().len() as u32).map(|t| normal(&mesh, t)).collect();
+        let mut sides = vec![u32::MAX; normals.len()];
+        for first in 0..sides.len() as u32 {
+            let mut open = vec![first];
+            while let Some(t) = open.pop() {
+                if sides[t as usize] == u32::MAX && normals[t as usize].angle(&normals[first as usize]) <= FLAT {
+                    sides[t as usize] = first;
+                    let [a, b, c] = mesh.indices()[t as usize];
+                    open.extend([(b, a), (c, b), (a, c)].iter().filter_map(|edge| neighbours.get(edge)));
+                }
+            }
+        }
+        let sheets = Sheets::of(&mesh, &normals, &neighbours);
+        Self { mesh, sides, sheets }
+    }
+
+    /// A witness of y with the kinks inside rounded over `width` \[m\], unless it is 0, between its plane and those of the triangles that `belong` to it.
+    pub(super) fn rounded(&self, y: &Vec3, nearest: Witness, width: f64, belong: impl Fn(u32) -> bool) -> Witness {
+        // Only a face has no curvature: the region of a sharp side or corner seen from inside has neither kinks nor faces.
+        if !(width > 0.0 && nearest.gap < 0.0 && nearest.curvature == Mat3::zeros()) {
+            return nearest;
+        }
+        let p = y - nearest.normal * nearest.gap;
+        // Twice as far as the planes: the foot of y on one of them may be beyond its face.
+        let reach = 2.0 * (width - nearest.gap);
+        let around = Aabb::new(to(&y.add_scalar(-reach)), to(&y.add_scalar(reach)));
+        let mut planes = vec![(nearest.gap, nearest.normal)];
+        let mut triangles: Vec<u32> = self.mesh.bvh().intersect_aabb(&around).collect();
+        triangles.sort_unstable();
+        for triangle in triangles.into_iter().filter(|&t| belong(t)) {
+            let [a, b, c] = self.corners(triangle);
+            let normal = (b - a).cross(&(c - a)).normalize();
+            let gap = normal.dot(&(y - a));
+            // Beyond a concave side the plane cuts the inside.
+            let convex = normal.dot(&(p - a)) <= ON_SURFACE * (b - a).norm().max((c - a).norm());
+            let known = |(_, n): &(f64, Vec3)| (n - normal).norm() < ON_SURFACE;
+            if convex && gap > nearest.gap - width && !planes.iter().any(known) {
+                planes.push((gap.min(nearest.gap), normal));
+            }
+        }
+        smooth_maximum(planes, width)
+    }
+
+    /// Whether a triangle is behind the plane of a witness of y, all of it.
+    pub(super) fn is_behind(&self, triangle: u32, y: &Vec3, Witness { gap, normal, .. }: &Witness) -> bool {
+        let corners = self.corners(triangle);
+        let size = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());
+        corners.iter().all(|corner| gap + normal.dot(&(corner - y)) <= ON_SURFACE * size)
+    }
+
+    fn corners(&self, triangle: u32) -> [Vec3; 3] {
+        let t = self.mesh.triangle(triangle);
+        [t.a, t.b, t.c].map(from)
+    }
+}
+
+/// Unit normal of a triangle, outward.
+fn normal(mesh: &TriMesh, t: u32) -> Vec3 {
+    let [a, b, c] = mesh.indices()[t as usize].map(|k| from(mesh.vertices()[k as usize]));
+    (b - a).cross(&(c - a)).normalize()
+}
+
+/// The smooth maximum of the distances from planes, each with its normal.
+fn smooth_maximum(mut planes: Vec<(f64, Vec3)>, width: f64) -> Witness {
+    planes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let (mut sum, mut level, mut held) = (0.0, 0.0, 0);
+    for (k, (d, _)) in planes.iter().enumerate() {
+        sum += d;
+        let next = (sum - width) / (k + 1) as f64;
+        if *d <= next {
+            break;
+        }
+        (level, held) = (next, k + 1);
+    }
+    let planes = &planes[..held];
+    let shares: Vec<f64> = planes.iter().map(|(d, _)| (d - level) / width).collect();
+    let square: f64 = shares.iter().map(|s| s * s).sum();
+    let gap = planes.iter().zip(&shares).map(|((d, _), s)| d * s).sum::<f64>() + 0.5 * width * (1.0 - square);
+    let normal: Vec3 = planes.iter().zip(&shares).map(|((_, n), s)| n * *s).sum();
+    let middle = planes.iter().map(|(_, n)| n).sum::<Vec3>() / held as f64;
+    let spread = planes.iter().map(|(_, n)| (n - middle) * (n - middle).transpose()).sum::<Mat3>();
+    Witness { gap, normal, curvature: spread / width }
+}

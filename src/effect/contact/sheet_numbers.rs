@@ -1,0 +1,160 @@
+//! On which sheet each triangle of a closed surface is: two triangles that meet in a sharp concave edge are on different ones.
+//!
+//! Triangles are joined over all other edges, the flattest first, unless this would join both sides of a sharp concave edge: where a sheet ends elsewhere, it
+//! does so at the sharpest edges of the way around. A side in which a concave edge ends, as the front of a block with a groove, has edges with both sides of it, and
+//! is joined with neither: one sheet would have the edges of the groove on both sides, and a point only the nearer one of these.
+//!
+//! What is joined gets its number one after the other, that with the most concave edges first: the least one that nothing has from which it is apart. As long as there are few
+//! sheets, opposite walls of a slot are on different ones too, since a ball may press on both.
+
+use super::witness::from;
+use crate::math::tensor::Vec3;
+use parry3d_f64::shape::TriMesh;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Angle between the sides of a concave edge from which on it is no facet of a smooth hollow \[rad\].
+const HOLLOW: f64 = 0.35;
+
+/// Sheets up to which sides that meet one and the same side, as the walls of a slot, are on different ones \[–\].
+const FEW: usize = 4;
+/// Difference of angles that is rounding \[rad\].
+const SAME: f64 = 1e-6;
+
+/// The triangle on the left of each edge, as it passes the edge.
+pub(super) type Neighbours = BTreeMap<(u32, u32), u32>;
+
+/// An edge between two triangles.
+struct Edge {
+    triangles: [usize; 2],
+    angle: f64,
+    /// Whether it is sharp and concave
+    is_cut: bool,
+}
+
+impl Edge {
+    fn is_smooth(&self) -> bool {
+        self.angle <= HOLLOW
+    }
+}
+
+/// Groups of triangles, each named after one of them.
+struct Groups {
+    /// \[triangles\] another one of the same group, itself where the group is named after it
+    of: Vec<usize>,
+    /// \[names\] groups that it meets in a sharp concave edge
+    met: Vec<BTreeSet<usize>>,
+    /// \[names\] groups next to it over an edge that is not smooth
+    next: Vec<BTreeSet<usize>>,
+    /// \[names\] groups that are on other sheets
+    apart: Vec<BTreeSet<usize>>,
+}
+
+impl Groups {
+    /// Each triangle alone.
+    fn new(n: usize, cuts: &[Edge], joints: &[Edge]) -> Self {
+        let links = |edges: &mut dyn Iterator<Item = &Edge>| {
+            let mut of = vec![BTreeSet::new(); n];
+            for [one, other] in edges.map(|edge| edge.triangles) {
+                of[one].insert(other);
+                of[other].insert(one);
+            }
+            of
+        };
+        let met = links(&mut cuts.iter());
+        let next = links(&mut joints.iter().filter(|edge| !edge.is_smooth()));
+        Self { of: (0..n).collect(), apart: met.clone(), met, next }
+    }
+
+    fn name(&mut self, mut t: usize) -> usize {
+        while self.of[t] != t {
+            self.of[t] = self.of[self.of[t]];
+            t = self.of[t];
+        }
+        t
+    }
+
+    /// Makes the groups on both sides of an edge one, unless they are apart, or are to be.
+    fn join(&mut self, edge: &Edge) {
+        let [mut one, mut other] = edge.triangles.map(|t| self.name(t));
+        if one == other || self.apart[one].contains(&other) {
+            return;
+        }
+        let is_between = !self.met[one].is_disjoint(&self.next[other]) || !self.met[other].is_disjoint(&self.next[one]);
+        if is_between && !edge.is_smooth() {
+            self.apart[one].insert(other);
+            self.apart[other].insert(one);
+            return;
+        }
+        // The one with the fewer others goes into the other one.
+        let others = |name: usize| self.met[name].len() + self.next[name].len() + self.apart[name].len();
+        if (others(one), other) > (others(other), one) {
+            std::mem::swap(&mut one, &mut other);
+        }
+        self.of[one] = other;
+        for links in [&mut self.met, &mut self.next, &mut self.apart] {
+            for third in std::mem::take(&mut links[one]) {
+                links[third].remove(&one);
+                if third != other {
+                    links[third].insert(other);
+                    links[other].insert(third);
+                }
+            }
+        }
+    }
+}
+
+/// Groups and sheets of the triangles.
+pub(super) struct SheetNumbers {
+    /// \[triangles\] name of the group
+    pub groups: Vec<usize>,
+    /// \[triangles\] whether the group has a sharp concave edge
+    pub concave: Vec<bool>,
+    /// \[triangles\] number of the sheet, from 0
+    pub sheets: Vec<usize>,
+    pub count: usize,
+}
+
+impl SheetNumbers {
+    pub fn of(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours) -> Self {
+        let (cuts, mut joints): (Vec<Edge>, Vec<Edge>) =
+            edges(mesh, normals, neighbours).into_iter().partition(|edge| edge.is_cut);
+        joints.sort_by(|a, b| (a.angle / SAME).round().total_cmp(&(b.angle / SAME).round()));
+        let mut groups = Groups::new(normals.len(), &cuts, &joints);
+        joints.iter().for_each(|edge| groups.join(edge));
+        let names: Vec<usize> = (0..normals.len()).map(|t| groups.name(t)).collect();
+        let mut order: Vec<usize> = (0..names.len()).filter(|&t| names[t] == t).collect();
+        order.sort_by_key(|&name| (std::cmp::Reverse(groups.met[name].len()), name));
+        let mut numbers = BTreeMap::<usize, usize>::new();
+        for name in order {
+            let of = |others: &mut dyn Iterator<Item = &usize>| -> BTreeSet<usize> {
+                others.filter_map(|other| numbers.get(other)).copied().collect()
+            };
+            let taken = of(&mut groups.apart[name].iter());
+            let opposite = of(&mut groups.met[name].iter().flat_map(|met| &groups.met[*met]));
+            let is_free = |k: &usize| !taken.contains(k);
+            let best = (0..FEW).find(|k| is_free(k) && !opposite.contains(k));
+            numbers.insert(name, best.or_else(|| (0..).find(is_free)).expect("one is left"));
+        }
+        let sheets: Vec<usize> = names.iter().map(|name| numbers[name]).collect();
+        let concave = names.iter().map(|&name| !groups.met[name].is_empty()).collect();
+        let count = numbers.values().max().map_or(1, |most| most + 1);
+        Self { groups: names, concave, sheets, count }
+    }
+}
+
+fn edges(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<Edge> {
+    let edge = |(&(i, j), &one): (&(u32, u32), &u32)| {
+        let other = *neighbours.get(&(j, i)).filter(|_| i < j)?;
+        let triangles = [one, other].map(|t| t as usize);
+        let angle = normals[triangles[0]].angle(&normals[triangles[1]]);
+        Some(Edge { triangles, angle, is_cut: is_sharp_and_concave(mesh, normals, triangles, i) })
+    };
+    neighbours.iter().filter_map(edge).collect()
+}
+
+/// Of the edge between two triangles that has the vertex `on`.
+pub(super) fn is_sharp_and_concave(mesh: &TriMesh, normals: &[Vec3], [one, other]: [usize; 2], on: u32) -> bool {
+    let vertex = |k: u32| from(mesh.vertices()[k as usize]);
+    let beyond: Vec3 = mesh.indices()[other].iter().map(|&k| vertex(k) - vertex(on)).sum();
+    normals[one].angle(&normals[other]) > HOLLOW && beyond.dot(&normals[one]) > 0.0
+}

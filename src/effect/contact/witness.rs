@@ -1,0 +1,79 @@
+//! Distance of a point from an obstacle with its derivatives, by the nearest point of a curved side, of an edge, or of a triangle.
+
+use crate::math::tensor::{Mat3, Vec3};
+use parry3d_f64::math::Vector;
+use parry3d_f64::shape::{Triangle, TrianglePointLocation};
+
+/// Share of the size of a triangle below which the distance from it is rounding \[–\].
+pub(super) const ON_SURFACE: f64 = 1e-9;
+
+/// Distance of a point from an obstacle, and how it changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Witness {
+    /// d \[m\], negative inside
+    pub gap: f64,
+    /// ∂d/∂y
+    pub normal: Vec3,
+    /// ∂²d/∂y² \[1/m\]
+    pub curvature: Mat3,
+}
+
+pub(super) fn to(v: &Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+pub(super) fn from(v: Vector) -> Vec3 {
+    Vec3::new(v.x, v.y, v.z)
+}
+
+/// Of a rounded side: `from_axis` from the centre or axis to y.
+pub(super) fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>) -> Witness {
+    let normal = from_axis.try_normalize(0.0).unwrap_or(Vec3::x());
+    let along = axis.map_or(Mat3::zeros(), |a| a * a.transpose());
+    let curvature = (Mat3::identity() - normal * normal.transpose() - along) / (radius + gap).max(f64::MIN_POSITIVE);
+    Witness { gap, normal, curvature }
+}
+
+/// Of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
+pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) -> Witness {
+    let sign = if inside { -1.0 } else { 1.0 };
+    let away = y - p;
+    let distance = away.norm();
+    if distance == 0.0 {
+        return Witness { gap: 0.0, normal: face(), curvature: Mat3::zeros() };
+    }
+    let normal = away * (sign / distance);
+    let curvature = (Mat3::identity() - normal * normal.transpose() - free) * (sign / distance);
+    Witness { gap: sign * distance, normal, curvature }
+}
+
+/// Of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
+pub(super) fn on_triangle(
+    t: &Triangle,
+    y: &Vec3,
+    p: &Vec3,
+    [solid, inside]: [bool; 2],
+    location: TrianglePointLocation,
+) -> Witness {
+    let [a, b, c] = [t.a, t.b, t.c].map(from);
+    let plane = (b - a).cross(&(c - a)).normalize();
+    let line = |from: Vec3, to: Vec3| {
+        let along = (to - from).normalize();
+        along * along.transpose()
+    };
+    let free = match location {
+        TrianglePointLocation::OnVertex(_) => Mat3::zeros(),
+        TrianglePointLocation::OnEdge(0, _) => line(a, b),
+        TrianglePointLocation::OnEdge(1, _) => line(b, c),
+        TrianglePointLocation::OnEdge(..) => line(a, c),
+        _ => Mat3::identity() - plane * plane.transpose(),
+    };
+    // y − p has no direction of its own where it departs from the normal by the rounding of p: flat neighbours share their sides and corners.
+    let away = y - p;
+    let near = (away - plane * plane.dot(&away)).norm() < ON_SURFACE * (b - a).norm().max((c - a).norm());
+    let face = !matches!(location, TrianglePointLocation::OnVertex(_) | TrianglePointLocation::OnEdge(..));
+    if solid && (face || near) {
+        return Witness { gap: plane.dot(&(y - p)), normal: plane, curvature: Mat3::zeros() };
+    }
+    sharp(y, p, inside, free, || plane)
+}
