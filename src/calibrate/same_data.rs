@@ -9,10 +9,10 @@ pub fn are_same_numbers(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(is_same)
 }
 
-/// The first two lists of the same numbers.
+/// The first two lists of the same numbers; empty ones are no measurements.
 pub fn first_pair(lists: &[Vec<f64>]) -> Option<[usize; 2]> {
     let earlier = |k: usize| (0..k).find(|j| are_same_numbers(&lists[*j], &lists[k])).map(|j| [j, k]);
-    (0..lists.len()).find_map(earlier)
+    (0..lists.len()).filter(|k| !lists[*k].is_empty()).find_map(earlier)
 }
 
 #[cfg(test)]
@@ -27,7 +27,7 @@ mod tests {
         assert!(are_same_numbers(&pascals, &megapascals.map(|p| p * 1e6)));
         let last_digit = [0.0, 1250.0, 2372.0, -4.0];
         assert!(!are_same_numbers(&pascals, &last_digit) && !are_same_numbers(&pascals, &pascals[..3]));
-        let lists = [last_digit.to_vec(), pascals.to_vec(), vec![], pascals.to_vec()];
-        assert_eq!((first_pair(&lists), first_pair(&lists[..3])), (Some([1, 3]), None));
+        let lists = [last_digit.to_vec(), pascals.to_vec(), vec![], vec![], pascals.to_vec()];
+        assert_eq!((first_pair(&lists), first_pair(&lists[..4])), (Some([1, 4]), None));
     }
 }
