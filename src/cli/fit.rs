@@ -187,8 +187,7 @@ pub fn main(args: Args) -> CommandResult {
     let mut request = FitRequest::new(&csv[0], &args.law);
     request.more = csv[1..].to_vec();
     request.card = args.card.as_deref().map(files::brought).transpose()?;
-    request.columns.strain = args.strain_column;
-    request.columns.stress = args.stress_column;
+    (request.columns.strain, request.columns.stress) = (args.strain_column, args.stress_column);
     request.columns.strain_kind = args.strain_kind;
     request.columns.strain_unit = args.strain_unit;
     request.columns.stress_unit = args.stress_unit;

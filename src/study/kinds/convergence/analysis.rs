@@ -2,10 +2,13 @@
 
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::curve::{Curve, peak};
+use crate::study::estimate::curve::CurveStudy;
 use crate::study::estimate::family::{Estimate, Level};
 use crate::study::estimate::richardson::Convergence;
+use crate::study::estimate::tolerance::Tolerance;
 use crate::study::estimate::{curve, family, reference};
 use crate::study::kinds::convergence::cases::Cases;
+use crate::study::kinds::convergence::errors::Noise;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::kinds::convergence::next_mesh::{NextMesh, next_mesh};
 use crate::study::kinds::convergence::{errors, independent, verdict, warnings};
@@ -45,38 +48,7 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
     let tolerance = quantity.tolerance(study.tolerance);
     let quantity = quantity.name.as_str();
     let noise = errors::noise(cases, variant, quantity);
-    let (mut estimates, mut curves) = (vec![], vec![]);
-    for f in &study.families {
-        if matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep) {
-            continue;
-        }
-        let members = cases.of(f, variant);
-        let level = |c: &&StoredCase| {
-            let level = Level::of(&c.record, peak(c, quantity)?);
-            let (edge, cut) = (level.edge.filter(|_| f.role != Role::Nested), c.record.cut_regions.clone());
-            Some(Level { edge, cut, ..level })
-        };
-        let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
-        let levels = members.iter().filter_map(level).collect();
-        let mut estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
-        // Three meshes have an order on the way to a value that has no limit, too
-        let is_open = |e: &&mut Estimate| e.asymptotic != Some(true) && e.class != Convergence::Exact;
-        if let Some(e) = estimate.as_mut().filter(is_open).filter(|_| is_local_extreme(quantity)) {
-            e.object(
-                "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
-                 meshes whose orders agree show one: take a percentile or a place of your choice",
-            );
-        }
-        estimates.extend(estimate);
-        let mut series: Vec<_> = (members.iter())
-            .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
-            .collect();
-        series.sort_by(|a, b| a.1.total_cmp(&b.1));
-        if series.len() >= 2 {
-            let formal = family::formal_order(&f.formulation);
-            curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
-        }
-    }
+    let (estimates, curves) = families(cases, (variant, quantity), &noise, tolerance);
     let mut reference = reference::choose(&estimates, tolerance);
     let scale = reference.as_ref().map_or(f64::NAN, |r| r.scale);
     let one_run = independent::one_run(cases, variant, quantity, scale);
@@ -129,6 +101,48 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         supported,
         reasons,
     }
+}
+
+/// The estimates of every family of meshes, and their curves by the name of the family.
+fn families(
+    cases: &Cases,
+    (variant, quantity): (&str, &str),
+    noise: &[Noise],
+    tolerance: Tolerance,
+) -> (Vec<Estimate>, Vec<(String, CurveStudy)>) {
+    let (mut estimates, mut curves) = (vec![], vec![]);
+    for f in &cases.study.families {
+        if matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep) {
+            continue;
+        }
+        let members = cases.of(f, variant);
+        let level = |c: &&StoredCase| {
+            let level = Level::of(&c.record, peak(c, quantity)?);
+            let (edge, cut) = (level.edge.filter(|_| f.role != Role::Nested), c.record.cut_regions.clone());
+            Some(Level { edge, cut, ..level })
+        };
+        let scatter = noise.iter().find(|n| n.formulation == f.formulation).map(|n| n.scatter);
+        let levels = members.iter().filter_map(level).collect();
+        let mut estimate = family::estimate((&f.name, f.role, &f.formulation), levels, scatter, tolerance);
+        // Three meshes may have an order where there is no limit, too
+        let is_open = |e: &&mut Estimate| e.asymptotic != Some(true) && e.class != Convergence::Exact;
+        if let Some(e) = estimate.as_mut().filter(is_open).filter(|_| is_local_extreme(quantity)) {
+            e.object(
+                "a largest or smallest value within the body may lie at a clamped or re-entrant edge, where it has no limit and no mesh is fine enough; only four \
+                 meshes whose orders agree show one: take a percentile or a place of your choice",
+            );
+        }
+        estimates.extend(estimate);
+        let mut series: Vec<_> = (members.iter())
+            .filter_map(|c| Some((c.record.id.clone(), c.record.mesh.h_m, Curve::of(&c.series, quantity)?)))
+            .collect();
+        series.sort_by(|a, b| a.1.total_cmp(&b.1));
+        if series.len() >= 2 {
+            let formal = family::formal_order(&f.formulation);
+            curves.extend(curve::compare(&series, formal).map(|c| (f.name.clone(), c)));
+        }
+    }
+    (estimates, curves)
 }
 
 /// Columns of the largest or smallest value within the body, by the ends of their names.
