@@ -252,7 +252,8 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         }
         front.extend(front.last().map(|last| (frame[2], last.1)));
         line(area, &front, GREY, 8);
-        for d in dots {
+        // A bar below the axis has the arrow of its mark alone
+        for d in dots.iter().filter(|d| d.bar > plot.y.lo) {
             let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
             line(area, &[a, b], style(d.family).1, 4);
             line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], style(d.family).1, 4);
