@@ -198,7 +198,8 @@ fn panel(
     }
     front.extend(front.last().map(|last| (frame[2], last.1)));
     line(area, &front, GREY, 8);
-    for (s, x) in &placed {
+    // A bar below the axis has the arrow of its mark alone
+    for (s, x) in placed.iter().filter(|(s, _)| error(s) + unknown > plot.y.lo) {
         let color = look(store, &s.family).1;
         let (p, bar) = (plot.at(*x, error(s).max(plot.y.lo)), plot.at(*x, error(s) + unknown));
         line(area, &[p, bar], color, 4);
