@@ -282,8 +282,8 @@ impl FitResult {
         for s in &self.slack {
             let why = match (s.asked, s.rows) {
                 (true, _) => "as asked".into(),
-                (false, 0) => "with that of the other specimens".into(),
-                (false, 1) => "1 data point carries no stress".into(),
+                // The data point at rest shows no slack
+                (false, 0 | 1) => "with that of the other specimens".into(),
                 (false, rows) => format!("{rows} data points carry no stress"),
             };
             let of = format!("{} ({})", s.file, s.mode);
