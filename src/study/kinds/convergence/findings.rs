@@ -46,7 +46,7 @@ pub struct MeshErrors {
     pub inputs: Option<InputUncertainty>,
     pub reference: Option<Reference>,
     pub errors: Vec<CaseError>,
-    /// A reference within the tolerance exists
+    /// A reference within the tolerance exists, and the time steps resolve the motion
     pub supported: bool,
     /// Why not, or what limits it
     pub reasons: Vec<String>,
