@@ -11,7 +11,7 @@ class Curve:
     """A measured curve y(x), in the units of the columns of its scene.
 
     `over` is the time `t_s` or a signal that the scene prescribes, with the measured values `x`; `column` is a recorded column with the measured
-    values `y`.
+    values `y`. Curves of one `specimen` share its level; a curve without a name of its specimen is of one of its own.
     """
 
     scene: Scene
@@ -20,3 +20,4 @@ class Curve:
     column: str
     y: Any
     name: str = "curve"
+    specimen: str | None = None

@@ -206,5 +206,6 @@ fn observed(curve: &Bound<'_, PyAny>, keys: &[ParameterKey], bounds: &Bounds) ->
     let lines = (1..=x.len() as u64).collect();
     let sha256 = durometer::storage::sha256(&bytes);
     let measured = Measured { file: "arrays".into(), sha256, x, y, lines, notes: vec![] };
-    Ok(ObservedCurve { name: text("name")?, model, measured, offsets: vec![] })
+    let specimen = curve.getattr("specimen")?.extract()?;
+    Ok(ObservedCurve { name: text("name")?, model, measured, specimen, offsets: vec![] })
 }

@@ -73,6 +73,22 @@ def test_constants_and_covariance_have_one_order() -> None:
     assert found.units == {"laws.silicone.nu": "1", "effect.gravity.density": "kg/m^3", "laws.silicone.E": "Pa"}
 
 
+def test_several_specimens_count_by_the_scatter_between_them() -> None:
+    start = durometer.Scene.from_toml(PULLED)
+    run = start.run()
+    x, column = run.times[1:], "xmin_reaction_x_N"
+    curves = [durometer.Curve(start, "t_s", x, column, level * run[column][1:], f"{level}") for level in (0.9, 1.0, 1.1)]
+    found = durometer.Calibration.from_curves(curves, ["laws.silicone.E"], accuracy=1e-6)
+    lower, upper = found.intervals["laws.silicone.E"]
+    # t of two degrees of freedom times the standard error of the three levels, up to the correction for so few of them
+    half_width = (upper - lower) / 2 / found.constants["laws.silicone.E"]
+    assert 0.95 < half_width / (4.303 * 0.1 / 3**0.5) < 1.25
+    one = [durometer.Curve(start, "t_s", x, column, curve.y, curve.name, "one") for curve in curves]
+    assert durometer.Calibration.from_curves(one, ["laws.silicone.E"], accuracy=1e-6).intervals["laws.silicone.E"] != (lower, upper)
+    with pytest.raises(durometer.InputError, match="hold the same numbers"):
+        durometer.Calibration.from_curves([curves[0], curves[0]], ["laws.silicone.E"])
+
+
 BOUNDED = {"over": "t_s", "x": [0.5, 1.0], "column": "xmin_reaction_x_N", "y": [1.0, 2.0]}
 
 

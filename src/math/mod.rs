@@ -2,6 +2,7 @@
 
 pub mod cpu_clock;
 pub mod difference;
+pub mod disjoint_sets;
 pub mod dual;
 pub mod formula;
 pub mod gmres;

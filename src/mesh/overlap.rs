@@ -2,12 +2,12 @@
 //!
 //! Faces in contact share no volume. Curved facets count as flat triangles.
 
-use super::boundary::boundary_facets;
+use super::boundary::{add_boundary, boundary_facets};
 use super::embed::{cell_bounds, invert};
 use super::flat::edges;
 use super::flat::flat_triangles;
 use super::locator::{aabb, hierarchy};
-use super::parts::image;
+use super::parts::{apart, image};
 use super::{TetMesh, geometry};
 use crate::math::tensor::{Mat3, Vec3};
 use nalgebra::Rotation3;
@@ -32,6 +32,13 @@ pub fn overlap(a: &TetMesh, b: &TetMesh) -> Option<Vec3> {
     let [first, others @ ..] = corners();
     let place = shared(first)?;
     others.into_iter().all(|away| shared(away).is_some()).then_some(place)
+}
+
+/// A place that two parts of one mesh both fill \[m\].
+pub fn overlap_of_parts(mesh: &TetMesh) -> Option<Vec3> {
+    let mut parts = apart(mesh);
+    parts.iter_mut().for_each(add_boundary);
+    (1..parts.len()).find_map(|k| parts[..k].iter().find_map(|before| overlap(before, &parts[k])))
 }
 
 /// Corners of a tetrahedron about the origin, along no axis of a mesh. Bodies that are only in contact separate in one of these directions; meshes whose

@@ -1,7 +1,9 @@
 //! Meshes of several bodies: images of one mesh, several meshes side by side, and which cells hang together.
 
 use super::{Region, TetMesh};
+use crate::math::disjoint_sets::DisjointSets;
 use crate::math::tensor::{Mat3, Vec3};
+use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 
 /// The image under X ↦ A X + b, A orthogonal. A mirror image gets the other order of nodes, so that volumes stay positive.
@@ -47,25 +49,56 @@ pub fn side_by_side(named: &[(String, TetMesh)]) -> Option<TetMesh> {
 
 /// \[cells\] the part that each belongs to, as a node of it: cells of one part are joined by common nodes.
 pub fn parts(mesh: &TetMesh) -> Vec<u32> {
-    fn root(parent: &mut [u32], mut k: u32) -> u32 {
-        while parent[k as usize] != k {
-            parent[k as usize] = parent[parent[k as usize] as usize];
-            k = parent[k as usize];
-        }
-        k
-    }
-    let mut parent: Vec<u32> = (0..mesh.points.len() as u32).collect();
+    let mut sets = DisjointSets::new(mesh.points.len());
     for cell in mesh.cells.chunks_exact(mesh.order.cell_nodes()) {
-        for &node in &cell[1..] {
-            let (a, b) = (root(&mut parent, cell[0]), root(&mut parent, node));
-            parent[a.max(b) as usize] = a.min(b);
+        sets.join(cell);
+    }
+    mesh.cells.chunks_exact(mesh.order.cell_nodes()).map(|cell| sets.first(cell[0])).collect()
+}
+
+/// The parts of a mesh as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
+pub fn apart(mesh: &TetMesh) -> Vec<TetMesh> {
+    let mut of_part: BTreeMap<u32, (TetMesh, FxHashMap<u32, u32>)> = BTreeMap::new();
+    for (part, cell) in parts(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
+        let (own, numbers) = of_part.entry(part).or_insert_with(|| {
+            let none = TetMesh { points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new(), ..*mesh };
+            (none, FxHashMap::default())
+        });
+        for node in cell {
+            let number = *numbers.entry(*node).or_insert_with(|| {
+                own.points.push(mesh.points[*node as usize]);
+                own.points.len() as u32 - 1
+            });
+            own.cells.push(number);
         }
     }
-    mesh.cells.chunks_exact(mesh.order.cell_nodes()).map(|cell| root(&mut parent, cell[0])).collect()
+    of_part.into_values().map(|(own, _)| own).collect()
 }
 
 /// Exchanges the pairs of places that the list has.
 fn swap(list: &mut [u32], pairs: &[(usize, usize)]) {
     let n = list.len();
     pairs.iter().filter(|(_, b)| *b < n).for_each(|&(a, b)| list.swap(a, b));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::overlap::overlap_of_parts;
+    use crate::mesh::{Order, structured::block};
+
+    #[test]
+    fn parts_are_taken_apart_and_overlaps_found() {
+        let one = block(4, 2, 2, 0.04, 0.02, 0.02, Order::Quadratic);
+        let beside = |x: f64| {
+            let other = image(&one, &Mat3::identity(), &Vec3::new(x, 0.0031, 0.0017));
+            side_by_side(&[("a".into(), one.clone()), ("b".into(), other)]).expect("two parts")
+        };
+        let parts = apart(&beside(0.07));
+        assert_eq!(parts.iter().map(TetMesh::cell_count).collect::<Vec<_>>(), [one.cell_count(); 2]);
+        assert!(parts.iter().all(|p| (p.volume() / one.volume() - 1.0).abs() < 1e-12));
+        let found = |x: f64| overlap_of_parts(&beside(x));
+        assert!(found(0.035).is_some_and(|at| at.x > 0.035 && at.x < 0.04) && found(0.04 - 1e-4).is_some());
+        assert_eq!([one.clone(), beside(0.04), beside(0.041)].map(|mesh| overlap_of_parts(&mesh)), [None; 3]);
+    }
 }

@@ -1,12 +1,14 @@
-//! Facts about the mesh of a scene that limit its numbers, as commands print them: cells that are nearly flat, thin walls of few cells, narrow gaps
-//! between parts.
+//! Facts about the mesh of a scene that limit its numbers, as commands print them: cells that are nearly flat, thin walls of few cells, parts that
+//! overlap, narrow gaps between parts.
 
 use super::build::Scene;
 use super::mesh_spec::MeshSpec;
 use super::shape::ShapeSpec;
+use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::mesh::gap::{Gap, gap};
+use crate::mesh::overlap::overlap_of_parts;
 use crate::mesh::quality::Quality;
 use crate::mesh::wall::{LEAST_CELLS, Wall, shows_bending, thinnest};
 use std::collections::BTreeSet;
@@ -34,7 +36,8 @@ pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
 
 fn limits(mesh: &TetMesh, wall: Option<Wall>, gap: Option<Gap>, spec: &MeshSpec) -> Vec<(&'static str, String)> {
     let walls = wall.filter(|wall| !shows_bending(wall.cells)).map(of_wall);
-    let warnings = of_cells(mesh).into_iter().chain(walls).map(|text| ("warning", text));
+    let overlaps = overlap_of_parts(mesh).map(|at| of_overlap(&at));
+    let warnings = of_cells(mesh).into_iter().chain(walls).chain(overlaps).map(|text| ("warning", text));
     // Of other sources no nodes are merged
     let is_volume_mesh = spec.file.is_some() && spec.cells.is_none() && spec.size.is_none();
     warnings.chain(gap.map(|gap| ("note", of_gap(&gap, is_volume_mesh)))).collect()
@@ -59,6 +62,15 @@ fn of_wall(wall: Wall) -> String {
          walls",
         wall.cells,
         wall.thickness * 1e3
+    )
+}
+
+/// In words, for facets of a pin and its hole that do not fit lie in each other by the height of an arc.
+fn of_overlap(at: &Vec3) -> String {
+    format!(
+        "two parts of the body both fill {}: their stiffness and mass count twice there, and nothing joins them; unite them where the mesh comes \
+         from, or move one of them",
+        point(at)
     )
 }
 

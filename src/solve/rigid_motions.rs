@@ -4,6 +4,7 @@
 //! Free are the combinations with u = 0 at every prescribed dof, K u = 0 and ∂c/∂x·u = 0 up to rounding: null vectors of the
 //! 6 columns, found by their singular values.
 
+use crate::math::disjoint_sets::DisjointSets;
 use crate::math::tensor::Vec3;
 use crate::math::vector::{dot, norm};
 use crate::system::{Assembled, Dofs, EnergyRole, System};
@@ -16,28 +17,18 @@ pub(super) const ROUNDING: f64 = 1e-12;
 
 /// Nodes that stored energy connects, part by part.
 pub(super) fn parts(system: &System, nodes: usize) -> Vec<Vec<u32>> {
-    fn root(parent: &mut [u32], mut k: u32) -> u32 {
-        while parent[k as usize] != k {
-            parent[k as usize] = parent[parent[k as usize] as usize];
-            k = parent[k as usize];
-        }
-        k
-    }
-    let mut parent: Vec<u32> = (0..nodes as u32).collect();
+    let mut sets = DisjointSets::new(nodes);
     let mut stored = vec![false; nodes];
     for effect in system.effects.iter().filter(|e| matches!(e.role(), EnergyRole::Stored | EnergyRole::Relaxing)) {
         for b in 0..effect.blocks().len() {
             let list = effect.blocks().nodes(b);
-            for &node in list {
-                stored[node as usize] = true;
-                let (a, b) = (root(&mut parent, list[0]), root(&mut parent, node));
-                parent[a.max(b) as usize] = a.min(b);
-            }
+            sets.join(list);
+            list.iter().for_each(|node| stored[*node as usize] = true);
         }
     }
     let mut found: std::collections::BTreeMap<u32, Vec<u32>> = Default::default();
     for node in (0..nodes as u32).filter(|k| stored[*k as usize]) {
-        found.entry(root(&mut parent, node)).or_default().push(node);
+        found.entry(sets.first(node)).or_default().push(node);
     }
     found.into_values().collect()
 }

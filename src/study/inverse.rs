@@ -1,7 +1,7 @@
 //! The task that a calibration study sets a case, read from `[calibration]` and from `measured` of its variant.
 
 use crate::calibrate::inverse::{Bounds, InverseError, Measured, MeasuredSpec, OffsetAxis, Settings};
-use crate::calibrate::{Loss, Weighting, same_data};
+use crate::calibrate::{Loss, Weighting};
 use crate::math::units::{self, Dimension};
 use crate::scene::{ParameterKey, SensitivityError, read_scene};
 use crate::schema::AnyTable;
@@ -142,19 +142,6 @@ impl MeasuredPlan {
     }
 }
 
-/// Refuses a curve whose numbers are those of another one.
-fn check_repeats<'a>(curves: impl Iterator<Item = &'a MeasuredPlan>) -> Result<(), InverseError> {
-    let curves: Vec<&MeasuredPlan> = curves.collect();
-    let numbers: Vec<Vec<f64>> = curves.iter().map(|c| [&c.measured.x[..], &c.measured.y].concat()).collect();
-    match same_data::first_pair(&numbers) {
-        Some(pair) => {
-            let [first, second] = pair.map(|k| format!("{} ({})", curves[k].name, curves[k].measured.file));
-            Err(InverseError::SameData { first, second })
-        }
-        None => Ok(()),
-    }
-}
-
 impl CurvePlan {
     fn new(base: &Path, spec: &CurveSpec) -> Result<Self, InverseError> {
         let curve = MeasuredPlan::new(base, &spec.name, &spec.measured)?;
@@ -193,7 +180,8 @@ impl CalibrationPlan {
         let constants = constants.map_err(SensitivityError::from)?;
         let curve = MeasuredPlan::new(base, name, measured)?;
         let more = more.iter().map(|c| CurvePlan::new(base, c)).collect::<Result<Vec<_>, _>>()?;
-        check_repeats(std::iter::once(&curve).chain(more.iter().map(|c| &c.curve)))?;
+        let all = std::iter::once(&curve).chain(more.iter().map(|c| &c.curve));
+        Measured::check_repeats(all.map(|c| (&*c.name, &c.measured)))?;
         let settings = settings(spec)?;
         let scenes = more.iter().flat_map(|c| {
             let texts = std::iter::once(&c.text).chain(c.members.values());

@@ -2,6 +2,7 @@
 //! that a scene records.
 
 use super::{InverseError, OffsetAxis};
+use crate::calibrate::same_data;
 use crate::math::units::{self, Dimension, UnitError};
 use crate::storage::table::{self, Decimal, Named};
 use crate::storage::{self, DATA_LIMIT};
@@ -57,6 +58,15 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// Refuses a curve whose numbers are those of another one, each with its name.
+    pub fn check_repeats<'a>(curves: impl Iterator<Item = (&'a str, &'a Self)>) -> Result<(), InverseError> {
+        let (names, numbers): (Vec<_>, Vec<_>) =
+            curves.map(|(name, m)| (format!("{name} ({})", m.file), [&m.x[..], &m.y].concat())).unzip();
+        same_data::first_pair(&numbers).map_or(Ok(()), |[first, second]| {
+            Err(InverseError::SameData { first: names[first].clone(), second: names[second].clone() })
+        })
+    }
+
     /// Reads the table of a study in the folder `base`.
     pub fn read(base: &Path, spec: &MeasuredSpec) -> Result<Self, InverseError> {
         let path = base.join(&spec.file);

@@ -98,6 +98,7 @@ pub fn calibrate(
     watch: &mut dyn SearchWatch,
 ) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
+    Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured))).map_err(Failure::Input)?;
     // All of them begin where the first one does
     let starts: Vec<f64> = curves[0].model.unknown.iter().map(|u| u.start).collect();
     for curve in &mut curves {

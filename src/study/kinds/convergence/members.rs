@@ -1,10 +1,11 @@
 //! Members of families that are not meshes of one problem, and those of a size that another one has.
 
+use crate::math::units::shown;
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::peak;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::findings::MeshErrors;
-use crate::study::store::record::{CaseRecord, FamilyRecord, Role};
+use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
 use crate::wording::few;
 use std::collections::{BTreeMap, BTreeSet};
 use toml::{Table, Value};
@@ -16,7 +17,13 @@ const OF_SIZE: [&str; 2] = ["divisions", "fine"];
 /// Tables of `[mesh]` that are the same on every mesh of a problem.
 const OF_SHAPE: [&str; 3] = ["grid", "deform", "regions"];
 
-/// One sentence for each family whose members differ in more than their meshes, and for each that has two members of one size.
+/// Times the change of volume by facets that become finer, within which that of meshes of one body lies \[–\]
+const OF_FACETS: f64 = 4.0;
+/// Change of the volume over the tolerance that is worth a word \[–\]
+const TELLING: f64 = 0.2;
+
+/// One sentence for each family whose members differ in more than their meshes, whose meshes are of several bodies by their volumes, or that has two
+/// members of one size.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<String> {
     let is_of_meshes = |f: &&FamilyRecord| !matches!(f.role, Role::Seeds | Role::Adaptive | Role::TimeStep);
     let mut out = Vec::new();
@@ -33,6 +40,15 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Str
                 few(&differing.iter().collect::<Vec<_>>())
             ));
         }
+        let of_variant = |variant: &String| other_volume(&cases.of(family, variant), cases.study.tolerance);
+        if let Some(change) = cases.study.variants.iter().filter_map(of_variant).reduce(f64::max) {
+            out.push(format!(
+                "Family {}: the volumes of its meshes differ by {} %, which finer facets of one body do not explain; check that all are of the same \
+                 body, in the same unit.",
+                family.name,
+                shown((1e4 * change).round() / 100.0)
+            ));
+        }
         let left_out = left_out(cases, family, quantities);
         if !left_out.is_empty() {
             out.push(format!(
@@ -43,6 +59,21 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Str
         }
     }
     out
+}
+
+/// Largest change of the volume from mesh to mesh, over the volume, where meshes of one body do not have it: facets on a curved surface miss its volume
+/// by c h², and a change is of another kind where this law makes it four times as large or small from the one next to it.
+fn other_volume(members: &[&StoredCase], tolerance: f64) -> Option<f64> {
+    let mut meshes: Vec<(f64, f64)> = members.iter().map(|c| (c.record.mesh.h_m, c.record.mesh.volume_m3)).collect();
+    meshes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let step = |w: &[(f64, f64)]| (w[0].0.powi(2) - w[1].0.powi(2), (w[1].1 - w[0].1).abs() / w[1].1);
+    let steps: Vec<(f64, f64)> = meshes.windows(2).map(step).filter(|(facets, _)| *facets > 0.0).collect();
+    let is_other = |w: &[(f64, f64)]| {
+        let [a, b] = [w[0].1 / w[0].0, w[1].1 / w[1].0];
+        a.max(b) > OF_FACETS * a.min(b)
+    };
+    let largest = steps.iter().map(|(_, change)| *change).fold(0.0, f64::max);
+    (largest > TELLING * tolerance && steps.windows(2).any(is_other)).then_some(largest)
 }
 
 /// Cases with a value that no estimate of their family uses.
