@@ -62,6 +62,9 @@ class EndValues:
         found = self._solved(numbers)
         if isinstance(found, Run):
             return found.gradient(dict(zip(self.columns, map(float, weights))), self.keys)
+        without = [name for name in self.columns if name not in found.columns]
+        if without:
+            raise InputError(f"{', '.join(without)} has no derivative", f"take columns that have one: {', '.join(found.columns)}")
         weighted = {name for name, weight in zip(self.columns, weights) if weight}
         doubtful = [(column, key, error) for column, key, error in found.doubtful if column in weighted]
         sizes = {(column, key): float(abs(found[column, key]).max()) for column, key, _ in doubtful}

@@ -62,8 +62,8 @@ class Report:
             return list(csv.DictReader(file))
 
     def table(self, table: str) -> Any:
-        """A table of pandas."""
-        return extra("pandas", "pandas").read_csv(self._table(table))
+        """A table of pandas; a dash or an empty cell has no value, any other text is one."""
+        return extra("pandas", "pandas").read_csv(self._table(table), keep_default_na=False, na_values=["–", ""])
 
     def _table(self, name: str) -> Path:
         if name not in self.tables:

@@ -31,8 +31,8 @@ impl Fit {
     /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test.
     ///
     /// `options`: those of `durometer fit`, with underscores: terms, modes, range ((from, to) in stretch), weight, noise, loss, stable, nu, kappa,
-    /// volumetric, slack, tolerance, and columns: strain_column, stress_column, strain_unit, stress_unit, strain_kind, stress_kind, card. noise and kappa
-    /// are texts with a unit or numbers \[Pa\]; None is an option that is not given.
+    /// volumetric, slack, tolerance, and columns: strain_column, stress_column, strain_unit, stress_unit, strain_kind, stress_kind, stress_positive, card.
+    /// noise and kappa are texts with a unit or numbers \[Pa\]; None is an option that is not given.
     #[staticmethod]
     #[pyo3(signature = (path, law, *, progress = None, **options))]
     fn from_csv(
@@ -184,6 +184,9 @@ fn check(mode: Mode, stretch: &[f64], stress: &[f64], second: Option<&[f64]>) ->
         let fact = format!("there are {} stretches and {} stresses", stretch.len(), stress.len());
         return Err(input(&fact, "give one stress for each stretch"));
     }
+    if stretch.is_empty() {
+        return Err(input("there are no data points", "give a stretch and a stress for each"));
+    }
     match (mode == Mode::Biaxial, second) {
         (true, None) => {
             return Err(input(
@@ -211,8 +214,16 @@ type Options<'py> = BTreeMap<String, Bound<'py, PyAny>>;
 /// Options of a fit, and of the columns of its table.
 const OPTIONS: [&str; 12] =
     ["terms", "modes", "range", "stable", "weight", "loss", "slack", "noise", "nu", "kappa", "volumetric", "tolerance"];
-const COLUMNS: [&str; 7] =
-    ["card", "strain_column", "stress_column", "strain_unit", "stress_unit", "strain_kind", "stress_kind"];
+const COLUMNS: [&str; 8] = [
+    "card",
+    "strain_column",
+    "stress_column",
+    "strain_unit",
+    "stress_unit",
+    "strain_kind",
+    "stress_kind",
+    "stress_positive",
+];
 
 /// A message that names flags of `durometer fit`, with the names of the options here.
 fn in_python(message: &str) -> String {
@@ -274,6 +285,8 @@ fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) 
     columns.stress_unit = text("stress_unit")?;
     columns.strain_kind = text("strain_kind")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
     columns.stress_kind = text("stress_kind")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
+    columns.stress_positive =
+        text("stress_positive")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
     request.card =
         rest.remove("card").map(|card| option("card", &card, "a path", || card.extract().ok())).transpose()?;
     Ok(rest)
@@ -285,6 +298,9 @@ fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
     if !unknown.is_empty() {
         let fact = format!("a fit has no option {}", unknown.join(", "));
         return Err(input(&fact, &format!("known: {}", OPTIONS.join(", "))));
+    }
+    if options.contains_key("nu") && options.contains_key("kappa") {
+        return Err(input("nu and kappa are both given, and each follows from the other", "give one of them"));
     }
     for (key, value) in options {
         let word = || word(key, value);
@@ -306,7 +322,10 @@ fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
             "nu" => wanted.partner = Some(Partner::Nu(number(key, value)?)),
             "kappa" => wanted.partner = Some(Partner::Kappa(pressure(key, value)?)),
             "volumetric" => wanted.volumetric = Some(word()?),
-            _ => wanted.tolerance = number(key, value)?,
+            _ => {
+                let share = || value.extract().ok().filter(|share: &f64| *share > 0.0 && share.is_finite());
+                wanted.tolerance = option(key, value, "a share above zero, such as 0.1", share)?;
+            }
         }
     }
     Ok(())

@@ -225,6 +225,7 @@ def test_forward_derivatives_are_warned_of_too(scene: durometer.Scene, monkeypat
 
     class Found:
         run = scene.run()
+        columns = COLUMNS
         doubtful = [(COLUMNS[0], KEYS[0], 1e-3), (COLUMNS[1], KEYS[0], 1e-3)]
 
         def __getitem__(self, place: tuple[str, str]) -> numpy.ndarray:
@@ -235,3 +236,6 @@ def test_forward_derivatives_are_warned_of_too(scene: durometer.Scene, monkeypat
     with pytest.warns(durometer.DoubtfulDerivative) as told:
         of.pullback(of.start, numpy.array([1.0, 0.0]))
     assert told[0].message.doubtful == [(f"{KEYS[0]} of {COLUMNS[0]}", 2.0, 2e-3)]
+    monkeypatch.setattr(Found, "columns", COLUMNS[1:])
+    with pytest.raises(durometer.InputError, match=f"{COLUMNS[0]} has no derivative"):
+        of.pullback(of.start, numpy.array([1.0, 0.0]))

@@ -89,7 +89,7 @@ def test_several_specimens_count_by_the_scatter_between_them() -> None:
         durometer.Calibration.from_curves([curves[0], curves[0]], ["laws.silicone.E"])
 
 
-BOUNDED = {"over": "t_s", "x": [0.5, 1.0], "column": "xmin_reaction_x_N", "y": [1.0, 2.0]}
+BOUNDED = {"over": "t_s", "x": [0.5, 1.0], "column": "xmin_reaction_x_N", "y": [-1e-3, -2e-3]}
 
 
 @pytest.mark.parametrize(
@@ -120,8 +120,42 @@ def test_other_bounds_are_refused(pulled: durometer.Scene, ends: object, words: 
         durometer.Calibration.from_curves([durometer.Curve(pulled, **BOUNDED)], {"laws.silicone.E": ends})
 
 
+def test_a_force_of_the_other_sign_is_refused(pulled: durometer.Scene) -> None:
+    curve = durometer.Curve(pulled, **{**BOUNDED, "y": [1.0, 2.0]})
+    with pytest.raises(durometer.InputError, match="give y the other sign"):
+        durometer.Calibration.from_curves([curve], ["laws.silicone.E"])
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"nu": 0.45, "kappa": 1e6}, "both given"),
+        ({"noise": -5.0, "weight": "noise"}, "no standard deviation"),
+        ({"noise": float("nan"), "weight": "noise"}, "no standard deviation"),
+        ({"noise": 5.0}, "no effect"),
+        ({"tolerance": float("nan")}, "a share above zero"),
+        ({"tolerance": -1}, "a share above zero"),
+    ],
+)
+def test_options_that_say_nothing_are_refused(options: dict, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        durometer.Fit.from_arrays(STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean", **options)
+
+
+def test_no_data_are_refused() -> None:
+    with pytest.raises(durometer.InputError, match="no data points"):
+        durometer.Fit.from_arrays([], [], "neo_hookean")
+
+
+def test_the_stress_of_a_table_may_be_positive_in_compression(tmp_path: Path) -> None:
+    rows = [f"{stretch - 1},{-40e3 * (stretch - stretch**-2)}" for stretch in STRETCH]
+    (tmp_path / "pull.csv").write_text("strain (-),stress (Pa)\n" + "\n".join(rows))
+    fit = durometer.Fit.from_csv(tmp_path / "pull.csv", "neo_hookean", modes="uniaxial", nu=0.45, stress_positive="compression")
+    assert abs(fit.constants["mu"] / 40e3 - 1) < 1e-9
+
+
 def test_points_beyond_the_protocol_are_noted(pulled: durometer.Scene) -> None:
-    curve = durometer.Curve(pulled, "t_s", [0.5, 1.0, 7.0], "xmin_reaction_x_N", [1.0, 2.0, 3.0], "long")
+    curve = durometer.Curve(pulled, "t_s", [0.5, 1.0, 7.0], "xmin_reaction_x_N", [-1e-3, -2e-3, -3e-3], "long")
     found = durometer.Calibration.from_curves([curve], ["laws.silicone.E"], check=False)
     [note] = found.notes
     assert note == "curve long: of 3 data points 1 beyond the range of the protocol in t_s left out"

@@ -46,6 +46,9 @@ def test_a_study_runs_and_reports(study: durometer.Study, tmp_path: Path) -> Non
     assert report.verdict and report.tables and report.figures
     name = report.tables[0]
     assert len(report.table(name)) == len(report.rows(name))
+    (report.folder / "tables" / "names.csv").write_text("member,value\nNA,–\nNone,2.5\n", encoding="utf-8")
+    table = report.table("names")
+    assert list(table["member"]) == ["NA", "None"] and table["value"].isna().tolist() == [True, False]
     with pytest.raises(durometer.InputError, match="no table no_such"):
         report.rows("no_such")
     again = durometer.Report.write(report.folder)

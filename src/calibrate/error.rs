@@ -152,6 +152,8 @@ pub enum FitError {
          estimate it from the data"
     )]
     Noise { std_pa: f64 },
+    #[error("--noise has no effect without --weight noise; pass both, or neither")]
+    IdleNoise,
     #[error(
         "{file}: the largest strain is {strain:.3e}, below {least:.0e}: the answer would be the rounding of the stretches; check the strain column \
          and its unit, or widen --range"

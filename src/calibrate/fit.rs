@@ -294,6 +294,7 @@ impl Choice {
     pub(super) fn setting(&self, options: &FitOptions, model: Model) -> Result<LawSetting, FitError> {
         let noise = match options.weighting {
             Weighting::Noise => noise::of_modes(&self.fitted, &self.modes, options.noise)?,
+            _ if options.noise.is_some() => return Err(FitError::IdleNoise),
             Weighting::Absolute | Weighting::Relative => vec![],
         };
         Ok(LawSetting {

@@ -3,9 +3,14 @@
 //! Operators `+ - * / ^`, functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of two, `min(a, b)`,
 //! `max(a, b)`, `atan2(y, x)`; constants `PI`, `E`.
 
-use exmex::{Differentiate, Express, FlatEx};
+use exmex::{Differentiate, Express, FlatEx, FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
 use std::fmt;
 use std::sync::Arc;
+
+literal_matcher_from_pattern!(Number, r"^([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?");
+
+/// Arithmetic with numbers such as `0.5` and `2e-6`.
+type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 
 /// Longest text of a formula \[bytes\].
 const LONGEST: usize = 4096;
@@ -18,9 +23,9 @@ pub struct Formula {
     text: String,
     factor: f64,
     /// Kilobytes, and every dof may hold a signal: shared
-    expression: Arc<FlatEx<f64>>,
+    expression: Arc<Expression>,
     /// Of a formula in one variable without kinks
-    derivative: Option<Arc<FlatEx<f64>>>,
+    derivative: Option<Arc<Expression>>,
 }
 
 /// Two formulas are the same if they are written the same.
@@ -49,7 +54,7 @@ impl Formula {
         if depth.max().is_some_and(|most| most > DEEPEST) {
             return Err(format!("its brackets are more than {DEEPEST} deep"));
         }
-        let expression = exmex::parse::<f64>(text).map_err(|e| e.msg().to_string())?;
+        let expression = Expression::parse(text).map_err(|e| e.msg().to_string())?;
         let is_single = expression.var_names().len() == 1;
         let derivative = if is_single { expression.clone().partial(0).ok().map(Arc::new) } else { None };
         Ok(Self { text: text.into(), factor, expression: Arc::new(expression), derivative })
@@ -111,6 +116,23 @@ mod tests {
         assert_eq!(Formula::new("7", 1.0).expect("readable").rate(0.3), Some(0.0));
         assert_eq!(Formula::new("3 * t", 2.0).expect("readable").rate(0.3), Some(6.0));
         assert_eq!(Formula::new("max(t, 1)", 1.0).expect("readable").rate(0.3), None);
+    }
+
+    #[test]
+    fn numbers_may_have_an_exponent() {
+        let one = |text: &str| Formula::new(text, 1.0).expect("readable").at(0.5);
+        let expected = [
+            ("2e6", 2e6),
+            ("2.5E-3*t", 1.25e-3),
+            ("1e+2-1.e1", 90.0),
+            (".5e1 - 2", 3.0),
+            ("E*2", 2.0 * std::f64::consts::E),
+        ];
+        for (text, value) in expected {
+            assert_eq!(one(text), value, "{text}");
+        }
+        assert_eq!(Formula::new("1e3*t^2", 1.0).expect("readable").rate(0.5), Some(1e3));
+        assert!(Formula::new("2e", 1.0).is_err());
     }
 
     #[test]

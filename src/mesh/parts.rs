@@ -90,15 +90,18 @@ mod tests {
     #[test]
     fn parts_are_taken_apart_and_overlaps_found() {
         let one = block(4, 2, 2, 0.04, 0.02, 0.02, Order::Quadratic);
-        let beside = |x: f64| {
+        let with_another = |x: f64| {
             let other = image(&one, &Mat3::identity(), &Vec3::new(x, 0.0031, 0.0017));
             side_by_side(&[("a".into(), one.clone()), ("b".into(), other)]).expect("two parts")
         };
-        let parts = apart(&beside(0.07));
+        let parts = apart(&with_another(0.07));
         assert_eq!(parts.iter().map(TetMesh::cell_count).collect::<Vec<_>>(), [one.cell_count(); 2]);
         assert!(parts.iter().all(|p| (p.volume() / one.volume() - 1.0).abs() < 1e-12));
-        let found = |x: f64| overlap_of_parts(&beside(x));
+        let found = |x: f64| overlap_of_parts(&with_another(x));
         assert!(found(0.035).is_some_and(|at| at.x > 0.035 && at.x < 0.04) && found(0.04 - 1e-4).is_some());
-        assert_eq!([one.clone(), beside(0.04), beside(0.041)].map(|mesh| overlap_of_parts(&mesh)), [None; 3]);
+        assert_eq!(
+            [one.clone(), with_another(0.04), with_another(0.041)].map(|mesh| overlap_of_parts(&mesh)),
+            [None; 3]
+        );
     }
 }

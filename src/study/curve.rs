@@ -2,10 +2,10 @@
 //!
 //! ```text
 //! ‖d‖₂ = √(1/T ∫ d² dt),  ‖d‖∞ = max |d|
-//! lag τ of (a, τ) = argmin ∫ (f − g − a g + τ ġ)² dt
+//! lag τ of (a, τ) = argmin ∫ (f − g − a (g − g₀) + τ ġ)² dt
 //! ```
 //!
-//! The factor a takes what a change of amplitude does, which is no lag. τ is of first order: it is given up to half the time ‖g − mean‖₂/‖ġ‖₂ in which
+//! The factor a of what g departs from its start g₀ takes a change of amplitude, which is no lag. τ is of first order: it is given up to half the time ‖g − mean‖₂/‖ġ‖₂ in which
 //! g varies, 1/ω of an oscillation, where the next order is (ωτ)²/6 = 4 % of it.
 
 use crate::report::numbers::{capital, percent};
@@ -142,8 +142,10 @@ pub fn lag(t: &[f64], f: &[f64], g: &[f64]) -> Option<f64> {
     let (mut gg, mut gs, mut ss, mut dg, mut ds, mut sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for k in 1..t.len() {
         let dt = t[k] - t[k - 1];
-        let (slope, mean) = ((g[k] - g[k - 1]) / dt, 0.5 * (g[k] + g[k - 1]));
-        let difference = 0.5 * (f[k] + f[k - 1]) - mean;
+        let slope = (g[k] - g[k - 1]) / dt;
+        let change = |y: &[f64]| 0.5 * (y[k] + y[k - 1]) - g[0];
+        let mean = change(g);
+        let difference = change(f) - mean;
         gg += mean * mean * dt;
         gs += mean * slope * dt;
         ss += slope * slope * dt;
@@ -251,6 +253,9 @@ mod tests {
         let shifted = lag(&t, &of(&|t| wave(t - 0.01)), &g).expect("a small shift");
         assert!((shifted / 0.01 - 1.0).abs() < 0.02, "{shifted}");
         assert!(lag(&t, &of(&|t| 3.0 * wave(t)), &g).expect("a factor").abs() < 1e-12);
+        let elsewhere =
+            [wave as fn(f64) -> f64, |t| 3.0 * (std::f64::consts::TAU * t).sin()].map(|y| of(&|t| 20.0 + y(t)));
+        assert!(lag(&t, &elsewhere[1], &elsewhere[0]).expect("a factor of the change").abs() < 1e-9);
         assert_eq!(lag(&t, &of(&|t| -5.0 * (std::f64::consts::TAU * t).cos()), &g), None);
         assert!(lag(&t, &of(&|t| 7.0 * t), &of(&|t| t)).expect("a ramp").abs() < 1e-12);
         assert_eq!(lag(&t, &g, &of(&|_| 2.0)), None, "a constant has no lag");

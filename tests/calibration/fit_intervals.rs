@@ -32,6 +32,28 @@ fn white(seed: u64, n: usize, size: f64) -> Vec<f64> {
     (0..n).map(|_| size * noise.normal()).collect()
 }
 
+/// Ogden's law with two terms on data of one: the second vanishes, and the first may share its stress with it in any parts. The interval of its factor
+/// reaches to zero, its shape is open, and both hold whatever has the same stresses.
+#[test]
+fn a_term_that_may_share_with_a_vanished_one_is_open() {
+    let model = Model::new("ogden", Some(2)).expect("registered");
+    let mut seen = 0;
+    for seed in 1..=12 {
+        let e = table(model, &[40e3, 2.0, 0.0, 2.0], [1.02, 1.75], &white(seed, 25, 150.0));
+        let r = fitted(&e, model);
+        let [mu, alpha, other] = [0, 1, 2].map(|k| &r.parameters[k]);
+        if other.value != 0.0 {
+            continue;
+        }
+        seen += 1;
+        assert!(mu.interval[0].abs() < 1e-3 * mu.value && mu.interval[1] > 1.01 * mu.value, "{seed}: {mu:?}");
+        assert_eq!(alpha.interval, [f64::NEG_INFINITY, f64::INFINITY], "{seed}");
+        let one = fitted(&e, Model::new("ogden", Some(1)).expect("registered"));
+        assert!(one.is_determined() && (one.parameters[0].value / mu.value - 1.0).abs() < 1e-6);
+    }
+    assert!(seen > 2, "a term vanishes in {seen} of 12");
+}
+
 /// eₖ = 0.9 eₖ₋₁ + √(1 − 0.81) zₖ: variance 1, correlated over ten rows.
 fn correlated(seed: u64, n: usize, size: f64) -> Vec<f64> {
     let mut noise = Random(seed);

@@ -5,8 +5,8 @@ use crate::common;
 use crate::common::studies::run_study;
 use crate::common::{Random, example_table};
 use durometer::calibrate::inverse::{
-    Bounds, Calibration, End, Failure, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel, Settings,
-    Unknown, calibrate,
+    Bounds, Calibration, End, Failure, InverseError, Measured, MeasuredSpec, ObservedCurve, OffsetAxis, SceneModel,
+    Settings, Unknown, calibrate,
 };
 use durometer::calibrate::{ErrorModel, Loss, Mode, Model, Weighting};
 use durometer::material::{LAWS, registry};
@@ -418,6 +418,21 @@ fn a_bound_holds_a_constant_and_is_named() {
     assert!(held.unidentified[0].contains("laws.rubber.C10 is held at its upper bound"), "{:?}", held.unidentified);
     let free = bounded(0.8 * c10, 2.0 * c10, 0.8 * c10);
     assert!(free.constants[0].bound == 0 && (free.constants[0].value / c10 - 1.0).abs() < 1e-5, "{:?}", free.constants);
+}
+
+/// A force of the other sign is refused before the search, whatever the start.
+#[test]
+fn a_curve_of_the_other_sign_is_refused() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
+    let mut measured = made(&truth, (1..=30).map(|k| 2e-4 * f64::from(k)).collect());
+    measured.y.iter_mut().for_each(|y| *y = -*y);
+    for factor in [0.1, 1.0, 10.0] {
+        let mut start = truth.clone();
+        start.unknown[0].start *= factor;
+        let refused = calibrate(vec![curve(&start, &measured)], &exact(), None, &mut |_: Progress| true);
+        assert!(matches!(refused, Err(Failure::Input(InverseError::Sign { cosine, .. })) if cosine < -0.99));
+    }
 }
 
 /// Everything that is wrong with bounds is said at once.

@@ -55,6 +55,11 @@ pub enum InverseError {
     NoNoise { curve: String, rows: usize },
     #[error("{first} and {second} hold the same numbers, and would count as two measurements; give each curve once")]
     SameData { first: String, second: String },
+    #[error(
+        "{curve}: the measured values change against {column} of the scene (cosine between both {cosine:.3}), and no constants of laws turn it; \
+         give y the other sign, in a study by times = \"-1\", or check which column it is"
+    )]
+    Sign { curve: String, column: String, cosine: f64 },
     #[error("{key}: it moves {name}, over which the curve is compared; compare over t_s, or look for another number")]
     MovesX { key: String, name: String },
     #[error("{}", wrong.join("; "))]

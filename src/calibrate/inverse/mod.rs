@@ -98,7 +98,6 @@ pub fn calibrate(
     watch: &mut dyn SearchWatch,
 ) -> Result<(Calibration, Scene), Failure> {
     let begin = Instant::now();
-    Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured))).map_err(Failure::Input)?;
     // All of them begin where the first one does
     let starts: Vec<f64> = curves[0].model.unknown.iter().map(|u| u.start).collect();
     for curve in &mut curves {
@@ -202,6 +201,7 @@ fn find(
         }
         point => point?,
     };
+    objective.check_signs(&point).map_err(Failure::Input)?;
     let accuracy = settings.accuracy.max(ROUNDING);
     let point = with_offsets(objective, point)?;
     let mut shares = vec![0.0; start.len()];

@@ -54,6 +54,9 @@ pub struct Offset {
 /// Changes from rest below this share of the values are rounding \[–\]
 const NOTHING: f64 = 1e-9;
 
+/// Cosine between the changes of a curve and of its scene, below which they have opposite signs
+const OPPOSITE: f64 = -0.9;
+
 /// ‖w(y − y₀)‖ of all curves, y₀ for the place of a curve.
 fn size(curves: &[ObservedCurve], weights: &[Vec<f64>], rest: impl Fn(usize) -> f64) -> f64 {
     let of_curve = |(of, (c, w)): (usize, (&ObservedCurve, &Vec<f64>))| {
@@ -95,6 +98,7 @@ impl<'a> Objective<'a> {
         weighting: Weighting,
         watch: &'a mut dyn SearchWatch,
     ) -> Result<Self, InverseError> {
+        Measured::check_repeats(curves.iter().map(|c| (&*c.name, &c.measured)))?;
         let weights: Vec<Vec<f64>> =
             curves.iter().map(|c| weigh(c, weighting, curves.len() > 1)).collect::<Result<_, _>>()?;
         let size = size(curves, &weights, |_| 0.0);
@@ -205,6 +209,26 @@ impl<'a> Objective<'a> {
         let one =
             |(a, w): (&Answer, &Vec<f64>)| a.y.iter().zip(w).map(|(y, w)| w * (y - a.at_rest())).collect::<Vec<_>>();
         DVector::from_vec(point.answers.iter().zip(&self.weights).flat_map(one).collect())
+    }
+
+    /// Refuses a curve that changes against its scene where only constants of laws are unknown, which turn no response.
+    pub fn check_signs(&self, point: &Point) -> Result<(), InverseError> {
+        for (of, (c, answer)) in self.curves.iter().zip(&point.answers).enumerate() {
+            let of_laws = c.model.unknown.iter().all(|u| u.key.law_constant().is_some());
+            if !of_laws || self.offset(of, OffsetAxis::Zero).is_some() {
+                continue;
+            }
+            let weighted = |y: &[f64]| {
+                let changes = y.iter().zip(&self.weights[of]).map(|(y, w)| w * (y - answer.at_rest()));
+                DVector::from_iterator(y.len(), changes)
+            };
+            let [measured, found] = [&c.measured.y, &answer.y].map(|y| weighted(y));
+            let cosine = measured.dot(&found) / (measured.norm() * found.norm());
+            if cosine < OPPOSITE {
+                return Err(InverseError::Sign { curve: c.name.clone(), column: c.model.y.clone(), cosine });
+            }
+        }
+        Ok(())
     }
 
     fn offset(&self, of: usize, axis: OffsetAxis) -> Option<usize> {

@@ -12,7 +12,8 @@
 //! alike. It reaches from the lowest to the highest end of the intervals around all minima that the search of the constants found; S between them may be
 //! larger.
 //!
-//! Terms whose factor vanished stay away, and both of their constants are open. Limits: minima that the search did not find are not looked for.
+//! A term whose factor vanished has any shape, and both of its constants are open. In the profile of another term it has the shape of that term, so that
+//! the two can share it. Limits: minima that the search did not find are not looked for.
 
 use crate::calibrate::Sample;
 use crate::calibrate::solve::refit::Refit;
@@ -71,6 +72,17 @@ impl Profile<'_> {
         k < self.of.model.parameters().len() && self.minimum[k / 2 * 2] == 0.0
     }
 
+    /// The minimum, in which vanished terms have the shape of the term of constant j.
+    fn shared(&self, j: usize) -> Vec<f64> {
+        let mut x = self.minimum.clone();
+        let constants = self.of.model.parameters().len();
+        if j < constants {
+            let shape = x[j / 2 * 2 + 1];
+            (0..constants).filter(|k| k % 2 == 1 && self.vanished(*k)).for_each(|k| x[k] = shape);
+        }
+        x
+    }
+
     /// Both ends around this minimum; `None` where its misfit is above the limit.
     fn ends(&self, j: usize, width: f64, limit: f64) -> Option<[f64; 2]> {
         let tau = (self.of.square(&self.minimum)? - self.least).max(0.0).sqrt();
@@ -81,7 +93,7 @@ impl Profile<'_> {
     fn end(&self, j: usize, width: f64, tau: f64, limit: f64) -> f64 {
         let value = self.minimum[j];
         // Offset, √(S − Ŝ) and the constants there
-        let mut inside = (0.0, tau, self.minimum.clone());
+        let mut inside = (0.0, tau, self.shared(j));
         let mut step = 0.5;
         let mut outside = loop {
             match self.at(j, step * width, &inside.2) {
@@ -118,7 +130,7 @@ impl Profile<'_> {
     fn at(&self, j: usize, offset: f64, start: &[f64]) -> Option<(f64, Vec<f64>)> {
         let mut x = start.to_vec();
         x[j] = self.minimum[j] + offset;
-        let others: Vec<usize> = (0..x.len()).filter(|k| *k != j && !self.vanished(*k)).collect();
+        let others: Vec<usize> = (0..x.len()).filter(|k| *k != j).collect();
         let (x, square) = self.of.refitted(x, &others)?;
         Some(((square - self.least).max(0.0).sqrt(), x))
     }

@@ -29,7 +29,7 @@ const LEAST: usize = 5;
 
 /// The noise of each mode, as given or estimated.
 pub fn of_modes(samples: &[Sample], modes: &[Mode], given: Option<f64>) -> Result<Vec<ModeNoise>, FitError> {
-    if let Some(std_pa) = given.filter(|std_pa| *std_pa <= 0.0) {
+    if let Some(std_pa) = given.filter(|std_pa| !(*std_pa > 0.0 && std_pa.is_finite())) {
         return Err(FitError::Noise { std_pa });
     }
     let one = |mode: &Mode| match given {

@@ -83,7 +83,7 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let own_process = *own_process;
     let (is_shared, stopped) = (Cell::new(shared()), Cell::new(false));
     let watched = if own_process { Some(()) } else { watch_memory().filter(|()| !is_shared.get()) };
-    let (expected_memory, waited_s) = (Cell::new(None), Cell::new(0.0));
+    let expected_memory = Cell::new(None);
     let mut open =
         |scene: &Scene| live.as_mut().and_then(|(access, serves)| LiveCase::open(access, &case.id, scene, *serves));
     let mut sized = |bytes: u64| {
@@ -91,11 +91,8 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         let Some(present) = present_memory().filter(|_| own_process && expected_memory.get().is_none()) else {
             return true;
         };
-        let asked = Instant::now();
         expected_memory.set(Some(present + bytes));
-        let admitted = admit(present + bytes);
-        waited_s.set(asked.elapsed().as_secs_f64());
-        admitted
+        admit(present + bytes)
     };
     let mut go_on = |now| {
         is_shared.set(is_shared.get() | shared());
@@ -121,7 +118,6 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     if matches!(solved.run.status, Status::Interrupted { .. }) && solved.run.failure.is_none() {
         return Ok(None);
     }
-    solved.wall_s -= waited_s.get();
     write_fields(task, store, fields, solved, &identity)?;
     let (is_shared, expected_memory) = (is_shared.get(), expected_memory.get());
     let circumstances = Circumstances { is_shared, memory, expected_memory, identity, started_unix_s };

@@ -6,6 +6,7 @@ use crate::scene::{OnProgress, Run, RunOptions, Scene, Sensitivities, Sensitivit
 use crate::solve::Status;
 use crate::system::State;
 use serde::{Deserialize, Serialize};
+use std::cell::Cell;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -51,29 +52,30 @@ pub(super) struct RunFollow<'a, 'b> {
     pub states: &'a mut dyn FnMut(&State),
     /// Shows the rows and iterations in a live view
     pub board: Option<&'a Arc<Board>>,
-    /// Gets the memory that the factorisation needs, before the first one \[bytes\], and returns false to stop
+    /// Gets the memory that the factorisation needs, before the first one \[bytes\], in time that does not count, and returns false to stop
     pub sized: &'a mut dyn FnMut(u64) -> bool,
 }
 
 /// Wall and CPU seconds that something else has taken during a run.
 #[derive(Default)]
 struct Aside {
-    wall: f64,
-    cpu: f64,
+    wall: Cell<f64>,
+    cpu: Cell<f64>,
 }
 
 impl Aside {
     /// Calls `act` and adds the time that it takes.
-    fn count(&mut self, act: impl FnOnce()) {
+    fn count<T>(&self, act: impl FnOnce() -> T) -> T {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
-        act();
-        self.wall += wall.elapsed().as_secs_f64();
-        self.cpu += cpu.elapsed().as_secs_f64();
+        let result = act();
+        self.wall.set(self.wall.get() + wall.elapsed().as_secs_f64());
+        self.cpu.set(self.cpu.get() + cpu.elapsed().as_secs_f64());
+        result
     }
 
     /// A run with its seconds, less those that were counted.
     fn subtracted(&self, run: Run, wall: f64, cpu: f64) -> Timed {
-        Timed { run, wall_s: wall - self.wall, cpu_s: cpu - self.cpu }
+        Timed { run, wall_s: wall - self.wall.get(), cpu_s: cpu - self.cpu.get() }
     }
 }
 
@@ -85,7 +87,8 @@ pub(super) fn measure(scene: &Scene, repeats: usize, follow: RunFollow) -> (Time
     loop {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         let first = runs.is_empty();
-        let mut aside = Aside::default();
+        let aside = Aside::default();
+        let mut on_sized = |bytes| aside.count(|| sized(bytes));
         let mut on_state = |state: &State| {
             if first {
                 aside.count(|| states(state));
@@ -101,7 +104,7 @@ pub(super) fn measure(scene: &Scene, repeats: usize, follow: RunFollow) -> (Time
             on_state: Some(&mut on_state),
             on_row: Some(&mut on_row),
             on_iteration: board.cloned().map(iterations),
-            on_sized: Some(sized),
+            on_sized: Some(&mut on_sized),
             ..RunOptions::default()
         });
         let timed = aside.subtracted(run, wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
@@ -121,7 +124,8 @@ pub(super) fn measure(scene: &Scene, repeats: usize, follow: RunFollow) -> (Time
 /// Runs the scene once with derivatives, whose time does not count.
 pub(super) fn measure_with(scene: &Scene, recorder: SensitivityRecorder, follow: RunFollow) -> (Timed, Sensitivities) {
     let RunFollow { go_on, states, board, sized } = follow;
-    let (wall, cpu, mut aside) = (Instant::now(), CpuClock::start(), Aside::default());
+    let (wall, cpu, aside) = (Instant::now(), CpuClock::start(), Aside::default());
+    let mut on_sized = |bytes| aside.count(|| sized(bytes));
     let mut on_state = |state: &State| aside.count(|| states(state));
     let mut on_row = |row: &[f64]| {
         board.iter().for_each(|board| board.row(row));
@@ -132,7 +136,7 @@ pub(super) fn measure_with(scene: &Scene, recorder: SensitivityRecorder, follow:
         on_state: Some(&mut on_state),
         on_row: Some(&mut on_row),
         on_iteration: board.cloned().map(iterations),
-        on_sized: Some(sized),
+        on_sized: Some(&mut on_sized),
         sensitivities: Some(recorder),
         ..RunOptions::default()
     });
@@ -162,4 +166,49 @@ fn of_this_process(key: &str) -> Option<u64> {
     let line = status.lines().find_map(|l| l.strip_prefix(key))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(1024 * kilobytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::parse_scene;
+    use std::time::Duration;
+
+    const SCENE: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [1, 1, 1] }
+[laws.rubber]
+law = "neo_hookean"
+E = "1 MPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+    /// The first of several runs waits for memory, whichever of them is kept.
+    #[test]
+    fn waiting_for_memory_is_no_time_of_any_run() {
+        let scene = parse_scene(SCENE).unwrap_or_else(|e| panic!("{e}"));
+        let mut waits = vec![Duration::from_secs(2)];
+        let mut sized = |_| {
+            waits.pop().into_iter().for_each(std::thread::sleep);
+            true
+        };
+        let (go_on, states): (&mut OnProgress, _) = (&mut |_| true, &mut |_: &State| ());
+        let (kept, all) = measure(&scene, 3, RunFollow { go_on, states, board: None, sized: &mut sized });
+        let walls: Vec<f64> = all.iter().map(|r| r.wall_s).chain([kept.wall_s]).collect();
+        assert!(all.len() == 3 && walls.iter().all(|s| *s > 0.0 && *s < 2.0), "{walls:?}");
+    }
 }

@@ -62,18 +62,18 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Str
 }
 
 /// Largest change of the volume from mesh to mesh, over the volume, where meshes of one body do not have it: facets on a curved surface miss its volume
-/// by c h², and a change is of another kind where this law makes it four times as large or small from the one next to it.
+/// by c h², and a change is of another kind where this law makes it four times as large or small as the one next to it, or of the other sign.
 fn other_volume(members: &[&StoredCase], tolerance: f64) -> Option<f64> {
     let mut meshes: Vec<(f64, f64)> = members.iter().map(|c| (c.record.mesh.h_m, c.record.mesh.volume_m3)).collect();
     meshes.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let step = |w: &[(f64, f64)]| (w[0].0.powi(2) - w[1].0.powi(2), (w[1].1 - w[0].1).abs() / w[1].1);
+    let step = |w: &[(f64, f64)]| (w[0].0.powi(2) - w[1].0.powi(2), (w[1].1 - w[0].1) / w[1].1);
     let steps: Vec<(f64, f64)> = meshes.windows(2).map(step).filter(|(facets, _)| *facets > 0.0).collect();
-    let is_other = |w: &[(f64, f64)]| {
+    let largest = |steps: &[(f64, f64)]| steps.iter().map(|(_, change)| change.abs()).fold(0.0, f64::max);
+    let is_other = |w: &&[(f64, f64)]| {
         let [a, b] = [w[0].1 / w[0].0, w[1].1 / w[1].0];
-        a.max(b) > OF_FACETS * a.min(b)
+        largest(w) > TELLING * tolerance && OF_FACETS * a * b < a.abs().max(b.abs()).powi(2)
     };
-    let largest = steps.iter().map(|(_, change)| *change).fold(0.0, f64::max);
-    (largest > TELLING * tolerance && steps.windows(2).any(is_other)).then_some(largest)
+    steps.windows(2).find(is_other).map(|_| largest(&steps))
 }
 
 /// Cases with a value that no estimate of their family uses.
