@@ -11,7 +11,10 @@ pub enum ReductionError {
     Unsupported { what: String, why: String, remedy: String },
     #[error("{0} states are too few: {1} or more are needed; take more training points")]
     TooFewStates(usize, usize),
-    #[error("the model records no \"{name}\"; it records {known}")]
+    #[error(
+        "a reduced model gives no \"{name}\"; of this scene it gives {}",
+        if known.is_empty() { "no column: add a probe of positions or angles" } else { known }
+    )]
     Quantity { name: String, known: String },
     #[error("the states of the training runs belong to another mesh or scene: {0}; run the study again")]
     OtherScene(String),

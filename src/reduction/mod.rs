@@ -49,6 +49,8 @@ pub mod train;
 pub mod transient;
 pub mod twin;
 
+use crate::scene::Scene;
+
 pub use constants::ConstantInputs;
 pub use equations::Position;
 pub use error::{ModelFileError, ReductionError};
@@ -60,3 +62,16 @@ pub use model::ReducedModel;
 pub use train::{Training, errors};
 pub use transient::{TransientTraining, errors_in_time};
 pub use twin::{StepError, StepReport, Twin, TwinState};
+
+/// Refuses a scene that has no reduced model of these recorded columns, as training on its runs would.
+pub fn check(scene: &Scene, columns: &[String]) -> Result<(), ReductionError> {
+    match scene.spans.iter().all(|span| span.integrator.is_static()) {
+        true => forces::check(scene)?,
+        false => drop(transient::check_in_time(scene)?),
+    }
+    let known = quantities::names(scene);
+    match columns.iter().find(|name| !known.contains(name)) {
+        Some(name) => Err(ReductionError::Quantity { name: name.clone(), known: known.join(", ") }),
+        None => Ok(()),
+    }
+}

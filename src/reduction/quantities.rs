@@ -55,6 +55,15 @@ pub fn winding(rest: [f64; 3], axis: Option<[f64; 3]>) -> Winding {
     Winding { rest: Vec3::from(rest), axis: axis.map(Vec3::from) }
 }
 
+/// Names of the columns that reduced models of a scene can give.
+pub fn names(scene: &Scene) -> Vec<String> {
+    let read = scene.probes.iter().filter(|recorder| recorder.features().is_some()).flat_map(|r| r.columns());
+    let cables = scene.cables.iter().flat_map(|c| ["tension_N", "length_m"].map(|what| format!("{}_{what}", c.name)));
+    let cavities =
+        scene.cavities.iter().flat_map(|c| ["pressure_Pa", "volume_m3"].map(|what| format!("{}_{what}", c.name)));
+    read.chain(cables).chain(cavities).collect()
+}
+
 /// All columns of a scene that can be read from the displacement coordinates; `steps` are their sizes.
 pub fn quantities(
     scene: &Scene,

@@ -42,6 +42,19 @@ const ENRICHED: usize = 2;
 /// Share of the tolerance of the model's points that is that of the enriched model's.
 const FINER: f64 = 0.1;
 
+/// The steps of a scene in time; refuses one with parts that have no reduced form in motion.
+pub(super) fn check_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
+    let time = steps_in_time(scene)?;
+    let by_rates = |effect: &dyn Effect| {
+        let is = |blocks: &crate::system::Blocks| std::ptr::eq(blocks, effect.blocks());
+        let acts_at_points =
+            scene.viscous.iter().any(|e| is(e.blocks())) || scene.relaxing.iter().any(|e| is(e.blocks()));
+        effect.capabilities().linear_in_rates || acts_at_points
+    };
+    check_parts(scene, by_rates)?;
+    Ok(time)
+}
+
 impl<'a> TransientTraining<'a> {
     /// From the states of training runs after each step, for models that give the recorded columns `names`.
     ///
@@ -49,14 +62,7 @@ impl<'a> TransientTraining<'a> {
     ///
     /// [`ReductionError`]: parts of the scene without a reduced form, and runs that do not belong to it.
     pub fn new(scene: &'a Scene, runs: &'a [Vec<FullState>], names: &[String]) -> Result<Self, ReductionError> {
-        let time = steps_in_time(scene)?;
-        let by_rates = |effect: &dyn Effect| {
-            let is = |blocks: &crate::system::Blocks| std::ptr::eq(blocks, effect.blocks());
-            let acts_at_points =
-                scene.viscous.iter().any(|e| is(e.blocks())) || scene.relaxing.iter().any(|e| is(e.blocks()));
-            effect.capabilities().linear_in_rates || acts_at_points
-        };
-        check_parts(scene, by_rates)?;
+        let time = check_in_time(scene)?;
         check_names(scene, runs.iter().flatten(), names)?;
         let points = BodyPoints::of(scene)?;
         Ok(Self { scene, points, inputs: signals(scene, 0)?, runs, names: names.to_vec(), time })

@@ -203,6 +203,50 @@ fn units_of_the_table_change_nothing() {
     }
 }
 
+/// A table with these lines below its names, read for the bar.
+fn read(names: &str, lines: &str, more: &str) -> Result<Measured, String> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(folder.path().join("table.csv"), format!("{names}\n{lines}")).expect("writable");
+    let spec = format!(
+        "file = \"table.csv\"\nx = {{ column = \"u\", unit = \"mm\", is = \"{X}\" }}\ny = {{ column = \"F\", unit = \"N\", is = \"{Y}\" }}\n{more}"
+    );
+    let spec: MeasuredSpec = toml::from_str(&spec).expect("sound");
+    Measured::read(folder.path(), &spec).map_err(|e| e.to_string())
+}
+
+/// Of a table that loads and unloads twice the first loading counts, with a note, or the one that is asked for. A scatter of x is no unloading.
+#[test]
+fn one_loading_of_a_table_counts() {
+    let up: Vec<f64> = (0..12).map(|k| 0.5 * f64::from(k)).collect();
+    let down: Vec<f64> = up.iter().rev().skip(1).copied().collect();
+    let lines = |x: &[f64]| -> String { x.iter().enumerate().map(|(k, x)| format!("{x},{k}\n")).collect() };
+    let twice = lines(&[&up[..], &down, &up[1..], &down].concat());
+    let rows = |more: &str| read("u,F", &twice, more).map(|m| (m.y[0], m.y.len(), m.notes.len()));
+    assert_eq!(rows(""), Ok((0.0, 12, 1)));
+    assert_eq!(rows("cycle = \"last-loading\""), Ok((23.0, 11, 1)));
+    assert_eq!(rows("cycle = \"all\""), Ok((0.0, 45, 0)));
+    assert!(rows("cycle = \"3\"").is_err_and(|e| e.contains("the table has 2")));
+    let mut noise = Random(3);
+    let scattered: Vec<f64> = (0..60).map(|k| 0.1 * f64::from(k) + 0.15 * noise.normal()).collect();
+    assert_eq!(read("u,F", &lines(&scattered), "").map(|m| m.y.len()), Ok(60));
+}
+
+/// A unit in the names of the table, or below them, has to be that of the study.
+#[test]
+fn units_of_table_and_study_agree() {
+    let lines = "0,0\n1,0.1\n2,0.2\n3,0.3\n";
+    for names in ["u,F", "u (mm),F (N)", "u [mm],F\nmm,N", "u (machine),F (N)"] {
+        let read = read(names, lines, "").unwrap_or_else(|e| panic!("{names}: {e}"));
+        assert_eq!((read.x.len(), read.notes.len()), (4, 0), "{names}");
+    }
+    for (names, said) in
+        [("u (cm),F (N)", "\"u (cm)\" is in cm by the table and in mm"), ("u,F\nmm,kN", "in kN by the table")]
+    {
+        let refused = read(names, lines, "").expect_err(names);
+        assert!(refused.contains(said) && refused.contains("correct one of them"), "{refused}");
+    }
+}
+
 /// Gent's law ends where its chains are stretched out: trial constants beyond are walls, not the end of the search.
 #[test]
 fn a_forward_solve_that_fails_is_stepped_back_from() {

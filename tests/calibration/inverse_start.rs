@@ -221,3 +221,61 @@ fn a_search_that_goes_on_leaves_silent_values() {
         assert!(f.interval.is_some() && (f.value / truth - 1.0).abs() < 0.05, "{}: {} for {truth}", f.key, f.value);
     }
 }
+
+/// A beam under its weight, whose sag hardly tells the compressibility.
+const SAG: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["100 mm", "10 mm", "10 mm"], divisions = [8, 2, 2] }
+element = "tet10"
+[laws.rubber]
+law = "neo_hookean_split"
+E = "300 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1000 kg/m^3"
+direction = [0, 0, -1]
+acceleration = { kind = "ramp", from = "0 m/s^2", to = "6 m/s^2", end = "1 s" }
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#;
+
+/// A stiffness that is too small drives the compressibility to the end of what the scene allows, where the body locks. The search goes on from its start, and
+/// the misfit is that of the truth.
+#[test]
+fn a_bound_far_from_the_minimum_is_left() {
+    let column = "xmax_z_m";
+    let (truth, keys) = (with(SAG, &[]), ["laws.rubber.E", "laws.rubber.nu"]);
+    let (mut data, mut random) = (recorded(&truth, column), Random(5));
+    data.y.iter_mut().for_each(|y| *y += 5e-5 * random.normal());
+    let rms = |e: f64| {
+        let model = model(&with(SAG, &[(keys[0], e)]), &keys, &Bounds::new(), column).unwrap_or_else(|e| panic!("{e}"));
+        let curve =
+            ObservedCurve { name: "sag".into(), model, measured: data.clone(), specimen: None, offsets: vec![] };
+        match calibrate(vec![curve], &Settings::new(Weighting::Absolute), None, &mut |_: Progress| true) {
+            Ok((found, _)) => {
+                println!("from {e}: {:?}, {} solves", found.constants, found.solves);
+                found.curves[0].rms
+            }
+            Err(_) => panic!("no answer"),
+        }
+    };
+    let least = rms(300e3);
+    for start in [200e3, 400e3] {
+        let found = rms(start);
+        assert!(found < 1.1 * least, "from {start}: {found:e} m, and {least:e} m from the truth");
+    }
+}

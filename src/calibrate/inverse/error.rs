@@ -53,6 +53,10 @@ pub enum InverseError {
          or \"relative\", by which each curve counts by its relative misfit"
     )]
     NoNoise { curve: String, rows: usize },
+    #[error("{}: column \"{column}\" is in {own} by the table and in {stated} by the study; correct one of them", path.display())]
+    TwoUnits { path: PathBuf, column: String, own: String, stated: String },
+    #[error("{why}")]
+    Cycle { why: String },
     #[error("{first} and {second} hold the same numbers, and would count as two measurements; give each curve once")]
     SameData { first: String, second: String },
     #[error(

@@ -3,12 +3,16 @@
 
 use super::{InverseError, OffsetAxis};
 use crate::calibrate::same_data;
+use crate::calibrate::treatment::cycle::{self, Cycle};
 use crate::math::units::{self, Dimension, UnitError};
 use crate::storage::table::{self, Decimal, Named};
 use crate::storage::{self, DATA_LIMIT};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
+
+/// Difference of two sizes of one unit, relative, by their rounding
+const SAME: f64 = 1e-9;
 
 /// Location of a measured curve and the quantities it is compared with.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -22,6 +26,9 @@ pub struct MeasuredSpec {
     pub y: ColumnSpec,
     /// Smallest and largest x that count, with a unit; every row if absent
     pub range: Option<[String; 2]>,
+    /// Loading that counts where x turns: `first-loading`, `last-loading`, a number from 1 on, or `all` with unloading
+    #[schemars(with = "Option<String>")]
+    pub cycle: Option<Cycle>,
     /// Name of the specimen that was measured; without one it is a specimen of its own
     pub specimen: Option<String>,
     /// Offsets that are unknown too: the slack of x, the zero of y
@@ -73,8 +80,11 @@ impl Measured {
         let bytes =
             storage::read(&path, DATA_LIMIT).map_err(|source| InverseError::Read { path: path.clone(), source })?;
         let (text, _) = table::decode(&bytes).map_err(|what| InverseError::NotText { path: path.clone(), what })?;
-        let Named { body, places, .. } = find(&path, &text, spec)?;
-        let [ix, iy] = [places[0], places[1]];
+        let found = find(&path, &text, spec)?;
+        let [ix, iy] = [found.places[0], found.places[1]];
+        check_unit(&path, &found, ix, &spec.x)?;
+        check_unit(&path, &found, iy, &spec.y)?;
+        let body = found.body;
         let factor = |c: &ColumnSpec| c.factor().map_err(|fact| refuse(&path, c, fact));
         let (fx, fy) = (factor(&spec.x)?, factor(&spec.y)?);
         let range = match &spec.range {
@@ -119,7 +129,29 @@ impl Measured {
             let reason = out.notes.first().cloned().unwrap_or_else(|| "it has no data points".into());
             return Err(InverseError::NoRows { path, reason });
         }
+        if spec.x.is != "t_s" {
+            out.keep_loading(spec.cycle)?;
+        }
         Ok(out)
+    }
+
+    /// Drops all but one loading where x turns: unloading and later loadings are other curves than the first.
+    fn keep_loading(&mut self, cycle: Option<Cycle>) -> Result<(), InverseError> {
+        let path: Vec<f64> = self.x.iter().map(|x| (x - self.x[0]).abs()).collect();
+        let Some(loadings) = cycle::loadings_along(&path) else { return Ok(()) };
+        let (rows, chosen) = (self.x.len(), cycle.unwrap_or(Cycle::FirstLoading));
+        let kept = cycle::pick(&self.file, &loadings, rows, chosen)
+            .map_err(|why| InverseError::Cycle { why: why.to_string().replace("--cycle", "cycle =") })?;
+        if kept.len() < rows {
+            self.notes.push(format!(
+                "{} of {rows} data points are unloading or another loading, and were left out (cycle = \"{chosen}\" of {})",
+                rows - kept.len(),
+                loadings.len()
+            ));
+        }
+        (self.x, self.y, self.lines) =
+            (self.x[kept.clone()].to_vec(), self.y[kept.clone()].to_vec(), self.lines[kept].to_vec());
+        Ok(())
     }
 }
 
@@ -166,9 +198,24 @@ fn recorded(column: &str) -> (Dimension, f64) {
 }
 
 /// The lines below the names of the two columns, and their places.
+/// Refuses a unit other than that of the table; what its brackets hold else is a note.
+fn check_unit(path: &Path, found: &Named, place: usize, spec: &ColumnSpec) -> Result<(), InverseError> {
+    let size = |unit: &str| units::quantity(&format!("1 {unit}"));
+    let own = found.unit(place).unwrap_or_default();
+    match (size(&own), size(&spec.unit)) {
+        (Ok((a, one)), Ok((b, other))) if one == other && (a / b - 1.0).abs() > SAME => Err(InverseError::TwoUnits {
+            path: path.into(),
+            column: found.names.cells[place].clone(),
+            own,
+            stated: spec.unit.clone(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<Named, InverseError> {
-    // A line of units is named among the lines that are left out
-    table::named(text, &[&spec.x.column, &spec.y.column], &|_| false).map_err(|(_, names)| {
+    let is_unit = |cell: &str| units::quantity(&format!("1 {cell}")).is_ok();
+    table::named(text, &[&spec.x.column, &spec.y.column], &is_unit).map_err(|(_, names)| {
         let names = names.iter().map(|c| format!("\"{c}\"")).collect::<Vec<_>>().join(", ");
         let (x, y) = (spec.x.column.clone(), spec.y.column.clone());
         let found = if names.is_empty() { "nothing".into() } else { names };

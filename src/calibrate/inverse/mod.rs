@@ -137,7 +137,7 @@ pub fn calibrate(
         let profile = ends.as_ref().and_then(|ends| ends.get(k).copied());
         let found = (start[k], point.values[k], bound[k]);
         Found {
-            left: left[k] && bound[k] == 0,
+            left: left[k] && bound[k] == 0 && end != End::OutOfTime,
             ..one(&key, parameter(&objective, &unknown, k), found, estimate, profile)
         }
     };
@@ -222,7 +222,7 @@ fn find(
     let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, which);
     let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
     let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
-    Ok(Answered { found, coordinates, start, gauge, open, left })
+    Ok(Answered { found, coordinates, start: first, gauge, open, left })
 }
 
 /// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.

@@ -15,8 +15,8 @@ const SILENT: f64 = 0.25;
 const BETTER: f64 = 1e-6;
 
 /// As [`rounds`]. Where the curves determine an unknown at the `first` values and say nothing about it at the answer, such as a time that has become shorter
-/// than their resolution, the misfit may have a lower minimum elsewhere: a second search begins with that unknown at its first value and the others at the
-/// answer, and the better one of the two counts. The first values are those of the file or the gauge length, also where a search goes on from others.
+/// than their resolution, and where one is held at a bound, the misfit may have a lower minimum elsewhere: a second search begins with that unknown at its
+/// first value and the others at the answer, and the better one of the two counts. The first values are those of the file or the gauge length, also where a search goes on from others.
 pub(super) fn search_again(
     objective: &mut Objective,
     unknown: &[Unknown],
@@ -34,12 +34,14 @@ pub(super) fn search_again(
     let at_start = (start.values == first).then(|| is_silent(&start));
     let found = rounds(objective, unknown, accuracy, start, until, shares)?;
     let at_answer = is_silent(&found.point);
-    if !at_answer.contains(&true) || found.end == End::OutOfTime {
+    let is_silent_somewhere = at_answer.contains(&true);
+    if found.end == End::OutOfTime || !is_silent_somewhere && found.bound.iter().all(|side| *side == 0) {
         return Ok(found);
     }
     let is_over = || until.is_some_and(|until| Instant::now() > until);
     let at_start = match at_start {
         Some(known) => known,
+        None if !is_silent_somewhere => vec![false; at_answer.len()],
         None if is_over() => return Ok(search::Found { end: End::OutOfTime, ..found }),
         None => match ended(objective.at(first))? {
             Some(point) => is_silent(&point),
@@ -47,7 +49,8 @@ pub(super) fn search_again(
         },
     };
     let mut back = found.point.values.clone();
-    (0..back.len()).filter(|&k| at_answer[k] && !at_start[k]).for_each(|k| back[k] = first[k]);
+    let returns = |k: &usize| found.bound[*k] != 0 || at_answer[*k] && !at_start[*k];
+    (0..back.len()).filter(returns).for_each(|k| back[k] = first[k]);
     if back == found.point.values {
         return Ok(found);
     }

@@ -156,11 +156,16 @@ pub fn jumps(samples: &[Sample]) -> Vec<u64> {
 
 /// Rows of each loading; `None` where the rows are one loading, or in no order.
 pub fn loadings(samples: &[&Sample]) -> Option<Vec<Range<usize>>> {
-    let all = quiet_branches(&path(samples));
+    loadings_along(&path(samples))
+}
+
+/// The same of rows with these a, which grow from the rest on.
+pub fn loadings_along(a: &[f64]) -> Option<Vec<Range<usize>>> {
+    let all = quiet_branches(a);
     let long: Vec<Branch> = all.into_iter().filter(|b| b.rows.len() >= LEAST).collect();
     let held: usize = long.iter().map(|b| b.rows.len()).sum();
     let first = long.iter().position(|b| b.loading)?;
-    if first + 1 == long.len() || (held as f64) < HELD * samples.len() as f64 {
+    if first + 1 == long.len() || (held as f64) < HELD * a.len() as f64 {
         return None;
     }
     Some(long.into_iter().filter(|b| b.loading).map(|b| b.rows).collect())

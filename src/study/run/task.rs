@@ -1,5 +1,6 @@
 //! Everything that is needed to compute one case, apart from the files that its scene names.
 
+use crate::reduction;
 use crate::scene::{ParameterKey, Scene, hint};
 use crate::study::case::Case;
 use crate::study::expand::Study;
@@ -100,7 +101,11 @@ impl Task {
         if self.over_time {
             scene.check_time().map_err(refuse)?;
         }
-        self.columns.iter().try_for_each(|column| scene.check_column(column)).map_err(refuse)
+        self.columns.iter().try_for_each(|column| scene.check_column(column)).map_err(refuse)?;
+        if self.keep_states {
+            reduction::check(scene, &self.columns).map_err(|why| refuse(why.to_string()))?;
+        }
+        Ok(())
     }
 
     /// Every column that is judged must be in a stored result that has any.
