@@ -28,8 +28,6 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     type Details: Serialize + DeserializeOwned;
     /// Findings of this kind alone; the rest of an analysis is the same for every kind
     type Findings;
-    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
-    const ERRORS: &'static str = "";
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;
 
@@ -67,6 +65,11 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
 
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
     fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
+
+    /// Where the error bars of an analysis come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none.
+    fn errors(_results: &Results, _analysis: &Analysis<Self::Findings>) -> String {
+        String::new()
+    }
 
     /// Words, tables and figures of the analysis.
     fn report(results: &Results, analysis: &Analysis<Self::Findings>) -> Content;
@@ -184,8 +187,6 @@ pub struct Kind {
     /// Reads the keys of this kind from the text of a study file.
     pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
-    /// See [`StudyKind::ERRORS`]
-    pub errors: &'static str,
     /// See [`StudyKind::derive`]
     pub derive: Derive,
     /// See [`StudyKind::grow`]
@@ -200,7 +201,7 @@ impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
         let (schema, expand) = (K::json_schema, expand::<K>);
         let (derive, grow, judged, report) = (derive::<K>, grow::<K>, judged::<K>, report::<K>);
-        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, grow, judged, report }
+        Self { name: K::NAME, schema, expand, around: K::AROUND, derive, grow, judged, report }
     }
 }
 
@@ -246,7 +247,8 @@ fn judged<K: StudyKind>(study: &StudyRecord, cases: &[StoredCase]) -> Vec<BTreeM
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {
     let details = K::Details::deserialize(&results.study.details)?;
-    Ok(K::report(results, &K::analyse(results, &details)))
+    let analysis = K::analyse(results, &details);
+    Ok(Content { errors: K::errors(results, &analysis), ..K::report(results, &analysis) })
 }
 
 /// Keys of a study file that every kind has.

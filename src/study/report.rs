@@ -80,7 +80,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         pictures.save(&dir.join("figures"), figure)?;
     }
     let records: Vec<&CaseRecord> = results.cases.iter().map(|c| &c.record).collect();
-    let methods = OwnMethods { errors: kind.errors, search: &content.search };
+    let methods = OwnMethods { errors: &content.errors, search: &content.search };
     paper::write(&dir.join("paper"), &records, methods, parts(&results.study.study, &content, &figures))?;
     own.files = report_files::names(writing.files(), dir);
     let path = dir.join(report_files::FILE);

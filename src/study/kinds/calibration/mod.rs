@@ -66,8 +66,6 @@ const ROLES: [Role; 2] = [Role::Sizes, Role::Nuisance];
 
 impl StudyKind for CalibrationStudy {
     const NAME: &'static str = "calibration";
-    const ERRORS: &'static str = "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
-        solution and, where wider, by the profile of the likelihood [@bates1988].";
     type Details = ();
     type Findings = CalibrationFindings;
 
@@ -101,6 +99,12 @@ impl StudyKind for CalibrationStudy {
 
     fn analyse(results: &Results, (): &()) -> Analysis<CalibrationFindings> {
         analyse(&results.study, &results.cases, &results.found)
+    }
+
+    fn errors(_: &Results, _: &Analysis<CalibrationFindings>) -> String {
+        "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
+        solution and, where wider, by the profile of the likelihood [@bates1988]."
+            .into()
     }
 
     fn report(results: &Results, analysis: &Analysis<CalibrationFindings>) -> Content {

@@ -58,8 +58,6 @@ impl CostStudy {
 
 impl StudyKind for CostStudy {
     const NAME: &'static str = "cost";
-    const ERRORS: &'static str = "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
-        and the uncertainty of the reference [@roache1994].";
     type Details = ();
     type Findings = CostFindings;
 
@@ -76,6 +74,12 @@ impl StudyKind for CostStudy {
 
     fn analyse(results: &Results, (): &()) -> Analysis<CostFindings> {
         analyse(&results.study, &results.cases)
+    }
+
+    fn errors(_: &Results, _: &Analysis<CostFindings>) -> String {
+        "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
+        and the uncertainty of the reference [@roache1994]."
+            .into()
     }
 
     fn report(results: &Results, analysis: &Analysis<CostFindings>) -> Content {

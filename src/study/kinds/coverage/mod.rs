@@ -23,8 +23,6 @@ pub use spec::CoverageStudy;
 
 impl StudyKind for CoverageStudy {
     const NAME: &'static str = "coverage";
-    const ERRORS: &'static str = "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
-        shares are those of Wilson [@wilson1927].";
     type Details = CoverageRecord;
     type Findings = CoverageFindings;
 
@@ -40,6 +38,12 @@ impl StudyKind for CoverageStudy {
 
     fn analyse(results: &Results, coverage: &CoverageRecord) -> Analysis<CoverageFindings> {
         analyse(&results.study, coverage, &results.cases)
+    }
+
+    fn errors(_: &Results, _: &Analysis<CoverageFindings>) -> String {
+        "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
+        shares are those of Wilson [@wilson1927]."
+            .into()
     }
 
     fn report(results: &Results, analysis: &Analysis<CoverageFindings>) -> Content {

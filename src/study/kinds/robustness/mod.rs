@@ -39,8 +39,6 @@ pub struct RobustnessStudy {
 
 impl StudyKind for RobustnessStudy {
     const NAME: &'static str = "robustness";
-    const ERRORS: &'static str = "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
-        error is that from the solution.";
     type Details = RobustnessRecord;
     type Findings = RobustnessFindings;
     const AROUND: Option<Around> = Some(around::AROUND);
@@ -58,6 +56,12 @@ impl StudyKind for RobustnessStudy {
 
     fn analyse(results: &Results, robustness: &RobustnessRecord) -> Analysis<RobustnessFindings> {
         analyse(&results.study, robustness, &results.cases)
+    }
+
+    fn errors(_: &Results, _: &Analysis<RobustnessFindings>) -> String {
+        "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
+        error is that from the solution."
+            .into()
     }
 
     fn report(results: &Results, analysis: &Analysis<RobustnessFindings>) -> Content {

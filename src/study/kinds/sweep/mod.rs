@@ -51,7 +51,6 @@ impl SweepStudy {
 
 impl StudyKind for SweepStudy {
     const NAME: &'static str = "sweep";
-    const ERRORS: &'static str = "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene.";
     type Details = SweepRecord;
     type Findings = SweepFindings;
 
@@ -65,6 +64,11 @@ impl StudyKind for SweepStudy {
 
     fn analyse(results: &Results, sweep: &SweepRecord) -> Analysis<SweepFindings> {
         analyse(&results.study, sweep, &results.cases)
+    }
+
+    fn errors(_: &Results, _: &Analysis<SweepFindings>) -> String {
+        "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene."
+            .into()
     }
 
     fn report(results: &Results, analysis: &Analysis<SweepFindings>) -> Content {
