@@ -69,6 +69,12 @@ impl Content {
         }
     }
 
+    /// The same without what follows from a comparison of its cases: verdict, headline numbers and error bars.
+    #[must_use]
+    pub fn without_verdict(self, why: String) -> Self {
+        Self { verdict: why, supported: false, facts: vec![], claims: vec![], extension: None, ..self }
+    }
+
     pub fn all_tables(&self) -> impl Iterator<Item = &Table> {
         std::iter::once(&self.answer.1).chain(&self.tables).chain(self.folded.iter().map(|(_, t)| t))
     }

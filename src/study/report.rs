@@ -46,6 +46,9 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let writing = Writing::begin();
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
+    if let Some(why) = results.study.without_verdict() {
+        content = content.without_verdict(why);
+    }
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
     let grown = results.cases.iter().map(|c| &c.record);
     let grown = grown.filter_map(|record| Some((record.id.as_str(), record.solver.energy_from_nothing.as_ref()?)));
