@@ -83,6 +83,16 @@ impl<T> ByQuantity<T> {
         if self.peak_is == CHANGE { "change of " } else { "" }
     }
 
+    /// `change of tip height`, or the label alone where the peak is no change.
+    pub fn peak_label(&self) -> String {
+        format!("{}{}", self.peak_prefix(), self.quantity.label)
+    }
+
+    /// `Δz` of a change, or the symbol alone.
+    pub fn peak_symbol(&self) -> String {
+        format!("{}{}", if self.peak_is == CHANGE { "Δ" } else { "" }, self.quantity.symbol)
+    }
+
     /// `maximum cable tension, length control`
     pub fn peak_title(&self) -> String {
         format!("{} {}", self.peak_is, self.title())

@@ -111,7 +111,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
         for c in &q.members {
             let optional = |v: Option<f64>| v.map_or("–".into(), percent_cell);
             rows.push(vec![
-                format!("{}, {}", q.quantity.label, q.variant),
+                format!("{}, {}", q.peak_label(), q.variant),
                 store.study.member(&c.member),
                 format!("{:.*}{}", digits(1e-2 * q.peak), c.peak, space(&q.quantity.unit)),
                 percent_cell(c.peak_difference),
