@@ -33,7 +33,7 @@ pub struct Content {
     pub claims: Vec<Claim>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
-    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`
+    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
     pub errors: String,
     /// How constants were found, for the methods of a paper, where the study searches for them
     pub search: Vec<Paragraph>,

@@ -66,11 +66,6 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     /// Analyses the cases that have a result. Cases that are missing or did not converge are named, not guessed.
     fn analyse(results: &Results, details: &Self::Details) -> Analysis<Self::Findings>;
 
-    /// Where the error bars of an analysis come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none.
-    fn errors(_results: &Results, _analysis: &Analysis<Self::Findings>) -> String {
-        String::new()
-    }
-
     /// Words, tables and figures of the analysis.
     fn report(results: &Results, analysis: &Analysis<Self::Findings>) -> Content;
 }
@@ -247,8 +242,7 @@ fn judged<K: StudyKind>(study: &StudyRecord, cases: &[StoredCase]) -> Vec<BTreeM
 
 fn report<K: StudyKind>(results: &Results) -> Result<Content, serde_json::Error> {
     let details = K::Details::deserialize(&results.study.details)?;
-    let analysis = K::analyse(results, &details);
-    Ok(Content { errors: K::errors(results, &analysis), ..K::report(results, &analysis) })
+    Ok(K::report(results, &K::analyse(results, &details)))
 }
 
 /// Keys of a study file that every kind has.

@@ -262,3 +262,68 @@ fn versions(records: &[&CaseRecord]) -> Paragraph {
     let all: Vec<String> = builds(records.iter().copied()).iter().map(|(build, _)| build.words()).collect();
     software(&all)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::record::Provenance;
+
+    const BEAM: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [6, 1, 2] }
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = "1 mm"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+"#;
+    const BALL: &str = r#"
+[[contact]]
+region = "ball"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-20 mm"], normal = [0, 0, 1] }
+response = "barrier"
+friction = 0.0
+[[rigid]]
+name = "ball"
+shape = { kind = "sphere", centre = ["0 mm", "0 mm", "0 mm"], radius = "5 mm" }
+density = "1 g/cm^3"
+"#;
+
+    fn words(scenes: &[(&str, &str)]) -> String {
+        let record = |(id, scene): &(&str, &str)| CaseRecord {
+            id: id.to_string(),
+            effects: vec![EffectRecord { name: "elastic".into(), role: Some("strain".into()), wall_s: 0.0 }],
+            provenance: Provenance { scene: scene.to_string(), ..Provenance::default() },
+            ..CaseRecord::default()
+        };
+        let records: Vec<CaseRecord> = scenes.iter().map(record).collect();
+        let said = physics(&records.iter().collect::<Vec<_>>()).markdown();
+        said.trim().trim_start_matches("**Effects and constraints.** ").to_string()
+    }
+
+    #[test]
+    fn all_that_acts_on_a_body_is_listed() {
+        assert_eq!(words(&[("a", BEAM)]), "Effects: elastic. Constraints: fixed and prescribed.");
+        let more = format!("{BEAM}{BALL}");
+        let said = words(&[("a", BEAM), ("b", &more)]);
+        assert!(said.ends_with("Contacts: ball by barrier (in b). Rigid bodies: ball (in b)."), "{said}");
+        let said = words(&[("a", BEAM), ("b", &more), ("c", &more)]);
+        assert!(said.ends_with("Rigid bodies: ball (in all cases but a)."), "{said}");
+        assert_eq!(words(&[("a", "no scene")]), "Effects: elastic.");
+    }
+}

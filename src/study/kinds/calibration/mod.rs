@@ -101,13 +101,10 @@ impl StudyKind for CalibrationStudy {
         analyse(&results.study, &results.cases, &results.found)
     }
 
-    fn errors(_: &Results, _: &Analysis<CalibrationFindings>) -> String {
-        "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
-        solution and, where wider, by the profile of the likelihood [@bates1988]."
-            .into()
-    }
-
     fn report(results: &Results, analysis: &Analysis<CalibrationFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
+        solution and, where wider, by the profile of the likelihood [@bates1988]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

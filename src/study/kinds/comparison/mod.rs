@@ -90,11 +90,8 @@ impl StudyKind for ComparisonStudy {
         analyse(&results.study, comparison, &results.cases)
     }
 
-    fn errors(results: &Results, analysis: &Analysis<ComparisonFindings>) -> String {
-        finer::errors(&results.study, analysis)
-    }
-
     fn report(results: &Results, analysis: &Analysis<ComparisonFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = finer::errors(&results.study, analysis);
+        Content { errors, ..report::content(results, analysis) }
     }
 }

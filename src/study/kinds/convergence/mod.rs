@@ -69,11 +69,8 @@ impl StudyKind for ConvergenceStudy {
         analyse(&results.study, &results.cases)
     }
 
-    fn errors(_: &Results, analysis: &Analysis<ConvergenceFindings>) -> String {
-        bars::errors(analysis)
-    }
-
     fn report(results: &Results, analysis: &Analysis<ConvergenceFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = bars::errors(analysis);
+        Content { errors, ..report::content(results, analysis) }
     }
 }

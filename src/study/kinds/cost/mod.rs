@@ -76,13 +76,10 @@ impl StudyKind for CostStudy {
         analyse(&results.study, &results.cases)
     }
 
-    fn errors(_: &Results, _: &Analysis<CostFindings>) -> String {
-        "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
-        and the uncertainty of the reference [@roache1994]."
-            .into()
-    }
-
     fn report(results: &Results, analysis: &Analysis<CostFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
+        and the uncertainty of the reference [@roache1994]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

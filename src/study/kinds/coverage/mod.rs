@@ -40,13 +40,10 @@ impl StudyKind for CoverageStudy {
         analyse(&results.study, coverage, &results.cases)
     }
 
-    fn errors(_: &Results, _: &Analysis<CoverageFindings>) -> String {
-        "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
-        shares are those of Wilson [@wilson1927]."
-            .into()
-    }
-
     fn report(results: &Results, analysis: &Analysis<CoverageFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
+        shares are those of Wilson [@wilson1927]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -58,13 +58,10 @@ impl StudyKind for RobustnessStudy {
         analyse(&results.study, robustness, &results.cases)
     }
 
-    fn errors(_: &Results, _: &Analysis<RobustnessFindings>) -> String {
-        "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
-        error is that from the solution."
-            .into()
-    }
-
     fn report(results: &Results, analysis: &Analysis<RobustnessFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
+        error is that from the solution."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

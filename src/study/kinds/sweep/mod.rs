@@ -66,12 +66,9 @@ impl StudyKind for SweepStudy {
         analyse(&results.study, sweep, &results.cases)
     }
 
-    fn errors(_: &Results, _: &Analysis<SweepFindings>) -> String {
-        "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene."
-            .into()
-    }
-
     fn report(results: &Results, analysis: &Analysis<SweepFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -61,15 +61,12 @@ impl StudyKind for ValidationStudy {
         analyse(results, plan)
     }
 
-    fn errors(_: &Results, _: &Analysis<ValidationFindings>) -> String {
-        "The uncertainty of a prediction contains discretisation, time steps, the constants with their covariance and the inputs \
+    fn report(results: &Results, analysis: &Analysis<ValidationFindings>) -> Content {
+        let errors = "The uncertainty of a prediction contains discretisation, time steps, the constants with their covariance and the inputs \
         of the experiment, propagated by response surfaces with derivatives [@box1951; @asme2009]. It is compared with the \
         uncertainty of the measurement [@jcgm2008]; inputs that several records share are in the covariance of the data \
         [@kennedy2001]."
-            .into()
-    }
-
-    fn report(results: &Results, analysis: &Analysis<ValidationFindings>) -> Content {
-        report::content(results, analysis)
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }
