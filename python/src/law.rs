@@ -10,6 +10,7 @@ use durometer::math::tensor::Mat3;
 use durometer::math::threads::locked;
 use durometer::math::units;
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -97,6 +98,7 @@ static CLASSES: Mutex<BTreeMap<String, &'static LawEntry>> = Mutex::new(BTreeMap
 /// name already is replaced; runs and scenes that were made with it keep it.
 #[pyfunction]
 pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    check_class(law)?;
     let text = |name: &str| law.getattr(name)?.extract::<String>();
     let name = text("name")?;
     if name.is_empty() {
@@ -139,6 +141,17 @@ pub fn register_law<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>>
     let entry = register_anew(entry).map_err(refused)?;
     locked(&CLASSES).insert(name, entry);
     Ok(law.clone())
+}
+
+/// Refuses what is no class that extends `durometer.Law`: an object of one, or another class.
+fn check_class(law: &Bound<'_, PyAny>) -> PyResult<()> {
+    let base = law.py().import("durometer.law")?.getattr("Law")?;
+    let fact = match law.cast::<PyType>() {
+        Ok(class) if class.is_subclass(&base)? => return Ok(()),
+        Ok(class) => format!("the class {} does not extend durometer.Law", class.name()?),
+        Err(_) => format!("an object of the class {} is given, and no class", law.get_type().name()?),
+    };
+    Err(input(&fact, "give the class of the law itself, such as register_law(MyLaw) of class MyLaw(durometer.Law)"))
 }
 
 /// Checks a registered law: energy, stress and tangent against each other by finite differences at random states within its domain, objectivity,

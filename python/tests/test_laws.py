@@ -170,6 +170,21 @@ def test_a_name_is_taken_once() -> None:
         durometer.register_law(type("Nameless", (durometer.Law,), {}))
 
 
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (PythonNeoHookean(), "an object of the class PythonNeoHookean is given, and no class; give the class of the law itself"),
+        (int, "the class int does not extend durometer.Law; give the class of the law itself"),
+        ("python_neo_hookean", "an object of the class str is given"),
+    ],
+    ids=["object", "class", "name"],
+)
+def test_only_a_class_of_a_law_is_registered(law, words: str) -> None:
+    with pytest.raises(durometer.InputError, match=words):
+        durometer.register_law(law)
+    durometer.check_law("python_neo_hookean")
+
+
 class Chains(PythonNeoHookean):
     """Gent's law (1996) with a volumetric part, which ends where I1 - 3 = J_m."""
 

@@ -74,6 +74,9 @@ pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
     let dir = args.how.dir_of(&Study::name_of(&file), &file)?;
     let study = Study::read_with_additions(&file, &changes, &dir)?;
+    if let Some(why) = study.record.without_verdict() {
+        tell!("{why}");
+    }
     if args.engine.engine != Engine::Local {
         if args.live {
             return Err("--live shows cases that run on this machine; leave --engine or --live out".into());

@@ -246,7 +246,10 @@ mod tests {
             ("law = \"xyz\"", "no law `xyz`; known: linear, corotational"),
             (&format!("{nh}young = \"1 kPa\""), "no parameter `young`; known: E, nu, mu, lambda, kappa"),
             (&format!("{nh}kapa = \"1 kPa\""), "no parameter `kapa`; did you mean `kappa`?"),
-            (&format!("{nh}E = 100e3\nnu = 0.45"), "`E`: 100000.0 has no unit; write for example \"100000.0 kPa\""),
+            (
+                &format!("{nh}E = 100e3\nnu = 0.45"),
+                "`E`: 100000.0 has no unit; write the unit that is meant, \"100000.0 Pa\" in SI or for example \"100000.0 kPa\"",
+            ),
             (&format!("{nh}E = \"100 mm\"\nnu = 0.45"), "`E`: \"100 mm\" has the wrong dimension"),
             (&format!("{nh}E = true\nnu = 0.45"), "`E = true` is not a quantity"),
             (&format!("{nh}E = \"100 kPa\""), "exactly two of E, nu, mu, lambda, kappa, and only E is given; add one"),

@@ -58,7 +58,7 @@ impl Dimension {
             Self::ACCELERATION => "m/s^2",
             Self::VELOCITY => "mm/s",
             Self::ANGULAR_VELOCITY => "rad/s",
-            _ => "SI units",
+            _ => self.si_unit(),
         }
     }
 
@@ -99,7 +99,7 @@ impl Dimension {
 pub enum UnitError {
     #[error("\"{text}\" does not begin with a finite number")]
     NotANumber { text: String },
-    #[error("{text} has no unit; write for example \"{text} {}\"", .wanted.example())]
+    #[error("{text} has no unit; {}", with_unit(text, *.wanted))]
     Missing { text: String, wanted: Dimension },
     #[error("\"{text}\": {}", unknown(unit))]
     Unknown { text: String, unit: String },
@@ -110,6 +110,15 @@ pub enum UnitError {
     Range { text: String },
     #[error("a quantity of {length} characters; write a number and a unit, at most {} characters", LONGEST)]
     Long { length: usize },
+}
+
+/// A number with the SI unit of its dimension and with a usual one: the units that may be meant.
+fn with_unit(text: &str, wanted: Dimension) -> String {
+    let (si, usual) = (wanted.si_unit(), wanted.example());
+    match si == usual {
+        true => format!("write for example \"{text} {si}\""),
+        false => format!("write the unit that is meant, \"{text} {si}\" in SI or for example \"{text} {usual}\""),
+    }
 }
 
 /// Fact and remedy of a unit that is not known.
@@ -174,7 +183,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
 ///
 /// assert_eq!(units::parse("18 kPa", Dimension::PRESSURE), Ok(18e3));
 /// let message = units::parse("18", Dimension::PRESSURE).expect_err("no unit").to_string();
-/// assert_eq!(message, "18 has no unit; write for example \"18 kPa\"");
+/// assert_eq!(message, "18 has no unit; write the unit that is meant, \"18 Pa\" in SI or for example \"18 kPa\"");
 /// ```
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
     let owned = || text.trim().to_string();
@@ -336,7 +345,10 @@ mod tests {
     #[test]
     fn refuses_with_a_remedy() {
         let message = |t, d| parse(t, d).expect_err("must be refused").to_string();
-        assert_eq!(message("18", Dimension::PRESSURE), "18 has no unit; write for example \"18 kPa\"");
+        assert_eq!(
+            message("18", Dimension::PRESSURE),
+            "18 has no unit; write the unit that is meant, \"18 Pa\" in SI or for example \"18 kPa\""
+        );
         assert!(message("18 mm", Dimension::PRESSURE).contains("wrong dimension"));
         assert!(message("18 kpa", Dimension::PRESSURE).ends_with("unknown unit \"kpa\"; did you mean kPa?"));
         assert!(message("1 inch", Dimension::LENGTH).ends_with("did you mean in?"));

@@ -73,6 +73,38 @@ pub fn legend(area: &Area, (x, mut y): Point, entries: &[(Sample, String)]) {
     }
 }
 
+/// A legend in the corner of a frame in which the fewest of the lines and marks are.
+pub fn legend_inside(area: &Area, frame: [i32; 4], drawn: &[Vec<Point>], entries: &[(Sample, String)]) {
+    let size = (mm(legend_width(entries)), mm(LINE * (entries.len() as f64 - 1.0)));
+    legend(area, emptiest(frame, size, drawn), entries);
+}
+
+/// Distance of a legend inside of a frame from its sides \[mm\].
+const INSIDE: f64 = 3.0;
+
+/// The start of a legend of this size, from its first to its last line, in the corner of a frame that has the fewest places of the lines in it.
+fn emptiest([left, top, right, bottom]: [i32; 4], (wide, tall): (i32, i32), drawn: &[Vec<Point>]) -> Point {
+    let inside = mm(INSIDE);
+    let [x, y] = [[left + inside, right - wide - inside], [top + inside, bottom - tall - inside]];
+    let corners = [(x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1])];
+    let places: Vec<Point> = drawn.iter().flat_map(|line| along(line)).collect();
+    let is_at = |(a, b): Point, p: &Point| {
+        (a - inside..=a + wide + inside).contains(&p.0) && (b - inside..=b + tall + inside).contains(&p.1)
+    };
+    let taken = |corner: &Point| places.iter().filter(|p| is_at(*corner, p)).count();
+    corners.into_iter().min_by_key(taken).expect("four corners")
+}
+
+/// Places along a line, a few units from each other.
+fn along(line: &[Point]) -> impl Iterator<Item = Point> {
+    let between = |w: &[Point]| {
+        let [(a, b), (c, d)] = [w[0], w[1]];
+        let n = ((c - a).abs().max((d - b).abs()) / mm(1.0)).clamp(1, 1000);
+        (0..n).map(move |k| (a + (c - a) * k / n, b + (d - b) * k / n))
+    };
+    line.windows(2).flat_map(between).chain(line.last().copied())
+}
+
 /// Least distance of the columns of a legend below the panels \[mm\].
 const ENTRY: f64 = 40.5;
 /// Distance of its lines \[mm\].
@@ -181,6 +213,20 @@ mod tests {
         let labels = [("tet4_up", "tet4_up"), ("tet4 mixed", "tet4_up"), ("sizes", "tet4"), ("tet10", "tet10_up")];
         let shown = ["tet4 mixed", "tet4 mixed", "sizes (tet4)", "tet10 (tet10 mixed)"];
         assert_eq!(labels.map(|(family, element)| family_label(family, element)), shown);
+    }
+
+    #[test]
+    fn a_legend_is_in_the_corner_without_lines() {
+        let (frame, size) = ([0, 0, 2000, 1000], (600, 100));
+        let falling = vec![vec![(0, 0), (2000, 1000)]];
+        let rising = vec![vec![(0, 1000), (2000, 0)]];
+        let start = mm(INSIDE);
+        assert_eq!(emptiest(frame, size, &rising), (start, start));
+        assert_eq!(emptiest(frame, size, &falling), (2000 - 600 - start, start));
+        assert_eq!(
+            emptiest(frame, size, &[falling, rising, vec![vec![(0, 0), (2000, 0)]]].concat()).1,
+            1000 - 100 - start
+        );
     }
 
     #[test]

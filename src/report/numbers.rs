@@ -83,9 +83,13 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     if is_lost { bound } else { format!("{value:.decimals$}").replace('-', "−") }
 }
 
-/// Units but the degree sign follow a space.
+/// A unit behind its number: all but the degree sign follow a space, and a number in the unit 1 stays alone.
 pub fn space(unit: &str) -> String {
-    if unit == "°" || unit.is_empty() { unit.to_string() } else { format!(" {unit}") }
+    match unit {
+        "" | "1" => String::new(),
+        "°" => unit.into(),
+        unit => format!(" {unit}"),
+    }
 }
 
 /// First letter in upper case, where the text begins with a word: symbols and names keep their letters, `μ = 1 MPa`, `p = −U′(J)`, `tip_x_m`.

@@ -50,8 +50,24 @@ pub fn with_power(unit: &str, largest: f64, step: f64) -> (i32, String) {
         return (power, name.into());
     }
     let ten = (size.log10() + 1e-9).floor() as i32;
-    let ten_and = if name.is_empty() || name == "–" { raised(ten) } else { format!("{} {name}", raised(ten)) };
-    (power - ten, ten_and)
+    (power - ten, times(ten, name))
+}
+
+/// As [`with_power`], with the power of ten by which numbers up to `largest` have this many digits before the point.
+pub fn with_digits(unit: &str, largest: f64, digits: i32) -> (i32, String) {
+    let (power, name) = shown(unit, largest);
+    let size = largest * 10f64.powi(power);
+    let ten = if size > 0.0 { (size.log10() + 1e-9).floor() as i32 + 1 - digits } else { 0 };
+    (power - ten, times(ten, name))
+}
+
+/// `10⁻⁶ N`; a power alone without a unit, and a unit alone without a power.
+fn times(ten: i32, name: &str) -> String {
+    match name {
+        _ if ten == 0 => name.into(),
+        "" | "–" => raised(ten),
+        name => format!("{} {name}", raised(ten)),
+    }
 }
 
 /// Words of a label and the unit in its brackets, which may be missing.

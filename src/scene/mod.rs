@@ -158,7 +158,7 @@ pub use parameter_key::{KeyError, KeyValue, LawConstant, ParameterKey};
 pub use patches::Patches;
 pub use quantity::{Length, Time};
 pub(crate) use read::from_text;
-pub use read::{changed_scene, is_study, read_scene, read_table};
+pub use read::{changed_scene, is_study, read_scene, read_table, value_in};
 pub use recorder::{Energies, Headline, Moment, Recorder};
 pub use refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
 pub use run::Run;

@@ -87,6 +87,13 @@ pub fn is_study(table: &toml::Table) -> bool {
     ["scene", "family"].iter().any(|key| table.contains_key(*key))
 }
 
+/// The value at a path of a scene with changes, as its file has it; `None` where there is none.
+pub fn value_in(file: &Path, changes: &[(String, toml::Value)], path: &str) -> Option<toml::Value> {
+    let (_, mut table) = read_table(file).ok()?;
+    changes.iter().try_for_each(|(path, value)| overrides::apply(&mut table, path, value.clone())).ok()?;
+    overrides::find(&table, path).ok().cloned()
+}
+
 /// Text and table of a TOML file.
 pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };

@@ -4,6 +4,7 @@
 //! so the error is of first order in both steps, and nothing warns of it. There is nothing to cut, so a step that fails ends the run.
 
 use super::contact_correction::{ContactPlanes, move_and_correct};
+use super::diagnosis::stopped;
 use super::step_solver::StepSolver;
 use super::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrategy};
 use super::{Integrator, Solution, Status, Step, TimeSpan, TurningPoint};
@@ -44,7 +45,7 @@ impl<'a> StepStrategy<'a> for CorrectedSteps<'a> {
         let step = Step { system: steps.system, integrator: self.integrator, past: state, dt: t - state.t };
         let mut next = State { t, ..state.clone() };
         match move_and_correct(&mut steps.solver, &step, &self.planes, &mut next) {
-            Err(why) => StepOutcome::Failed(Status::stopped(state.t, why, true)),
+            Err(why) => StepOutcome::Failed(stopped(steps.system, state, t, why)),
             Ok(solution) => {
                 self.integrator.finish(state, step.dt, &mut next);
                 StepOutcome::Solved(Box::new(SolvedStep { next, solution, on_grid, coarse: false }))

@@ -15,6 +15,11 @@ pub enum Failure {
         residual: f64,
         node: u32,
     },
+    /// The same of the first step, in which loads or motions act in full that are there before it: no shorter step makes them smaller
+    InFull {
+        residual: f64,
+        node: u32,
+    },
     /// No multiplier satisfies the one-sided constraints
     Complementarity,
     /// An effect lets the body move no further: how far the node is from what it must not pass \[m\]
@@ -49,7 +54,7 @@ impl fmt::Display for Failure {
         match self {
             Self::Eval(e) => e.fmt(f),
             Self::Linear(e) => e.fmt(f),
-            Self::NotConverged { residual, node } => {
+            Self::NotConverged { residual, node } | Self::InFull { residual, node } => {
                 write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
             }
             Self::Complementarity => write!(f, "no forces satisfy all one-sided constraints together"),

@@ -80,18 +80,21 @@ pub struct Culprit {
     pub node: Option<u32>,
 }
 
-/// The remedy of loads that are there before the first step, which no shorter step makes smaller.
-macro_rules! in_full {
+/// The remedy of forces that drive the body where motions could.
+macro_rules! by_motion {
     () => {
-        "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
-         from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or "
+        "drive by length, volume or displacement what a force, a pressure or a tension drives"
     };
 }
 
 /// The remedy of a load that drives the body.
 macro_rules! too_large {
     () => {
-        "the load may exceed what the body can carry: drive by length, volume or displacement; or the mesh is too coarse there"
+        concat!(
+            "the load may exceed what the body can carry: reduce it, or ",
+            by_motion!(),
+            "; or the mesh is too coarse there"
+        )
     };
 }
 
@@ -171,7 +174,7 @@ impl Status {
                         let (effect, cell, node) = e.place();
                         Culprit { effect: Some(effect.into()), cell, node }
                     }
-                    Failure::NotConverged { node: k, .. } => node(*k),
+                    Failure::NotConverged { node: k, .. } | Failure::InFull { node: k, .. } => node(*k),
                     Failure::Jammed { effect, node: k, .. } => Culprit { effect: Some(effect.clone()), ..node(*k) },
                     Failure::Linear(_)
                     | Failure::Complementarity
@@ -225,11 +228,11 @@ impl Status {
             Self::Converged => "",
             Self::LimitPoint { .. } => "raise max_steps to follow it further, or drive by volume or displacement",
             Self::NoEquilibrium { in_contact: true, by_force: true, .. } => {
-                "stay below, take a dynamic stage, or drive by length, volume or displacement"
+                concat!("stay below, take a dynamic stage, or ", by_motion!())
             }
             Self::NoEquilibrium { in_contact: true, .. } => "stay below, or take a dynamic stage",
             Self::NoEquilibrium { by_force: true, .. } => {
-                "stay below, go on with continuation = \"arc_length\", or drive by length, volume or displacement"
+                concat!("stay below, go on with continuation = \"arc_length\", or ", by_motion!())
             }
             Self::NoEquilibrium { .. } => {
                 "stay below, go on with continuation = \"arc_length\", or take a dynamic stage: the body snaps there although its \
@@ -264,8 +267,11 @@ impl Status {
             Self::StepTooSmall { why: Failure::Landing, .. } => {
                 "end the data before the impact, or take bdf2 or implicit_euler"
             }
-            Self::StepTooSmall { t: 0.0, by_force: true, .. } => concat!(in_full!(), too_large!()),
-            Self::StepTooSmall { t: 0.0, .. } => concat!(in_full!(), folds!()),
+            Self::StepTooSmall { why: Failure::InFull { .. }, .. } => concat!(
+                "loads that act in full from the start cannot be taken in smaller steps: let them grow, such as by acceleration = { kind = \"ramp\", \
+                 from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }; or ",
+                too_large!()
+            ),
             Self::StepTooSmall { by_force: true, .. } => too_large!(),
             Self::StepTooSmall { .. } => folds!(),
             Self::NotFinite { .. } => "check the units and exponents of what it depends on",

@@ -83,6 +83,16 @@ impl<T> ByQuantity<T> {
         if self.peak_is == CHANGE { "change of " } else { "" }
     }
 
+    /// `change of tip height`, or the label alone where the peak is no change.
+    pub fn peak_label(&self) -> String {
+        format!("{}{}", self.peak_prefix(), self.quantity.label)
+    }
+
+    /// `Δz` of a change, or the symbol alone.
+    pub fn peak_symbol(&self) -> String {
+        format!("{}{}", if self.peak_is == CHANGE { "Δ" } else { "" }, self.quantity.symbol)
+    }
+
     /// `maximum cable tension, length control`
     pub fn peak_title(&self) -> String {
         format!("{} {}", self.peak_is, self.title())
@@ -174,6 +184,7 @@ pub fn without_result(cases: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::numbers::space;
 
     #[test]
     fn many_cases_that_were_not_run_are_one_warning() {
@@ -186,5 +197,21 @@ mod tests {
         );
         cases.push(case("d", NOT_RUN));
         assert_eq!(warnings(&cases), ["Case f: Singular.", "4 cases have no result yet: a, b, c and 1 more."]);
+    }
+
+    #[test]
+    fn a_peak_that_is_a_change_is_called_one() {
+        let quantity = Quantity { label: "tip height".into(), symbol: "z".into(), ..Quantity::default() };
+        let of = |peak_is| ByQuantity {
+            variant: String::new(),
+            variant_label: String::new(),
+            quantity: quantity.clone(),
+            peak_is,
+            found: (),
+            sentence: String::new(),
+        };
+        assert_eq!([of(CHANGE).peak_label(), of(CHANGE).peak_symbol()], ["change of tip height", "Δz"]);
+        assert_eq!([of("maximum").peak_label(), of("maximum").peak_symbol()], ["tip height", "z"]);
+        assert_eq!(["m", "°", "1", ""].map(space), [" m", "°", "", ""]);
     }
 }

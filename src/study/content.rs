@@ -33,6 +33,8 @@ pub struct Content {
     pub claims: Vec<Claim>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
+    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
+    pub errors: String,
     /// How constants were found, for the methods of a paper, where the study searches for them
     pub search: Vec<Paragraph>,
     /// The mesh that would support a verdict where there is none
@@ -59,11 +61,18 @@ impl Content {
             figures: vec![],
             claims: vec![],
             files: vec![],
+            errors: String::new(),
             search: vec![],
             extension: None,
             without_result: None,
             outcomes: BTreeMap::new(),
         }
+    }
+
+    /// The same without what follows from a comparison of its cases: verdict, headline numbers and error bars.
+    #[must_use]
+    pub fn without_verdict(self, why: String) -> Self {
+        Self { verdict: why, supported: false, facts: vec![], claims: vec![], extension: None, ..self }
     }
 
     pub fn all_tables(&self) -> impl Iterator<Item = &Table> {

@@ -10,6 +10,7 @@ use crate::study::growth::{self, Growth};
 use crate::study::inverse::UseSpec;
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
+use crate::study::overridden::Differences;
 use crate::study::spec::{FamilySpec, MOST_CASES, VariantSpec, check_names, refuse};
 use crate::study::store::case_files::is_ambiguous;
 use crate::study::store::record::{FamilyRecord, Place, Quantity, Role, SCHEMA, StudyRecord, VariantMember};
@@ -196,12 +197,13 @@ impl Study {
         }
         check_number(file, &expansion)?;
         let (all, ids, scenes) = (vec![], HashSet::new(), HashMap::new());
-        let mut cases = CaseList { file, scene, expansion: &expansion, changes, all, ids, scenes };
+        let differences = Differences::default();
+        let mut cases = CaseList { file, scene, expansion: &expansion, changes, all, ids, scenes, differences };
         let mut families = expansion.families.iter().map(|f| cases.family(f)).collect::<Result<Vec<_>, _>>()?;
         let mut quantities: BTreeMap<String, Vec<Quantity>> =
             expansion.variants.iter().map(|v| (v.name.clone(), v.quantities.clone())).collect();
         if let Some(usage) = &expansion.usage {
-            let more = uses(file, usage, &known, changes.given)?;
+            let more = uses(file, usage, &known, changes.given, &mut cases.differences)?;
             let (ids, formulation) = (more.iter().map(|c| c.id.clone()).collect(), more[0].spec.formulation());
             let member = |c: &Case| VariantMember { variant: c.variant.clone(), member: c.member.clone() };
             let members = more.iter().map(member).collect();
@@ -209,7 +211,7 @@ impl Study {
             quantities.extend(more.iter().map(|c| (c.variant.clone(), vec![usage.quantity.clone()])));
             cases.all.extend(more);
         }
-        let cases = cases.all;
+        let CaseList { all: cases, differences, .. } = cases;
         if cases.is_empty() {
             let remedy = "a study needs a [[variant]] and a [[family]] with at least one member";
             return Err(refuse(file, ("study".into(), "it has no case".into(), remedy.into())));
@@ -232,6 +234,7 @@ impl Study {
             version: env!("CARGO_PKG_VERSION").into(),
             asks: Some(expansion.rules.asks()),
             inputs_sha256: BTreeMap::new(),
+            overridden: differences.overridden(),
         };
         let StoredExpansion { rules, columns, .. } = expansion;
         let (changes, source_sha256, places) = (changes.given.to_vec(), String::new(), record.places(|_| None));
@@ -332,6 +335,7 @@ struct CaseList<'a> {
     ids: HashSet<String>,
     /// Variant, where it counts, and scene → id of the case that runs it
     scenes: HashMap<(String, String), String>,
+    differences: Differences,
 }
 
 impl CaseList<'_> {
@@ -415,6 +419,9 @@ impl CaseList<'_> {
                 false => e,
             }
         })?;
+        if !self.changes.first {
+            self.differences.add(scene_file, own, given);
+        }
         let formulation = spec.formulation();
         let expansion = self.expansion;
         let of_variant = if expansion.plans.is_empty() { String::new() } else { variant.name.clone() };
@@ -461,7 +468,8 @@ fn uses(
     file: &Path,
     usage: &UseSpec,
     variants: &[String],
-    changes: &[(String, toml::Value)],
+    changes: &Pairs,
+    differences: &mut Differences,
 ) -> Result<Vec<Case>, SceneError> {
     let content = |fact: String, remedy: &str| SceneError::Content {
         file: file.into(),
@@ -479,8 +487,9 @@ fn uses(
                 return Err(content(format!("member {label} is not a table"), "write { \"mesh.cells\" = 4500 }"));
             };
             let own = [&usage.set, member].into_iter().flatten().map(|(k, v)| (k.clone(), v.clone()));
-            let all: Vec<_> = own.chain(changes.iter().cloned()).collect();
-            let (spec, text) = read_scene(&scene_file, &all)?;
+            let own: Vec<_> = own.collect();
+            let (spec, text) = read_scene(&scene_file, &[&own, changes].concat())?;
+            differences.add(&scene_file, &own, changes);
             if !spec.laws.contains_key(&usage.law) {
                 let known: Vec<&String> = spec.laws.keys().collect();
                 return Err(content(format!("its scene has no law \"{}\"", usage.law), &hint(&usage.law, &known)));

@@ -28,8 +28,6 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
     type Details: Serialize + DeserializeOwned;
     /// Findings of this kind alone; the rest of an analysis is the same for every kind
     type Findings;
-    /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
-    const ERRORS: &'static str = "";
     /// The study of this kind around a scene that has no study file, where there is one
     const AROUND: Option<Around> = None;
 
@@ -184,8 +182,6 @@ pub struct Kind {
     /// Reads the keys of this kind from the text of a study file.
     pub expand: fn(&Path, &str, Extent) -> Result<StoredExpansion, SceneError>,
     pub around: Option<Around>,
-    /// See [`StudyKind::ERRORS`]
-    pub errors: &'static str,
     /// See [`StudyKind::derive`]
     pub derive: Derive,
     /// See [`StudyKind::grow`]
@@ -200,7 +196,7 @@ impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
         let (schema, expand) = (K::json_schema, expand::<K>);
         let (derive, grow, judged, report) = (derive::<K>, grow::<K>, judged::<K>, report::<K>);
-        Self { name: K::NAME, schema, expand, around: K::AROUND, errors: K::ERRORS, derive, grow, judged, report }
+        Self { name: K::NAME, schema, expand, around: K::AROUND, derive, grow, judged, report }
     }
 }
 

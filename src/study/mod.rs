@@ -38,6 +38,7 @@ pub mod listing;
 pub mod locking;
 pub mod outcome;
 pub mod overlay;
+pub mod overridden;
 pub mod page;
 pub mod paper;
 pub mod plan;

@@ -46,6 +46,9 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let writing = Writing::begin();
     let mut content =
         (kind.report)(&results).map_err(|source| ReportError::Malformed { path: dir.join("study.json"), source })?;
+    if let Some(why) = results.study.without_verdict() {
+        content = content.without_verdict(why);
+    }
     content.warnings.extend(builds::warning(results.cases.iter().map(|c| &c.record)));
     let grown = results.cases.iter().map(|c| &c.record);
     let grown = grown.filter_map(|record| Some((record.id.as_str(), record.solver.energy_from_nothing.as_ref()?)));
@@ -80,7 +83,7 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
         pictures.save(&dir.join("figures"), figure)?;
     }
     let records: Vec<&CaseRecord> = results.cases.iter().map(|c| &c.record).collect();
-    let methods = OwnMethods { errors: kind.errors, search: &content.search };
+    let methods = OwnMethods { errors: &content.errors, search: &content.search };
     paper::write(&dir.join("paper"), &records, methods, parts(&results.study.study, &content, &figures))?;
     own.files = report_files::names(writing.files(), dir);
     let path = dir.join(report_files::FILE);

@@ -176,8 +176,18 @@ impl System {
 
     /// Whether a force, pressure or tension that is given differs between the two times.
     pub fn forces_change(&self, from: Clock, to: Clock) -> bool {
-        let given = |e: &dyn Effect| matches!(e.role(), EnergyRole::Load | EnergyRole::Follower);
-        self.effects.iter().any(|e| given(e.as_ref()) && e.intensity(from) != e.intensity(to))
+        self.forces().any(|e| e.intensity(from) != e.intensity(to))
+    }
+
+    /// Whether a force, pressure, tension or displacement that is given is not zero at a time.
+    pub fn acts_at(&self, now: Clock) -> bool {
+        self.forces().any(|e| e.intensity(now) != 0.0) || self.prescribed.iter().any(|p| p.signal.at(now) != 0.0)
+    }
+
+    /// The effects whose intensity is given: forces, pressures, tensions.
+    fn forces(&self) -> impl Iterator<Item = &dyn Effect> {
+        let given = |e: &&dyn Effect| matches!(e.role(), EnergyRole::Load | EnergyRole::Follower);
+        self.effects.iter().map(AsRef::as_ref).filter(given)
     }
 
     /// Whether the tangent of any effect has a skew part.

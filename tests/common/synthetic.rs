@@ -193,6 +193,7 @@ pub fn study() -> (StudyRecord, Vec<StoredCase>) {
         version: "0.1.0".into(),
         asks: None,
         inputs_sha256: BTreeMap::new(),
+        overridden: vec![],
     };
     (study, cases)
 }

@@ -9,6 +9,7 @@ use durometer::study::estimate::least_squares::least_squares;
 use durometer::study::estimate::richardson::{Convergence, Triple};
 use durometer::study::estimate::tolerance::Tolerance;
 use durometer::study::kinds::convergence::analysis::analyse;
+use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use durometer::study::locking;
@@ -477,6 +478,37 @@ fn differences_between_idle_time_steps_are_algebraic_error() {
     let bar = |a: &Analysis<ConvergenceFindings>| a.find("length", tension).expect("listed").errors[0].bar;
     let reference = a.find("length", tension).and_then(|q| q.reference.clone()).expect("a reference");
     assert!((bar(&a) - bar(&before) - 0.05 / reference.scale).abs() < 1e-9, "it is part of the bar");
+    // The same at the end of the runs, where the peaks agree
+    let mut at_end = cases.clone();
+    for c in at_end.iter_mut().filter(off) {
+        let probe = c.record.probes.get_mut(tension).expect("probe");
+        (probe.peak, probe.last) = (probe.peak - 0.05, probe.last + 0.05);
+    }
+    let a = analyse(&study, &at_end);
+    assert!((step(&a).error - 0.05).abs() < 1e-9, "{:?}", step(&a));
+    let zero = |c: &mut StoredCase| c.record.probes.values_mut().for_each(|p| (p.peak, p.last) = (1.0, 1.0));
+    at_end.iter_mut().for_each(zero);
+    let a = analyse(&study, &at_end);
+    let said = a.warnings.iter().find(|w| w.contains("nothing depends on the time steps")).expect("a warning");
+    assert!(said.contains("do not differ in any digit") && !said.contains("0.0e0"), "{said}");
+}
+
+/// The methods of a paper name the terms of the bars, and no term that no bar has.
+#[test]
+fn sources_of_bars_are_those_that_were_there() {
+    let (study, cases) = study();
+    let all = bars::errors(&analyse(&study, &cases));
+    for words in
+        ["the error of the time steps", "[@celik2008]", "[@eca2014]", "[@roache1994]", "added as absolute values"]
+    {
+        assert!(all.contains(words), "{words}: {all}");
+    }
+    assert!(!all.contains("uncertain constants"), "{all}");
+    let without_steps: Vec<StoredCase> = cases.iter().filter(|c| c.record.family != "time_step").cloned().collect();
+    let fewer = bars::errors(&analyse(&study, &without_steps));
+    assert!(!fewer.contains("time steps") && fewer.contains("added as absolute values"), "{fewer}");
+    let one: Vec<StoredCase> = cases.iter().take(1).cloned().collect();
+    assert!(bars::errors(&analyse(&study, &one)).starts_with("No error bar is computed"));
 }
 
 /// A step that covers most of a motion: no difference of such steps bounds its error. Forces may jump, and so may what is within the tolerance.

@@ -91,6 +91,7 @@ fn made(bars: [f64; 3], apart: f64, curved: bool) -> Made {
         version: String::new(),
         asks: None,
         inputs_sha256: BTreeMap::new(),
+        overridden: vec![],
     };
     let problem = ProblemRecord {
         name: "made".into(),

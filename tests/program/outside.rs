@@ -182,6 +182,7 @@ impl StudyKind for Count {
             files: vec![],
             outcomes: BTreeMap::new(),
             without_result: None,
+            errors: String::new(),
             search: vec![],
         }
     }

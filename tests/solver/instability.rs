@@ -96,6 +96,54 @@ fn remedies_fit_the_drive() {
     assert!(matches!(lost.status, Status::StepTooSmall { by_force: false, .. }), "{}", lost.status);
 }
 
+/// A weight that grows from zero is not told to grow, and one that acts in full from the start is.
+#[test]
+fn remedies_name_nothing_that_the_scene_does() {
+    let hanging = |acceleration: &str| {
+        run(&format!(
+            r#"
+[mesh]
+grid = {{ kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [6, 1, 2] }}
+[laws.rubber]
+law = "neo_hookean"
+E = "100 Pa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "gravity"
+region = "body"
+density = "1070 kg/m^3"
+direction = [0, 0, -1]
+acceleration = {acceleration}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+[[probe]]
+kind = "reaction"
+region = "xmin"
+[numerics]
+cuts = 0
+max_iterations = 2
+"#
+        ))
+        .status
+    };
+    let full = hanging("\"9.81 m/s^2\"");
+    let grown = hanging("{ kind = \"ramp\", from = \"0 m/s^2\", to = \"9.81 m/s^2\", end = \"1 s\" }");
+    for status in [&full, &grown] {
+        assert!(matches!(status, Status::StepTooSmall { t: 0.0, .. }), "{status}");
+    }
+    assert!(full.remedy().contains("let them grow") && !grown.remedy().contains("let them grow"), "{full}; {grown}");
+    assert!(grown.remedy().contains("drive by length, volume or displacement what a force"), "{grown}");
+}
+
 /// Rivlin's cube: equal dead tractions T on three faces, rollers on the others. The extrapolation is so good that steps need no
 /// iteration; they are counted all the same. Along (1, −1, 0) the energy of the cube of stretch λ is 2μ s²/λ² − U′(J) λ s², so it is
 /// unstable from U′ = 2μ/λ³ on, which is T = U′ λ² = 2μ/λ.

@@ -13,6 +13,7 @@ mod identity;
 mod locks;
 mod materials;
 mod outage;
+mod overridden;
 mod parts;
 mod places;
 mod plan;

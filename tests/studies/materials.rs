@@ -8,7 +8,8 @@ use durometer::report::{canvas, measure};
 use durometer::study::analysis::Analysis;
 use durometer::study::curve::Curve;
 use durometer::study::expand::Study;
-use durometer::study::kinds::comparison::analysis::{self, ComparedMember, ComparisonFindings, ComparisonRecord};
+use durometer::study::kinds::comparison::findings::{ComparedMember, ComparisonFindings, ComparisonRecord};
+use durometer::study::kinds::comparison::{analysis, finer};
 use durometer::study::report;
 use durometer::study::store::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use std::collections::BTreeMap;
@@ -124,6 +125,40 @@ fn differences_and_loops_have_their_closed_forms() {
         assert!(a.verdict.contains(words), "{words}: {}", a.verdict);
     }
     assert!(a.quantities[0].sentence.contains("at most 2 %"), "{}", a.quantities[0].sentence);
+}
+
+/// Sentences on a finer mesh are of the members that were run on one, and of no member where none was.
+#[test]
+fn the_error_of_the_mesh_is_claimed_where_it_is_known() {
+    let (study, stored) = study();
+    let a = analyse(&study, &stored);
+    let sentence = &a.quantities[0].sentence;
+    assert!(sentence.contains("changes the difference of Stiff by at most 2 %; the other 2 members"), "{sentence}");
+    let unknown = |a: &Analysis<ComparisonFindings>| {
+        a.warnings.iter().find(|w| w.contains("The error of the mesh")).cloned().unwrap_or_default()
+    };
+    assert!(unknown(&a).contains("in the differences of Near and Lossy is unknown"), "{:?}", a.warnings);
+    assert!(finer::errors(&study, &a).ends_with("This change is known of Stiff, and unknown of Near and Lossy."));
+    let of = |keep: &dyn Fn(&StoredCase) -> bool| stored.iter().filter(|c| keep(c)).cloned().collect::<Vec<_>>();
+    let known = analyse(&study, &of(&|c| ["base", "stiff"].contains(&c.record.member.as_str())));
+    assert!(known.quantities[0].sentence.contains("changes these differences by at most 2 %."));
+    assert!(unknown(&known).is_empty() && finer::errors(&study, &known).ends_with("both do not share."));
+    let coarse = of(&|c| c.record.family == "laws");
+    let none = analyse(&study, &coarse);
+    assert!(unknown(&none).contains("between members is unknown"), "{:?}", none.warnings);
+    assert!(!none.quantities[0].sentence.contains("finer mesh"), "{}", none.quantities[0].sentence);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, coarse));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let (methods, figure) = (read("paper/methods.md"), read("figures/comparison-length.tex"));
+    assert!(
+        methods.contains("No error bar is computed") && !methods.contains("counts where it is larger"),
+        "{methods}"
+    );
+    for words in [figure, read("tables/comparison.tex")] {
+        assert!(!words.contains("finer mesh changes"), "{words}");
+    }
 }
 
 /// A cable that is slack at the end does not come back to where its cycle began. Half a percent of the range off, the loop

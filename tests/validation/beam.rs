@@ -219,6 +219,7 @@ pub fn results(plan: &ValidationPlan) -> Results {
         version: String::new(),
         asks: None,
         inputs_sha256: BTreeMap::new(),
+        overridden: vec![],
     };
     let (skins, motions, found) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     Results { study, cases, skins, motions, found, sensitivities, derived: None, damaged: vec![], outdated: vec![] }

@@ -188,7 +188,10 @@ fn unknown_names_are_refused_with_the_nearest_one() {
     assert_eq!(body.parse("width", "7.5 mm"), Ok(7.5e-3));
     assert_eq!(body.parse("phalanges", "3"), Ok(3.0));
     let error = body.parse("width", "7.5").expect_err("no unit").to_string();
-    assert_eq!(error, "rod: parameter width: 7.5 has no unit; write for example \"7.5 mm\"");
+    assert_eq!(
+        error,
+        "rod: parameter width: 7.5 has no unit; write the unit that is meant, \"7.5 m\" in SI or for example \"7.5 mm\""
+    );
 }
 
 #[test]

@@ -31,6 +31,12 @@ use crate::study::locking;
 use crate::study::store::record::{CaseRecord, Role};
 use serde::Serialize;
 
+/// Methods of a limit, as [`Estimate::method`] names them; least squares are followed by their model.
+const INDEPENDENT: &str = "independent of the mesh";
+const SPREAD: &str = "spread (3·ΔM)";
+const RICHARDSON: &str = "Richardson and GCI";
+const LEAST_SQUARES: &str = "least squares";
+
 /// One mesh of a family.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Level {
@@ -123,6 +129,22 @@ impl Estimate {
     pub fn object(&mut self, reason: &str) {
         self.reasons.push(reason.into());
         (self.refused, self.defensible) = (true, false);
+    }
+
+    /// Whether the limit lies beyond the values, by an order of convergence.
+    pub fn is_extrapolated(&self) -> bool {
+        ![SPREAD, INDEPENDENT].contains(&self.method.as_str())
+    }
+
+    /// How the limit is found, with its source as `[@key]`.
+    pub fn cited_method(&self) -> &'static str {
+        match self.method.as_str() {
+            SPREAD => "the value of the finest mesh",
+            INDEPENDENT => "the value that all meshes share",
+            RICHARDSON => "Richardson extrapolation over three meshes [@celik2008]",
+            method if method.starts_with(LEAST_SQUARES) => "least squares over four and more meshes [@eca2014]",
+            _ => "Richardson extrapolation over two meshes with an assumed order [@roache1994]",
+        }
     }
 
     /// Whether the limit is zero within its uncertainty, and small compared with the values: a share of it means nothing.
@@ -396,18 +418,18 @@ struct Differences {
 fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>) {
     let (q, f1, r21) = (e.formal_order, e.values[0], e.ratios[0]);
     if e.class == Convergence::Exact {
-        e.method = "independent of the mesh".into();
+        e.method = INDEPENDENT.into();
         e.uncertainty = d.spread;
         e.uncertainty_finest = d.spread;
     } else if d.noisy {
         let s = d.scatter.unwrap_or(0.0);
         reasons.push(format!("mesh noise {s:.3e} exceeds the difference {:.3e} of neighbouring meshes", d.least));
-        e.method = "spread (3·ΔM)".into();
+        e.method = SPREAD.into();
         e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread.max(s);
         e.uncertainty = e.uncertainty_finest;
     } else if let Some(fit) = e.fit.as_ref().filter(|fit| fit.has_sane_order()) {
         let (h1, u1) = (e.h_m[0], fit.uncertainty[0]);
-        e.method = format!("least squares {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
+        e.method = format!("{LEAST_SQUARES} {}{}", fit.model, if fit.weighted { ", weighted" } else { "" });
         e.extrapolated = fit.f0;
         e.uncertainty_finest = u1;
         let beyond = if fit.good && e.asymptotic != Some(false) {
@@ -427,11 +449,11 @@ fn set_uncertainty(e: &mut Estimate, d: &Differences, reasons: &mut Vec<String>)
         e.uncertainty = noise
             + if e.fs < CAUTIOUS_FACTOR { delta.max(other(q)).max(other(q.min(2.0))) } else { e.uncertainty_finest };
         e.method = match e.convergence_ratio {
-            Some(_) => "Richardson and GCI".into(),
+            Some(_) => RICHARDSON.into(),
             None => format!("two meshes, p = {p:.0} assumed, GCI with Fs = 3"),
         };
     } else {
-        e.method = "spread (3·ΔM)".into();
+        e.method = SPREAD.into();
         e.uncertainty_finest = cautious(&e.h_m, e.class) * d.spread;
         e.uncertainty = e.uncertainty_finest;
     }

@@ -70,27 +70,36 @@ pub fn sides(area: &Area, (first, second): (&AxisRecord, &AxisRecord), frame: [i
 /// How the numbers of a map are written.
 pub struct MapNumbers {
     power: i32,
-    decimals: usize,
+    /// None where a square has no room for a number
+    decimals: Option<usize>,
     /// In the brackets of the title
     pub unit: String,
 }
 
 impl MapNumbers {
-    /// One unit and power of ten for all values, with three digits of the largest one.
-    pub fn of(values: impl Iterator<Item = f64>, unit: &str) -> Self {
-        let largest = values.filter(|v| v.is_finite()).fold(0.0, |m: f64, v| m.max(v.abs()));
-        let (power, unit) = unit::with_power(unit, largest, largest);
-        let size = largest * 10f64.powi(power);
-        let decimals = if size > 0.0 { (2 - size.log10().floor() as i32).clamp(0, 5) as usize } else { 0 };
+    /// One unit and power of ten for all values, with as many digits of the largest one as have room in every square, three at most: of less than two a power of ten in the unit
+    /// makes more.
+    pub fn of(values: impl Iterator<Item = f64>, unit: &str, (wide, tall): (i32, i32)) -> Self {
+        let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
+        let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let usual = unit::with_power(unit, largest, largest);
+        let size = largest * 10f64.powi(usual.0);
+        let before = if size > 0.0 { size.log10().floor() as i32 + 1 } else { 1 };
+        let in_unit = |digits: i32| (usual.clone(), (digits - before).max(0) as usize);
+        let whole = |digits: i32| (unit::with_digits(unit, largest, digits), 0);
+        let fits = |((power, _), decimals): &((i32, String), usize)| {
+            let is_within = |v: &f64| width(&fixed(v * 10f64.powi(*power), *decimals), SMALL) + MARGIN / 2 <= wide;
+            tall >= LINE && values.iter().all(is_within)
+        };
+        let forms = [in_unit(3), in_unit(2), whole(3), whole(2), in_unit(1), whole(1)];
+        let found = forms.into_iter().find(fits);
+        let ((power, unit), decimals) = found.map_or((usual, None), |(form, decimals)| (form, Some(decimals)));
         Self { power, decimals, unit }
     }
 
-    /// The number with as many digits as have room in a square; `None` where not even a whole number has.
-    pub fn written(&self, values: &[f64], (wide, tall): (i32, i32)) -> Option<Vec<String>> {
-        let scaled =
-            |decimals: usize| values.iter().map(|v| fixed(v * 10f64.powi(self.power), decimals)).collect::<Vec<_>>();
-        let fits = |all: &Vec<String>| all.iter().all(|n| width(n, SMALL) + MARGIN / 2 <= wide);
-        (0..=self.decimals).rev().map(scaled).find(fits).filter(|_| tall >= LINE)
+    /// The number of a square; `None` where squares have no room for one.
+    pub fn written(&self, value: f64) -> Option<String> {
+        Some(fixed(value * 10f64.powi(self.power), self.decimals?))
     }
 
     /// ` [kPa]`, or nothing without a unit.
@@ -112,10 +121,22 @@ mod tests {
     #[test]
     fn numbers_of_a_map_have_one_power_and_fit() {
         let values = [1.9e-5, 2e-6, 1e-12, 0.0];
-        let numbers = MapNumbers::of(values.into_iter(), "J");
-        assert_eq!(numbers.brackets(), " [µJ]");
-        assert_eq!(numbers.written(&values, (400, 100)).expect("room"), ["19.0", "2.0", "< 0.1", "0.0"]);
-        assert_eq!(numbers.written(&values, (130, 100)).expect("room"), ["19", "2", "< 1", "0"]);
-        assert!(numbers.written(&values, (20, 100)).is_none() && numbers.written(&values, (400, 20)).is_none());
+        let map = |values: &[f64], unit: &str, room: (i32, i32)| {
+            let numbers = MapNumbers::of(values.iter().copied(), unit, room);
+            let all: Option<Vec<String>> = values.iter().map(|v| numbers.written(*v)).collect();
+            (numbers.brackets(), all.unwrap_or_default())
+        };
+        let words = |all: &[&str]| all.iter().map(ToString::to_string).collect::<Vec<_>>();
+        assert_eq!(map(&values, "J", (400, 100)), (" [µJ]".into(), words(&["19.0", "2.0", "< 0.1", "0.0"])));
+        assert_eq!(map(&values, "J", (130, 100)), (" [µJ]".into(), words(&["19", "2", "< 1", "0"])));
+        for room in [(20, 100), (400, 20)] {
+            assert_eq!(map(&values, "J", room), (" [µJ]".into(), vec![]));
+        }
+        // Whole numbers of which none is lost
+        let small = [0.102, 0.0461, 0.0046];
+        let ten = |exponent| format!(" [{}]", crate::report::numbers::raised(exponent));
+        assert_eq!(map(&small, "1", (400, 100)), (" [–]".into(), words(&["0.102", "0.046", "0.005"])));
+        let room = (width("102", SMALL) + MARGIN / 2, 100);
+        assert_eq!(map(&small, "1", room), (ten(-3), words(&["102", "46", "5"])));
     }
 }

@@ -6,10 +6,13 @@ use crate::report::paper::law::{describe, groups, named, plain};
 use crate::report::paper::{Paragraph, software};
 use crate::scene::{GeneratorSpec, MeshSpec, SceneSpec, from_text};
 use crate::study::store::builds::builds;
-use crate::study::store::record::{CaseRecord, LawRecord};
+use crate::study::store::record::{CaseRecord, EffectRecord, LawRecord};
 use crate::wording;
 use std::collections::BTreeSet;
 use std::path::Path;
+
+/// Headings of the parts of a scene that act on its bodies, in the order of [`acting`].
+const ACTING: [&str; 4] = ["Effects", "Constraints", "Contacts", "Rigid bodies"];
 
 /// Laws that are described one by one; the table of cases has all of them.
 const MOST_LAWS: usize = 16;
@@ -44,7 +47,12 @@ pub fn paragraphs(records: &[&CaseRecord], own: OwnMethods) -> Vec<Paragraph> {
 
 /// The scenes of records, where this version reads them.
 pub fn scenes(records: &[&CaseRecord]) -> Vec<SceneSpec> {
-    records.iter().filter_map(|r| from_text(Path::new(&r.id), &r.provenance.scene, "").ok()).collect()
+    records.iter().filter_map(|r| scene(r)).collect()
+}
+
+/// The scene of a record, if this version reads it.
+fn scene(record: &CaseRecord) -> Option<SceneSpec> {
+    from_text(Path::new(&record.id), &record.provenance.scene, "").ok()
 }
 
 /// Distinct values in the order of their first appearance.
@@ -144,11 +152,46 @@ fn as_table(law: &LawRecord) -> toml::Table {
     std::iter::once(("law".to_string(), law.name.clone().into())).chain(constants).collect()
 }
 
+/// All that acts on the bodies: effects, constraints, contacts and rigid bodies, each with its cases where not all have it.
 fn physics(records: &[&CaseRecord]) -> Paragraph {
-    let names: BTreeSet<String> = records.iter().flat_map(|r| &r.effects).map(|e| e.name.replace('_', " ")).collect();
-    let names: Vec<String> = names.into_iter().collect();
-    Paragraph::new("Effects and constraints")
-        .text(format!("These were assembled: {}. Nothing else acts on the body.", wording::all(&names)))
+    let of_cases: Vec<(&str, [Vec<String>; 4])> = records.iter().map(|r| (r.id.as_str(), acting(r))).collect();
+    let list = |k: usize| -> Vec<String> {
+        let all = distinct(of_cases.iter().flat_map(|(_, parts)| &parts[k]));
+        all.into_iter()
+            .map(|part| format!("{part}{}", not_in_all(&of_cases, |parts| parts[k].contains(part))))
+            .collect()
+    };
+    let lists = ACTING.iter().enumerate().map(|(k, heading)| (heading, list(k))).filter(|(_, parts)| !parts.is_empty());
+    let sentences: Vec<String> =
+        lists.map(|(heading, parts)| format!("{heading}: {}.", wording::all(&parts))).collect();
+    Paragraph::new("Effects and constraints").text(sentences.join(" "))
+}
+
+/// The parts of the scene of a case that act on its bodies, as files name them. Where the scene is not read, they are those that the record has.
+fn acting(record: &CaseRecord) -> [Vec<String>; 4] {
+    let words = |name: &str| name.replace('_', " ");
+    let Some(scene) = scene(record) else {
+        let (effects, constraints): (Vec<_>, Vec<_>) = record.effects.iter().partition(|e| e.role.is_some());
+        let names = |parts: Vec<&EffectRecord>| parts.iter().map(|e| words(&e.name)).collect();
+        return [names(effects), names(constraints), vec![], vec![]];
+    };
+    [
+        scene.effects.iter().map(|e| words(e.kind())).collect(),
+        scene.constraints.iter().map(|c| words(c.kind())).collect(),
+        scene.contacts.iter().map(|c| format!("{} by {}", words(&c.region), c.response.name())).collect(),
+        scene.rigids.iter().map(|r| words(&r.name)).collect(),
+    ]
+}
+
+/// The cases that have something, in brackets, or those that have not where these are fewer; nothing where all have it.
+fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
+    let (with, without): (Vec<_>, Vec<_>) = cases.iter().partition(|(_, parts)| has(parts));
+    let ids = |cases: &[&(&str, T)]| wording::few(&cases.iter().map(|(id, _)| *id).collect::<Vec<_>>());
+    match without.len() {
+        0 => String::new(),
+        n if n < with.len() => format!(" (in all cases but {})", ids(&without)),
+        _ => format!(" (in {})", ids(&with)),
+    }
 }
 
 fn time(records: &[&CaseRecord]) -> Paragraph {
@@ -218,4 +261,69 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
 fn versions(records: &[&CaseRecord]) -> Paragraph {
     let all: Vec<String> = builds(records.iter().copied()).iter().map(|(build, _)| build.words()).collect();
     software(&all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::record::Provenance;
+
+    const BEAM: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [6, 1, 2] }
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = "1 mm"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+"#;
+    const BALL: &str = r#"
+[[contact]]
+region = "ball"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-20 mm"], normal = [0, 0, 1] }
+response = "barrier"
+friction = 0.0
+[[rigid]]
+name = "ball"
+shape = { kind = "sphere", centre = ["0 mm", "0 mm", "0 mm"], radius = "5 mm" }
+density = "1 g/cm^3"
+"#;
+
+    fn words(scenes: &[(&str, &str)]) -> String {
+        let record = |(id, scene): &(&str, &str)| CaseRecord {
+            id: id.to_string(),
+            effects: vec![EffectRecord { name: "elastic".into(), role: Some("strain".into()), wall_s: 0.0 }],
+            provenance: Provenance { scene: scene.to_string(), ..Provenance::default() },
+            ..CaseRecord::default()
+        };
+        let records: Vec<CaseRecord> = scenes.iter().map(record).collect();
+        let said = physics(&records.iter().collect::<Vec<_>>()).markdown();
+        said.trim().trim_start_matches("**Effects and constraints.** ").to_string()
+    }
+
+    #[test]
+    fn all_that_acts_on_a_body_is_listed() {
+        assert_eq!(words(&[("a", BEAM)]), "Effects: elastic. Constraints: fixed and prescribed.");
+        let more = format!("{BEAM}{BALL}");
+        let said = words(&[("a", BEAM), ("b", &more)]);
+        assert!(said.ends_with("Contacts: ball by barrier (in b). Rigid bodies: ball (in b)."), "{said}");
+        let said = words(&[("a", BEAM), ("b", &more), ("c", &more)]);
+        assert!(said.ends_with("Rigid bodies: ball (in all cases but a)."), "{said}");
+        assert_eq!(words(&[("a", "no scene")]), "Effects: elastic.");
+    }
 }

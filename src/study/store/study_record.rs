@@ -6,6 +6,7 @@ use crate::study::store::asked::Asks;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::series::{Place, StoredCase};
 use crate::study::store::status::NOT_RUN;
+use crate::wording::all;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -49,6 +50,9 @@ pub struct StudyRecord {
     /// Case → what its result is computed from, as its identity has it without the mesh; absent of cases that wait for constants
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub inputs_sha256: BTreeMap<String, String>,
+    /// Keys by which cases differ, and which changes of every case override
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub overridden: Vec<String>,
 }
 
 impl StudyRecord {
@@ -56,6 +60,16 @@ impl StudyRecord {
     pub fn is_of_others(&self, record: &CaseRecord) -> bool {
         let found = &record.provenance.identity.inputs_sha256;
         !found.is_empty() && !record.broke() && self.inputs_sha256.get(&record.id).is_some_and(|own| own != found)
+    }
+
+    /// Why it has no verdict, where changes of every case override differences between them.
+    pub fn without_verdict(&self) -> Option<String> {
+        let keys: Vec<String> = self.overridden.iter().map(|key| format!("`{key}`")).collect();
+        let keys = (!keys.is_empty()).then(|| all(&keys))?;
+        Some(format!(
+            "No verdict: cases of this study differ by {keys}, and a change of every case, by `--set`, overrides this difference. Leave the change out, or make it \
+             in a copy of the study."
+        ))
     }
 
     /// Columns of the quantities of all variants.

@@ -66,8 +66,6 @@ const ROLES: [Role; 2] = [Role::Sizes, Role::Nuisance];
 
 impl StudyKind for CalibrationStudy {
     const NAME: &'static str = "calibration";
-    const ERRORS: &'static str = "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
-        solution and, where wider, by the profile of the likelihood [@bates1988].";
     type Details = ();
     type Findings = CalibrationFindings;
 
@@ -104,6 +102,9 @@ impl StudyKind for CalibrationStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<CalibrationFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
+        solution and, where wider, by the profile of the likelihood [@bates1988]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -17,91 +17,13 @@ use crate::report::numbers::{capital, digits, percent, space, span};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
-use crate::study::kinds::comparison::samples;
-use crate::study::kinds::comparison::sequence::{self, Sequence, sequences};
+use crate::study::kinds::comparison::findings::{
+    ComparedMember, ComparisonFindings, ComparisonRecord, Incomparable, MemberCost, MemberDifferences,
+};
+use crate::study::kinds::comparison::sequence::{self, sequences};
+use crate::study::kinds::comparison::{finer, samples};
 use crate::study::store::record::{Member, Quantity, Role, StoredCase, StudyRecord};
 use crate::wording::few;
-use serde::{Deserialize, Serialize};
-
-/// The member that the others are compared with, as it is stored with the study.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, PartialEq)]
-pub struct ComparisonRecord {
-    /// Empty where all families add up: each member is compared with the one before it
-    #[serde(default)]
-    pub reference: String,
-}
-
-/// Findings of a comparison.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ComparisonFindings {
-    /// The member that the others are compared with
-    pub reference: String,
-    /// \[variants × quantities\] those that the protocol imposes apart
-    pub quantities: Vec<ByQuantity<MemberDifferences>>,
-    /// Members that a curve is missing of, those of imposed quantities apart
-    pub incomparable: Vec<Incomparable>,
-    pub costs: Vec<MemberCost>,
-    /// Effects added one by one, per variant
-    pub sequences: Vec<Sequence>,
-}
-
-/// The members in one quantity.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct MemberDifferences {
-    /// Peak of the reference
-    pub peak: f64,
-    /// In the order of the study, the reference among them
-    pub members: Vec<ComparedMember>,
-}
-
-/// One member against the reference.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct ComparedMember {
-    pub member: String,
-    pub case: String,
-    pub peak: f64,
-    /// (f̂ − ĝ)/|ĝ| \[–\]
-    pub peak_difference: f64,
-    /// Change of the difference on the finer mesh \[–\]
-    pub mesh_drift: Option<f64>,
-    /// ‖f − g‖₂ over that of the changes of g from its start \[–\]
-    pub distance: f64,
-    /// ‖f − g‖∞/|ĝ| \[–\]
-    pub largest: f64,
-    /// Behind the reference \[s\]; none beyond first order
-    pub lag_s: Option<f64>,
-    /// ∮ f dx over the last cycle, unit of f times unit of x
-    pub loop_area: Option<f64>,
-    /// Of the box around the cycle \[–\]
-    pub loop_share: Option<f64>,
-}
-
-/// A member that cannot be compared with the reference in one quantity of one variant.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct Incomparable {
-    pub variant: String,
-    pub quantity: String,
-    /// Quantity and variant in words
-    #[serde(skip)]
-    pub place: String,
-    pub member: String,
-    pub why: String,
-}
-
-/// Cost of a member, mean over the variants.
-#[derive(Serialize, Clone, Debug, PartialEq)]
-pub struct MemberCost {
-    pub member: String,
-    pub formulation: String,
-    pub cells: usize,
-    pub dofs: usize,
-    pub cpu_s: f64,
-    /// Over the CPU time of the reference, where that has a result \[–\]
-    pub ratio: Option<f64>,
-    pub steps: usize,
-    /// With those of refused steps
-    pub newton_iterations: usize,
-}
 
 /// Analyses what is there; cases that are missing or did not converge are named.
 pub fn analyse(
@@ -131,7 +53,9 @@ pub fn analyse(
         true => verdict(study, &found, incomplete.len()),
         false => sequence::verdict(&found.sequences, incomplete.len()),
     };
-    Analysis { tolerance: study.tolerance, found, warnings: warnings(stored, &incomplete), incomplete, verdict }
+    let mut warnings = warnings(stored, &incomplete);
+    warnings.extend(finer::warning(study, &found));
+    Analysis { tolerance: study.tolerance, found, warnings, incomplete, verdict }
 }
 
 /// The case of a member.
@@ -157,7 +81,8 @@ fn compare(
         match base.as_ref().map_err(Clone::clone).and_then(|base| base.compare(case, quantity)) {
             Ok(mut found) => {
                 found.member = member.into();
-                found.mesh_drift = on_finer(member).map(|d| (d - found.peak_difference).abs());
+                let drift = on_finer(member).map(|d| (d - found.peak_difference).abs());
+                found.mesh_drift = drift.filter(|drift| drift.is_finite());
                 members.push(found);
             }
             Err(_) if member == reference => {}
@@ -302,10 +227,7 @@ fn sentence(
         let names: Vec<String> = missing.iter().map(|i| format!("{} ({})", study.member(&i.member), i.why)).collect();
         words += &format!("; not comparable: {}", names.join(", "));
     }
-    let drift = others.iter().filter_map(|c| c.mesh_drift).fold(f64::NAN, f64::max);
-    if drift.is_finite() {
-        words += &format!(". A finer mesh changes these differences by at most {}", percent(drift));
-    }
+    words.extend(finer::sentence(study, q, reference).map(|sentence| format!(". {sentence}")));
     let lossy: Vec<String> = (q.members.iter())
         .filter_map(|c| {
             c.loop_share.filter(|s| *s > 0.01).map(|s| format!("{} {}", study.member(&c.member), percent(s)))

@@ -2,6 +2,8 @@
 
 pub mod analysis;
 pub mod figures;
+pub mod findings;
+pub mod finer;
 pub mod report;
 pub mod samples;
 pub mod sequence;
@@ -13,7 +15,8 @@ use crate::study::kind::{Expansion, StudyKind};
 use crate::study::spec::{FamilySpec, Mistake, VariantSpec, check_quantities, check_roles, refuse};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
-use analysis::{ComparisonFindings, ComparisonRecord, analyse};
+use analysis::analyse;
+use findings::{ComparisonFindings, ComparisonRecord};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
@@ -74,8 +77,6 @@ impl ComparisonStudy {
 
 impl StudyKind for ComparisonStudy {
     const NAME: &'static str = "comparison";
-    const ERRORS: &'static str = "A difference between members counts where it is larger than its change from one mesh to the next finer one, which \
-        measures the discretisation error that both do not share.";
     type Details = ComparisonRecord;
     type Findings = ComparisonFindings;
 
@@ -90,6 +91,7 @@ impl StudyKind for ComparisonStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<ComparisonFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = finer::errors(&results.study, analysis);
+        Content { errors, ..report::content(results, analysis) }
     }
 }

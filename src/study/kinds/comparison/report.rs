@@ -8,8 +8,10 @@ use crate::report::unit::labelled;
 use crate::scene::column;
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
-use crate::study::kinds::comparison::analysis::{ComparisonFindings, MemberDifferences, signed};
+use crate::study::kinds::comparison::analysis::signed;
 use crate::study::kinds::comparison::figures::{curves, sequence};
+use crate::study::kinds::comparison::findings::{ComparisonFindings, MemberDifferences};
+use crate::study::kinds::comparison::finer;
 use crate::study::kinds::comparison::sequence::{Sequence, milliseconds};
 use crate::study::store::record::StudyRecord;
 use crate::study::store::results::Results;
@@ -109,7 +111,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
         for c in &q.members {
             let optional = |v: Option<f64>| v.map_or("–".into(), percent_cell);
             rows.push(vec![
-                format!("{}, {}", q.quantity.label, q.variant),
+                format!("{}, {}", q.peak_label(), q.variant),
                 store.study.member(&c.member),
                 format!("{:.*}{}", digits(1e-2 * q.peak), c.peak, space(&q.quantity.unit)),
                 percent_cell(c.peak_difference),
@@ -121,10 +123,12 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
             ]);
         }
     }
+    let is_judged = a.quantities.iter().any(|q| finer::is_judged(q, &a.reference));
+    let mesh = if is_judged { "what a finer mesh changes in the difference, " } else { "" };
     Table {
         name: "comparison",
         caption: format!(
-            "Every member against {}: peak and its difference, what a finer mesh changes in the difference, distance of the curves (‖f − g‖₂/‖g‖₂ and ‖f − g‖∞ over the peak), lag, hysteresis as the share of the box around a cycle. Tolerance {}.",
+            "Every member against {}: peak and its difference, {mesh}distance of the curves (‖f − g‖₂ over ‖g − g₀‖₂, the changes of g from its start g₀, and ‖f − g‖∞ over the peak), lag, hysteresis as the share of the box around a cycle. Tolerance {}.",
             store.study.member(&a.reference),
             percent(a.tolerance)
         ),

@@ -63,7 +63,7 @@ pub struct StepError {
     pub dt_s: Vec<f64>,
     pub values: Vec<f64>,
     /// Of the time step |f(Δt) − f(Δt_min)| + s Δt_min, s the change per time step towards shorter steps, first order assumed; algebraic max − min
-    /// \[unit of f\]
+    /// of the values, or of those at the end where it is larger \[unit of f\]
     pub error: f64,
     /// error ≤ U(f*)/10, or rounding
     pub negligible: bool,
@@ -168,6 +168,12 @@ fn first_order(runs: &[Timed], at: usize) -> Option<f64> {
     Some(if dt < other { change * dt } else { difference + change * other })
 }
 
+/// max − min; 0 of no values.
+fn range(values: &[f64]) -> f64 {
+    let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    (high - low).max(0.0)
+}
+
 /// Compares the study's step with the other ones of a family of time steps, on the same mesh.
 fn step_error_of(
     cases: &Cases,
@@ -194,8 +200,8 @@ fn step_error_of(
     let (cause, error) = if records.iter().any(|r| r.depends_on_steps()) {
         (StepCause::TimeStep, by_order)
     } else {
-        let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        (StepCause::Algebraic, high - low)
+        let last = records.iter().filter_map(|r| Some(r.probes.get(quantity)?.last)).collect::<Vec<_>>();
+        (StepCause::Algebraic, range(&values).max(range(&last)))
     };
     let negligible = reference.is_some_and(|r| error <= 0.1 * r.uncertainty) || error <= ROUNDING * runs[at].1.abs();
     Some(StepError { family: family.name.clone(), cause, dt_s, values, error, negligible })

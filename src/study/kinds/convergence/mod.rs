@@ -5,6 +5,7 @@
 //! with the mesh that would help (`next_mesh`).
 
 pub mod analysis;
+pub mod bars;
 pub mod cases;
 pub mod errors;
 pub mod figures;
@@ -52,11 +53,6 @@ const COMPARED: [Role; 4] = [Role::Nested, Role::Remeshed, Role::Seeds, Role::Ti
 
 impl StudyKind for ConvergenceStudy {
     const NAME: &'static str = "convergence";
-    const ERRORS: &'static str = "The error of a value is its distance from the limit f* for h → 0, by Richardson extrapolation over three meshes \
-        [@celik2008] or least squares over four and more [@eca2014], of the formulations whose sequences support one. An error \
-        bar is the error, the uncertainty of the limit (grid convergence index with the safety factors of Roache [@roache1994], \
-        and the distance between the limits of formulations), and the error of the time steps, added as absolute values. Shares \
-        of uncertain constants are added as root of the sum of squares [@asme2009].";
     type Details = ();
     type Findings = ConvergenceFindings;
 
@@ -74,6 +70,7 @@ impl StudyKind for ConvergenceStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<ConvergenceFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = bars::errors(analysis);
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -109,12 +109,16 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
         quantities.iter().filter_map(|q| Some((q, q.step.as_ref()?))).filter(|(_, s)| s.cause == StepCause::Algebraic);
     let relative = |s: &StepError| s.error / s.values.iter().fold(f64::MIN_POSITIVE, |m, v| m.max(v.abs()));
     let (q, most) = largest.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1)))?;
+    let differences = match relative(most) {
+        0.0 => "Its cases do not differ in any digit.".into(),
+        most => format!(
+            "The differences between its cases are algebraic error of the solver, at most {most:.1e} of the value ({}).",
+            q.peak_title()
+        ),
+    };
     Some(format!(
-        "Family {}: the states are static and independent of the path of loading, so nothing depends on the time steps. The differences between \
-         its cases are algebraic error of the solver, at most {:.1e} of the value ({}).",
-        idle.family,
-        relative(most),
-        q.peak_title()
+        "Family {}: the states are static and independent of the path of loading, so nothing depends on the time steps. {differences}",
+        idle.family
     ))
 }
 

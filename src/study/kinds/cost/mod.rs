@@ -58,8 +58,6 @@ impl CostStudy {
 
 impl StudyKind for CostStudy {
     const NAME: &'static str = "cost";
-    const ERRORS: &'static str = "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
-        and the uncertainty of the reference [@roache1994].";
     type Details = ();
     type Findings = CostFindings;
 
@@ -79,6 +77,9 @@ impl StudyKind for CostStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<CostFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "The error of a setting is its distance from a reference on a finer mesh with smaller steps. An error bar is the error \
+        and the uncertainty of the reference [@roache1994]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -74,6 +74,25 @@ fn times(x: f64) -> String {
     if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
 }
 
+/// Factor between the ends of an interval beyond which its upper end says nothing.
+const WIDE: f64 = 1e3;
+
+/// The cost of one family relative to that of a cheaper one, with the 95 % interval of an extrapolation, where it is one and has one.
+fn relative_cost([expensive, cheap]: [&str; 2], ratio: f64, extrapolated: Option<Option<[f64; 2]>>) -> String {
+    let would = |more: String| format!(", {expensive} would cost {} times as much as {cheap}{more}", times(ratio));
+    match extrapolated {
+        None => would(String::new()),
+        Some(None) => would(" by extrapolation".into()),
+        Some(Some([low, _])) if low < 1.0 => format!(
+            ", and too few cases of {expensive} tell its cost: the 95 % interval of the extrapolation begins below the cost of {cheap}"
+        ),
+        Some(Some([low, high])) if high > WIDE * low => {
+            format!(", {expensive} would cost at least {} times as much as {cheap} by extrapolation (95 %)", times(low))
+        }
+        Some(Some([low, high])) => would(format!(" by extrapolation (95 %: {} to {} times)", times(low), times(high))),
+    }
+}
+
 pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missing: usize) -> String {
     let mut parts = vec![];
     for q in quantities {
@@ -97,15 +116,8 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
         if let Some((cheap, expensive, ratio)) = ratio(q, level) {
             let cost = expensive.costs[level].filter(|p| p.how == How::Extrapolated);
             let own = cheap.costs[level].map_or(f64::NAN, |p| p.seconds);
-            let extrapolated = cost.map_or(String::new(), |p| match p.interval {
-                Some([low, high]) => {
-                    format!(" by extrapolation (95 %: {} to {} times)", times(low / own), times(high / own))
-                }
-                None => " by extrapolation".into(),
-            });
-            let ratio = times(ratio);
-            words +=
-                &format!(", {} would cost {ratio} times as much as {}{extrapolated}", expensive.label, cheap.label);
+            let interval = cost.map(|p| p.interval.map(|ends| ends.map(|end| end / own)));
+            words += &relative_cost([&expensive.label, &cheap.label], ratio, interval);
         }
         parts.push(words);
     }
@@ -113,4 +125,19 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
         return "No verdict: no quantity has a reference.".into();
     }
     format!("Within {}: {}.{}", percent(tolerance), parts.join("; "), without_result(missing))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_that_says_nothing_is_said_in_words() {
+        let words = |extrapolated| relative_cost(["tet4", "tet10"], 7e4, extrapolated);
+        assert_eq!(words(None), ", tet4 would cost 7e4 times as much as tet10");
+        assert!(words(Some(Some([5e4, 9e4]))).ends_with("by extrapolation (95 %: 5e4 to 9e4 times)"));
+        assert!(words(Some(Some([2.0, 9e16]))).contains("would cost at least 2.0 times as much as tet10"));
+        let nothing = words(Some(Some([5.3e-8, 9e16])));
+        assert!(nothing.contains("too few cases of tet4 tell its cost") && !nothing.contains("times"), "{nothing}");
+    }
 }

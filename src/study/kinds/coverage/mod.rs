@@ -23,8 +23,6 @@ pub use spec::CoverageStudy;
 
 impl StudyKind for CoverageStudy {
     const NAME: &'static str = "coverage";
-    const ERRORS: &'static str = "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
-        shares are those of Wilson [@wilson1927].";
     type Details = CoverageRecord;
     type Findings = CoverageFindings;
 
@@ -43,6 +41,9 @@ impl StudyKind for CoverageStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<CoverageFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "A bar holds where the truth is within it. Truths are limits of far finer meshes with their uncertainty; intervals of \
+        shares are those of Wilson [@wilson1927]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -32,10 +32,6 @@ use std::path::Path;
 
 impl StudyKind for ReductionStudy {
     const NAME: &'static str = "reduction";
-    const ERRORS: &'static str = "The error of a reduced model is estimated from the forces of the full model that it leaves: at rest along adjoint solutions \
-        [@becker2001], in time by the linearised motion that they cause in a richer space; the bar is that estimate times a factor from states, or from \
-        whole runs in time, that took no part in the training. It is the distance from the full \
-        model on the same mesh; the error of the mesh is that of a convergence study.";
     type Details = ReductionRecord;
     type Findings = ReductionFindings;
 
@@ -59,6 +55,11 @@ impl StudyKind for ReductionStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<ReductionFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "The error of a reduced model is estimated from the forces of the full model that it leaves: at rest along adjoint solutions \
+        [@becker2001], in time by the linearised motion that they cause in a richer space; the bar is that estimate times a factor from states, or from \
+        whole runs in time, that took no part in the training. It is the distance from the full \
+        model on the same mesh; the error of the mesh is that of a convergence study."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -39,8 +39,6 @@ pub struct RobustnessStudy {
 
 impl StudyKind for RobustnessStudy {
     const NAME: &'static str = "robustness";
-    const ERRORS: &'static str = "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
-        error is that from the solution.";
     type Details = RobustnessRecord;
     type Findings = RobustnessFindings;
     const AROUND: Option<Around> = Some(around::AROUND);
@@ -61,6 +59,9 @@ impl StudyKind for RobustnessStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<RobustnessFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "Runs are judged by passing, by stopping with a stated reason, or by failing; where a case has a known solution, its \
+        error is that from the solution."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

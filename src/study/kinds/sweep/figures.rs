@@ -161,7 +161,7 @@ fn shown<'a>(a: &'a SweepFindings, variant: &str) -> (Vec<&'a ByQuantity<Depende
 
 /// `Change of cavity volume`, over a panel of peaks.
 fn peak_name(q: &ByQuantity<Dependence>) -> String {
-    capital(&format!("{}{}", q.peak_prefix(), q.quantity.label))
+    capital(&q.peak_label())
 }
 
 /// Judged values over the two axes of a grid, one map per quantity; `None` for anything but two axes.
@@ -176,7 +176,9 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, q) in maps.iter().enumerate() {
             let (x, top) = (panels.x(k), TOP + row * panels.row(k));
-            let numbers = MapNumbers::of(q.range().into_iter(), &q.quantity.unit);
+            let square = (panels.each / first.values.len() as f64, TALL / second.values.len() as f64);
+            let values = q.points.iter().map(|p| p.value);
+            let numbers = MapNumbers::of(values, &q.quantity.unit, (mm(square.0), mm(square.1)));
             squares(area, q, &numbers, (first, second), [x, top, x + panels.each, top + TALL]);
             let title = format!("{}{}", peak_name(q), numbers.brackets());
             headed(area, (mm(x), mm(top)), mm(panels.each), letter(k, maps.len()), &title);
@@ -202,15 +204,13 @@ fn squares(
     let (columns, rows) = (first.values.len() as f64, second.values.len() as f64);
     let (w, h) = ((right - left) / columns, (bottom - top) / rows);
     let [low, high] = q.range();
-    let values: Vec<f64> = q.points.iter().map(|p| p.value).collect();
-    let written = numbers.written(&values, (mm(w), mm(h)));
-    for (k, p) in q.points.iter().enumerate() {
+    for p in &q.points {
         let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
         let share = if high > low { (p.value - low) / (high - low) } else { 0.5 };
         block(area, (mm(x), mm(y)), (mm(x + w), mm(y + h)), viridis(share));
         let ink = if share > 0.6 { INK } else { RGB(0xff, 0xff, 0xff) };
-        if let Some(all) = &written {
-            text(area, &all[k], (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
+        if let Some(number) = numbers.written(p.value) {
+            text(area, &number, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);
         }
     }
     sides(area, (first, second), frame.map(mm), (true, mm(LEFT + 8.0)));

@@ -51,7 +51,6 @@ impl SweepStudy {
 
 impl StudyKind for SweepStudy {
     const NAME: &'static str = "sweep";
-    const ERRORS: &'static str = "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene.";
     type Details = SweepRecord;
     type Findings = SweepFindings;
 
@@ -68,6 +67,8 @@ impl StudyKind for SweepStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<SweepFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "No error bar is computed along a sweep; the error of the mesh is that of a convergence study of the same scene."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -63,7 +63,7 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
             };
             let e = |k: usize| x.elasticity.map_or("–".into(), |e| format!("{:.3}", e[k]));
             rows.push(vec![
-                format!("{}, {}", q.quantity.label, q.variant),
+                format!("{}, {}", q.peak_label(), q.variant),
                 axis_words(&a.axes, &x.axis, a.list),
                 trend.into(),
                 percent_cell(x.change),
@@ -114,8 +114,8 @@ fn points(store: &Results, a: &SweepFindings) -> Table {
         let quantities = a.quantities.iter().zip(&found).filter(|(q, _)| q.variant == *variant);
         let judged = quantities.filter_map(|(q, found)| {
             let value = *found.get(&r.id)?;
-            let letter = &q.quantity.symbol;
-            Some(format!("{letter} = {}{}", plain(value).replace('-', "−"), space(&q.quantity.unit)))
+            let number = plain(value).replace('-', "−");
+            Some(format!("{} = {number}{}", q.peak_symbol(), space(&q.quantity.unit)))
         });
         let judged: Vec<String> = judged.collect();
         rows.push(vec![

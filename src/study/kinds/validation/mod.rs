@@ -50,10 +50,6 @@ use std::path::Path;
 
 impl StudyKind for ValidationStudy {
     const NAME: &'static str = "validation";
-    const ERRORS: &'static str = "The uncertainty of a prediction contains discretisation, time steps, the constants with their covariance and the inputs \
-        of the experiment, propagated by response surfaces with derivatives [@box1951; @asme2009]. It is compared with the \
-        uncertainty of the measurement [@jcgm2008]; inputs that several records share are in the covariance of the data \
-        [@kennedy2001].";
     type Details = ValidationPlan;
     type Findings = ValidationFindings;
 
@@ -66,6 +62,11 @@ impl StudyKind for ValidationStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<ValidationFindings>) -> Content {
-        report::content(results, analysis)
+        let errors = "The uncertainty of a prediction contains discretisation, time steps, the constants with their covariance and the inputs \
+        of the experiment, propagated by response surfaces with derivatives [@box1951; @asme2009]. It is compared with the \
+        uncertainty of the measurement [@jcgm2008]; inputs that several records share are in the covariance of the data \
+        [@kennedy2001]."
+            .into();
+        Content { errors, ..report::content(results, analysis) }
     }
 }

@@ -1,7 +1,7 @@
 //! A law where it is used: the curve with what constants and mesh leave open.
 
 use crate::report::canvas::{INK, RGB, figure, fill, italic, line, mm, page_width};
-use crate::report::figure::{Figure, Sample, legend};
+use crate::report::figure::{Figure, Sample, legend_inside};
 use crate::report::plot::{Axis, Plot};
 use crate::study::figures::axis_label;
 use crate::study::kinds::calibration::band::Band;
@@ -45,7 +45,7 @@ pub fn draw(b: &Band) -> Figure {
             (Sample::Block(CONSTANTS), "left open by the constants".into()),
             (Sample::Block(MESH), "and by the mesh".into()),
         ];
-        legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
+        legend_inside(area, frame, &[around(&outer), plot.path(&b.t_s, &b.y)], &entries);
     });
     let caption = format!(
         "The law in case {}: {} with the uncertainty from the constants (data, dimensions and mesh of the specimen) and from the mesh of this scene.",

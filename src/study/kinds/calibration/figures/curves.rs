@@ -3,7 +3,7 @@
 use crate::report::canvas::{
     At, GREY, INK, LABEL, Mark, PALETTE, dashed, figure, hollow, italic, line, mark, mm, page_width, text,
 };
-use crate::report::figure::{Figure, Sample, apart, legend};
+use crate::report::figure::{Figure, Sample, apart, legend_inside};
 use crate::report::numbers::capital;
 use crate::report::plot::{Axis, Plot};
 use crate::report::unit::labelled;
@@ -61,11 +61,11 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         let plot = Plot { area, frame: upper, x: x.clone(), y: Axis::linear(values, &axis_label(quantity, "")) };
         plot.grid();
         // Of many points those that do not cover each other
-        for at in apart(plot.path(&m.x, &m.y), 2 * POINT) {
-            mark(area, Mark::Circle, at, POINT, PALETTE[0]);
-        }
+        let points = apart(plot.path(&m.x, &m.y), 2 * POINT);
+        points.iter().for_each(|at| mark(area, Mark::Circle, *at, POINT, PALETTE[0]));
         let (cx, cy): (Vec<f64>, Vec<f64>) = found.curve.iter().map(|p| (p[0], p[1])).unzip();
-        line(area, &plot.path(&cx, &cy), INK, 9);
+        let curve = plot.path(&cx, &cy);
+        line(area, &curve, INK, 9);
         plot.axes(false);
         plot.title(Some('a'), &capital(&quantity.label));
         let residual: Vec<f64> = m.y.iter().zip(&found.predicted).map(|(y, f)| y - f).collect();
@@ -79,7 +79,7 @@ pub fn draw(store: &Results, v: &CalibratedVariant) -> Option<Figure> {
         plot.axes(true);
         let entries =
             [(Sample::Mark(Mark::Circle, PALETTE[0]), "measured".into()), (Sample::Line(INK), "simulated".into())];
-        legend(area, (mm(LEFT + 3.0), mm(TOP + 3.0)), &entries);
+        legend_inside(area, upper, &[curve, points], &entries);
         let side = constants[0];
         let frame = constants.map(mm);
         let (factor, unit, _) = scaled(c);

@@ -9,7 +9,8 @@ use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
 use crate::study::figures::axis_label;
-use crate::study::kinds::comparison::analysis::{ComparedMember, ComparisonFindings, MemberDifferences};
+use crate::study::kinds::comparison::findings::{ComparedMember, ComparisonFindings, MemberDifferences};
+use crate::study::kinds::comparison::finer;
 use crate::study::store::record::StoredCase;
 use crate::study::store::results::Results;
 
@@ -105,8 +106,10 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
     });
     let far = panels.iter().any(|q| q.members.iter().any(|c| c.largest > FAR));
     let far = if far { " Members off by more than half of the peak are not drawn there." } else { "" };
+    let is_judged = panels.iter().any(|q| finer::is_judged(q, &a.reference));
+    let finer = if is_judged { " What a finer mesh changes is in the table." } else { "" };
     let caption = format!(
-        "The members under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far} What a finer mesh changes is in the table.",
+        "The members under the same protocol, {}: each quantity over time (top) and its difference to {} (bottom).{far}{finer}",
         store.study.label(variant),
         store.study.member(&a.reference)
     );

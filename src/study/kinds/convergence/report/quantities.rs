@@ -14,7 +14,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
             let chosen = q.reference.as_ref().is_some_and(|r| r.family == e.family);
             let optional = |v: Option<f64>, n: usize| v.map_or("–".into(), |v| format!("{v:.n$}"));
             rows.push(vec![
-                q.quantity.label.clone(),
+                q.peak_label(),
                 q.variant.clone(),
                 of_element(&e.family, &e.formulation),
                 e.role.words().into(),
@@ -63,7 +63,7 @@ pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
             let many = q.errors.iter().find(|e| e.id == own.id);
             let percent_cell = |v: f64| percent_cell(v);
             rows.push(vec![
-                q.quantity.label.clone(),
+                q.peak_label(),
                 own.id.clone(),
                 format!("{:.decimals$}{}", own.value, space(&q.quantity.unit)),
                 format!("{:.decimals$}", own.corrected),

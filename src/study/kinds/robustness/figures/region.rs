@@ -34,13 +34,14 @@ pub fn draw(map: &Map) -> Figure {
     let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
     let entries: Vec<_> =
         grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
-    let (words, across) = (key(map), panels.width() - LEFT);
+    let numbers = numbers(map, panels.each);
+    let (words, across) = (key(map, &numbers), panels.width() - LEFT);
     let bottom = TOP + ROW * panels.rows() - 4.0;
     let lines = legend_lines(&entries, across);
     let svg = figure(panels.width(), bottom + LINE * (lines + words.len() as f64), "", |area| {
         for (k, panel) in map.panels.iter().enumerate() {
             let (left, top) = (panels.x(k), TOP + ROW * panels.row(k));
-            squares(area, map, panel, [left, top, left + panels.each, top + TALL], panels.begins_row(k));
+            squares(area, map, (panel, &numbers), [left, top, left + panels.each, top + TALL], panels.begins_row(k));
             headed(area, (mm(left), mm(top)), mm(panels.each), letter(k, map.panels.len()), &panel.label);
         }
         legend_below(area, (LEFT, bottom), across, entries);
@@ -55,14 +56,16 @@ pub fn draw(map: &Map) -> Figure {
     Figure { name: format!("map-{}", map.family), svg, caption }
 }
 
-/// Numbers of all panels in one unit.
-fn numbers(map: &Map) -> MapNumbers {
-    MapNumbers::of(map.panels.iter().flat_map(|p| &p.points).filter_map(|p| p.peak), &map.quantity.unit)
+/// Numbers of all panels, which are `wide` \[mm\], in one unit.
+fn numbers(map: &Map, wide: f64) -> MapNumbers {
+    let [columns, rows] = [0, 1].map(|k| map.axes[k].values.len() as f64);
+    let peaks = map.panels.iter().flat_map(|p| &p.points).filter_map(|p| p.peak);
+    MapNumbers::of(peaks, &map.quantity.unit, (mm(wide / columns), mm(TALL / rows)))
 }
 
 /// Meaning of the numbers in the squares, with the unit, and of the abbreviations.
-fn key(map: &Map) -> Vec<String> {
-    let unit = numbers(map).brackets();
+fn key(map: &Map, numbers: &MapNumbers) -> Vec<String> {
+    let unit = numbers.brackets();
     let mut words = vec![
         format!("number: {}", map.peak_is),
         format!("{} {}{unit}", map.quantity.label, italic(&map.quantity.symbol)),
@@ -73,11 +76,15 @@ fn key(map: &Map) -> Vec<String> {
     words
 }
 
-fn squares(area: &Area, map: &Map, panel: &Panel, [left, top, right, bottom]: [f64; 4], names: bool) {
+fn squares(
+    area: &Area,
+    map: &Map,
+    (panel, numbers): (&Panel, &MapNumbers),
+    [left, top, right, bottom]: [f64; 4],
+    names: bool,
+) {
     let (first, second): (&AxisRecord, &AxisRecord) = (&map.axes[0], &map.axes[1]);
     let (w, h) = ((right - left) / first.values.len() as f64, (bottom - top) / second.values.len() as f64);
-    let peaks: Vec<f64> = panel.points.iter().filter_map(|p| p.peak).filter(|v| v.is_finite()).collect();
-    let written = numbers(map).written(&peaks, (mm(w), mm(h)));
     for p in &panel.points {
         let (x, y) = (left + w * p.at[0] as f64, bottom - h * (p.at[1] + 1) as f64);
         let (color, _) = look(p.grade);
@@ -85,10 +92,7 @@ fn squares(area: &Area, map: &Map, panel: &Panel, [left, top, right, bottom]: [f
         let dark = matches!(p.grade, Grade::Right | Grade::Wrong | Grade::Broken);
         let ink = if dark { RGB(0xff, 0xff, 0xff) } else { INK };
         let words = match p.peak.filter(|peak| peak.is_finite()) {
-            Some(peak) => written
-                .as_ref()
-                .and_then(|all| all.get(peaks.iter().position(|v| *v == peak)?).cloned())
-                .unwrap_or_default(),
+            Some(peak) => numbers.written(peak).unwrap_or_default(),
             None => abbreviated(&p.status),
         };
         text(area, &words, (mm(x + 0.5 * w), mm(y + 0.5 * h)), At::Middle, SMALL, ink);

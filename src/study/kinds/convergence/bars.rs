@@ -1,0 +1,51 @@
+//! Sources of the error bars in words, for the methods of a paper: the terms that the bars of a study have, and no others.
+
+use crate::study::estimate::family::Estimate;
+use crate::study::estimate::reference::Reference;
+use crate::study::kinds::convergence::errors::StepCause;
+use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
+use crate::wording::all;
+
+/// With citations as `[@key]`.
+pub fn errors(found: &ConvergenceFindings) -> String {
+    let with_bars = || found.quantities.iter().filter_map(|q| Some((&q.found, q.reference.as_ref()?)));
+    let limits: Vec<&Estimate> = with_bars().flat_map(|(q, r)| of_limit(q, r)).collect();
+    if limits.is_empty() {
+        return "No error bar is computed: no family of meshes has two converged cases.".into();
+    }
+    let mut methods: Vec<&str> = vec![];
+    for method in limits.iter().map(|e| e.cited_method()) {
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    let mut uncertainty = vec![];
+    if limits.iter().any(|e| e.is_extrapolated()) {
+        uncertainty.push("grid convergence index with the safety factors of Roache [@roache1994]");
+    }
+    if with_bars().any(|(_, r)| r.envelope.len() > 1) {
+        uncertainty.push("the distance between the limits of the families");
+    }
+    let in_brackets = if uncertainty.is_empty() { String::new() } else { format!(" ({})", all(&uncertainty)) };
+    let mut terms = vec!["the error".to_string(), format!("the uncertainty of the limit{in_brackets}")];
+    for (cause, words) in
+        [(StepCause::TimeStep, "the error of the time steps"), (StepCause::Algebraic, "the algebraic error")]
+    {
+        let has = |q: &MeshErrors| q.step.as_ref().is_some_and(|step| step.cause == cause);
+        terms.extend(with_bars().any(|(q, _)| has(q)).then(|| words.to_string()));
+    }
+    let constants = match with_bars().any(|(q, _)| q.inputs.is_some()) {
+        true => " Shares of uncertain constants are added as root of the sum of squares [@asme2009].",
+        false => "",
+    };
+    format!(
+        "The error of a value is its distance from the limit f* for h → 0, by {}. An error bar is {}, added as absolute values.{constants}",
+        all(&methods),
+        all(&terms)
+    )
+}
+
+/// The estimates that the limit of a quantity comes from: of its envelope, or of the family that leads where no family is defensible.
+fn of_limit<'a>(q: &'a MeshErrors, r: &'a Reference) -> impl Iterator<Item = &'a Estimate> {
+    q.estimates.iter().filter(|e| e.family == r.family || r.envelope.contains(&e.family))
+}
