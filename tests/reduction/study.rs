@@ -355,16 +355,27 @@ fn a_study_without_models_is_not_complete() {
     assert!(summary["without_result"].as_str().is_some_and(|why| why.contains("no equilibrium")), "{summary}");
 }
 
-/// Contact has no bar that could be stated: the study says so, and names the contact.
+/// Contact has no bar that could be stated, and an energy is no function that a model gives: both are refused before a run, with what there is.
 #[test]
-fn contact_is_refused_since_its_error_cannot_be_stated() {
+fn what_has_no_reduced_form_is_refused_before_a_run() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = folder.path();
     let floor = "[[contact]]\nname = \"floor\"\nregion = \"xmax\"\nresponse = \"barrier\"\nfriction = 0.0\nobstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-5 mm\"], normal = [0, 0, 1] }\n";
-    write(at, "scene.toml", &format!("{SCENE}{floor}"));
-    write(at, "study.toml", STUDY);
-    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
-    assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
-    let page = std::fs::read_to_string(at.join("out/summary.json")).expect("it is there");
-    assert!(page.contains("contact floor") && page.contains("its error cannot be stated"), "{page}");
+    let energy = "[[probe]]\nkind = \"energy\"\n";
+    let of_energy = STUDY.replace("xmax_z_m", "elastic_J").replace("unit = \"m\"", "unit = \"J\"");
+    for (more, study, words) in [
+        (floor, STUDY, ["contact floor", "its error cannot be stated"]),
+        (energy, &of_energy, ["gives no \"elastic_J\"", "xmax_x_m, xmax_y_m, xmax_z_m"]),
+    ] {
+        write(at, "scene.toml", &format!("{SCENE}{more}"));
+        write(at, "study.toml", study);
+        for arguments in [&["check", "study.toml"][..], &["run", "study.toml", "--out", "out"]] {
+            let ran = durometer(at, arguments, "");
+            assert_eq!(ran.code, Some(2), "{}\n{}", ran.out, ran.err);
+            assert!(words.iter().all(|word| ran.err.contains(word)), "{}", ran.err);
+            assert!(
+                !at.join("out/cases").exists() || std::fs::read_dir(at.join("out/cases")).is_ok_and(|d| d.count() == 0)
+            );
+        }
+    }
 }
