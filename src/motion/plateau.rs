@@ -60,8 +60,11 @@ pub struct Plateau {
     pub rows: usize,
     /// With its 95 % interval by Student's t
     pub mean: Bounded,
-    /// Standard deviation of a sample about the mean
+    /// Standard deviation of the values about the mean, √(Σ w(v − v̄)²/Σ w · n/(n − 1)) with the samples w of the n rows: what is compared with the
+    /// values, with a tolerance and with a drift
     pub deviation: f64,
+    /// Standard deviation of one sample, √(Σ w(v − v̄)²/(n − 1)), where the samples of a row are independent: a row of w of them has 1/√w of it
+    pub sample_deviation: f64,
     /// Standard uncertainty of the mean
     pub uncertainty: f64,
     /// Rate of change, with its 95 % interval \[unit/s\]
@@ -119,7 +122,8 @@ impl Plateau {
             window_s: [cut.time_s[0], cut.time_s[n - 1]],
             rows: n,
             mean: bounded(mean + level[0], &level_errors, 0),
-            deviation: (squares / (n - 1) as f64).sqrt(),
+            deviation: (squares / total * n as f64 / (n - 1) as f64).sqrt(),
+            sample_deviation: (squares / (n - 1) as f64).sqrt(),
             uncertainty: level_errors.deviations[0],
             drift: bounded(sloped[1], &errors, 1),
             correlation,

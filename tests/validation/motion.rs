@@ -291,6 +291,33 @@ fn intervals_of_a_plateau_hold_as_often_as_they_say() {
     }
 }
 
+/// Rows that are means of ten samples scatter by σ/√10, which is their deviation; that of a sample is σ. Single samples that follow them within 5σ are no
+/// release. Standard errors of 1/√(2·400) = 3.5 %, of which four are allowed.
+#[test]
+fn rows_of_means_have_the_deviation_of_their_values() {
+    let (mut random, sigma) = (SplitMix(9), 2e-5);
+    let e = noise(&mut random, 800, 0.0);
+    let value: Vec<f64> = (0..800).map(|k| if k < 400 { sigma * e[k] / 10_f64.sqrt() } else { sigma * e[k] }).collect();
+    let samples = (0..800).map(|k| if k < 400 { 10.0 } else { 1.0 }).collect();
+    let time: Vec<f64> = (0..800).map(|k| 0.01 * f64::from(k)).collect();
+    let still = Curve::weighted("z_m", time.clone(), value.clone(), samples).expect("sound");
+    let means = Plateau::over(&still, [0.0, 3.99]).expect("rows");
+    assert!((means.deviation * 10_f64.sqrt() / sigma - 1.0).abs() < 0.14, "{means:?}");
+    assert!((means.sample_deviation / sigma - 1.0).abs() < 0.14, "{means:?}");
+    let never = release(&still, &means, &ReleaseRule::default());
+    assert!(matches!(never, Err(MotionError::NoRelease { .. })), "{never:?}");
+    // As single samples the same rows are a plateau with one deviation
+    let single = Plateau::over(&Curve::new("z_m", time, value).expect("sound"), [0.0, 3.99]).expect("rows");
+    assert!((single.deviation / means.deviation - 1.0).abs() < 1e-12 && single.deviation == single.sample_deviation);
+    // The beam: no value is farther from the mean than its deviation three times, and the values are those of a plateau
+    let z = drop_of(&beam("gravity_a"));
+    let [_, end] = both(&z, &PlateauRule::default());
+    let rows = z.window(end.window_s);
+    let farthest = rows.value.iter().map(|v| (v - end.mean.value).abs()).fold(0.0, f64::max);
+    println!("deviation {:.3e}, farthest {farthest:.3e}", end.deviation);
+    assert!(end.deviation < farthest && end.deviation < PlateauRule::default().tolerance_of(&z), "{end:?}");
+}
+
 #[test]
 fn a_step_has_two_plateaus_and_a_release() {
     let mut random = SplitMix(5);
