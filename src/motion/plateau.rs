@@ -7,7 +7,7 @@ use super::curve::Curve;
 use super::error::MotionError;
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors::{self, ErrorModel};
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{extent, t_quantile};
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
@@ -15,6 +15,8 @@ use std::fmt;
 
 /// Least number of rows of a plateau
 const LEAST: usize = 6;
+/// Rows on each side of a single outlier
+const AROUND: usize = 3;
 /// Part of the values below which a residual is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
 
@@ -169,7 +171,7 @@ fn line(curve: &Curve, columns: impl Fn(f64) -> Vec<f64>, level: f64) -> (DVecto
 /// All plateaus in the order of time; they do not overlap.
 pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, MotionError> {
     let tolerance = rule.tolerance_of(curve);
-    let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let reach = reaches(&without_outliers(&curve.value, tolerance), tolerance);
     let least_s = rule.least_s(curve);
     let lasts = |from: usize, to: usize| curve.time_s[to - 1] - curve.time_s[from];
     // Longest first; what an accepted one covers is cut off the others
@@ -195,7 +197,7 @@ pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plate
     let tolerance = rule.tolerance_of(curve);
     let least_s = rule.least_s(curve);
     let n = curve.value.len();
-    let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let reach = reaches(&without_outliers(&curve.value, tolerance), tolerance);
     let lasting = |from: usize, to: usize| {
         let window = [curve.time_s[from], curve.time_s[to - 1]];
         let lasts = to - from >= LEAST && window[1] - window[0] >= least_s;
@@ -213,11 +215,17 @@ pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plate
     }
 }
 
-/// Values with each one replaced by the median of it and its neighbours.
-fn without_outliers(value: &[f64]) -> Vec<f64> {
-    let one = |k: usize| match (k.checked_sub(1).and_then(|j| value.get(j)), value.get(k + 1)) {
-        (Some(a), Some(c)) => a.max(value[k]).min(a.min(value[k]).max(*c)),
-        _ => value[k],
+/// Values with each one between neighbours at rest, three on each side within ±tolerance of one level, replaced by the median of it and the next two: an
+/// outlier is single. In a vibration of few rows a period neighbours are not at rest.
+fn without_outliers(value: &[f64], tolerance: f64) -> Vec<f64> {
+    let one = |k: usize| {
+        if k == 0 || k + 1 == value.len() {
+            return value[k];
+        }
+        let near = k.saturating_sub(AROUND)..value.len().min(k + AROUND + 1);
+        let [low, high] = extent(near.filter(|j| *j != k).map(|j| value[j]));
+        let (a, c) = (value[k - 1], value[k + 1]);
+        if high - low > 2.0 * tolerance { value[k] } else { a.max(value[k]).min(a.min(value[k]).max(c)) }
     };
     (0..value.len()).map(one).collect()
 }

@@ -344,6 +344,37 @@ fn a_step_has_two_plateaus_and_a_release() {
     assert!(matches!(held_and_final(&swing, &PlateauRule::default()), Err(MotionError::NoPlateau { .. })));
 }
 
+/// A body that is held for half a second and then swings by 6 mm in two modes until the record ends, with 2.1 to 20 rows a period: the noise is that of the markers, the
+/// held state ends at the release, and there is no final state while the body swings by more than the tolerance.
+#[test]
+fn a_vibration_of_few_rows_a_period_is_neither_noise_nor_a_final_state() {
+    let (mut random, sigma) = (SplitMix(12), 2e-5);
+    for (rate, f) in
+        [(60.0, 3.0), (60.0, 9.7), (60.0, 12.0), (50.0, 9.7), (30.0, 10.0), (30.0, 9.7), (25.0, 6.25), (25.0, 12.0)]
+    {
+        for (last, d) in [(5.0, 0.05), (10.0, 0.05), (20.0, 0.1), (5.0, 0.6)] {
+            let count = (rate * (last + 0.5)) as usize;
+            let time: Vec<f64> = (0..count).map(|k| k as f64 / rate - 0.5).collect();
+            let e = noise(&mut random, count, 0.0);
+            let swing = |t: f64| {
+                if t <= 0.0 {
+                    0.0
+                } else {
+                    -6e-3 + (-d * t).exp() * (5e-3 * (TAU * f * t).cos() + 1e-3 * (TAU * 1.7 * f * t).cos())
+                }
+            };
+            let value = time.iter().zip(&e).map(|(t, e)| swing(*t) + sigma * e).collect();
+            let c = Curve::new("z_m", time, value).expect("sound");
+            let case = format!("{rate} Hz, {f} Hz, {d} 1/s, {last} s");
+            assert!((0.4..1.6).contains(&(c.noise() / sigma)), "{case}: noise {}", c.noise());
+            let [held, end] = held_and_final(&c, &PlateauRule::default()).unwrap_or_else(|e| panic!("{case}: {e}"));
+            let held = held.unwrap_or_else(|| panic!("{case}: a held state"));
+            assert!(held.window_s[0] == -0.5 && held.window_s[1].abs() < 1.5 / rate, "{case}: {held:?}");
+            assert!(end.is_none(), "{case}: {end:?}");
+        }
+    }
+}
+
 /// Student's t of one degree of freedom: two repeats of 1 and 2 have 1.5 ± 12.706·0.5.
 #[test]
 fn repeats_are_pooled_with_student_s_t() {
