@@ -2,7 +2,7 @@
 
 use crate::calibrate::within;
 use crate::math::units::shown;
-use crate::wording::{count, first};
+use crate::wording::{all, count, first};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -59,6 +59,11 @@ pub enum MotionError {
         "the points to register are {ratio:.4} times as large as the measured ones: {meaning}; state the right unit"
     )]
     Size { ratio: f64, meaning: String },
+    #[error(
+        "the held state fits {reference} as its mirror image (rms {:.4} mm), and not as it is (rms {:.4} mm): one of the two is in a left-handed frame, or names of markers are exchanged; change the sign of one coordinate of the record, of which any will do since the registration turns the rest, or correct the names",
+        1e3 * mirrored_rms, 1e3 * rms
+    )]
+    Mirrored { reference: String, rms: f64, mirrored_rms: f64 },
     #[error("there are no markers {}; known: {}", asked.join(", "), known.join(", "))]
     UnknownMarkers { asked: Vec<String>, known: Vec<String> },
     #[error("a rigid group needs three points or more, {found} are given: {}; name more markers that move with the body", names.join(", "))]
@@ -101,17 +106,17 @@ fn in_unit(value: &f64, curve: &str) -> String {
     within(factor * value, unit, None).text(factor * value)
 }
 
-/// An exchange of two tracks.
+/// A cyclic exchange of tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Swap {
-    pub first: String,
-    pub second: String,
+    /// Names of the markers: each one is then called as the next, the last one as the first
+    pub names: Vec<String>,
     /// Time of the first row with exchanged names \[s\]
     pub time_s: f64,
 }
 
 impl fmt::Display for Swap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} and {} at {} s", self.first, self.second, self.time_s)
+        write!(f, "{} at {} s", all(&self.names), self.time_s)
     }
 }

@@ -4,6 +4,7 @@ use super::body::{self, Pose};
 use super::curve::Curve;
 use super::curve_states::{EvaluatedCurve, with_states};
 use super::error::MotionError;
+use super::knock;
 use super::plateau::{Plateau, held_and_final};
 use super::registration::{Registration, rigid};
 use super::release::{Release, release};
@@ -63,7 +64,7 @@ pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
         }
     };
     let (poses, curves) = match &request.body {
-        Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log)?,
+        Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log, &mut doubts)?,
         None => (vec![], marker_curves(&tracks)?),
     };
     let curves = with_states(curves, [states.held, states.last], &mut doubts)?;
@@ -166,6 +167,9 @@ fn register(
     }
     let (from, to): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|s| (s.0, s.1)).unzip();
     let found = rigid(&from, &to, None)?;
+    if let Some(mirrored_rms) = found.mirrored_rms {
+        return Err(MotionError::Mirrored { reference: reference.source, rms: found.rms, mirrored_rms });
+    }
     for point in tracks.markers.iter_mut().flat_map(|m: &mut Track| m.points.iter_mut()).flatten() {
         *point = found.apply(Vec3::from(*point)).into();
     }
@@ -179,6 +183,7 @@ fn body_curves(
     request: &BodyRequest,
     window: Option<[f64; 2]>,
     log: &mut Vec<String>,
+    doubts: &mut Vec<String>,
 ) -> Result<(Vec<Pose>, Vec<Curve>), MotionError> {
     let names = &request.markers;
     let group = tracks.select(names)?;
@@ -194,6 +199,8 @@ fn body_curves(
     let at = request.at.unwrap_or_else(|| known.iter().sum::<Vec3>() / known.len() as f64);
     let poses = body::pose(tracks, names, &known)?;
     log.extend(words::body(names, at, &poses));
+    doubts.extend(knock::knocks(&tracks.time_s, &group).iter().map(ToString::to_string));
+    doubts.extend(words::deformation(&known, &poses));
     let curve = |name: String, value: &dyn Fn(&Pose) -> f64| {
         let column = |f: &dyn Fn(&Pose) -> f64| poses.iter().map(f).collect::<Vec<f64>>();
         Curve::weighted(&name, column(&|p| p.time_s), column(value), column(&|p| p.samples))

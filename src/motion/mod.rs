@@ -10,6 +10,7 @@ mod curve;
 mod curve_states;
 mod error;
 mod evaluation;
+mod knock;
 pub mod plateau;
 pub mod registration;
 pub mod release;

@@ -5,7 +5,7 @@
 
 use durometer::math::tensor::Vec3;
 use durometer::motion::body::pose;
-use durometer::motion::{BodyRequest, MotionError, MotionRequest, ReadOptions, Tracks, evaluate};
+use durometer::motion::{BodyRequest, Evaluation, MotionError, MotionRequest, ReadOptions, Tracks, evaluate};
 use std::path::{Path, PathBuf};
 
 fn at(name: &str) -> PathBuf {
@@ -280,6 +280,86 @@ fn markers_that_swap_are_named() {
     let unknown = pose(&tracks, &["a".into(), "q".into(), "r".into()], &reference).expect_err("unknown").to_string();
     assert!(unknown.contains("no markers q, r"), "{unknown}");
     assert!(pose(&tracks, &names[..2], &reference[..2]).expect_err("two").to_string().contains("three points or more"));
+}
+
+/// The tip of the beam with names that go round, with a marker that is knocked off by 10 mm, and with one that is taken for a distant one.
+#[test]
+fn markers_that_go_round_or_are_knocked_are_named() {
+    let sound = Tracks::read(&at("gravity_a.csv"), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let from = sound.time_s.iter().position(|t| *t >= 0.905).expect("a row");
+    let folder = tempfile::tempdir().expect("a folder");
+    let found = |change: &dyn Fn(usize, [[f64; 3]; 3]) -> [[f64; 3]; 3]| {
+        let mut text =
+            String::from("t_s,n_avg,tip1_x_m,tip1_y_m,tip1_z_m,tip2_x_m,tip2_y_m,tip2_z_m,tip3_x_m,tip3_y_m,tip3_z_m");
+        for (k, time) in sound.time_s.iter().enumerate() {
+            let points = change(k, [0, 1, 2].map(|m: usize| sound.markers[m].points[k].expect("seen")));
+            let cells: Vec<String> = points.as_flattened().iter().map(f64::to_string).collect();
+            text += &format!("\n{time},{},{}", sound.samples[k], cells.join(","));
+        }
+        let file = folder.path().join("changed.csv");
+        std::fs::write(&file, text).expect("writable");
+        let body = BodyRequest { markers: ["tip1", "tip2", "tip3"].map(String::from).to_vec(), at: None };
+        evaluate(&MotionRequest { file, body: Some(body), ..MotionRequest::default() })
+    };
+    let doubts = |why: Result<Evaluation, MotionError>| why.unwrap_or_else(|e| panic!("{e}")).doubts.join("\n");
+    let plain = doubts(found(&|_, p| p));
+    assert!(!plain.contains("jumps") && !plain.contains("not rigid"), "{plain}");
+    for (round, names) in [([1, 2, 0], "tip1, tip3 and tip2 at "), ([2, 0, 1], "tip1, tip2 and tip3 at ")] {
+        let why =
+            found(&|k, p| if k < from { p } else { round.map(|m: usize| p[m]) }).expect_err("exchanged").to_string();
+        assert!(why.contains(names) && why.contains("0.91 s"), "{why}");
+    }
+    let moved = |shift: f64| {
+        move |k: usize, mut p: [[f64; 3]; 3]| {
+            p[2][0] += if k < from { 0.0 } else { shift };
+            p
+        }
+    };
+    let knocked = doubts(found(&moved(0.0105)));
+    assert!(knocked.contains("marker tip3 jumps by 10.") && knocked.contains(" at 0.91 s"), "{knocked}");
+    // 0.1 m away it is another marker, and the group is far from rigid
+    let other = doubts(found(&moved(0.1005)));
+    assert!(other.contains("jumps by 100.") && other.contains("it is not rigid"), "{other}");
+}
+
+/// Four markers off a plane whose y has the other sign in the record: no rotation reaches the reference. The sign of any coordinate brings it back, and a
+/// record in the same hand is read in any orientation.
+#[test]
+fn a_mirrored_record_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let known = [[0.0, 0.0, 0.0], [60.0, 5.0, 0.0], [0.0, 60.0, 10.0], [20.0, 20.0, 45.0]];
+    let table = |sign: [f64; 3], times: &[f64]| {
+        let row = |t: &f64| {
+            let one = |(k, p): (usize, &[f64; 3])| {
+                let p = [0, 1, 2].map(|i| sign[i] * (p[i] + 0.2 * (3.0 * k as f64 + i as f64 + 40.0 * t).sin()));
+                format!("{},{t},{},{},{}\n", ["a", "b", "c", "d"][k], p[0], p[1], p[2])
+            };
+            known.iter().enumerate().map(one).collect::<String>()
+        };
+        format!("marker,t_s,x_mm,y_mm,z_mm\n{}", times.iter().map(row).collect::<String>())
+    };
+    let [file, reference] = ["record.csv", "known.csv"].map(|name| folder.path().join(name));
+    let rows = known.iter().zip(["a", "b", "c", "d"]).map(|(p, n)| format!("{n},{},{},{}\n", p[0], p[1], p[2]));
+    std::fs::write(&reference, format!("marker,x_mm,y_mm,z_mm\n{}", rows.collect::<String>())).expect("writable");
+    let times: Vec<f64> = (0..60).map(|k| 0.01 * f64::from(k)).collect();
+    let evaluated = |sign: [f64; 3]| {
+        std::fs::write(&file, table(sign, &times)).expect("writable");
+        evaluate(&MotionRequest {
+            file: file.clone(),
+            reference: Some(reference.clone()),
+            held_s: None,
+            final_s: Some([0.0, 0.5]),
+            ..MotionRequest::default()
+        })
+    };
+    for sign in [[1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]] {
+        let why = evaluated(sign).expect_err("mirrored").to_string();
+        assert!(why.contains("fits known.csv as its mirror image") && why.contains("sign of one coordinate"), "{why}");
+    }
+    for sign in [[1.0; 3], [-1.0, -1.0, 1.0]] {
+        let registration = evaluated(sign).unwrap_or_else(|e| panic!("{e}")).registration.expect("registered");
+        assert!(registration.rms < 3e-4 && registration.mirrored_rms.is_none(), "{registration:?}");
+    }
 }
 
 /// The same record cut at 1 s, while the beam swings: it is held as in the whole one, and nothing is final. From the middle of the
