@@ -72,6 +72,8 @@ pub enum MotionError {
         "the points lie on one line (their extent across it is {across_m:.3e} m, along it {along_m:.3e} m), so that the rotation about it is not determined; name a marker off the line"
     )]
     Collinear { along_m: f64, across_m: f64 },
+    #[error("{first} and {second} hold the same positions, which are no repeats; name each record once")]
+    SameRecord { first: String, second: String },
     #[error("{what} is not a finite number; remove it")]
     NotFinite { what: String },
     #[error("{} lists of {what} have different lengths: {}", lengths.len(), lengths.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))]

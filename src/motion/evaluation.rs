@@ -44,12 +44,19 @@ struct States {
     missing: Option<MotionError>,
 }
 
-/// Evaluates a record.
+/// Reads and evaluates a record.
 ///
 /// # Errors
-/// Everything that the steps refuse: see [`Tracks::read`], [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
+/// As of [`Tracks::read`], which name the file, and of [`evaluate_tracks`].
 pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
-    let mut tracks = Tracks::read(&request.file, &request.read)?;
+    evaluate_tracks(Tracks::read(&request.file, &request.read)?, request)
+}
+
+/// Evaluates tracks that were read before; the file of the request is not.
+///
+/// # Errors
+/// Everything that the steps refuse: see [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
+pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Evaluation, MotionError> {
     let mut log = tracks.log.clone();
     let guide = guide(&tracks)?;
     let mut states = states(&guide, request, &mut log)?;

@@ -31,7 +31,7 @@ mod words;
 pub use curve::Curve;
 pub use curve_states::EvaluatedCurve;
 pub use error::{MotionError, Swap};
-pub use evaluation::{Evaluation, evaluate};
+pub use evaluation::{Evaluation, evaluate, evaluate_tracks};
 pub use request::{BodyRequest, MotionRequest};
 pub use track::{ReadOptions, Track};
 pub use tracks::{LARGEST, SMALLEST, Tracks};

@@ -391,6 +391,43 @@ fn a_record_that_ends_in_motion_has_a_held_state() {
     assert!(swing.doubts.iter().any(|d| d.contains("neither begins nor ends within")), "{:?}", swing.doubts);
 }
 
+/// Repeats of which one ends in motion are pooled over the others, with their number; a copy is no repeat, in whatever unit; and refusals name the file.
+#[test]
+fn repeats_are_counted_and_copies_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(at("gravity_b.csv")).expect("a table");
+    let (names, rows) = text.split_once('\n').expect("rows");
+    let rows = || rows.lines().map(|row| row.split(',').map(|c| c.parse().expect("a number")).collect::<Vec<f64>>());
+    let write = |name: &str, names: String, rows: Vec<Vec<f64>>| {
+        let lines = rows.iter().map(|r| r.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
+        let path = folder.path().join(name);
+        std::fs::write(&path, format!("{names}\n{}", lines.collect::<Vec<_>>().join("\n"))).expect("writable");
+        path
+    };
+    let cut = write("cut.csv", names.into(), rows().filter(|r| r[0] < 1.0).collect());
+    let centimetres = |r: Vec<f64>| r.iter().enumerate().map(|(k, x)| if k < 2 { *x } else { 100.0 * x }).collect();
+    let copy = write("copy.csv", names.replace("_m", "_cm"), rows().map(centimetres).collect());
+    let out = folder.path().join("out");
+    let motion = |files: &[&Path], more: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_durometer"));
+        command.arg("motion").args(files).args(more).arg("--replace").arg("--out").arg(&out);
+        let done = command.output().expect("the program runs");
+        (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    let [a, b] = ["gravity_a.csv", "gravity_b.csv"].map(at);
+    // The first file need not have the quantity
+    for files in [[&a, &b, &cut], [&cut, &a, &b]] {
+        let (code, said) = motion(&files.map(|f| &**f), &["--body", "tip1,tip2,tip3"]);
+        let table = std::fs::read_to_string(out.join("repeats.csv")).expect("a table");
+        assert!(code == Some(0) && table.contains("displacement_z_m,mm,2 of 3,-6."), "{said}\n{table}");
+    }
+    let (code, said) = motion(&[&a, &b, &copy], &[]);
+    assert!(code == Some(2) && said.contains("hold the same positions"), "{said}");
+    assert!(said.contains("gravity_b.csv and ") && said.contains("copy.csv hold"), "{said}");
+    let (code, said) = motion(&[&a, &cut], &["--ring-down", "tip1_z_m", "--window", "1.5 s,2 s"]);
+    assert!(code == Some(2) && said.contains("cut.csv: the curve has 0 samples"), "{said}");
+}
+
 #[test]
 fn a_measured_beam_is_evaluated_and_its_decisions_are_written_down() {
     let body = BodyRequest {
