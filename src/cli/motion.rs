@@ -9,8 +9,9 @@ use durometer::math::tensor::Vec3;
 use durometer::math::units::{self, Dimension, UnitError};
 use durometer::motion::plateau::PlateauRule;
 use durometer::motion::release::ReleaseRule;
+use durometer::motion::repeats::check_distinct;
 use durometer::motion::ring_down::Creep;
-use durometer::motion::{BodyRequest, Evaluation, MotionRequest, ReadOptions, evaluate};
+use durometer::motion::{BodyRequest, Evaluation, MotionRequest, ReadOptions, Tracks, evaluate_tracks};
 use durometer::report::motion::{methods, picture};
 use durometer::report::{export, files as output, style};
 use std::path::{Path, PathBuf};
@@ -89,10 +90,13 @@ pub fn main(args: Args) -> CommandResult {
 
 fn draw(args: Args) -> CommandResult {
     let (request, files) = (request(&args)?, files::all_brought(&args.files)?);
-    let found: Vec<Evaluation> = files
-        .iter()
-        .map(|file| evaluate(&MotionRequest { file: file.clone(), ..request.clone() }))
-        .collect::<Result<_, _>>()?;
+    let one = |file: &PathBuf| -> Result<Evaluation, Box<dyn std::error::Error>> {
+        let tracks = Tracks::read(file, &request.read)?;
+        evaluate_tracks(tracks, &request).map_err(|e| format!("{}: {e}", file.display()).into())
+    };
+    let found: Vec<Evaluation> = files.iter().map(one).collect::<Result<_, _>>()?;
+    let named: Vec<_> = files.iter().map(|f| f.display().to_string()).zip(found.iter().map(|e| &e.tracks)).collect();
+    check_distinct(&named)?;
     let usual = || PathBuf::from("reports").join(format!("motion-{}", stem(&args.files[0])));
     let out = args.out.clone().unwrap_or_else(usual);
     let results = args.replace.check(&out, "motion", args.record.as_deref().unwrap_or_default(), &files)?;

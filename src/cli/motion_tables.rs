@@ -103,22 +103,29 @@ pub fn ring_downs(found: &[Evaluation]) -> Table {
     }
 }
 
-/// Changes, frequency and decay of all files, pooled; no row of one file.
+/// Changes, frequency and decay, pooled over the files that have them; no row of one file.
 pub fn repeats(found: &[Evaluation]) -> Result<Table, MotionError> {
     let mut rows = vec![];
     let mut add = |name: &str, unit: &str, values: Vec<f64>| -> Result<(), MotionError> {
-        if found.len() > 1 && values.len() == found.len() {
+        if found.len() > 1 && !values.is_empty() {
             let p = pooled(&values)?;
-            let shown = digits(p.mean.half_width()).max(4);
-            let number = |value: f64| format!("{value:.shown$}");
-            let spread = p.deviation.map_or("–".into(), number);
-            let numbers = [number(p.mean.value), number(p.mean.half_width()), spread, number(p.half_range)];
-            rows.push([name.to_string(), unit.into()].into_iter().chain(numbers).collect());
+            let half = p.deviation.map(|_| p.mean.half_width());
+            let shown = half.map_or(4, |half| digits(half).max(4));
+            let number = |value: Option<f64>| value.map_or("–".into(), |v| format!("{v:.shown$}"));
+            let range = p.deviation.map(|_| p.half_range);
+            let files = format!("{} of {}", p.repeats, found.len());
+            let lead = [name.to_string(), unit.into(), files];
+            rows.push(lead.into_iter().chain([Some(p.mean.value), half, p.deviation, range].map(number)).collect());
         }
         Ok(())
     };
-    for c in found.first().iter().flat_map(|e| &e.curves) {
+    let mut names: Vec<&String> = vec![];
+    for c in found.iter().flat_map(|e| &e.curves) {
         let name = &c.curve.name;
+        if names.contains(&name) {
+            continue;
+        }
+        names.push(name);
         let (factor, unit) = printed(name);
         let of = |e: &Evaluation| e.curves.iter().find(|c| c.curve.name == *name)?.change.map(|b| factor * b.value);
         add(name, unit, found.iter().filter_map(of).collect())?;
@@ -128,10 +135,11 @@ pub fn repeats(found: &[Evaluation]) -> Result<Table, MotionError> {
     add("decay", "1/s", rings().map(|(_, r)| r.decay_per_s.value).collect())?;
     Ok(Table {
         name: "repeats",
-        caption: "Mean over the files, with its 95 % interval by Student's t, the standard deviation between files and half their range".into(),
+        caption: "Mean over the files that have the quantity, with its 95 % interval by Student's t, the standard deviation between files and half their range".into(),
         columns: headings(&[
             ("Quantity", "", false),
             ("Unit", "", false),
+            ("Files", "", false),
             ("Mean", "", true),
             ("± 95 %", "", true),
             ("Deviation", "", true),

@@ -2,6 +2,7 @@
 
 use super::error::MotionError;
 use crate::math::statistics::median;
+use nalgebra::{SMatrix, SVector};
 
 /// Values over ascending times.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +15,12 @@ pub struct Curve {
     pub samples: Vec<f64>,
 }
 
-/// Values whose differences give one estimate of the noise
-const BLOCK: usize = 12;
+/// Rows that give one estimate of the noise, at least
+const BLOCK: usize = 48;
+/// Neighbouring values of a combination
+const NEAR: usize = 5;
+
+type Neighbours = SVector<f64, NEAR>;
 
 impl Curve {
     /// A curve whose values are single samples.
@@ -74,12 +79,15 @@ impl Curve {
         if self.value.is_empty() { 0.0 } else { ends[1] - ends[0] }
     }
 
-    /// Standard deviation of the noise: of blocks of neighbouring values, √mean (vᵢ − ½(vᵢ₋₁ + vᵢ₊₁))²/1.5 (Gasser, Sroka & Jennen-Steinmetz,
-    /// Biometrika 73, 1986, 625–633), of which the lower quartile counts, since blocks in motion have more; at least that of rounding, step/√12.
+    /// Standard deviation of the noise: of blocks of rows, the least one of a combination of five neighbouring values whose factors have the sum of squares
+    /// one, the root of the smallest eigenvalue of their covariance. A level with two damped vibrations of any frequency, or a slope with one, has a combination
+    /// without variance, so that noise remains (Pisarenko, Geophys. J. R. Astron. Soc. 33, 1973, 347–366). The lower quartile of the blocks counts, since those in
+    /// which a motion begins have more; at least that of rounding, step/√12.
     pub fn noise(&self) -> f64 {
-        let bends: Vec<f64> = self.value.windows(3).map(|w| (w[1] - 0.5 * (w[0] + w[2])).powi(2) / 1.5).collect();
-        let mut blocks: Vec<f64> =
-            bends.chunks(BLOCK).map(|b| (b.iter().sum::<f64>() / b.len() as f64).sqrt()).collect();
+        let rows: Vec<Neighbours> = self.value.windows(NEAR).map(Neighbours::from_column_slice).collect();
+        let count = (rows.len() / BLOCK).max(1);
+        let block = |k: usize| &rows[k * BLOCK..if k + 1 < count { (k + 1) * BLOCK } else { rows.len() }];
+        let mut blocks: Vec<f64> = (0..count).map(|k| unpredicted(block(k))).collect();
         blocks.sort_by(f64::total_cmp);
         let quartile = blocks.get(blocks.len() / 4).copied().unwrap_or(0.0);
         quartile.max(self.step() / 12_f64.sqrt())
@@ -103,4 +111,15 @@ impl Curve {
     pub fn time_step(&self) -> f64 {
         median(&self.time_s.windows(2).map(|w| w[1] - w[0]).collect::<Vec<_>>())
     }
+}
+
+/// Root of the least variance of a combination of neighbours. Their mean and the free factors of the combination take a degree of freedom each.
+fn unpredicted(rows: &[Neighbours]) -> f64 {
+    let n = rows.len();
+    if n <= NEAR {
+        return 0.0;
+    }
+    let mean = rows.iter().sum::<Neighbours>() / n as f64;
+    let scatter: SMatrix<f64, NEAR, NEAR> = rows.iter().map(|r| (r - mean) * (r - mean).transpose()).sum();
+    (scatter.symmetric_eigenvalues().min().max(0.0) / (n - NEAR) as f64).sqrt()
 }

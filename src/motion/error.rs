@@ -2,7 +2,7 @@
 
 use crate::calibrate::within;
 use crate::math::units::shown;
-use crate::wording::{count, first};
+use crate::wording::{all, count, first};
 use std::fmt;
 use std::path::PathBuf;
 
@@ -41,8 +41,18 @@ pub enum MotionError {
     Rate { file: String, rate: f64 },
     #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
     Decimal { file: String, cell: String },
-    #[error("{file}: {} cells are no numbers: {}; leave a cell empty where a marker was not seen", cells.len(), first(cells))]
+    #[error("{file}: {} cells are no numbers: {}; write numbers, or leave all three cells of a marker empty where it was not seen", cells.len(), first(cells))]
     Cells { file: String, cells: Vec<String> },
+    #[error("{file}: {} positions have one or two coordinates of three: {}; complete them, or leave all three cells empty where the marker was not seen", at.len(), first(at))]
+    Partial { file: String, at: Vec<String> },
+    #[error("{file}: {} times are no numbers: {}; write them in seconds, or pass --rate with the frames per second", cells.len(), first(cells))]
+    Clock { file: String, cells: Vec<String> },
+    #[error("{file}: column \"{name}\" occurs twice; give one of the two another name, or remove it")]
+    Column { file: String, name: String },
+    #[error(
+        "{file}: marker {name} is at exactly 0, 0, 0 in {found} of {rows} rows, to which it jumps from elsewhere: a program wrote zeros where it was not seen; leave these cells empty"
+    )]
+    Zeros { file: String, name: String, found: usize, rows: usize },
     #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), first(lines))]
     Times { file: String, lines: Vec<u64> },
     #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.map_or(String::new(), |t| format!(" at {t} s")))]
@@ -59,6 +69,11 @@ pub enum MotionError {
         "the points to register are {ratio:.4} times as large as the measured ones: {meaning}; state the right unit"
     )]
     Size { ratio: f64, meaning: String },
+    #[error(
+        "the held state fits {reference} as its mirror image (rms {:.4} mm), and not as it is (rms {:.4} mm): one of the two is in a left-handed frame, or names of markers are exchanged; change the sign of one coordinate of the record, of which any will do since the registration turns the rest, or correct the names",
+        1e3 * mirrored_rms, 1e3 * rms
+    )]
+    Mirrored { reference: String, rms: f64, mirrored_rms: f64 },
     #[error("there are no markers {}; known: {}", asked.join(", "), known.join(", "))]
     UnknownMarkers { asked: Vec<String>, known: Vec<String> },
     #[error("a rigid group needs three points or more, {found} are given: {}; name more markers that move with the body", names.join(", "))]
@@ -67,6 +82,8 @@ pub enum MotionError {
         "the points lie on one line (their extent across it is {across_m:.3e} m, along it {along_m:.3e} m), so that the rotation about it is not determined; name a marker off the line"
     )]
     Collinear { along_m: f64, across_m: f64 },
+    #[error("{first} and {second} hold the same positions, which are no repeats; name each record once")]
+    SameRecord { first: String, second: String },
     #[error("{what} is not a finite number; remove it")]
     NotFinite { what: String },
     #[error("{} lists of {what} have different lengths: {}", lengths.len(), lengths.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))]
@@ -76,9 +93,9 @@ pub enum MotionError {
     #[error("markers {} are never seen at the same time; a rigid motion needs three of them at once", names.join(", "))]
     NeverSeen { names: Vec<String> },
     #[error(
-        "the curve has {found} samples in {from_s} s to {to_s} s, and {needed} are needed; take a longer window, or record faster"
+        "the curve has {found} samples in {from_s} s to {to_s} s, and {needed} are needed{}", recorded(*.step_s)
     )]
-    TooShort { found: usize, needed: usize, from_s: f64, to_s: f64 },
+    TooShort { found: usize, needed: usize, from_s: f64, to_s: f64, step_s: f64 },
     #[error(
         "no state is held: the curve neither begins nor ends within ±{} of one level for {} s; take a record that is at rest before or after the motion, or state the window of the held state",
         in_unit(.tolerance, .curve),
@@ -95,23 +112,36 @@ pub enum MotionError {
     NoCurve { asked: String, known: Vec<String> },
 }
 
+/// The remedy for a window with too few rows, which are so far apart \[s\].
+fn recorded(step_s: f64) -> String {
+    // No camera for motion takes less than a frame in a second
+    if step_s >= 1.0 {
+        format!(
+            ": its rows are {} s apart; state the unit of the times with --time-unit if they are no seconds",
+            shown(step_s)
+        )
+    } else {
+        "; take a longer window, or record faster".into()
+    }
+}
+
 /// A length or an angle of a curve, whose name ends with its unit.
 fn in_unit(value: &f64, curve: &str) -> String {
     let (factor, unit) = if curve.ends_with("_m") { (1e3, "mm") } else { (1.0, "deg") };
     within(factor * value, unit, None).text(factor * value)
 }
 
-/// An exchange of two tracks.
+/// A cyclic exchange of tracks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Swap {
-    pub first: String,
-    pub second: String,
+    /// Names of the markers: each one is then called as the next, the last one as the first
+    pub names: Vec<String>,
     /// Time of the first row with exchanged names \[s\]
     pub time_s: f64,
 }
 
 impl fmt::Display for Swap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} and {} at {} s", self.first, self.second, self.time_s)
+        write!(f, "{} at {} s", all(&self.names), self.time_s)
     }
 }

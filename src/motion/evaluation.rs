@@ -4,6 +4,7 @@ use super::body::{self, Pose};
 use super::curve::Curve;
 use super::curve_states::{EvaluatedCurve, with_states};
 use super::error::MotionError;
+use super::knock;
 use super::plateau::{Plateau, held_and_final};
 use super::registration::{Registration, rigid};
 use super::release::{Release, release};
@@ -43,12 +44,19 @@ struct States {
     missing: Option<MotionError>,
 }
 
-/// Evaluates a record.
+/// Reads and evaluates a record.
 ///
 /// # Errors
-/// Everything that the steps refuse: see [`Tracks::read`], [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
+/// As of [`Tracks::read`], which name the file, and of [`evaluate_tracks`].
 pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
-    let mut tracks = Tracks::read(&request.file, &request.read)?;
+    evaluate_tracks(Tracks::read(&request.file, &request.read)?, request)
+}
+
+/// Evaluates tracks that were read before; the file of the request is not.
+///
+/// # Errors
+/// Everything that the steps refuse: see [`body::pose`], [`rigid`], [`held_and_final`] and [`ring_down`].
+pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Evaluation, MotionError> {
     let mut log = tracks.log.clone();
     let guide = guide(&tracks)?;
     let mut states = states(&guide, request, &mut log)?;
@@ -63,7 +71,7 @@ pub fn evaluate(request: &MotionRequest) -> Result<Evaluation, MotionError> {
         }
     };
     let (poses, curves) = match &request.body {
-        Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log)?,
+        Some(body) => body_curves(&tracks, body, states.held.or(states.last), &mut log, &mut doubts)?,
         None => (vec![], marker_curves(&tracks)?),
     };
     let curves = with_states(curves, [states.held, states.last], &mut doubts)?;
@@ -166,6 +174,9 @@ fn register(
     }
     let (from, to): (Vec<Vec3>, Vec<Vec3>) = seen.iter().map(|s| (s.0, s.1)).unzip();
     let found = rigid(&from, &to, None)?;
+    if let Some(mirrored_rms) = found.mirrored_rms {
+        return Err(MotionError::Mirrored { reference: reference.source, rms: found.rms, mirrored_rms });
+    }
     for point in tracks.markers.iter_mut().flat_map(|m: &mut Track| m.points.iter_mut()).flatten() {
         *point = found.apply(Vec3::from(*point)).into();
     }
@@ -179,6 +190,7 @@ fn body_curves(
     request: &BodyRequest,
     window: Option<[f64; 2]>,
     log: &mut Vec<String>,
+    doubts: &mut Vec<String>,
 ) -> Result<(Vec<Pose>, Vec<Curve>), MotionError> {
     let names = &request.markers;
     let group = tracks.select(names)?;
@@ -194,6 +206,8 @@ fn body_curves(
     let at = request.at.unwrap_or_else(|| known.iter().sum::<Vec3>() / known.len() as f64);
     let poses = body::pose(tracks, names, &known)?;
     log.extend(words::body(names, at, &poses));
+    doubts.extend(knock::knocks(&tracks.time_s, &group).iter().map(ToString::to_string));
+    doubts.extend(words::deformation(&known, &poses));
     let curve = |name: String, value: &dyn Fn(&Pose) -> f64| {
         let column = |f: &dyn Fn(&Pose) -> f64| poses.iter().map(f).collect::<Vec<f64>>();
         Curve::weighted(&name, column(&|p| p.time_s), column(value), column(&|p| p.samples))

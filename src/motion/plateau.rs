@@ -7,7 +7,7 @@ use super::curve::Curve;
 use super::error::MotionError;
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors::{self, ErrorModel};
-use crate::math::statistics::t_quantile;
+use crate::math::statistics::{extent, t_quantile};
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
@@ -15,6 +15,8 @@ use std::fmt;
 
 /// Least number of rows of a plateau
 const LEAST: usize = 6;
+/// Rows on each side of a single outlier
+const AROUND: usize = 3;
 /// Part of the values below which a residual is rounding \[–\]
 const ROUNDING: f64 = 1e-12;
 
@@ -60,8 +62,11 @@ pub struct Plateau {
     pub rows: usize,
     /// With its 95 % interval by Student's t
     pub mean: Bounded,
-    /// Standard deviation of a sample about the mean
+    /// Standard deviation of the values about the mean, √(Σ w(v − v̄)²/Σ w · n/(n − 1)) with the samples w of the n rows: what is compared with the
+    /// values, with a tolerance and with a drift
     pub deviation: f64,
+    /// Standard deviation of one sample, √(Σ w(v − v̄)²/(n − 1)), where the samples of a row are independent: a row of w of them has 1/√w of it
+    pub sample_deviation: f64,
     /// Standard uncertainty of the mean
     pub uncertainty: f64,
     /// Rate of change, with its 95 % interval \[unit/s\]
@@ -99,7 +104,7 @@ impl Plateau {
         let n = cut.value.len();
         let [from_s, to_s] = window_s;
         if n < LEAST {
-            return Err(MotionError::TooShort { found: n, needed: LEAST, from_s, to_s });
+            return Err(MotionError::TooShort { found: n, needed: LEAST, from_s, to_s, step_s: curve.time_step() });
         }
         let total: f64 = cut.samples.iter().sum();
         let centre = cut.time_s.iter().zip(&cut.samples).map(|(t, w)| t * w).sum::<f64>() / total;
@@ -119,7 +124,8 @@ impl Plateau {
             window_s: [cut.time_s[0], cut.time_s[n - 1]],
             rows: n,
             mean: bounded(mean + level[0], &level_errors, 0),
-            deviation: (squares / (n - 1) as f64).sqrt(),
+            deviation: (squares / total * n as f64 / (n - 1) as f64).sqrt(),
+            sample_deviation: (squares / (n - 1) as f64).sqrt(),
             uncertainty: level_errors.deviations[0],
             drift: bounded(sloped[1], &errors, 1),
             correlation,
@@ -165,7 +171,7 @@ fn line(curve: &Curve, columns: impl Fn(f64) -> Vec<f64>, level: f64) -> (DVecto
 /// All plateaus in the order of time; they do not overlap.
 pub fn plateaus(curve: &Curve, rule: &PlateauRule) -> Result<Vec<Plateau>, MotionError> {
     let tolerance = rule.tolerance_of(curve);
-    let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let reach = reaches(&without_outliers(&curve.value, tolerance), tolerance);
     let least_s = rule.least_s(curve);
     let lasts = |from: usize, to: usize| curve.time_s[to - 1] - curve.time_s[from];
     // Longest first; what an accepted one covers is cut off the others
@@ -191,7 +197,7 @@ pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plate
     let tolerance = rule.tolerance_of(curve);
     let least_s = rule.least_s(curve);
     let n = curve.value.len();
-    let reach = reaches(&without_outliers(&curve.value), tolerance);
+    let reach = reaches(&without_outliers(&curve.value, tolerance), tolerance);
     let lasting = |from: usize, to: usize| {
         let window = [curve.time_s[from], curve.time_s[to - 1]];
         let lasts = to - from >= LEAST && window[1] - window[0] >= least_s;
@@ -209,11 +215,17 @@ pub fn held_and_final(curve: &Curve, rule: &PlateauRule) -> Result<[Option<Plate
     }
 }
 
-/// Values with each one replaced by the median of it and its neighbours.
-fn without_outliers(value: &[f64]) -> Vec<f64> {
-    let one = |k: usize| match (k.checked_sub(1).and_then(|j| value.get(j)), value.get(k + 1)) {
-        (Some(a), Some(c)) => a.max(value[k]).min(a.min(value[k]).max(*c)),
-        _ => value[k],
+/// Values with each one between neighbours at rest, three on each side within ±tolerance of one level, replaced by the median of it and the next two: an
+/// outlier is single. In a vibration of few rows a period neighbours are not at rest.
+fn without_outliers(value: &[f64], tolerance: f64) -> Vec<f64> {
+    let one = |k: usize| {
+        if k == 0 || k + 1 == value.len() {
+            return value[k];
+        }
+        let near = k.saturating_sub(AROUND)..value.len().min(k + AROUND + 1);
+        let [low, high] = extent(near.filter(|j| *j != k).map(|j| value[j]));
+        let (a, c) = (value[k - 1], value[k + 1]);
+        if high - low > 2.0 * tolerance { value[k] } else { a.max(value[k]).min(a.min(value[k]).max(c)) }
     };
     (0..value.len()).map(one).collect()
 }

@@ -26,6 +26,10 @@ const UNITS: [(f64, &str); 4] = [
     (1000.0, "metres and millimetres were confused"),
 ];
 const ALIKE: f64 = 0.1;
+/// Part of the rms that a reflection leaves of points in another hand \[–\]
+const MIRRORED: f64 = 0.1;
+/// Part of the size of the points below which an rms is rounding \[–\]
+const ROUNDING: f64 = 1e-12;
 
 /// A rigid motion y = R x + t that was estimated from points.
 #[derive(Clone, Debug)]
@@ -35,6 +39,8 @@ pub struct Registration {
     pub translation: Vec3,
     /// √(Σ w|e|²/Σ w), of the distances that are left \[m\]
     pub rms: f64,
+    /// The rms with a reflection \[m\], where it is below a tenth of the one without: one set of points is in a left-handed frame, or names are exchanged
+    pub mirrored_rms: Option<f64>,
     /// Remainder of each point, y − R x − t \[m\]
     pub residuals: Vec<Vec3>,
     /// Distance of each point from its prediction by the others \[m\]; none where these do not determine a motion (of three points never)
@@ -105,9 +111,14 @@ pub fn rigid(from: &[Vec3], to: &[Vec3], weights: Option<&[f64]>) -> Result<Regi
     check_size(size_ratio)?;
     not_on_a_line(from)?;
     not_on_a_line(to)?;
-    let (rotation, translation) = best(from, to, weights);
-    let residuals: Vec<Vec3> = from.iter().zip(to).map(|(x, y)| y - rotation * x - translation).collect();
-    let squares: f64 = residuals.iter().zip(weights).map(|(e, w)| w * e.norm_squared()).sum();
+    let (rotation, translation) = best(from, to, weights, 1.0);
+    let left = |(rotation, translation): (Mat3, Vec3)| -> Vec<Vec3> {
+        from.iter().zip(to).map(|(x, y)| y - rotation * x - translation).collect()
+    };
+    let squares = |e: &[Vec3]| e.iter().zip(weights).map(|(e, w)| w * e.norm_squared()).sum::<f64>();
+    let residuals = left((rotation, translation));
+    let mirrored = squares(&left(best(from, to, weights, -1.0)));
+    let squares = squares(&residuals);
     let total: f64 = weights.iter().sum();
     let free = 3 * from.len() - 6;
     let sigma = (squares / free as f64).sqrt();
@@ -123,11 +134,13 @@ pub fn rigid(from: &[Vec3], to: &[Vec3], weights: Option<&[f64]>) -> Result<Regi
     covariance.fixed_view_mut::<3, 3>(0, 0).copy_from(&(inverse * sigma.powi(2)));
     covariance.fixed_view_mut::<3, 3>(3, 3).copy_from(&(Mat3::identity() * (sigma.powi(2) / total)));
     let leave_one_out = (0..from.len()).map(|k| left_out(from, to, weights, k)).collect();
-    let rms = (squares / total).sqrt();
+    let [rms, mirrored] = [squares, mirrored].map(|s| (s / total).sqrt());
+    let is_seen = rms > ROUNDING * size(to) / total.sqrt() && mirrored < MIRRORED * rms;
     Ok(Registration {
         rotation,
         translation,
         rms,
+        mirrored_rms: is_seen.then_some(mirrored),
         residuals,
         leave_one_out,
         sigma,
@@ -138,8 +151,8 @@ pub fn rigid(from: &[Vec3], to: &[Vec3], weights: Option<&[f64]>) -> Result<Regi
     })
 }
 
-/// Rotation and translation of least squares.
-fn best(from: &[Vec3], to: &[Vec3], weights: &[f64]) -> (Mat3, Vec3) {
+/// Rotation, or rotation with a reflection, and translation of least squares: the matrix has the determinant `hand`, 1 or −1.
+fn best(from: &[Vec3], to: &[Vec3], weights: &[f64], hand: f64) -> (Mat3, Vec3) {
     let (a, b) = (centroid(from, weights), centroid(to, weights));
     let mut products = Mat3::zeros();
     for ((x, y), w) in from.iter().zip(to).zip(weights) {
@@ -148,7 +161,7 @@ fn best(from: &[Vec3], to: &[Vec3], weights: &[f64]) -> (Mat3, Vec3) {
     let found = svd(DMatrix::from_fn(3, 3, |i, j| products[(i, j)]), true, true);
     let three = |m: Option<DMatrix<f64>>| m.map_or_else(Mat3::identity, |m| Mat3::from_fn(|i, j| m[(i, j)]));
     let (u, vt) = (three(found.u), three(found.v_t));
-    let sign = (u.determinant() * vt.determinant()).signum();
+    let sign = hand * (u.determinant() * vt.determinant()).signum();
     let rotation = u * Mat3::from_diagonal(&Vec3::new(1.0, 1.0, sign)) * vt;
     (rotation, b - rotation * a)
 }
@@ -161,7 +174,7 @@ fn left_out(from: &[Vec3], to: &[Vec3], weights: &[f64], k: usize) -> Option<f64
     if x.len() < 3 || not_on_a_line(&x).is_err() || not_on_a_line(&y).is_err() {
         return None;
     }
-    let (rotation, translation) = best(&x, &y, &w);
+    let (rotation, translation) = best(&x, &y, &w, 1.0);
     Some((to[k] - rotation * from[k] - translation).norm())
 }
 

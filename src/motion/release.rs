@@ -20,7 +20,7 @@ pub enum Side {
 /// Rule by which the release is found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReleaseRule {
-    /// Multiple of the deviation within the plateau
+    /// Multiple of the deviation of a row within the plateau
     pub factor: f64,
     /// Least departure that counts, in the unit of the curve
     pub threshold: f64,
@@ -42,27 +42,29 @@ pub struct Release {
     pub row: usize,
     /// Time of the next row \[s\]: the release lies between the two
     pub next_s: f64,
-    /// Departure from the plateau's mean that counts, in the unit of the curve
+    /// Departure of that row from the plateau's mean that counts, in the unit of the curve
     pub limit: f64,
 }
 
-/// The last row before the curve leaves a held plateau by more than max(factor × deviation, threshold) for three rows.
+/// The last row before the curve leaves a held plateau by more than max(factor × deviation, threshold) for three rows. The deviation is that of one sample
+/// in the plateau over the root of the samples of the row: single samples may follow a plateau of means.
 ///
 /// # Errors
 /// A curve that stays within the limit.
 pub fn release(curve: &Curve, held: &Plateau, rule: &ReleaseRule) -> Result<Release, MotionError> {
-    let limit = (rule.factor * held.deviation).max(rule.threshold);
+    let limit = |k: usize| (rule.factor * held.sample_deviation / curve.samples[k].sqrt()).max(rule.threshold);
     let out = |k: usize| {
         let departure = curve.value[k] - held.mean.value;
         match rule.side {
-            Side::Either => departure.abs() > limit,
-            Side::Below => departure < -limit,
-            Side::Above => departure > limit,
+            Side::Either => departure.abs() > limit(k),
+            Side::Below => departure < -limit(k),
+            Side::Above => departure > limit(k),
         }
     };
     let start = curve.rows(held.window_s).start;
     let n = curve.value.len();
     let leaves = (start + 1..n).find(|k| (*k..(k + STAYS).min(n)).all(out) && k + STAYS <= n);
-    let next = leaves.ok_or(MotionError::NoRelease { curve: curve.name.clone(), limit })?;
-    Ok(Release { time_s: curve.time_s[next - 1], row: next - 1, next_s: curve.time_s[next], limit })
+    let largest = || (start..n).map(limit).fold(0.0, f64::max);
+    let next = leaves.ok_or_else(|| MotionError::NoRelease { curve: curve.name.clone(), limit: largest() })?;
+    Ok(Release { time_s: curve.time_s[next - 1], row: next - 1, next_s: curve.time_s[next], limit: limit(next) })
 }

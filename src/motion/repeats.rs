@@ -1,7 +1,8 @@
 //! Repeats of an experiment, pooled.
 
 use super::error::MotionError;
-use crate::calibrate::Bounded;
+use super::tracks::Tracks;
+use crate::calibrate::{Bounded, same_data};
 use crate::math::statistics::{extent, t_quantile};
 
 /// Mean of some repeats with its uncertainty.
@@ -16,6 +17,21 @@ pub struct Pooled {
     /// Half the largest difference
     pub half_range: f64,
     pub repeats: usize,
+}
+
+/// Refuses records of which one is a copy of another, also in another unit or with other times.
+///
+/// # Errors
+/// [`MotionError::SameRecord`] with the first two.
+pub fn check_distinct(files: &[(String, &Tracks)]) -> Result<(), MotionError> {
+    let numbers = |(_, tracks): &(String, &Tracks)| -> Vec<f64> {
+        let points = tracks.markers.iter().flat_map(|m| &m.points);
+        points.flat_map(|p| p.map_or(vec![f64::MAX], |p| p.to_vec())).collect()
+    };
+    same_data::first_pair(&files.iter().map(numbers).collect::<Vec<_>>()).map_or(Ok(()), |pair| {
+        let [first, second] = pair.map(|k| files[k].0.clone());
+        Err(MotionError::SameRecord { first, second })
+    })
 }
 
 /// Pools the values of repeats.

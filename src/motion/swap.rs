@@ -1,8 +1,8 @@
 //! Markers that exchange their positions between two rows of a record.
 //!
-//! A pair has exchanged its tracks where, from one row to the next, each of the two lies nearer to where the other one was: the sum of the squared
-//! steps with exchanged names is below a part of the one with the stated names, the steps are far beyond the usual ones, and, in a rigid group of
-//! three or more, exchanged names restore the distances between the markers.
+//! Some markers have exchanged their tracks in a cycle where, from one row to the next, each of them lies where the one before it in the cycle was: the sum of
+//! the squared steps with exchanged names is below a part of the one with the stated names, the steps are far beyond the usual ones, and exchanged names
+//! do not worsen the distances to the other markers of the group. Every permutation of tracks is made of such cycles.
 
 use super::error::{MotionError, Swap};
 use super::track::Track;
@@ -10,22 +10,37 @@ use crate::math::statistics::median;
 
 /// Part of Σ|step|² that exchanged names may leave \[–\]
 const PART: f64 = 0.1;
-/// Steps of an exchange over the median step of the two markers \[–\]
+/// Steps of an exchange over the median step of its markers \[–\]
 const FAR: f64 = 8.0;
+/// Most markers of a group of which cycles of every length are tried
+const EVERY: usize = 6;
+/// Longest cycles that are tried in larger groups
+const LONGEST: usize = 3;
 
 /// All exchanges of tracks of one rigid group.
 ///
 /// # Errors
 /// [`MotionError::Swapped`] with all of them.
 pub fn check(time_s: &[f64], group: &[&Track]) -> Result<(), MotionError> {
-    let mut swaps = vec![];
-    for (k, a) in group.iter().enumerate() {
-        for b in &group[k + 1..] {
-            swaps.extend(pair(time_s, a, b, group));
-        }
-    }
+    let mut swaps: Vec<Swap> = cycles(group.len()).iter().flat_map(|cycle| exchanges(time_s, cycle, group)).collect();
     swaps.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
     if swaps.is_empty() { Ok(()) } else { Err(MotionError::Swapped { swaps }) }
+}
+
+/// Cycles of two or more of so many markers, each with its smallest number first.
+fn cycles(n: usize) -> Vec<Vec<usize>> {
+    let longest = if n > EVERY { LONGEST } else { n };
+    let mut paths: Vec<Vec<usize>> = (0..n).map(|k| vec![k]).collect();
+    let mut all = vec![];
+    for _ in 1..longest {
+        let longer = |path: &Vec<usize>| {
+            let next = (path[0] + 1..n).filter(|k| !path.contains(k));
+            next.map(|k| [&path[..], &[k]].concat()).collect::<Vec<_>>()
+        };
+        paths = paths.iter().flat_map(longer).collect();
+        all.extend_from_slice(&paths);
+    }
+    all
 }
 
 type Point = [f64; 3];
@@ -34,36 +49,35 @@ fn distance(a: Point, b: Point) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-fn pair(time_s: &[f64], a: &Track, b: &Track, group: &[&Track]) -> Vec<Swap> {
-    let rows: Vec<(usize, Point, Point)> =
-        (0..time_s.len()).filter_map(|k| Some((k, a.points[k]?, b.points[k]?))).collect();
-    let steps: Vec<f64> = rows.windows(2).flat_map(|w| [distance(w[0].1, w[1].1), distance(w[0].2, w[1].2)]).collect();
+/// Rows at which the markers of a cycle are found where the ones before them were.
+fn exchanges(time_s: &[f64], cycle: &[usize], group: &[&Track]) -> Vec<Swap> {
+    let of_row = |k: usize| cycle.iter().map(|m| group[*m].points[k]).collect::<Option<Vec<Point>>>();
+    let rows: Vec<(usize, Vec<Point>)> = (0..time_s.len()).filter_map(|k| Some((k, of_row(k)?))).collect();
+    let n = cycle.len();
+    let stated = |w: &[(usize, Vec<Point>)], i: usize| distance(w[0].1[i], w[1].1[i]);
+    let steps: Vec<f64> = rows.windows(2).flat_map(|w| (0..n).map(|i| stated(w, i)).collect::<Vec<_>>()).collect();
     let usual = median(&steps);
-    let is_swap = |w: &&[(usize, Point, Point)]| {
-        let [(before, a0, b0), (now, a1, b1)] = [w[0], w[1]];
-        let stated = [distance(a0, a1), distance(b0, b1)];
-        let exchanged = [distance(b0, a1), distance(a0, b1)];
-        let sum = |d: [f64; 2]| d[0].powi(2) + d[1].powi(2);
-        stated.iter().all(|d| *d > FAR * usual)
-            && sum(exchanged) < PART * sum(stated)
-            && restores(group, [a, b], before, now)
+    let is_swap = |w: &&[(usize, Vec<Point>)]| {
+        let exchanged = |i: usize| distance(w[0].1[i], w[1].1[(i + 1) % n]);
+        (0..n).all(|i| stated(w, i) > FAR * usual)
+            && (0..n).map(|i| exchanged(i).powi(2)).sum::<f64>()
+                < PART * (0..n).map(|i| stated(w, i).powi(2)).sum::<f64>()
+            && restores(group, cycle, [w[0].0, w[1].0])
     };
-    let found = rows.windows(2).filter(is_swap);
-    found.map(|w| Swap { first: a.name.clone(), second: b.name.clone(), time_s: time_s[w[1].0] }).collect()
+    let names = || cycle.iter().map(|m| group[*m].name.clone()).collect();
+    rows.windows(2).filter(is_swap).map(|w| Swap { names: names(), time_s: time_s[w[1].0] }).collect()
 }
 
-/// Whether exchanged names keep the distances to the other markers of the group better than the stated ones; true without another marker.
-fn restores(group: &[&Track], [a, b]: [&Track; 2], before: usize, now: usize) -> bool {
-    let change = |exchanged: bool| {
-        let others = group.iter().filter(|c| c.name != a.name && c.name != b.name);
-        let one = |c: &&Track| {
-            let (old, new) = (c.points[before]?, c.points[now]?);
-            let (from_a, from_b) = if exchanged { (b, a) } else { (a, b) };
-            let of =
-                |was: &Track, is: &Track| Some(distance(was.points[before]?, old) - distance(is.points[now]?, new));
-            Some(of(a, from_a)?.powi(2) + of(b, from_b)?.powi(2))
+/// Whether exchanged names keep the distances to the other markers of the group no worse than the stated ones; true without another marker.
+fn restores(group: &[&Track], cycle: &[usize], [before, now]: [usize; 2]) -> bool {
+    let change = |exchanged: usize| {
+        let one = |(c, i): (usize, usize)| {
+            let (member, named) = (cycle[i], cycle[(i + exchanged) % cycle.len()]);
+            let was = distance(group[member].points[before]?, group[c].points[before]?);
+            Some((was - distance(group[named].points[now]?, group[c].points[now]?)).powi(2))
         };
-        others.filter_map(one).sum::<f64>()
+        let others = (0..group.len()).filter(|c| !cycle.contains(c));
+        others.flat_map(|c| (0..cycle.len()).map(move |i| (c, i))).filter_map(one).sum::<f64>()
     };
-    change(true) <= change(false)
+    change(1) <= change(0)
 }

@@ -94,6 +94,22 @@ pub fn body(names: &[String], at: Vec3, poses: &[Pose]) -> Vec<String> {
     lines
 }
 
+/// The doubt that a group is rigid, where it deforms by more than a twentieth of its size.
+pub fn deformation(reference: &[Vec3], poses: &[Pose]) -> Option<String> {
+    const RIGID: f64 = 0.05;
+    let n = reference.len() as f64;
+    let centre = reference.iter().sum::<Vec3>() / n;
+    let size = (reference.iter().map(|x| (x - centre).norm_squared()).sum::<f64>() / n).sqrt();
+    let worst = poses.iter().max_by(|a, b| a.rms.total_cmp(&b.rms)).filter(|p| p.rms > RIGID * size)?;
+    Some(format!(
+        "the group deforms by {:.0} % of its size ({:.4} mm of {:.4} mm, rms) at {:.4} s: it is not rigid, or a marker moved or was confused with another",
+        1e2 * worst.rms / size,
+        1e3 * worst.rms,
+        1e3 * size,
+        worst.time_s
+    ))
+}
+
 /// Lines on a ring-down.
 pub fn ring_down(name: &str, r: &RingDown) -> Vec<String> {
     vec![

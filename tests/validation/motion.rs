@@ -291,6 +291,33 @@ fn intervals_of_a_plateau_hold_as_often_as_they_say() {
     }
 }
 
+/// Rows that are means of ten samples scatter by σ/√10, which is their deviation; that of a sample is σ. Single samples that follow them within 5σ are no
+/// release. Standard errors of 1/√(2·400) = 3.5 %, of which four are allowed.
+#[test]
+fn rows_of_means_have_the_deviation_of_their_values() {
+    let (mut random, sigma) = (SplitMix(9), 2e-5);
+    let e = noise(&mut random, 800, 0.0);
+    let value: Vec<f64> = (0..800).map(|k| if k < 400 { sigma * e[k] / 10_f64.sqrt() } else { sigma * e[k] }).collect();
+    let samples = (0..800).map(|k| if k < 400 { 10.0 } else { 1.0 }).collect();
+    let time: Vec<f64> = (0..800).map(|k| 0.01 * f64::from(k)).collect();
+    let still = Curve::weighted("z_m", time.clone(), value.clone(), samples).expect("sound");
+    let means = Plateau::over(&still, [0.0, 3.99]).expect("rows");
+    assert!((means.deviation * 10_f64.sqrt() / sigma - 1.0).abs() < 0.14, "{means:?}");
+    assert!((means.sample_deviation / sigma - 1.0).abs() < 0.14, "{means:?}");
+    let never = release(&still, &means, &ReleaseRule::default());
+    assert!(matches!(never, Err(MotionError::NoRelease { .. })), "{never:?}");
+    // As single samples the same rows are a plateau with one deviation
+    let single = Plateau::over(&Curve::new("z_m", time, value).expect("sound"), [0.0, 3.99]).expect("rows");
+    assert!((single.deviation / means.deviation - 1.0).abs() < 1e-12 && single.deviation == single.sample_deviation);
+    // The beam: no value is farther from the mean than its deviation three times, and the values are those of a plateau
+    let z = drop_of(&beam("gravity_a"));
+    let [_, end] = both(&z, &PlateauRule::default());
+    let rows = z.window(end.window_s);
+    let farthest = rows.value.iter().map(|v| (v - end.mean.value).abs()).fold(0.0, f64::max);
+    println!("deviation {:.3e}, farthest {farthest:.3e}", end.deviation);
+    assert!(end.deviation < farthest && end.deviation < PlateauRule::default().tolerance_of(&z), "{end:?}");
+}
+
 #[test]
 fn a_step_has_two_plateaus_and_a_release() {
     let mut random = SplitMix(5);
@@ -315,6 +342,37 @@ fn a_step_has_two_plateaus_and_a_release() {
     let swing = Curve::new("z", (0..=400).map(f64::from).collect(), swing).expect("sound");
     assert_eq!(plateaus(&swing, &PlateauRule::default()).expect("turning points").len(), 4);
     assert!(matches!(held_and_final(&swing, &PlateauRule::default()), Err(MotionError::NoPlateau { .. })));
+}
+
+/// A body that is held for half a second and then swings by 6 mm in two modes until the record ends, with 2.1 to 20 rows a period: the noise is that of the markers, the
+/// held state ends at the release, and there is no final state while the body swings by more than the tolerance.
+#[test]
+fn a_vibration_of_few_rows_a_period_is_neither_noise_nor_a_final_state() {
+    let (mut random, sigma) = (SplitMix(12), 2e-5);
+    for (rate, f) in
+        [(60.0, 3.0), (60.0, 9.7), (60.0, 12.0), (50.0, 9.7), (30.0, 10.0), (30.0, 9.7), (25.0, 6.25), (25.0, 12.0)]
+    {
+        for (last, d) in [(5.0, 0.05), (10.0, 0.05), (20.0, 0.1), (5.0, 0.6)] {
+            let count = (rate * (last + 0.5)) as usize;
+            let time: Vec<f64> = (0..count).map(|k| k as f64 / rate - 0.5).collect();
+            let e = noise(&mut random, count, 0.0);
+            let swing = |t: f64| {
+                if t <= 0.0 {
+                    0.0
+                } else {
+                    -6e-3 + (-d * t).exp() * (5e-3 * (TAU * f * t).cos() + 1e-3 * (TAU * 1.7 * f * t).cos())
+                }
+            };
+            let value = time.iter().zip(&e).map(|(t, e)| swing(*t) + sigma * e).collect();
+            let c = Curve::new("z_m", time, value).expect("sound");
+            let case = format!("{rate} Hz, {f} Hz, {d} 1/s, {last} s");
+            assert!((0.4..1.6).contains(&(c.noise() / sigma)), "{case}: noise {}", c.noise());
+            let [held, end] = held_and_final(&c, &PlateauRule::default()).unwrap_or_else(|e| panic!("{case}: {e}"));
+            let held = held.unwrap_or_else(|| panic!("{case}: a held state"));
+            assert!(held.window_s[0] == -0.5 && held.window_s[1].abs() < 1.5 / rate, "{case}: {held:?}");
+            assert!(end.is_none(), "{case}: {end:?}");
+        }
+    }
 }
 
 /// Student's t of one degree of freedom: two repeats of 1 and 2 have 1.5 ± 12.706·0.5.

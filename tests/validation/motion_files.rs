@@ -5,7 +5,7 @@
 
 use durometer::math::tensor::Vec3;
 use durometer::motion::body::pose;
-use durometer::motion::{BodyRequest, MotionError, MotionRequest, ReadOptions, Tracks, evaluate};
+use durometer::motion::{BodyRequest, Evaluation, MotionError, MotionRequest, ReadOptions, Tracks, evaluate};
 use std::path::{Path, PathBuf};
 
 fn at(name: &str) -> PathBuf {
@@ -254,13 +254,41 @@ fn tables_that_are_no_tracks_are_refused_with_a_remedy() {
         ("t_s,a_x_m,a_y_m,a_z_m\n0,150,2,3\n1,151,2,3\n", "off by 1000"),
         ("t_s,a_x_um,a_y_um,a_z_um\n0,0.1,0.2,0.3\n", "off by 1000"),
         ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,3\n0,1,2,3\n1,1,2,3\n1,2,2,2\n", "in 2 lines: 3, 5"),
-        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\nw,1,2,3\n", "2 cells are no numbers: line 2 \"q\", line 3 \"w\""),
-        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,,3\n", "1 cells are no numbers"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\n1,w,2,3\n", "2 cells are no numbers: line 2 \"q\", line 3 \"w\""),
+        (
+            "t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\nw,1,2,3\n",
+            "1 times are no numbers: line 3 \"w\"; write them in seconds, or pass --rate",
+        ),
+        (
+            "t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,,3\n",
+            "1 positions have one or two coordinates of three: line 2 (1, –, 3); complete them",
+        ),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm,a_z_mm\n0,1,2,3,4\n", "column \"a_z_mm\" occurs twice"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm,a Z (mm)\n0,1,2,3,4\n", "column \"a Z (mm)\" occurs twice"),
+        ("t_s,t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,3,4\n", "column \"t_s\" occurs twice"),
+        (
+            "t_s,a_x_mm,a_y_mm,a_z_mm\n0,90,2,3\n1,91,2,3\n2,0,0,0\n3,92,2,3\n4,91,2,3\n5,90,2,3\n",
+            "marker a is at exactly 0, 0, 0 in 1 of 6 rows",
+        ),
         ("marker,t_s,x_mm,y_mm,z_mm\na,0,1,2,3\na,0,1,2,3\n", "occurs twice at 0 s"),
         ("t_s,a_x_mm,a_y_mm,a_z_mm\n", "holds no marker"),
     ] {
         assert!(refused(text).contains(fact), "{text}: {}", refused(text));
     }
+}
+
+/// A marker that rests at the origin and leaves it is seen there. Rows a second apart are probably of times in another unit.
+#[test]
+fn zeros_at_rest_and_times_in_milliseconds() {
+    let row = |k: u32| format!("{k},0,0,{}\n", -0.5 * f64::from(k.saturating_sub(9)).powi(2));
+    let text = format!("time,a_x_mm,a_y_mm,a_z_mm\n{}", (0..40).map(row).collect::<String>());
+    assert!(parse(&text).is_ok_and(|t| t.markers[0].points.iter().all(Option::is_some)));
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("ms.csv");
+    std::fs::write(&file, text).expect("writable");
+    let request = MotionRequest { file, ring_down: Some(("a_z_m".into(), [0.1, 2.0])), ..MotionRequest::default() };
+    let why = evaluate(&request).expect_err("few rows").to_string();
+    assert!(why.contains("its rows are 1 s apart; state the unit of the times with --time-unit"), "{why}");
 }
 
 /// Two markers of three that exchange their names from the fourth row on.
@@ -280,6 +308,86 @@ fn markers_that_swap_are_named() {
     let unknown = pose(&tracks, &["a".into(), "q".into(), "r".into()], &reference).expect_err("unknown").to_string();
     assert!(unknown.contains("no markers q, r"), "{unknown}");
     assert!(pose(&tracks, &names[..2], &reference[..2]).expect_err("two").to_string().contains("three points or more"));
+}
+
+/// The tip of the beam with names that go round, with a marker that is knocked off by 10 mm, and with one that is taken for a distant one.
+#[test]
+fn markers_that_go_round_or_are_knocked_are_named() {
+    let sound = Tracks::read(&at("gravity_a.csv"), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let from = sound.time_s.iter().position(|t| *t >= 0.905).expect("a row");
+    let folder = tempfile::tempdir().expect("a folder");
+    let found = |change: &dyn Fn(usize, [[f64; 3]; 3]) -> [[f64; 3]; 3]| {
+        let mut text =
+            String::from("t_s,n_avg,tip1_x_m,tip1_y_m,tip1_z_m,tip2_x_m,tip2_y_m,tip2_z_m,tip3_x_m,tip3_y_m,tip3_z_m");
+        for (k, time) in sound.time_s.iter().enumerate() {
+            let points = change(k, [0, 1, 2].map(|m: usize| sound.markers[m].points[k].expect("seen")));
+            let cells: Vec<String> = points.as_flattened().iter().map(f64::to_string).collect();
+            text += &format!("\n{time},{},{}", sound.samples[k], cells.join(","));
+        }
+        let file = folder.path().join("changed.csv");
+        std::fs::write(&file, text).expect("writable");
+        let body = BodyRequest { markers: ["tip1", "tip2", "tip3"].map(String::from).to_vec(), at: None };
+        evaluate(&MotionRequest { file, body: Some(body), ..MotionRequest::default() })
+    };
+    let doubts = |why: Result<Evaluation, MotionError>| why.unwrap_or_else(|e| panic!("{e}")).doubts.join("\n");
+    let plain = doubts(found(&|_, p| p));
+    assert!(!plain.contains("jumps") && !plain.contains("not rigid"), "{plain}");
+    for (round, names) in [([1, 2, 0], "tip1, tip3 and tip2 at "), ([2, 0, 1], "tip1, tip2 and tip3 at ")] {
+        let why =
+            found(&|k, p| if k < from { p } else { round.map(|m: usize| p[m]) }).expect_err("exchanged").to_string();
+        assert!(why.contains(names) && why.contains("0.91 s"), "{why}");
+    }
+    let moved = |shift: f64| {
+        move |k: usize, mut p: [[f64; 3]; 3]| {
+            p[2][0] += if k < from { 0.0 } else { shift };
+            p
+        }
+    };
+    let knocked = doubts(found(&moved(0.0105)));
+    assert!(knocked.contains("marker tip3 jumps by 10.") && knocked.contains(" at 0.91 s"), "{knocked}");
+    // 0.1 m away it is another marker, and the group is far from rigid
+    let other = doubts(found(&moved(0.1005)));
+    assert!(other.contains("jumps by 100.") && other.contains("it is not rigid"), "{other}");
+}
+
+/// Four markers off a plane whose y has the other sign in the record: no rotation reaches the reference. The sign of any coordinate brings it back, and a
+/// record in the same hand is read in any orientation.
+#[test]
+fn a_mirrored_record_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let known = [[0.0, 0.0, 0.0], [60.0, 5.0, 0.0], [0.0, 60.0, 10.0], [20.0, 20.0, 45.0]];
+    let table = |sign: [f64; 3], times: &[f64]| {
+        let row = |t: &f64| {
+            let one = |(k, p): (usize, &[f64; 3])| {
+                let p = [0, 1, 2].map(|i| sign[i] * (p[i] + 0.2 * (3.0 * k as f64 + i as f64 + 40.0 * t).sin()));
+                format!("{},{t},{},{},{}\n", ["a", "b", "c", "d"][k], p[0], p[1], p[2])
+            };
+            known.iter().enumerate().map(one).collect::<String>()
+        };
+        format!("marker,t_s,x_mm,y_mm,z_mm\n{}", times.iter().map(row).collect::<String>())
+    };
+    let [file, reference] = ["record.csv", "known.csv"].map(|name| folder.path().join(name));
+    let rows = known.iter().zip(["a", "b", "c", "d"]).map(|(p, n)| format!("{n},{},{},{}\n", p[0], p[1], p[2]));
+    std::fs::write(&reference, format!("marker,x_mm,y_mm,z_mm\n{}", rows.collect::<String>())).expect("writable");
+    let times: Vec<f64> = (0..60).map(|k| 0.01 * f64::from(k)).collect();
+    let evaluated = |sign: [f64; 3]| {
+        std::fs::write(&file, table(sign, &times)).expect("writable");
+        evaluate(&MotionRequest {
+            file: file.clone(),
+            reference: Some(reference.clone()),
+            held_s: None,
+            final_s: Some([0.0, 0.5]),
+            ..MotionRequest::default()
+        })
+    };
+    for sign in [[1.0, -1.0, 1.0], [-1.0, 1.0, 1.0], [-1.0, -1.0, -1.0]] {
+        let why = evaluated(sign).expect_err("mirrored").to_string();
+        assert!(why.contains("fits known.csv as its mirror image") && why.contains("sign of one coordinate"), "{why}");
+    }
+    for sign in [[1.0; 3], [-1.0, -1.0, 1.0]] {
+        let registration = evaluated(sign).unwrap_or_else(|e| panic!("{e}")).registration.expect("registered");
+        assert!(registration.rms < 3e-4 && registration.mirrored_rms.is_none(), "{registration:?}");
+    }
 }
 
 /// The same record cut at 1 s, while the beam swings: it is held as in the whole one, and nothing is final. From the middle of the
@@ -309,6 +417,43 @@ fn a_record_that_ends_in_motion_has_a_held_state() {
     let swing = between(0.1, 0.45);
     assert!(swing.release.is_none() && swing.curves.iter().all(|c| c.held.is_none() && c.last.is_none()));
     assert!(swing.doubts.iter().any(|d| d.contains("neither begins nor ends within")), "{:?}", swing.doubts);
+}
+
+/// Repeats of which one ends in motion are pooled over the others, with their number; a copy is no repeat, in whatever unit; and refusals name the file.
+#[test]
+fn repeats_are_counted_and_copies_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(at("gravity_b.csv")).expect("a table");
+    let (names, rows) = text.split_once('\n').expect("rows");
+    let rows = || rows.lines().map(|row| row.split(',').map(|c| c.parse().expect("a number")).collect::<Vec<f64>>());
+    let write = |name: &str, names: String, rows: Vec<Vec<f64>>| {
+        let lines = rows.iter().map(|r| r.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
+        let path = folder.path().join(name);
+        std::fs::write(&path, format!("{names}\n{}", lines.collect::<Vec<_>>().join("\n"))).expect("writable");
+        path
+    };
+    let cut = write("cut.csv", names.into(), rows().filter(|r| r[0] < 1.0).collect());
+    let centimetres = |r: Vec<f64>| r.iter().enumerate().map(|(k, x)| if k < 2 { *x } else { 100.0 * x }).collect();
+    let copy = write("copy.csv", names.replace("_m", "_cm"), rows().map(centimetres).collect());
+    let out = folder.path().join("out");
+    let motion = |files: &[&Path], more: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_durometer"));
+        command.arg("motion").args(files).args(more).arg("--replace").arg("--out").arg(&out);
+        let done = command.output().expect("the program runs");
+        (done.status.code(), String::from_utf8_lossy(&done.stderr).into_owned())
+    };
+    let [a, b] = ["gravity_a.csv", "gravity_b.csv"].map(at);
+    // The first file need not have the quantity
+    for files in [[&a, &b, &cut], [&cut, &a, &b]] {
+        let (code, said) = motion(&files.map(|f| &**f), &["--body", "tip1,tip2,tip3"]);
+        let table = std::fs::read_to_string(out.join("repeats.csv")).expect("a table");
+        assert!(code == Some(0) && table.contains("displacement_z_m,mm,2 of 3,-6."), "{said}\n{table}");
+    }
+    let (code, said) = motion(&[&a, &b, &copy], &[]);
+    assert!(code == Some(2) && said.contains("hold the same positions"), "{said}");
+    assert!(said.contains("gravity_b.csv and ") && said.contains("copy.csv hold"), "{said}");
+    let (code, said) = motion(&[&a, &cut], &["--ring-down", "tip1_z_m", "--window", "1.5 s,2 s"]);
+    assert!(code == Some(2) && said.contains("cut.csv: the curve has 0 samples"), "{said}");
 }
 
 #[test]

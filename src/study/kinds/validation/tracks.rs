@@ -13,6 +13,7 @@ use crate::math::tensor::{Mat3, Vec3};
 use crate::math::units;
 use crate::motion::plateau::{Plateau, PlateauRule};
 use crate::motion::registration::Registration;
+use crate::motion::repeats::check_distinct;
 use crate::motion::ring_down::{Creep, RingDown, ring_down};
 use crate::motion::{EvaluatedCurve, MotionError, MotionRequest, evaluate};
 use crate::scene::in_unit_of;
@@ -55,7 +56,10 @@ impl RecordTracks {
                 .map_err(|source| TracksError::Motion { file: name.clone(), source })?;
             Ok(File { name, evaluation })
         };
-        Ok(Self { files: spec.files.iter().map(one).collect::<Result<_, _>>()? })
+        let files: Vec<File> = spec.files.iter().map(one).collect::<Result<_, _>>()?;
+        let named: Vec<_> = files.iter().map(|f| (f.name.clone(), &f.evaluation.tracks)).collect();
+        check_distinct(&named).map_err(TracksError::Repeats)?;
+        Ok(Self { files })
     }
 
     /// The audit of every file of a record.

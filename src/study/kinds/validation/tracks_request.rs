@@ -28,6 +28,8 @@ pub enum TracksError {
         "tracks {file}: the {state} state of {curve} does not rest: its values deviate by {deviation:.3e} from their mean (rms), which is more than those of a plateau may ({limit:.3e}); state a window in which it rests with `{state}`"
     )]
     Moves { file: String, curve: String, state: &'static str, deviation: f64, limit: f64 },
+    #[error("tracks: {0}")]
+    Repeats(MotionError),
     #[error("tracks {file}: there was no release, from which the window of a ring-down counts")]
     NoRelease { file: String },
     #[error("curve {curve}: {why}")]
