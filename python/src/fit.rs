@@ -24,6 +24,8 @@ use std::path::PathBuf;
 #[pyclass(module = "durometer", frozen)]
 pub struct Fit {
     result: FitResult,
+    /// Of arrays, which have no columns with options
+    of_arrays: bool,
 }
 
 #[pymethods]
@@ -53,7 +55,7 @@ impl Fit {
         let rest = columns(&mut request, options)?;
         set(&mut request.options, &rest)?;
         let result = apart(py, progress, |_| fit(&request))?;
-        Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))? })
+        Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))?, of_arrays: false })
     }
 
     /// Fits a law to arrays of stretch and of nominal stress \[Pa\] of one mode; the options are those of `from_csv` but for its columns.
@@ -92,7 +94,7 @@ impl Fit {
         set(&mut wanted, &all(options)?)?;
         let experiment = Experiment::of_samples("arrays", &durometer::storage::sha256(&bytes), samples);
         let result = apart(py, progress, |_| fit_experiment(&experiment, &wanted))?;
-        Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))? })
+        Ok(Self { result: result.map_err(|e| refused(of_arrays(&e.to_string())))?, of_arrays: true })
     }
 
     /// Name of the law in files.
@@ -136,7 +138,8 @@ impl Fit {
     /// Limits on the use of the constants, in words.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.result.warnings.iter().map(|warning| in_python(&warning.to_string())).collect()
+        let words = if self.of_arrays { of_arrays } else { in_python };
+        self.result.warnings.iter().map(|warning| words(&warning.to_string())).collect()
     }
 
     /// Everything that `fit.json` has.
@@ -240,6 +243,11 @@ fn in_python(message: &str) -> String {
         }
     }
     out
+}
+
+/// The same of arrays, whose numbers are in SI units.
+fn of_arrays(message: &str) -> String {
+    in_python(&message.replace("Pass --stress-unit", "Give them in Pa"))
 }
 
 /// All that are given.

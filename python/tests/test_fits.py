@@ -142,6 +142,12 @@ def test_options_that_say_nothing_are_refused(options: dict, words: str) -> None
         durometer.Fit.from_arrays(STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean", **options)
 
 
+def test_arrays_have_no_option_for_their_unit() -> None:
+    fit = durometer.Fit.from_arrays(STRETCH, 40e-3 * (STRETCH - STRETCH**-2), "neo_hookean", nu=0.45)
+    [warning] = [warning for warning in fit.warnings if "range of rubbers" in warning]
+    assert warning.endswith("are the stresses in MPa rather than Pa? Give them in Pa"), warning
+
+
 def test_no_data_are_refused() -> None:
     with pytest.raises(durometer.InputError, match="no data points"):
         durometer.Fit.from_arrays([], [], "neo_hookean")
