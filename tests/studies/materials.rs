@@ -133,12 +133,12 @@ fn the_error_of_the_mesh_is_claimed_where_it_is_known() {
     let (study, stored) = study();
     let a = analyse(&study, &stored);
     let sentence = &a.quantities[0].sentence;
-    assert!(sentence.contains("changes the difference of Stiff by at most 2 %; the other 2 members"), "{sentence}");
+    assert!(sentence.contains("changes the difference of stiff by at most 2 %; the other 2 members"), "{sentence}");
     let unknown = |a: &Analysis<ComparisonFindings>| {
         a.warnings.iter().find(|w| w.contains("The error of the mesh")).cloned().unwrap_or_default()
     };
-    assert!(unknown(&a).contains("in the differences of Near and Lossy is unknown"), "{:?}", a.warnings);
-    assert!(finer::errors(&study, &a).ends_with("This change is known of Stiff, and unknown of Near and Lossy."));
+    assert!(unknown(&a).contains("in the differences of near and lossy is unknown"), "{:?}", a.warnings);
+    assert!(finer::errors(&study, &a).ends_with("This change is known of stiff, and unknown of near and lossy."));
     let of = |keep: &dyn Fn(&StoredCase) -> bool| stored.iter().filter(|c| keep(c)).cloned().collect::<Vec<_>>();
     let known = analyse(&study, &of(&|c| ["base", "stiff"].contains(&c.record.member.as_str())));
     assert!(known.quantities[0].sentence.contains("changes these differences by at most 2 %."));

@@ -300,7 +300,7 @@ response = "barrier"
 friction = 0.0
 [[rigid]]
 name = "ball"
-shape = { kind = "sphere", centre = ["0 mm", "0 mm", "0 mm"], radius = "5 mm" }
+shape = { kind = "sphere", center = ["0 mm", "0 mm", "0 mm"], radius = "5 mm" }
 density = "1 g/cm^3"
 "#;
 
