@@ -41,8 +41,18 @@ pub enum MotionError {
     Rate { file: String, rate: f64 },
     #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
     Decimal { file: String, cell: String },
-    #[error("{file}: {} cells are no numbers: {}; leave a cell empty where a marker was not seen", cells.len(), first(cells))]
+    #[error("{file}: {} cells are no numbers: {}; write numbers, or leave all three cells of a marker empty where it was not seen", cells.len(), first(cells))]
     Cells { file: String, cells: Vec<String> },
+    #[error("{file}: {} positions have one or two coordinates of three: {}; complete them, or leave all three cells empty where the marker was not seen", at.len(), first(at))]
+    Partial { file: String, at: Vec<String> },
+    #[error("{file}: {} times are no numbers: {}; write them in seconds, or pass --rate with the frames per second", cells.len(), first(cells))]
+    Clock { file: String, cells: Vec<String> },
+    #[error("{file}: column \"{name}\" occurs twice; give one of the two another name, or remove it")]
+    Column { file: String, name: String },
+    #[error(
+        "{file}: marker {name} is at exactly 0, 0, 0 in {found} of {rows} rows, to which it jumps from elsewhere: a program wrote zeros where it was not seen; export these rows as gaps, in a table as three empty cells"
+    )]
+    Zeros { file: String, name: String, found: usize, rows: usize },
     #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), first(lines))]
     Times { file: String, lines: Vec<u64> },
     #[error("{file}: marker \"{name}\" occurs twice{}; every marker needs a name of its own", at.map_or(String::new(), |t| format!(" at {t} s")))]
@@ -78,14 +88,14 @@ pub enum MotionError {
     NotFinite { what: String },
     #[error("{} lists of {what} have different lengths: {}", lengths.len(), lengths.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))]
     Lengths { what: &'static str, lengths: Vec<usize> },
-    #[error("{} markers exchange their positions: {}; name the tracks anew in the recording program from these frames on", swaps.len(), first(swaps))]
+    #[error("{} of markers: {}; name the tracks anew in the recording program from these frames on", count(swaps.len(), "exchange"), first(swaps))]
     Swapped { swaps: Vec<Swap> },
     #[error("markers {} are never seen at the same time; a rigid motion needs three of them at once", names.join(", "))]
     NeverSeen { names: Vec<String> },
     #[error(
-        "the curve has {found} samples in {from_s} s to {to_s} s, and {needed} are needed; take a longer window, or record faster"
+        "the curve has {found} samples in {from_s} s to {to_s} s, and {needed} are needed{}", recorded(*.step_s)
     )]
-    TooShort { found: usize, needed: usize, from_s: f64, to_s: f64 },
+    TooShort { found: usize, needed: usize, from_s: f64, to_s: f64, step_s: f64 },
     #[error(
         "no state is held: the curve neither begins nor ends within ±{} of one level for {} s; take a record that is at rest before or after the motion, or state the window of the held state",
         in_unit(.tolerance, .curve),
@@ -100,6 +110,19 @@ pub enum MotionError {
     NoRingDown { from_s: f64, to_s: f64, fact: String, remedy: &'static str },
     #[error("there is no curve \"{asked}\"; known: {}", known.join(", "))]
     NoCurve { asked: String, known: Vec<String> },
+}
+
+/// The remedy for a window with too few rows, which are so far apart \[s\].
+fn recorded(step_s: f64) -> String {
+    // No camera for motion takes less than a frame in a second
+    if step_s >= 1.0 {
+        format!(
+            ": its rows are {} s apart; state the unit of the times with --time-unit if they are no seconds",
+            shown(step_s)
+        )
+    } else {
+        "; take a longer window, or record faster".into()
+    }
 }
 
 /// A length or an angle of a curve, whose name ends with its unit.

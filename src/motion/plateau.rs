@@ -104,7 +104,7 @@ impl Plateau {
         let n = cut.value.len();
         let [from_s, to_s] = window_s;
         if n < LEAST {
-            return Err(MotionError::TooShort { found: n, needed: LEAST, from_s, to_s });
+            return Err(MotionError::TooShort { found: n, needed: LEAST, from_s, to_s, step_s: curve.time_step() });
         }
         let total: f64 = cut.samples.iter().sum();
         let centre = cut.time_s.iter().zip(&cut.samples).map(|(t, w)| t * w).sum::<f64>() / total;

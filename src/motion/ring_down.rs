@@ -37,6 +37,10 @@ const SEEN: f64 = 4.0;
 /// A window with too few rows or one that begins before the release, and a curve without a vibration of at least one period and above the noise.
 pub fn ring_down(curve: &Curve, window_s: [f64; 2], origin_s: f64, kind: Creep) -> Result<RingDown, MotionError> {
     let cut = curve.window(window_s);
+    if cut.value.len() < LEAST {
+        let ([from_s, to_s], found) = (window_s, cut.value.len());
+        return Err(MotionError::TooShort { found, needed: LEAST, from_s, to_s, step_s: curve.time_step() });
+    }
     let problem = Problem::new(&cut, window_s, origin_s, kind)?;
     let refuse =
         |fact: String, remedy| MotionError::NoRingDown { from_s: window_s[0], to_s: window_s[1], fact, remedy };
@@ -80,9 +84,6 @@ impl Problem {
     fn new(cut: &Curve, window: [f64; 2], origin_s: f64, kind: Creep) -> Result<Self, MotionError> {
         let [from_s, to_s] = window;
         let n = cut.value.len();
-        if n < LEAST {
-            return Err(MotionError::TooShort { found: n, needed: LEAST, from_s, to_s });
-        }
         let s: Vec<f64> = cut.time_s.iter().map(|t| t - origin_s).collect();
         if kind == Creep::Logarithmic && s[0] <= 0.0 {
             let fact = "begins at the release or before it";

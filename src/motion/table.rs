@@ -19,6 +19,9 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     let units_below = lines.get(at + 1).is_some_and(|l| !l.is_empty() && !l.cells.iter().any(|c| table::is_number(c)));
     let below = (at + 1 + usize::from(units_below)).min(lines.len());
     let columns = Columns::of(&names.cells);
+    if let Some(name) = columns.twice.first() {
+        return Err(MotionError::Column { file: file.into(), name: names.cells[*name].clone() });
+    }
     let incomplete: Vec<String> = columns.points.iter().filter(|p| p.1.contains(&None)).map(|p| p.0.clone()).collect();
     if !incomplete.is_empty() {
         return Err(MotionError::Incomplete { file: file.into(), markers: incomplete });
@@ -107,8 +110,8 @@ impl Table<'_> {
     }
 
     /// Time and weight of a row, and its number of the line where a cell is none.
-    fn row(&self, line: &Line, number: usize, wrong: &mut Vec<String>) -> (f64, f64) {
-        let mut read = |at: Option<usize>, otherwise: f64| match at.map(|k| self.cell(line, k)) {
+    fn row(&self, line: &Line, number: usize, wrong: &mut Wrong) -> (f64, f64) {
+        let read = |at: Option<usize>, otherwise: f64, wrong: &mut Vec<String>| match at.map(|k| self.cell(line, k)) {
             None => otherwise,
             Some(cell) => table::number(cell, self.decimal).unwrap_or_else(|_| {
                 wrong.push(format!("line {} \"{cell}\"", line.number));
@@ -117,11 +120,11 @@ impl Table<'_> {
         };
         let time = match self.options.rate_hz {
             Some(rate) => number as f64 / rate,
-            None => read(self.columns.time, 0.0),
+            None => read(self.columns.time, 0.0, &mut wrong.times),
         };
-        let samples = read(self.columns.samples, 1.0);
+        let samples = read(self.columns.samples, 1.0, &mut wrong.cells);
         if samples <= 0.0 {
-            wrong.push(format!("line {} \"{samples}\" samples", line.number));
+            wrong.cells.push(format!("line {} \"{samples}\" samples", line.number));
         }
         (time, samples)
     }
@@ -130,7 +133,7 @@ impl Table<'_> {
         let names = self.columns.points.iter().map(|p| p.0.clone());
         let mut markers: Vec<Track> =
             names.map(|name| Track { name, points: Vec::with_capacity(body.len()) }).collect();
-        let (mut time, mut samples, mut wrong) = (vec![], vec![], vec![]);
+        let (mut time, mut samples, mut wrong) = (vec![], vec![], Wrong::default());
         for (number, line) in body.iter().enumerate() {
             let (t, n) = self.row(line, number, &mut wrong);
             time.push(t);
@@ -140,9 +143,7 @@ impl Table<'_> {
                 marker.points.push(coordinate(cells, line.number, self.decimal, &mut wrong));
             }
         }
-        if !wrong.is_empty() {
-            return Err(MotionError::Cells { file: self.file(), cells: wrong });
-        }
+        wrong.refuse(self.file)?;
         let late: Vec<u64> = (1..time.len()).filter(|k| time[*k] <= time[*k - 1]).map(|k| body[k].number).collect();
         if !late.is_empty() {
             return Err(MotionError::Times { file: self.file(), lines: late });
@@ -172,7 +173,7 @@ impl Table<'_> {
 
     fn by_marker(&self, body: &[&Line]) -> Result<Rows, MotionError> {
         let (at, axes) = (self.columns.marker.unwrap_or_default(), self.columns.points[0].1);
-        let mut wrong = vec![];
+        let mut wrong = Wrong::default();
         let (mut order, mut seen): (Vec<String>, HashSet<String>) = (vec![], HashSet::new());
         // Times in the order of numbers, not of the file; total order of bits for times that are equal
         let mut rows: BTreeMap<Sorted, MarkerRow> = BTreeMap::new();
@@ -189,9 +190,7 @@ impl Table<'_> {
                 return Err(MotionError::Twice { file: self.file(), name, at: Some(t) });
             }
         }
-        if !wrong.is_empty() {
-            return Err(MotionError::Cells { file: self.file(), cells: wrong });
-        }
+        wrong.refuse(self.file)?;
         let track = |name: &String| Track {
             name: name.clone(),
             points: rows.values().map(|row| row.1.get(name).copied().flatten()).collect(),
@@ -223,16 +222,42 @@ impl Ord for Sorted {
     }
 }
 
+/// Cells that are not what their columns need, by the line.
+#[derive(Default)]
+pub(super) struct Wrong {
+    pub times: Vec<String>,
+    /// Positions of which some cells are empty
+    pub partial: Vec<String>,
+    pub cells: Vec<String>,
+}
+
+impl Wrong {
+    /// The refusal of the first kind that occurs.
+    pub fn refuse(self, file: &str) -> Result<(), MotionError> {
+        let file = file.to_string();
+        match self {
+            Self { times, .. } if !times.is_empty() => Err(MotionError::Clock { file, cells: times }),
+            Self { cells, .. } if !cells.is_empty() => Err(MotionError::Cells { file, cells }),
+            Self { partial, .. } if !partial.is_empty() => Err(MotionError::Partial { file, at: partial }),
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Three cells as a position; none where the marker was not seen: all are empty, or one is not a number as programs write it.
-pub(super) fn coordinate(cells: [&str; 3], line: u64, decimal: Decimal, wrong: &mut Vec<String>) -> Option<[f64; 3]> {
+pub(super) fn coordinate(cells: [&str; 3], line: u64, decimal: Decimal, wrong: &mut Wrong) -> Option<[f64; 3]> {
     let is_gap = |c: &str| matches!(c.to_lowercase().as_str(), "nan" | "-nan" | "na" | "n/a");
     if cells.iter().all(|c| c.is_empty()) || cells.iter().any(|c| is_gap(c)) {
+        return None;
+    }
+    if cells.iter().any(|c| c.is_empty()) {
+        wrong.partial.push(format!("line {line} ({})", cells.map(|c| if c.is_empty() { "–" } else { c }).join(", ")));
         return None;
     }
     let mut read = |cell: &str| match table::number(cell, decimal) {
         Ok(x) => x,
         Err(_) => {
-            wrong.push(format!("line {line} \"{cell}\""));
+            wrong.cells.push(format!("line {line} \"{cell}\""));
             f64::NAN
         }
     };

@@ -19,6 +19,8 @@ pub struct Columns {
     pub record: Option<usize>,
     /// Columns of x, y and z by marker, in the order of the file; one without a name where rows name it
     pub points: Vec<(String, [Option<usize>; 3])>,
+    /// Columns with the name of an earlier one, or with the same coordinate of its marker
+    pub twice: Vec<usize>,
 }
 
 impl Columns {
@@ -47,6 +49,12 @@ impl Columns {
         // Rows that name their marker have one set of coordinates, any other table has no set without a name
         let by_row = columns.marker.is_some();
         columns.points.retain(|(name, _)| name.is_empty() == by_row);
+        let is_twice = |k: &usize| match names::meaning(&cells[*k]) {
+            Cell::Other => false,
+            Cell::Coordinate { marker, axis } => columns.points.iter().any(|p| p.0 == marker && p.1[axis] != Some(*k)),
+            _ => cells[..*k].contains(&cells[*k]),
+        };
+        columns.twice = (0..cells.len()).filter(is_twice).collect();
         columns
     }
 

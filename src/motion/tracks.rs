@@ -4,7 +4,8 @@ use super::error::MotionError;
 use super::track::{Raw, ReadOptions, Track};
 use super::{c3d, table, trc};
 use crate::calibrate::intake::names;
-use crate::math::statistics::median;
+use crate::math::statistics::{extent, median};
+use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
@@ -70,6 +71,7 @@ impl Tracks {
         }
         log.insert(0, intake(format, &unit, &time_s, &markers));
         check_size(file, &markers)?;
+        check_zeros(file, &markers)?;
         log.extend(gaps(&markers));
         Ok(Self { source: file.into(), sha256: storage::sha256(bytes), time_s, samples, markers, log })
     }
@@ -146,6 +148,22 @@ fn check_size(file: &str, markers: &[Track]) -> Result<(), MotionError> {
     }
     if sizes().next().is_some() && largest_m < SMALLEST {
         return Err(MotionError::Small { file: file.into(), largest_m, limit_m: SMALLEST });
+    }
+    Ok(())
+}
+
+/// Refuses zeros in place of gaps: a marker that is exactly at the origin in some rows, with steps there that are all longer than any other of its steps.
+fn check_zeros(file: &str, markers: &[Track]) -> Result<(), MotionError> {
+    for Track { name, points } in markers {
+        let seen: Vec<Vec3> = points.iter().flatten().copied().map(Vec3::from).collect();
+        let found = seen.iter().filter(|p| **p == Vec3::zeros()).count();
+        let (jumps, steps): (Vec<_>, Vec<_>) =
+            seen.windows(2).partition(|w| (w[0] == Vec3::zeros()) != (w[1] == Vec3::zeros()));
+        let lengths = |of: &[&[Vec3]]| extent(of.iter().map(|w| (w[1] - w[0]).norm()));
+        let ([shortest, _], [_, longest]) = (lengths(&jumps), lengths(&steps));
+        if !jumps.is_empty() && steps.len() > jumps.len() && shortest > longest {
+            return Err(MotionError::Zeros { file: file.into(), name: name.clone(), found, rows: points.len() });
+        }
     }
     Ok(())
 }

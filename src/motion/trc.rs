@@ -4,7 +4,7 @@
 //! markers, the fifth X1, Y1, Z1, ….
 
 use super::error::MotionError;
-use super::table::coordinate;
+use super::table::{Wrong, coordinate};
 use super::track::{Raw, ReadOptions, Track, twice};
 use crate::calibrate::intake::table::{self, Decimal, Line};
 
@@ -46,7 +46,7 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
     }
     let cells = body.iter().flat_map(|l| l.cells.iter().skip(1)).map(String::as_str);
     let decimal = Decimal::of(cells).map_err(|cell| MotionError::Decimal { file: file.into(), cell })?;
-    let mut wrong = vec![];
+    let mut wrong = Wrong::default();
     let mut markers: Vec<Track> =
         labels.iter().map(|(_, name)| Track { name: name.to_string(), points: Vec::with_capacity(found) }).collect();
     let mut time_s = Vec::with_capacity(found);
@@ -54,15 +54,13 @@ pub fn read(file: &str, bytes: &[u8], options: &ReadOptions) -> Result<Raw, Moti
         let cell = |at: usize| line.cells.get(at).map_or("", String::as_str);
         match table::number(cell(1), decimal) {
             Ok(t) => time_s.push(t),
-            Err(_) => wrong.push(format!("line {} \"{}\"", line.number, cell(1))),
+            Err(_) => wrong.times.push(format!("line {} \"{}\"", line.number, cell(1))),
         }
         for (marker, (at, _)) in markers.iter_mut().zip(&labels) {
             marker.points.push(coordinate([0, 1, 2].map(|i| cell(at + i)), line.number, decimal, &mut wrong));
         }
     }
-    if !wrong.is_empty() {
-        return Err(MotionError::Cells { file: file.into(), cells: wrong });
-    }
+    wrong.refuse(file)?;
     let late: Vec<u64> = (1..found).filter(|k| time_s[*k] <= time_s[*k - 1]).map(|k| body[k].number).collect();
     if !late.is_empty() {
         return Err(MotionError::Times { file: file.into(), lines: late });

@@ -254,13 +254,41 @@ fn tables_that_are_no_tracks_are_refused_with_a_remedy() {
         ("t_s,a_x_m,a_y_m,a_z_m\n0,150,2,3\n1,151,2,3\n", "off by 1000"),
         ("t_s,a_x_um,a_y_um,a_z_um\n0,0.1,0.2,0.3\n", "off by 1000"),
         ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,3\n0,1,2,3\n1,1,2,3\n1,2,2,2\n", "in 2 lines: 3, 5"),
-        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\nw,1,2,3\n", "2 cells are no numbers: line 2 \"q\", line 3 \"w\""),
-        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,,3\n", "1 cells are no numbers"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\n1,w,2,3\n", "2 cells are no numbers: line 2 \"q\", line 3 \"w\""),
+        (
+            "t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,q\nw,1,2,3\n",
+            "1 times are no numbers: line 3 \"w\"; write them in seconds, or pass --rate",
+        ),
+        (
+            "t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,,3\n",
+            "1 positions have one or two coordinates of three: line 2 (1, –, 3); complete them",
+        ),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm,a_z_mm\n0,1,2,3,4\n", "column \"a_z_mm\" occurs twice"),
+        ("t_s,a_x_mm,a_y_mm,a_z_mm,a Z (mm)\n0,1,2,3,4\n", "column \"a Z (mm)\" occurs twice"),
+        ("t_s,t_s,a_x_mm,a_y_mm,a_z_mm\n0,1,2,3,4\n", "column \"t_s\" occurs twice"),
+        (
+            "t_s,a_x_mm,a_y_mm,a_z_mm\n0,90,2,3\n1,91,2,3\n2,0,0,0\n3,92,2,3\n4,91,2,3\n5,90,2,3\n",
+            "marker a is at exactly 0, 0, 0 in 1 of 6 rows",
+        ),
         ("marker,t_s,x_mm,y_mm,z_mm\na,0,1,2,3\na,0,1,2,3\n", "occurs twice at 0 s"),
         ("t_s,a_x_mm,a_y_mm,a_z_mm\n", "holds no marker"),
     ] {
         assert!(refused(text).contains(fact), "{text}: {}", refused(text));
     }
+}
+
+/// A marker that rests at the origin and leaves it is seen there. Rows a second apart are probably of times in another unit.
+#[test]
+fn zeros_at_rest_and_times_in_milliseconds() {
+    let row = |k: u32| format!("{k},0,0,{}\n", -0.5 * f64::from(k.saturating_sub(9)).powi(2));
+    let text = format!("time,a_x_mm,a_y_mm,a_z_mm\n{}", (0..40).map(row).collect::<String>());
+    assert!(parse(&text).is_ok_and(|t| t.markers[0].points.iter().all(Option::is_some)));
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("ms.csv");
+    std::fs::write(&file, text).expect("writable");
+    let request = MotionRequest { file, ring_down: Some(("a_z_m".into(), [0.1, 2.0])), ..MotionRequest::default() };
+    let why = evaluate(&request).expect_err("few rows").to_string();
+    assert!(why.contains("its rows are 1 s apart; state the unit of the times with --time-unit"), "{why}");
 }
 
 /// Two markers of three that exchange their names from the fourth row on.
@@ -276,7 +304,7 @@ fn markers_that_swap_are_named() {
     let names = ["a", "b", "c"].map(String::from);
     let reference: Vec<Vec3> = [[0.0, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.02, 0.04]].map(Vec3::from).to_vec();
     let fact = pose(&tracks, &names, &reference).expect_err("swapped").to_string();
-    assert!(fact.contains("a and b at 0.4 s") && fact.contains("1 marker"), "{fact}");
+    assert!(fact.contains("1 exchange of markers: a and b at 0.4 s"), "{fact}");
     let unknown = pose(&tracks, &["a".into(), "q".into(), "r".into()], &reference).expect_err("unknown").to_string();
     assert!(unknown.contains("no markers q, r"), "{unknown}");
     assert!(pose(&tracks, &names[..2], &reference[..2]).expect_err("two").to_string().contains("three points or more"));
