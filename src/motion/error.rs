@@ -50,7 +50,7 @@ pub enum MotionError {
     #[error("{file}: column \"{name}\" occurs twice; give one of the two another name, or remove it")]
     Column { file: String, name: String },
     #[error(
-        "{file}: marker {name} is at exactly 0, 0, 0 in {found} of {rows} rows, to which it jumps from elsewhere: a program wrote zeros where it was not seen; leave these cells empty"
+        "{file}: marker {name} is at exactly 0, 0, 0 in {found} of {rows} rows, to which it jumps from elsewhere: a program wrote zeros where it was not seen; export these rows as gaps, in a table as three empty cells"
     )]
     Zeros { file: String, name: String, found: usize, rows: usize },
     #[error("{file}: the times do not increase in {} lines: {}; a record is one run in the order of time", lines.len(), first(lines))]
@@ -88,7 +88,7 @@ pub enum MotionError {
     NotFinite { what: String },
     #[error("{} lists of {what} have different lengths: {}", lengths.len(), lengths.iter().map(usize::to_string).collect::<Vec<_>>().join(", "))]
     Lengths { what: &'static str, lengths: Vec<usize> },
-    #[error("{} markers exchange their positions: {}; name the tracks anew in the recording program from these frames on", swaps.len(), first(swaps))]
+    #[error("{} of markers: {}; name the tracks anew in the recording program from these frames on", count(swaps.len(), "exchange"), first(swaps))]
     Swapped { swaps: Vec<Swap> },
     #[error("markers {} are never seen at the same time; a rigid motion needs three of them at once", names.join(", "))]
     NeverSeen { names: Vec<String> },
