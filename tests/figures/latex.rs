@@ -220,7 +220,7 @@ fn published(file: &Path) -> Table {
 }
 
 #[test]
-fn the_generated_parts_make_a_paper_of_three_pages() {
+fn the_generated_parts_make_a_paper_of_two_pages() {
     let dir = tempfile::tempdir().expect("a temporary folder");
     let mut study = synthetic::study();
     for (case, integrator) in
@@ -249,7 +249,7 @@ fn the_generated_parts_make_a_paper_of_three_pages() {
     }
     for engine in ENGINES {
         let log = paper_log(&paper, engine);
-        assert!(log.contains("(3 pages"), "{engine}: {log}");
+        assert!(log.contains("(2 pages"), "{engine}: {log}");
     }
 }
 
