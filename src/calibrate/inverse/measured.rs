@@ -27,7 +27,7 @@ pub struct MeasuredSpec {
     /// Smallest and largest x that count, with a unit; every row if absent
     pub range: Option<[String; 2]>,
     /// Loading that counts where x turns: `first-loading`, `last-loading`, a number from 1 on, or `all` with unloading
-    #[schemars(with = "Option<String>")]
+    #[schemars(with = "Option<String>", extend("examples" = ["first-loading"]))]
     pub cycle: Option<Cycle>,
     /// Name of the specimen that was measured; without one it is a specimen of its own
     pub specimen: Option<String>,
