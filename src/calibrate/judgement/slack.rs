@@ -140,18 +140,15 @@ pub fn find(setting: &LawSetting, rows: &[Sample], choice: SlackChoice) -> Resul
     Ok(Found { offsets: vec![], hint: Some((*largest, constants)) })
 }
 
-/// Whether the data points inside this offset show that they carry no stress. Another level of the specimen is no scatter.
+/// Whether the data points inside this offset show that they carry no stress.
 fn is_shown(model: Model, values: &[f64], rows: &[Sample], o: &Offset) -> bool {
     let strain = |s: &Sample| o.side * s.mode.strain(s.stretch);
     let up_to = |end: f64| rows.iter().filter(move |s| o.is_of(s) && strain(s) <= end * o.side * o.strain);
-    let shifted = |s: &Sample| model.at(values, &o.shifted(s, o.strain));
-    let own = || rows.iter().filter(|s| o.is_of(s)).map(|s| (s.stress, shifted(s)));
-    let level = own().map(|(p, law)| p * law).sum::<f64>() / own().map(|(_, law)| law * law).sum::<f64>();
     let inside: Vec<&Sample> = up_to(1.0).filter(|s| strain(s) > 0.0).collect();
-    let law: Vec<f64> = inside.iter().map(|s| level * model.at(values, s)).collect();
+    let law: Vec<f64> = inside.iter().map(|s| model.at(values, s)).collect();
     let size: f64 = law.iter().map(|p| p * p).sum();
     let part = inside.iter().zip(&law).map(|(s, p)| s.stress * p).sum::<f64>() / size;
-    let square = |s: &Sample| (s.stress - level * shifted(s)).powi(2);
+    let square = |s: &Sample| (s.stress - model.at(values, &o.shifted(s, o.strain))).powi(2);
     let scatter = up_to(BEGIN).map(square).sum::<f64>() / up_to(BEGIN).count() as f64;
     inside.len() >= ROWS && part < PART && SIDE * (scatter / size).sqrt() < PART
 }
