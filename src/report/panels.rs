@@ -1,6 +1,6 @@
 //! Places of equal panels: in rows as long as the page allows, so that type is never shrunk.
 
-use crate::report::canvas::{Area, At, INK, Point, mm, page_width, text};
+use crate::report::canvas::{Area, At, INK, Point, mm, page_height, page_width, text};
 use crate::report::measure::heading_lines;
 
 /// Panels of a figure with their rows. All lengths are on the sheet \[mm\].
@@ -42,6 +42,11 @@ impl Panels {
         self.count.div_ceil(self.columns).max(1) as f64
     }
 
+    /// Height of a panel, see [`row_height`].
+    pub fn tall(&self, usual: f64, room: (f64, f64)) -> f64 {
+        row_height(usual, self.rows(), room)
+    }
+
     /// Width of the figure.
     pub fn width(&self) -> f64 {
         self.left + self.columns as f64 * (self.each + self.gap) - self.gap + self.right
@@ -51,6 +56,11 @@ impl Panels {
     pub fn begins_row(&self, k: usize) -> bool {
         k.is_multiple_of(self.columns)
     }
+}
+
+/// Height of each of `rows` of panels \[mm\]: `usual`, or less where a page does not take them with so much `between` two rows and for all `other` things.
+pub fn row_height(usual: f64, rows: f64, (between, other): (f64, f64)) -> f64 {
+    usual.min((page_height() - other + between) / rows - between).max(LOWEST)
 }
 
 /// Letter of panel `k` of a figure; a single panel has none.
@@ -75,8 +85,9 @@ pub fn headed(area: &Area, (left, top): Point, wide: i32, letter: Option<char>, 
     }
 }
 
-/// A panel below this width shows nothing \[mm\].
+/// A panel below this width or this height shows nothing \[mm\].
 const MINIMUM: f64 = 20.0;
+const LOWEST: f64 = 20.0;
 
 #[cfg(test)]
 mod tests {

@@ -247,6 +247,9 @@ fn weights_by_noise_listen_to_the_quiet_mode() {
         "{message}"
     );
     o.noise = Some(1e3);
+    let idle = FitOptions { weighting: Weighting::Absolute, ..o.clone() };
+    let message = fit_experiment(&e, &idle).expect_err("noise that nothing weights").to_string();
+    assert!(message.starts_with("--noise has no effect without --weight noise"), "{message}");
     let r = fit_experiment(&e, &o).expect("given");
     assert!(r.noise.iter().all(|n| n.given && n.std_pa == 1e3));
 }

@@ -464,6 +464,18 @@ fn a_bound_holds_a_constant_and_is_named() {
     assert!(free.constants[0].bound == 0 && (free.constants[0].value / c10 - 1.0).abs() < 1e-5, "{:?}", free.constants);
 }
 
+/// A curve that is given twice counts once: it is refused before the search.
+#[test]
+fn one_curve_under_two_names_is_refused() {
+    let law = example_table("neo_hookean");
+    let truth = model(&bar(&law, "6 mm", 6), &["E"], X, Y);
+    let measured = made(&truth, (1..=30).map(|k| 2e-4 * f64::from(k)).collect());
+    let again = Measured { file: "again".into(), ..measured.clone() };
+    let both = vec![curve(&truth, &measured), curve(&truth, &again)];
+    let refused = calibrate(both, &exact(), None, &mut |_: Progress| true);
+    assert!(matches!(refused, Err(Failure::Input(InverseError::SameData { .. }))));
+}
+
 /// A force of the other sign is refused before the search, whatever the start.
 #[test]
 fn a_curve_of_the_other_sign_is_refused() {

@@ -503,6 +503,9 @@ fn sources_of_bars_are_those_that_were_there() {
     {
         assert!(all.contains(words), "{words}: {all}");
     }
+    let several = "the distance between the limits of the families";
+    let sizes: Vec<StoredCase> = cases.iter().filter(|c| c.record.family == "sizes").cloned().collect();
+    assert!(all.contains(several) && !bars::errors(&analyse(&study, &sizes)).contains(several), "{all}");
     assert!(!all.contains("uncertain constants"), "{all}");
     let without_steps: Vec<StoredCase> = cases.iter().filter(|c| c.record.family != "time_step").cloned().collect();
     let fewer = bars::errors(&analyse(&study, &without_steps));

@@ -164,8 +164,8 @@ fn faults(name: &str, svg: &str, style: Style) -> Vec<String> {
         out.push(format!("{name}: {wide} mm wide"));
     }
     let tall = attribute(svg, "height");
-    // A column, whose panels are below each other, and a slide have other heights
-    if style.width_mm == 180.0 && tall > LONGEST + 0.01 {
+    // A slide has another height
+    if style.width_mm <= 180.0 && tall > LONGEST + 0.01 {
         out.push(format!("{name}: {tall} mm tall"));
     }
     // The width is stated in hundredths of a millimetre, and the sheet in whole units

@@ -149,11 +149,11 @@ fn a_file_is_described_and_its_starter_scene_runs() {
     assert!(warned(&stdout(&durometer(&["import", &at("sets.inp"), "--unit", "m"]))));
 }
 
-/// Two plates of 40 × 40 × 2 mm with one cell across, some of them nearly flat, at a distance of 0.01 mm.
-fn plates(file: &Path) {
+/// Two plates of 40 × 40 × 2 mm with one cell across, some of them nearly flat, one `above` the other \[m\].
+fn plates(file: &Path, above: f64) {
     let mut plate = block(8, 8, 1, 0.04, 0.04, 0.002, Order::Linear);
     add_slivers(&mut plate, 1, 0.01, 0.5_f64.to_radians());
-    let second = image(&plate, &Mat3::identity(), &Vec3::new(0.0, 0.0, 0.00201));
+    let second = image(&plate, &Mat3::identity(), &Vec3::new(0.0, 0.0, above));
     let both = side_by_side(&[("a".into(), plate), ("b".into(), second)]).expect("two parts");
     let points: String =
         both.points.iter().map(|p| format!("{:e} {:e} {:e}\n", p.x * 1e3, p.y * 1e3, p.z * 1e3)).collect();
@@ -196,7 +196,7 @@ fn guessed_units_of_a_folder_that_differ_are_named() {
 fn commands_agree_on_the_limits_of_a_mesh() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("ASCII").to_string();
-    plates(&folder.path().join("plates.vtk"));
+    plates(&folder.path().join("plates.vtk"), 0.00201);
     let limits = |arguments: &[&str]| {
         let output = durometer(arguments);
         let said = stdout(&output) + &String::from_utf8_lossy(&output.stderr);
@@ -205,7 +205,9 @@ fn commands_agree_on_the_limits_of_a_mesh() {
             let of_kind = said.lines().filter_map(|line| line.strip_prefix(kind));
             let texts = of_kind.map(|text| text.trim_start_matches(':').trim().to_string());
             texts
-                .filter(|text| ["nearly flat", "thinnest wall", "nothing joins"].iter().any(|w| text.contains(w)))
+                .filter(|text| {
+                    ["nearly flat", "thinnest wall", "nothing joins", "both fill"].iter().any(|w| text.contains(w))
+                })
                 .collect()
         });
         kinds.map(|texts: Vec<String>| texts)
@@ -231,7 +233,10 @@ fn commands_agree_on_the_limits_of_a_mesh() {
                    response = \"barrier\"\nfriction = 0.0\n";
     let text = std::fs::read_to_string(&scene).expect("written") + contact;
     std::fs::write(at("contact.toml"), text).expect("writable");
-    assert_eq!(limits(&["check", &at("contact.toml")]), [warnings, vec![]]);
+    assert_eq!(limits(&["check", &at("contact.toml")]), [warnings.clone(), vec![]]);
+    plates(&folder.path().join("plates.vtk"), 0.0019);
+    let [overlapping, _] = limits(&["check", &scene]);
+    assert!(overlapping.iter().any(|w| w.contains("both fill")), "{overlapping:?}");
 }
 
 /// Faces of a CAD file that bound no solid are told by every command that takes its mesh.

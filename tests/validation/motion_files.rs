@@ -283,6 +283,10 @@ fn zeros_at_rest_and_times_in_milliseconds() {
     let row = |k: u32| format!("{k},0,0,{}\n", -0.5 * f64::from(k.saturating_sub(9)).powi(2));
     let text = format!("time,a_x_mm,a_y_mm,a_z_mm\n{}", (0..40).map(row).collect::<String>());
     assert!(parse(&text).is_ok_and(|t| t.markers[0].points.iter().all(Option::is_some)));
+    let lost = |k: u32| if (10..14).contains(&k) { format!("{k},0,0,0\n") } else { format!("{k},100,0,{k}\n") };
+    let lost = format!("time,a_x_mm,a_y_mm,a_z_mm\n{}", (0..40).map(lost).collect::<String>());
+    let refused = parse(&lost).expect_err("zeros in place of gaps").to_string();
+    assert!(refused.contains("marker a is at exactly 0, 0, 0 in 4 of 40 rows"), "{refused}");
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("ms.csv");
     std::fs::write(&file, text).expect("writable");

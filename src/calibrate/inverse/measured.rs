@@ -197,7 +197,6 @@ fn recorded(column: &str) -> (Dimension, f64) {
     }
 }
 
-/// The lines below the names of the two columns, and their places.
 /// Refuses a unit other than that of the table; what its brackets hold else is a note.
 fn check_unit(path: &Path, found: &Named, place: usize, spec: &ColumnSpec) -> Result<(), InverseError> {
     let size = |unit: &str| units::quantity(&format!("1 {unit}"));
@@ -213,6 +212,7 @@ fn check_unit(path: &Path, found: &Named, place: usize, spec: &ColumnSpec) -> Re
     }
 }
 
+/// The lines below the names of the two columns, and their places.
 fn find(path: &Path, text: &str, spec: &MeasuredSpec) -> Result<Named, InverseError> {
     let is_unit = |cell: &str| units::quantity(&format!("1 {cell}")).is_ok();
     table::named(text, &[&spec.x.column, &spec.y.column], &is_unit).map_err(|(_, names)| {

@@ -25,7 +25,9 @@ const LEGEND: f64 = 32.0;
 const LEAST: f64 = 40.0;
 const EACH: f64 = 52.0;
 /// From a row of panels to the next one \[mm\]
-const ROW: f64 = TALL + 17.0;
+const ROW: f64 = TALL + BETWEEN;
+/// Between two rows of panels \[mm\]
+const BETWEEN: f64 = 17.0;
 
 /// The place of value `k` on an axis; words are counted from 1.
 fn place(axis: &AxisRecord, k: usize) -> f64 {
@@ -172,14 +174,15 @@ pub fn map(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> 
         return None;
     }
     let panels = Panels::new(maps.len(), (LEFT + 8.0, GAP + 8.0, 3.0), (56.0, 76.0));
-    let row = ROW + 2.0;
+    let tall = panels.tall(TALL, (BETWEEN + 2.0, TOP + 13.0));
+    let row = tall + BETWEEN + 2.0;
     let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
         for (k, q) in maps.iter().enumerate() {
             let (x, top) = (panels.x(k), TOP + row * panels.row(k));
-            let square = (panels.each / first.values.len() as f64, TALL / second.values.len() as f64);
+            let square = (panels.each / first.values.len() as f64, tall / second.values.len() as f64);
             let values = q.points.iter().map(|p| p.value);
             let numbers = MapNumbers::of(values, &q.quantity.unit, (mm(square.0), mm(square.1)));
-            squares(area, q, &numbers, (first, second), [x, top, x + panels.each, top + TALL]);
+            squares(area, q, &numbers, (first, second), [x, top, x + panels.each, top + tall]);
             let title = format!("{}{}", peak_name(q), numbers.brackets());
             headed(area, (mm(x), mm(top)), mm(panels.each), letter(k, maps.len()), &title);
         }
@@ -226,13 +229,17 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let middle = |p: &&SweepPoint| a.list || (1..p.at.len()).all(|i| p.at[i] == a.axes[i].values.len() / 2);
     let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
     let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
-    let (across, bottom) = (places.width() - LEFT, TOP + ROW * places.rows() - 6.0);
+    let across = places.width() - LEFT;
     let entry =
         |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
     let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
-    let svg = figure(places.width(), bottom + LINE * legend_lines(&entries, across), "", |area| {
+    let legend = LINE * legend_lines(&entries, across);
+    let tall = places.tall(TALL, (BETWEEN, TOP + 11.0 + legend));
+    let row = tall + BETWEEN;
+    let bottom = TOP + row * places.rows() - 6.0;
+    let svg = figure(places.width(), bottom + legend, "", |area| {
         for (k, q) in panels.iter().enumerate() {
-            let (x, top) = (places.x(k), TOP + ROW * places.row(k));
+            let (x, top) = (places.x(k), TOP + row * places.row(k));
             let curves: Vec<(usize, Curve)> = (q.points.iter().filter(middle))
                 .filter_map(|p| {
                     let stored = store.cases.iter().find(|c| c.record.id == p.case)?;
@@ -241,7 +248,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
                 .collect();
             let end = curves.iter().flat_map(|(_, c)| c.t.last().copied()).fold(0.0, f64::max);
             let y = Axis::linear(curves.iter().flat_map(|(_, c)| c.f.iter().copied()), &axis_label(&q.quantity, ""));
-            let frame = [mm(x), mm(top), mm(x + places.each), mm(top + TALL)];
+            let frame = [mm(x), mm(top), mm(x + places.each), mm(top + tall)];
             let plot = Plot { area, frame, x: Axis::exact(0.0, end, &format!("time {} [s]", italic("t"))), y };
             plot.grid();
             curves.iter().for_each(|(k, c)| line(area, &plot.path(&c.t, &c.f), color(*k), 9));

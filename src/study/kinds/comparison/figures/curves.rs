@@ -4,7 +4,7 @@
 use crate::report::canvas::{Area, At, INK, SMALL, columns, figure, italic, mm, page_width, text};
 use crate::report::figure::{Figure, LINE, Sample, legend, legend_width, stroke};
 use crate::report::numbers::capital;
-use crate::report::panels::{Panels, letter};
+use crate::report::panels::{Panels, letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::ByQuantity;
 use crate::study::curve::Curve;
@@ -87,11 +87,15 @@ pub fn over_time(store: &Results, a: &ComparisonFindings, variant: &str) -> Opti
     let n = across as f64;
     let each = ((page_width() - LEFT - side - GAP * (n - 1.0)) / n).min(84.0);
     let width = LEFT + n * each + (n - 1.0) * GAP + side;
-    let (tall, low, between) = (42.0, 26.0, 5.0);
-    let row = TOP + tall + between + low + 10.0;
-    let below = row * panels.len().div_ceil(across) as f64;
+    let (low, between) = (26.0, 5.0);
+    let others = TOP + between + low + 10.0;
+    let rows = panels.len().div_ceil(across) as f64;
+    let legend_below = if is_narrow { LINE * entries.len() as f64 + 1.0 } else { 0.0 };
+    let tall = row_height(42.0, rows, (others, others + legend_below));
+    let row = tall + others;
+    let below = row * rows;
     let height = match is_narrow {
-        true => below + LINE * entries.len() as f64 + 1.0,
+        true => below + legend_below,
         false => row.max(TOP + 4.2 * looks.len() as f64 + 4.0),
     };
     let svg = figure(width, height, "", |area| {

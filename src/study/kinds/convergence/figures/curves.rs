@@ -5,7 +5,7 @@ use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, it
 use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines};
 use crate::report::names::title;
 use crate::report::numbers::{capital, thousands};
-use crate::report::panels::letter;
+use crate::report::panels::{letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::report::unit::labelled;
 use crate::study::curve::Curve;
@@ -58,11 +58,14 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     let columns = columns(panels.len(), (left + legend_width, gap, LEAST));
     let each = (page_width() - left - legend_width - gap * (columns as f64 - 1.0)) / columns as f64;
     let has_limit = panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty()));
-    let (first, tall, low, between) = (6.0, 42.0, 24.0, 5.0);
-    let row = first + tall + if has_limit { between + low } else { 0.0 } + 11.0;
-    let bottom = row * panels.len().div_ceil(columns) as f64;
+    let (first, low, between) = (6.0, 24.0, 5.0);
     let entries = entries(&cases, sizes, has_limit);
     let lines = if is_narrow { 4.2 * legend_lines(&entries, page_width() - left) + 3.0 } else { 0.0 };
+    let rows = panels.len().div_ceil(columns) as f64;
+    let others = first + if has_limit { between + low } else { 0.0 } + 11.0;
+    let tall = row_height(42.0, rows, (others, others + lines));
+    let row = tall + others;
+    let bottom = row * rows;
     let svg = figure(page_width(), bottom - 1.0 + lines, "", |area| {
         for (k, (quantity, study)) in panels.iter().enumerate() {
             let (x, top) = (left + (k % columns) as f64 * (each + gap), first + row * (k / columns) as f64);

@@ -1,12 +1,10 @@
 //! Error against h with the fitted orders, and error against seconds with the Pareto front.
 
-use crate::report::canvas::{
-    Area, At, GREY, INK, SMALL, columns, dashed, figure, fill, italic, line, mark, mm, page_width, text,
-};
+use crate::report::canvas::{Area, At, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
 use crate::report::measure::shortened;
 use crate::report::numbers::capital;
-use crate::report::panels::letter;
+use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
@@ -21,8 +19,9 @@ const LEFT: f64 = 14.0;
 const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
 const TALL: f64 = 46.0;
-/// From one row of panels to the next \[mm\]
-const ROW: f64 = TALL + 19.0;
+const EACH: f64 = 70.0;
+/// Between two rows of panels \[mm\]
+const BETWEEN: f64 = 19.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 42.0;
 
@@ -67,10 +66,8 @@ fn sheet(
     if shown.is_empty() {
         return None;
     }
-    let columns = columns(shown.len(), (LEFT + 5.0, GAP, LEAST));
-    let n = columns as f64;
-    let each = ((page_width() - LEFT - 5.0 - GAP * (n - 1.0)) / n).min(70.0);
-    let wide = LEFT + 5.0 + each * n + GAP * (n - 1.0);
+    let panels = Panels::new(shown.len(), (LEFT, GAP, 5.0), (LEAST, EACH));
+    let wide = panels.width();
     let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
     used.sort_unstable();
     used.dedup();
@@ -82,14 +79,17 @@ fn sheet(
         })
         .collect();
     entries.extend(extra);
-    let bottom = TOP + TALL + ROW * (shown.len().div_ceil(columns) - 1) as f64 + 13.5;
-    Some(figure(wide, bottom - 1.0 + 4.2 * legend_lines(&entries, wide - LEFT), "", |area| {
+    let foot = 12.5 + 4.2 * legend_lines(&entries, wide - LEFT);
+    let tall = panels.tall(TALL, (BETWEEN, TOP + foot));
+    let row = tall + BETWEEN;
+    let below = TOP + panels.rows() * row - BETWEEN;
+    Some(figure(wide, below + foot, "", |area| {
         for (k, (q, dots)) in shown.iter().enumerate() {
-            let (x, y) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
-            let frame = [mm(x), mm(y), mm(x + each), mm(y + TALL)];
+            let (x, y) = (panels.x(k), TOP + row * panels.row(k));
+            let frame = [mm(x), mm(y), mm(x + panels.each), mm(y + tall)];
             panel(area, frame, letter(k, shown.len()), q, dots);
         }
-        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
+        legend_below(area, (LEFT, below + 13.5), wide - LEFT, entries);
     }))
 }
 

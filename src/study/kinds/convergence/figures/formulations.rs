@@ -1,9 +1,9 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_height, page_width};
+use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
-use crate::report::panels::letter;
+use crate::report::panels::{letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::figures::errors::levels;
@@ -16,7 +16,6 @@ const GAP: f64 = 16.0;
 const TOP: f64 = 6.0;
 /// Height of a panel, and of one of many on a page \[mm\]
 const TALL: f64 = 50.0;
-const LOWEST: f64 = 25.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 60.0;
 /// From a frame to the one below it, with numbers, label and title between them \[mm\].
@@ -98,7 +97,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let rows = sizes.len() * shown.len().div_ceil(columns);
     let across = page_width() - LEFT;
     let foot = 12.5 + 4.2 * legend_lines(&entries, across);
-    let tall = TALL.min((page_height() - TOP - foot + BETWEEN) / rows as f64 - BETWEEN).max(LOWEST);
+    let tall = row_height(TALL, rows as f64, (BETWEEN, TOP + foot));
     let below = TOP + rows as f64 * (tall + BETWEEN) - BETWEEN;
     let height = below + foot;
     let svg = figure(page_width(), height, "", |area| {

@@ -21,8 +21,8 @@ const TOP: f64 = 6.0;
 const TALL: f64 = 44.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 60.0;
-/// From one row of panels to the next \[mm\]
-const ROW: f64 = TALL + 19.0;
+/// Between two rows of panels \[mm\]
+const BETWEEN: f64 = 19.0;
 
 /// The amount along the x axis.
 struct Amount {
@@ -138,14 +138,16 @@ fn sheet(
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
     let panels = Panels::new(count, (LEFT, GAP, 5.0), (LEAST, EACH));
     let wide = panels.width();
-    let lines = legend_lines(&entries, wide - LEFT);
-    let bottom = TOP + ROW * panels.rows() - 6.0;
-    figure(wide, bottom + 4.2 * lines + 1.0, "", |area| {
+    let foot = 14.0 + 4.2 * legend_lines(&entries, wide - LEFT);
+    let tall = panels.tall(TALL, (BETWEEN, TOP + foot));
+    let row = tall + BETWEEN;
+    let below = TOP + panels.rows() * row - BETWEEN;
+    figure(wide, below + foot, "", |area| {
         for k in 0..count {
-            let (x, y) = (panels.x(k), TOP + panels.row(k) * ROW);
-            paint(k, area, [mm(x), mm(y), mm(x + panels.each), mm(y + TALL)]);
+            let (x, y) = (panels.x(k), TOP + panels.row(k) * row);
+            paint(k, area, [mm(x), mm(y), mm(x + panels.each), mm(y + tall)]);
         }
-        legend_below(area, (LEFT, bottom), wide - LEFT, entries);
+        legend_below(area, (LEFT, below + 13.0), wide - LEFT, entries);
     })
 }
 

@@ -12,8 +12,8 @@ const LEFT: f64 = 22.0;
 const GAP: f64 = 8.0;
 const TOP: f64 = 7.0;
 const TALL: f64 = 44.0;
-/// From a row of panels to the next one \[mm\]
-const ROW: f64 = TALL + 20.0;
+/// Between two rows of panels \[mm\]
+const BETWEEN: f64 = 20.0;
 
 fn look(grade: Grade) -> (RGB, &'static str) {
     match grade {
@@ -34,14 +34,19 @@ pub fn draw(map: &Map) -> Figure {
     let used = |g: &Grade| map.panels.iter().flat_map(|p| &p.points).any(|p| p.grade == *g);
     let entries: Vec<_> =
         grades.into_iter().filter(used).map(|g| (Sample::Block(look(g).0), look(g).1.to_string())).collect();
-    let numbers = numbers(map, panels.each);
-    let (words, across) = (key(map, &numbers), panels.width() - LEFT);
-    let bottom = TOP + ROW * panels.rows() - 4.0;
+    let across = panels.width() - LEFT;
     let lines = legend_lines(&entries, across);
-    let svg = figure(panels.width(), bottom + LINE * (lines + words.len() as f64), "", |area| {
+    // Numbers of lower squares may have another unit, and their key has as many lines
+    let legend = LINE * (lines + key(map, &numbers(map, (panels.each, TALL))).len() as f64);
+    let tall = panels.tall(TALL, (BETWEEN, TOP + 16.0 + legend));
+    let row = tall + BETWEEN;
+    let numbers = numbers(map, (panels.each, tall));
+    let words = key(map, &numbers);
+    let bottom = TOP + row * panels.rows() - 4.0;
+    let svg = figure(panels.width(), bottom + legend, "", |area| {
         for (k, panel) in map.panels.iter().enumerate() {
-            let (left, top) = (panels.x(k), TOP + ROW * panels.row(k));
-            squares(area, map, (panel, &numbers), [left, top, left + panels.each, top + TALL], panels.begins_row(k));
+            let (left, top) = (panels.x(k), TOP + row * panels.row(k));
+            squares(area, map, (panel, &numbers), [left, top, left + panels.each, top + tall], panels.begins_row(k));
             headed(area, (mm(left), mm(top)), mm(panels.each), letter(k, map.panels.len()), &panel.label);
         }
         legend_below(area, (LEFT, bottom), across, entries);
@@ -56,11 +61,11 @@ pub fn draw(map: &Map) -> Figure {
     Figure { name: format!("map-{}", map.family), svg, caption }
 }
 
-/// Numbers of all panels, which are `wide` \[mm\], in one unit.
-fn numbers(map: &Map, wide: f64) -> MapNumbers {
+/// Numbers of all panels, which are `wide` and `tall` \[mm\], in one unit.
+fn numbers(map: &Map, (wide, tall): (f64, f64)) -> MapNumbers {
     let [columns, rows] = [0, 1].map(|k| map.axes[k].values.len() as f64);
     let peaks = map.panels.iter().flat_map(|p| &p.points).filter_map(|p| p.peak);
-    MapNumbers::of(peaks, &map.quantity.unit, (mm(wide / columns), mm(TALL / rows)))
+    MapNumbers::of(peaks, &map.quantity.unit, (mm(wide / columns), mm(tall / rows)))
 }
 
 /// Meaning of the numbers in the squares, with the unit, and of the abbreviations.
