@@ -5,7 +5,8 @@
 //! P = (η(W, W_m) − 1) ∂W/∂F, A = (η − 1) ∂²W/∂F² + ∂η/∂W ∂W/∂F ⊗ ∂W/∂F, W_m = max(W_mₙ, W)
 //!
 //! W_mₙ is the largest W at the end of the steps before, and is advanced once a step is accepted. While W > W_mₙ the effect is zero. For W below it
-//! P is the gradient of a function of W, so that A is symmetric; at W = W_mₙ A jumps.
+//! P is the gradient of a function of W, so that A is symmetric; at W = W_mₙ A jumps. Differences by what W depends on are taken on one side of that kink,
+//! that of the state: above it with W_mₙ = 0, below it with −W_mₙ in place of W_mₙ, with which η goes on beyond it.
 //!
 //! Energy: −∫₀^W (1 − η) dW is stored in addition to W. ∫₀^{W_m} (1 − η) dW is dissipated, as W_m grows; it never falls.
 //!
@@ -22,6 +23,11 @@ use crate::system::{
     Perturbation,
 };
 use std::sync::Arc;
+
+/// W_m with the energy W in addition; one that goes on beyond its kink stays.
+fn after(peak: f64, energy: f64) -> f64 {
+    if peak < 0.0 { peak } else { peak.max(energy) }
+}
 
 /// Softening on the cells of a region.
 pub struct Mullins {
@@ -77,7 +83,7 @@ impl Effect for Mullins {
         for (q, peak) in self.peaks(at.history, b).iter().copied().enumerate() {
             let (_, law) = self.law(at.x, (b, q), want)?;
             let (w, soft) = (self.points.weight(b, q), &self.softening);
-            let next = peak.max(law.psi);
+            let next = after(peak, law.psi);
             out.energy -= w * soft.missing(law.psi, next);
             out.dissipated += w * (soft.lost(next) - soft.lost(peak));
             if want < Want::Residual {
@@ -127,7 +133,14 @@ impl HistoryVariables for Mullins {
 
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
         for (q, peak) in new.iter_mut().enumerate() {
-            *peak = peak.max(self.law(at.x, (b, q), Want::Energy)?.1.psi);
+            *peak = after(*peak, self.law(at.x, (b, q), Want::Energy)?.1.psi);
+        }
+        Ok(())
+    }
+
+    fn take_side(&self, at: &At, b: usize, history: &mut [f64]) -> Result<(), EvalError> {
+        for (q, peak) in history.iter_mut().enumerate() {
+            *peak = if self.law(at.x, (b, q), Want::Energy)?.1.psi >= *peak { 0.0 } else { -*peak };
         }
         Ok(())
     }

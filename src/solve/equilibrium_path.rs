@@ -6,9 +6,10 @@
 //!
 //! Crisfield (Comput. Struct. 13, 1981), the cylindrical form; of the two roots θ the one that keeps to the last direction.
 //! K is not shifted, so unstable equilibria are followed too. The step aims at four iterations: Δs ← Δs √(4/iterations)
-//! (Ramm 1981). Constraints take part as long as they stay as they are, taut or slack, during a step.
+//! (Ramm 1981). Constraints take part as long as they stay as they are, taut or slack, during a step. Where one begins or ceases to hold, the path has a
+//! corner: there the step is one under given loads, whose Newton's method decides which constraints hold, and the path goes on to where its time led.
 //!
-//! Limits: statics without history that grows; a branch that crosses the path is not taken.
+//! Limits: statics without history that grows; a branch that crosses the path is not taken, nor one that turns back where a constraint changes.
 
 use super::convergence::{AtRounding, Convergence};
 use super::nonlinear_solver::NonlinearSolver;
@@ -16,7 +17,7 @@ use super::rigid_motions::hold;
 use super::{Failure, Integrator, Solution, Step, tangent};
 use crate::math::linear::LinearError;
 use crate::math::vector::{dot, norm};
-use crate::system::{State, System, Want};
+use crate::system::{ConstraintKind, State, System, Want};
 use nalgebra::{DMatrix, DVector};
 
 /// Time over which loads are differentiated, as a share of the nominal step \[–\].
@@ -63,10 +64,13 @@ pub(super) struct PathTracer<'a> {
     /// Step of the difference ∂r/∂t \[s\], taken backwards where it would pass `end` \[s\]
     delta: f64,
     end: f64,
-    /// Displacement of the last step \[equations\], empty at the start
+    /// Displacement of the last step \[equations\], empty at the start and behind a corner
     last: Vec<f64>,
-    /// Δs of the next step, and the longest one at the start \[m\]
+    /// Sign of the time of the last step
+    forward: f64,
+    /// Δs of the next step, of the first one and of the longest one at the start \[m\]
     length: f64,
+    first: f64,
     longest: f64,
     /// Negative eigenvalues of the constrained tangent where the path starts
     pub start_modes: Option<usize>,
@@ -98,7 +102,9 @@ impl<'a> PathTracer<'a> {
             delta: DELTA * dt,
             end,
             last: Vec::new(),
+            forward: 1.0,
             length: 0.0,
+            first: 0.0,
             longest: 0.0,
             start_modes: None,
             trail,
@@ -107,6 +113,11 @@ impl<'a> PathTracer<'a> {
         tracer.start_modes = modes;
         tracer.length = dt * tracer.size(&response.rate);
         tracer.longest = LONGEST * tracer.length;
+        if tracer.length == 0.0 && system.constraints.iter().any(|row| row.kind() != ConstraintKind::Equality) {
+            // Nothing moves the body as long as all constraints are slack: the first step is no arc, whatever its length
+            tracer.length = 1.0;
+        }
+        tracer.first = tracer.length;
         if tracer.length > 0.0 && tracer.length.is_finite() {
             return Ok(tracer);
         }
@@ -120,22 +131,59 @@ impl<'a> PathTracer<'a> {
         self.size(&self.difference(&from.x, &next.x)) <= NEAR * self.length
     }
 
-    /// One step of the present length, not beyond the end.
+    /// One step of the present length, not beyond the end; round a corner where it does not converge for one.
     pub fn step(&mut self, solver: &mut NonlinearSolver) -> Result<PathPoint, Failure> {
-        let mut point = self.reach(solver, PathStepEnd::Arc(self.length))?;
-        if point.state.t >= self.end {
-            point = self.reach(solver, PathStepEnd::Time(self.end))?;
-        }
+        let point = match self.arc(solver) {
+            Err(why) if !why.is_of_memory() => self.corner(solver).ok_or(why)?,
+            arc => arc?,
+        };
         let grown = self.length * (WANTED / point.solution.iterations as f64).sqrt().clamp(0.5, 2.0);
         let from = &self.trail.last().expect("the start").1;
         self.last = self.difference(&from.x, &point.state.x);
+        self.forward = (point.state.t - from.t).signum();
         let arc = self.trail.last().expect("the start").0 + norm(&self.last);
+        if self.taut(from) != self.taut(&point.state) {
+            (self.last, self.trail) = (Vec::new(), Vec::new());
+        }
         self.trail.push((arc, point.state.clone()));
         if self.trail.len() > 3 {
             self.trail.remove(0);
         }
         self.length = grown.min(self.longest.max(SHARE * arc));
         Ok(point)
+    }
+
+    /// A step of the present length, where all constraints stay as they are.
+    fn arc(&self, solver: &mut NonlinearSolver) -> Result<PathPoint, Failure> {
+        let point = self.reach(solver, PathStepEnd::Arc(self.length))?;
+        if point.state.t >= self.end { self.reach(solver, PathStepEnd::Time(self.end)) } else { Ok(point) }
+    }
+
+    /// A step under given loads as long as that of the arc, where constraints begin or cease to hold; none where all stay as they are, or where the body
+    /// moves farther than its tangents before and after the step say. The next steps are as long by the tangent behind it.
+    fn corner(&mut self, solver: &mut NonlinearSolver) -> Option<PathPoint> {
+        let from = self.trail.last().expect("the start").1.clone();
+        let speed = |solver: &mut NonlinearSolver, state: &State| {
+            let (response, unstable_modes) = self.linearise(solver, state, &mut state.clone()).ok()?;
+            Some((self.size(&response.rate), unstable_modes))
+        };
+        let nominal = self.delta / DELTA;
+        let before = speed(solver, &from).map_or(0.0, |(speed, _)| speed);
+        let dt = if before > 0.0 { (self.length / before).min(nominal) } else { nominal * self.length / self.first };
+        let t = (from.t + self.forward * dt).min(self.end);
+        let mut next = State { t, ..from.clone() };
+        let step = Step { system: self.system, integrator: Integrator::Static, past: &from, dt: t - from.t };
+        let solution = solver.solve(&step, &mut next).ok()?;
+        if self.taut(&from) == self.taut(&next) {
+            return None;
+        }
+        let (after, unstable_modes) = speed(solver, &next)?;
+        if self.size(&self.difference(&from.x, &next.x)) > NEAR * before.max(after) * (t - from.t).abs() {
+            return None;
+        }
+        self.length = after * dt;
+        self.longest = self.longest.max(LONGEST * after * nominal);
+        Some(PathPoint { state: next, solution: Solution { unstable_modes, ..solution } })
     }
 
     /// Cuts the next step: halves its length.
@@ -311,7 +359,7 @@ impl<'a> PathTracer<'a> {
         }
         let first = increment.iter().all(|m| *m == 0.0);
         if first {
-            let forward = if self.last.is_empty() { 1.0 } else { dot(&rate, &moving(&self.last)).signum() };
+            let forward = if self.last.is_empty() { self.forward } else { dot(&rate, &moving(&self.last)).signum() };
             return Ok(forward * length / a.sqrt());
         }
         let discriminant = b * b - a * c;

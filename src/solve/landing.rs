@@ -38,6 +38,9 @@ const SLOW: f64 = 1e-3;
 const STILL: f64 = 1e-10;
 /// Δt² W A φ″, the square of the angle of the vibration on a contact with a potential in a step, below which the step resolves it \[–\].
 const RESOLVED: f64 = 1.0;
+/// Sliding up to which friction grows in a landing, as a share of the largest motion of the step \[–\]: a smaller one is that of the step, which it solves
+/// with the friction of the contact. With next to none the impulses of many points have several solutions, of which the order of the points decides.
+const STICKING: f64 = 1e-2;
 /// Share of its response by which a point yields \[–\]: more points than a body has motions have impulses with the least sum of squares.
 const YIELDING: f64 = 1e-9;
 /// Most points that land together: W is dense.
@@ -63,7 +66,8 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let (mut landed, mut approach) = (state.clone(), approach);
         for points in landing.chunks(MANY) {
-            for Impulse { response, size, .. } in impulses((&mut *mass, &bodies), system, points, &approach, &limit)? {
+            let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit)?;
+            for Impulse { response, size, .. } in found.into_iter().flatten() {
                 landed.v.iter_mut().zip(&response).for_each(|(v, z)| *v += z * size / approach.dt);
                 approach.motion.iter_mut().zip(&response).for_each(|(d, z)| *d += z * size);
             }
@@ -101,7 +105,8 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let is_stopped = |points| {
             let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit);
-            found.map_or(true, |all| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0))
+            let stops = |all: Vec<Impulse>| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0);
+            found.ok().flatten().is_none_or(stops)
         };
         hit.chunks(MANY).any(is_stopped)
     }
@@ -212,13 +217,15 @@ struct Impulse {
 }
 
 /// The impulses on the points that are stopped: not one that is prescribed along its normal, nor where the contact is so soft that the step resolves it.
+/// `None` where none are found that satisfy all points; then the step stops them, without a landing.
 fn impulses(
     (mass, bodies): (&mut Start, &[FreeBody]),
     system: &System,
     points: &[ContactPoint],
-    Approach { motion, dt, .. }: &Approach,
+    approach: &Approach,
     limit: &Limit,
-) -> Result<Vec<Impulse>, Failure> {
+) -> Result<Option<Vec<Impulse>>, Failure> {
+    let Approach { motion, dt, .. } = approach;
     let mut responses = Vec::new();
     let normals: Vec<Component> = points.iter().filter_map(|point| Component::all(point).next()).collect();
     for normal in &normals {
@@ -250,11 +257,18 @@ fn impulses(
         false => component.along(motion),
     });
     let normal_rows = (0..w.len()).filter(|&row| impulses[row].is_normal);
-    let laws =
-        stopped.iter().zip(normal_rows).map(|(&k, row)| ContactLaw::unilateral(&points[k], YIELDING * w[row][row]));
+    let slip = STICKING * approach.size;
+    let laws = stopped.iter().zip(normal_rows).map(|(&k, row)| {
+        let mut law = ContactLaw::unilateral(&points[k], YIELDING * w[row][row]);
+        law.friction = law.friction.map(|(coefficient, epsilon)| (coefficient, epsilon.max(slip)));
+        law
+    });
     let laws: Vec<ContactLaw> = laws.collect();
     let mut contacts = Contacts::with_response(laws.into_iter(), free.collect(), w);
-    contacts.settle(|_| Ok(Vec::new()), &[], limit)?;
+    match contacts.settle(|_| Ok(Vec::new()), &[], limit) {
+        Err(Failure::Complementarity) => return Ok(None),
+        settled => settled?,
+    };
     impulses.iter_mut().zip(&contacts.p).for_each(|(impulse, p)| impulse.size = *p);
-    Ok(impulses)
+    Ok(Some(impulses))
 }

@@ -148,6 +148,11 @@ pub trait HistoryVariables {
     fn advance_all(&self, at: &At, new: &mut [f64], _caches: &mut Caches) -> Result<(), EvalError> {
         new.chunks_exact_mut(self.size()).enumerate().try_for_each(|(b, new)| self.advance(at, b, new))
     }
+    /// Puts variables in place of those of block `b` at which r_e has a kink: at this state they give the same r_e, which continues smoothly on the side on
+    /// which the state is. Differences of r_e and of [`Self::advance`] are taken with them.
+    fn take_side(&self, _: &At, _b: usize, _history: &mut [f64]) -> Result<(), EvalError> {
+        Ok(())
+    }
 }
 
 /// Derivatives of an effect by its inputs other than x.

@@ -286,6 +286,18 @@ impl System {
         Ok(())
     }
 
+    /// The histories with which differences are taken about a state, [`HistoryVariables::take_side`](super::HistoryVariables::take_side).
+    pub fn history_on_its_side(&self, at: &At) -> Result<Vec<f64>, EvalError> {
+        let mut history = at.history.to_vec();
+        for (e, effect) in self.effects.iter().enumerate() {
+            let Some(variables) = effect.capabilities().history else { continue };
+            let at = self.inputs_of(e, at);
+            let mut blocks = history[self.history_of(e)].chunks_exact_mut(variables.size()).enumerate();
+            blocks.try_for_each(|(b, history)| variables.take_side(&at, b, history))?;
+        }
+        Ok(history)
+    }
+
     /// The components on the free dofs, \[equations\].
     pub fn restrict(&self, full: &[f64]) -> Vec<f64> {
         self.dofs.free.iter().map(|&dof| full[dof as usize]).collect()

@@ -100,7 +100,7 @@ impl<'a> Parameter<'a> {
         }
         new.iter_mut().try_for_each(|new| add_history(system, at, &self.terms, new))?;
         if let Some(difference) = &mut self.difference {
-            for (new, change) in new.iter_mut().zip(difference.history(at)?) {
+            for (new, change) in new.iter_mut().zip(difference.history(system, at)?) {
                 new.iter_mut().zip(&change).for_each(|(new, change)| *new += change);
             }
         }
@@ -132,6 +132,8 @@ impl<'a> SystemDifference<'a> {
     /// The change of the equations of `system` at a fixed state, and its one-sided companion.
     fn change(&mut self, system: &System, at: &At, lambda: &[f64]) -> Result<[EquationChange; 2], EvalError> {
         let Self { variants, sums } = self;
+        let history = system.history_on_its_side(at)?;
+        let at = &At { history: &history, ..*at };
         let derive = |step: usize| {
             let (h, systems) = variants.systems(step)?;
             let of = |place: usize| values(&systems[place], at, lambda, sums).map(EquationChange::flat);
@@ -152,8 +154,10 @@ impl<'a> SystemDifference<'a> {
         Ok(found.map(|all| EquationChange::from_flat(all, system)))
     }
 
-    fn history(&mut self, at: &At) -> Result<[Vec<f64>; 2], EvalError> {
+    fn history(&mut self, system: &System, at: &At) -> Result<[Vec<f64>; 2], EvalError> {
         let Self { variants, sums } = self;
+        let history = system.history_on_its_side(at)?;
+        let at = &At { history: &history, ..*at };
         let derive = |step: usize| {
             let (h, systems) = variants.systems(step)?;
             let of = |place: usize| {

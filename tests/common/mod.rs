@@ -9,6 +9,7 @@ pub mod field;
 pub mod formulation;
 pub mod made;
 pub mod mapped;
+pub mod renumbered;
 pub mod sensitivities;
 pub mod stores;
 pub mod studies;

@@ -327,6 +327,16 @@ fn masses_series_and_damping_in_time() {
     ]);
 }
 
+/// Softening under a load that is held: all points stay at their largest energy, where the stress has a kink in what it depends on.
+#[test]
+fn what_softens_and_is_held() {
+    let constraints = by_length().replace("end = \"20 ms\"", "end = \"15 ms\"");
+    let keys = ["mesh.grid.size.0", "mesh.grid.size.2", "constraint.cable.drive.signal.to", "constraint.cable.guides.1.0"];
+    Beam { effects: SOFTENING.into(), constraints: constraints.clone(), ..Beam::new(&[("\"static\"", 7)]) }.check(&keys);
+    Beam { effects: SOFTENING.into(), constraints, ..Beam::new(&[("\"static\"", 5), (ALPHA, 2)]) }
+        .check(&["mesh.grid.size.0", "mesh.grid.size.2"]);
+}
+
 /// The constants of softening, loaded and unloaded.
 #[test]
 fn what_softens() {

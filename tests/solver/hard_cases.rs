@@ -1,5 +1,6 @@
 //! The study of hard cases: its quick half is right, its switches are needed, and statics does not depend on what it must not.
 
+use crate::common::renumbered::renumbered as renumbered_mesh;
 use crate::common::studies::run_study;
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
@@ -185,35 +186,8 @@ fn rayon_pool(threads: usize) -> rayon::ThreadPool {
 
 /// Nodes and cells in another order.
 fn renumbered(body: &Body, random: &mut SplitMix) -> Body {
-    let mesh = &body.mesh;
-    let mut order = |n: usize| {
-        let mut all: Vec<u32> = (0..n as u32).collect();
-        (1..n).rev().for_each(|k| all.swap(k, random.below(k + 1)));
-        all
-    };
-    let (nodes, cells) = (order(mesh.points.len()), order(mesh.cell_count()));
-    // nodes[old] = new, cells[new] = old
-    let mut points = mesh.points.clone();
-    nodes.iter().zip(&mesh.points).for_each(|(&new, p)| points[new as usize] = *p);
-    let renamed = |list: &[u32]| list.iter().map(|&k| nodes[k as usize]).collect::<Vec<u32>>();
-    let mut place = vec![0; cells.len()];
-    cells.iter().enumerate().for_each(|(new, &old)| place[old as usize] = new as u32);
-    let mut regions = mesh.regions.clone();
-    for region in regions.values_mut() {
-        region.cells = region.cells.iter().map(|&c| place[c as usize]).collect();
-        region.nodes = renamed(&region.nodes);
-        region.cells.sort_unstable();
-        region.nodes.sort_unstable();
-    }
-    let mesh = TetMesh {
-        order: mesh.order,
-        points,
-        cells: cells.iter().flat_map(|&old| renamed(mesh.cell(old as usize))).collect(),
-        facets: renamed(&mesh.facets),
-        regions,
-    };
     Body {
-        mesh,
+        mesh: renumbered_mesh(&body.mesh, &mut |n| random.below(n)),
         paths: body.paths.clone(),
         source: body.source.clone(),
         sha256: body.sha256.clone(),
