@@ -45,8 +45,12 @@ impl Built {
 fn body(file: &Path, spec: &SceneSpec, text: &str, link: &Arc<Link>) -> Result<Arc<Body>, Failed> {
     let body = Arc::new(Body::load(file, &spec.mesh, &mut |_| {})?);
     let Some(wanted) = &spec.mesh.refine else { return Ok(body) };
-    let mut watch =
-        RefinementWatch { step: &mut |_| {}, mesher: &mut |_| {}, progress: &mut |progress| link.progress(progress) };
+    let mut watch = RefinementWatch {
+        step: &mut |_| {},
+        mesher: &mut |_| {},
+        progress: &mut |progress| link.progress(progress),
+        stop: None,
+    };
     Ok(refine((file, spec, text), wanted, body, None, &mut watch)?.body)
 }
 

@@ -15,8 +15,8 @@ use durometer::report::numbers::{five_digits, percent, seconds};
 use durometer::scene::control::Controller;
 use durometer::scene::{
     Body, Checkpoint, CheckpointError, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
-    ParameterKey, Progress, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec, Sensitivities,
-    SensitivityError, SensitivityRecorder, limits_of_scene, read_scene, refine,
+    ParameterKey, Progress, RefineError, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec,
+    Sensitivities, SensitivityError, SensitivityRecorder, limits_of_scene, read_scene, refine,
 };
 use durometer::solve::Status;
 use durometer::storage;
@@ -134,7 +134,13 @@ pub fn main(args: Args) -> CommandResult {
     let earlier = check_out(&args.out, &name)?;
     let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
-    let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
+    let (body, refined) = match mesh(&args, (&file, &spec, &text), &name, &bars) {
+        Err(why) if matches!(why.downcast_ref(), Some(RefineError::Interrupted { .. })) => {
+            tell!("not complete: {why}");
+            return Ok(Outcome::RunIncomplete);
+        }
+        found => found?,
+    };
     let (scene, build_s) = build(&file, spec, text, body)?;
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;
@@ -332,10 +338,14 @@ fn mesh(
     let (file, spec, _) = scene;
     let body = Arc::new(Body::load(file, &spec.mesh, &mut |line| bars.meshing(name, line))?);
     let Some(wanted) = &spec.mesh.refine else { return Ok((body, true)) };
+    let (table, mut steps) = (args.out.join(format!("{name}.refinement.csv")), vec![]);
     let mut follow = |step: &RefinementStep| {
         if !args.json {
             print_refinement(step);
         }
+        steps.push(step.clone());
+        // The table is written again at the end, where a failure is an error
+        _ = folder::write(&table, &csv_text::refinement(&steps));
     };
     let stop = interrupt::stop_flag();
     bars.started(name);
@@ -346,9 +356,10 @@ fn mesh(
             bars.progress(name, progress);
             !stop.load(Ordering::Relaxed)
         },
+        stop: Some(stop.clone()),
     };
     let found = refine(scene, wanted, body, None, &mut watch)?;
-    folder::write(&args.out.join(format!("{name}.refinement.csv")), &csv_text::refinement(&found.steps))?;
+    folder::write(&table, &csv_text::refinement(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
         let why = "not complete: the error bar is above the tolerance on the last mesh; allow more `meshes`, or more tolerance";

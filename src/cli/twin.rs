@@ -6,6 +6,7 @@ use super::stdout::Output;
 use durometer::math::units;
 use durometer::reduction::inverse::{Target, reach};
 use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport, Twin};
+use durometer::scene::control::strict_json::Strict;
 use durometer::storage::unix_time;
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -115,10 +116,10 @@ fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, a
     if !tell(&opening(&models.twin)) {
         return Ok(Outcome::Complete);
     }
-    let mut line = String::new();
+    let mut bytes = Vec::new();
     loop {
-        line.clear();
-        let length = lines.by_ref().take(LONGEST_LINE).read_line(&mut line)?;
+        bytes.clear();
+        let length = lines.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes)?;
         if length == 0 {
             return Ok(Outcome::Complete);
         }
@@ -126,10 +127,11 @@ fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, a
             tell(&json!({ "error": format!("a line is longer than {LONGEST_LINE} bytes; give shorter ones") }));
             return Ok(Outcome::Complete);
         }
-        if line.trim().is_empty() {
+        let text = std::str::from_utf8(&bytes).map_err(|_| "the line is not UTF-8".to_string());
+        if text.as_ref().is_ok_and(|line| line.trim().is_empty()) {
             continue;
         }
-        let (answer, trusted) = match answer(models, &line, args.tolerance) {
+        let (answer, trusted) = match text.and_then(|line| answer(models, line, args.tolerance)) {
             Ok(answer) => answer,
             Err(why) => (json!({ "error": why }), true),
         };
@@ -171,25 +173,35 @@ fn opening(twin: &Twin) -> Value {
 
 /// The answer to a line, and whether it may be trusted; an error in words where the line asks for what cannot be done.
 fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Value, bool), String> {
-    let asked: Map<String, Value> = serde_json::from_str(line)
-        .map_err(|e| format!("the line is no JSON object: {e}; write {{\"inputs\": {{…}}}}"))?;
+    let refused = |why: String| format!("the line is no JSON object: {why}; write {{\"inputs\": {{…}}}}");
+    let Strict(asked) = serde_json::from_str(line).map_err(|e| refused(e.to_string()))?;
+    let Value::Object(asked) = asked else { return Err(refused("it is another value".into())) };
     let known = ["inputs", "target", "reset"];
     if let Some(key) = asked.keys().find(|key| !known.contains(&key.as_str())) {
         return Err(format!("there is no \"{key}\"; the keys are {}", known.join(", ")));
     }
+    let resets = match asked.get("reset") {
+        None => false,
+        Some(Value::Bool(true)) => true,
+        Some(other) => return Err(format!("\"reset\" is {other}; write true, or leave it away")),
+    };
+    let names: Vec<String> = models.twin.model().inputs.iter().map(|i| i.name.clone()).collect();
+    let given: Vec<(usize, f64)> = numbers(&asked, "inputs")?
+        .into_iter()
+        .map(|(name, value)| Ok((index(&names, &name)?, value)))
+        .collect::<Result<_, String>>()?;
+    targets(&models.twin, numbers(&asked, "target")?)?;
     let start = Instant::now();
-    if asked.get("reset") == Some(&Value::Bool(true)) {
+    if resets {
         models.reset();
     }
     let Models { twin, fallback, inputs: last } = models;
     if twin.dt().is_some() && !asked.contains_key("inputs") {
         return answer_in_time(twin, &asked, (start, tolerance));
     }
-    let mut inputs = last.clone();
-    let names: Vec<String> = twin.model().inputs.iter().map(|i| i.name.clone()).collect();
-    for (name, value) in numbers(&asked, "inputs")? {
-        inputs[index(&names, &name)?] = value;
-    }
+    // A model that moves goes on from where its last step has brought it, by a target too
+    let mut inputs = if twin.dt().is_some() { twin.inputs().to_vec() } else { last.clone() };
+    given.into_iter().for_each(|(k, value)| inputs[k] = value);
     if twin.dt().is_some() && asked.contains_key("target") {
         return Err("a line is one step in time: give \"inputs\", or a \"target\"".into());
     }
@@ -229,7 +241,7 @@ fn answer_in_time(
     let (report, met) = if !targets.is_empty() {
         let reached = reach(twin, &targets).map_err(|e| e.to_string())?;
         (StepReport { iterations: reached.iterations, parts: 1 }, Some(reached.met))
-    } else if asked.get("reset") == Some(&Value::Bool(true)) {
+    } else if asked.contains_key("reset") {
         (StepReport { iterations: 0, parts: 0 }, None)
     } else {
         let inputs = twin.inputs().to_vec();

@@ -1,8 +1,9 @@
 //! Formulas in files: arithmetic in named variables, `0.4 * (30 - bending_angle_deg) + 0.1 * sin(2 * PI * t)`.
 //!
-//! Operators `+ - * / ^`, functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of two, `min(a, b)`,
+//! Operators `+ - * / ^` in the [order](super::formula_order) of paper and of Python, functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of two, `min(a, b)`,
 //! `max(a, b)`, `atan2(y, x)`; constants `PI`, `E`.
 
+use super::formula_order::bracketed;
 use exmex::{Differentiate, Express, FlatEx, FloatOpsFactory, MatchLiteral, literal_matcher_from_pattern};
 use std::fmt;
 use std::sync::Arc;
@@ -41,20 +42,30 @@ impl fmt::Debug for Formula {
     }
 }
 
+fn check_depth(text: &str) -> Result<(), String> {
+    let depth = text.chars().scan(0i64, |depth, c| {
+        *depth += i64::from(c == '(') - i64::from(c == ')');
+        Some(*depth)
+    });
+    match depth.max().is_some_and(|most| most > DEEPEST) {
+        true => Err(format!("its brackets are more than {DEEPEST} deep")),
+        false => Ok(()),
+    }
+}
+
 impl Formula {
     /// The message names the part that cannot be read.
     pub fn new(text: &str, factor: f64) -> Result<Self, String> {
         if text.len() > LONGEST {
             return Err(format!("it has {} characters, and at most {LONGEST} are read", text.len()));
         }
-        let depth = text.chars().scan(0i64, |depth, c| {
-            *depth += i64::from(c == '(') - i64::from(c == ')');
-            Some(*depth)
-        });
-        if depth.max().is_some_and(|most| most > DEEPEST) {
-            return Err(format!("its brackets are more than {DEEPEST} deep"));
-        }
-        let expression = Expression::parse(text).map_err(|e| e.msg().to_string())?;
+        check_depth(text)?;
+        let read = |text: &str| Expression::parse(text).map_err(|e| e.msg().to_string());
+        let expression = match bracketed(text) {
+            Some(ordered) => check_depth(&ordered).and_then(|()| read(&ordered))?,
+            // The parser says what it is
+            None => read(text).and(Err("a value or a bracket is missing".into()))?,
+        };
         let is_single = expression.var_names().len() == 1;
         let derivative = if is_single { expression.clone().partial(0).ok().map(Arc::new) } else { None };
         Ok(Self { text: text.into(), factor, expression: Arc::new(expression), derivative })
@@ -133,6 +144,30 @@ mod tests {
         }
         assert_eq!(Formula::new("1e3*t^2", 1.0).expect("readable").rate(0.5), Some(1e3));
         assert!(Formula::new("2e", 1.0).is_err());
+    }
+
+    #[test]
+    fn the_order_is_that_of_paper() {
+        let e = std::f64::consts::E;
+        let expected = [
+            ("-t^2", -0.25),
+            ("exp(-t^2)", e.powf(-0.25)),
+            ("-sin(t)^2", -0.5f64.sin().powi(2)),
+            ("2^3^2", 512.0),
+            ("2^-2", 0.25),
+            ("-2^-2", -0.25),
+            ("6/-t^2*2", -48.0),
+            ("1 - -t^2", 1.25),
+            ("exp(-((t-1)/0.8)^2)", e.powf(-0.390_625)),
+            ("8/2/2*3-1-1", 4.0),
+        ];
+        for (text, value) in expected {
+            let found = Formula::new(text, 1.0).expect("readable").at(0.5);
+            assert!((found - value).abs() < 1e-15 * value.abs().max(1.0), "{text}: {found} in place of {value}");
+        }
+        assert_eq!(Formula::new("-t^2", 1.0).expect("readable").rate(0.5), Some(-1.0));
+        let deep = ["2"; 80].join("^");
+        assert!(Formula::new(&deep, 1.0).is_err_and(|why| why.contains("more than 64 deep")));
     }
 
     #[test]

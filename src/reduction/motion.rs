@@ -13,10 +13,11 @@ pub struct Motion {
     damping: Vec<f64>,
     /// With the displacement coordinates as x, and the memory of the points as history
     past: State,
-    /// After a step, the state at its start
     next: State,
+    /// At the start of the step that ended last
+    before: State,
     rates: Rates,
-    /// Whether a step has ended since the last rest, and none has begun
+    /// Whether a step has ended since the last rest
     stepped: bool,
 }
 
@@ -35,6 +36,7 @@ impl Motion {
             ..State::rest(0, 0)
         };
         let next = State { memory: room(), ..rest.clone() };
+        let before = State { memory: room(), ..rest.clone() };
         let (mass, damping) = (of.mass.clone(), of.damping.clone());
         Self {
             integrator: of.integrator,
@@ -43,6 +45,7 @@ impl Motion {
             damping,
             past: rest,
             next,
+            before,
             rates: Rates::default(),
             stepped: false,
         }
@@ -89,7 +92,6 @@ impl Motion {
     /// Begins a step.
     pub fn begin(&mut self) {
         self.rates = self.integrator.rates(&self.past, self.dt);
-        self.stepped = false;
     }
 
     /// Moves coordinates on as they moved before the step.
@@ -123,25 +125,27 @@ impl Motion {
         if !advance(&self.past.history, &mut self.next.history) {
             return false;
         }
-        let Self { integrator, dt, past, next, .. } = self;
+        let Self { integrator, dt, past, next, before, .. } = self;
         next.x.copy_from_slice(q);
         next.t = past.t + *dt;
         integrator.finish(past, *dt, next);
         std::mem::swap(past, next);
+        std::mem::swap(next, before);
         self.stepped = true;
         true
     }
 
-    /// Back to the start of the step that ended last, for its derivatives; false where there is none.
+    /// Back to the start of the step that ended last, for its derivatives; false where there is none. A step that had no result since is none.
     pub fn go_back(&mut self) -> bool {
         if self.stepped {
-            std::mem::swap(&mut self.past, &mut self.next);
+            std::mem::swap(&mut self.past, &mut self.before);
+            self.begin();
         }
         self.stepped
     }
 
     /// Undoes [`Motion::go_back`].
     pub fn go_on(&mut self) {
-        std::mem::swap(&mut self.past, &mut self.next);
+        std::mem::swap(&mut self.past, &mut self.before);
     }
 }

@@ -36,8 +36,9 @@ pub struct Twin {
     start: Position,
     last: Position,
     trial: Vec<f64>,
-    /// Numbers that quantities keep
+    /// Numbers that quantities keep, and those at the start of the step
     memory: Vec<f64>,
+    kept: Vec<f64>,
     values: Vec<f64>,
     estimates: Vec<f64>,
     bars: Vec<f64>,
@@ -88,6 +89,11 @@ pub enum StepError {
 const ITERATIONS: usize = 400;
 /// Smallest part of a change of the inputs.
 const SMALLEST: f64 = 1.0 / 256.0;
+/// Largest change of an input in a part, as a share of its range: of a model at rest, the same equilibrium is found and the same turns are counted whatever
+/// the inputs before.
+const SHARE: f64 = 1.0 / 16.0;
+/// Least part that a change is cut into for that, of one far beyond the ranges.
+const CUT: f64 = 1.0 / 64.0;
 
 impl Twin {
     /// The model at rest, with all inputs at zero, or at the nearest ends of their ranges.
@@ -102,6 +108,7 @@ impl Twin {
         let shadow = model.estimate_in_time.as_ref().map(Shadow::new).transpose()?;
         let rest = equations.rest();
         let (quantities, inputs) = (model.quantities.len(), model.inputs.len());
+        let memory: usize = model.quantities.iter().map(|q| q.reading.memory()).sum();
         let mut twin = Self {
             residual,
             shadow,
@@ -110,7 +117,8 @@ impl Twin {
             start: rest.clone(),
             last: rest.clone(),
             trial: vec![0.0; inputs],
-            memory: vec![0.0; model.quantities.iter().map(|q| q.reading.memory()).sum()],
+            kept: vec![0.0; memory],
+            memory: vec![0.0; memory],
             values: vec![0.0; quantities],
             estimates: vec![0.0; quantities],
             bars: vec![f64::INFINITY; quantities],
@@ -128,7 +136,7 @@ impl Twin {
         &self.model
     }
 
-    /// Back to rest.
+    /// Back to rest; of a model without time, to the equilibrium of the inputs there, where one is found.
     pub fn reset(&mut self) {
         self.at.clear();
         self.in_range = true;
@@ -139,6 +147,10 @@ impl Twin {
         self.equations.reset(&self.inputs);
         self.shadow.iter_mut().for_each(Shadow::reset);
         self.read_quantities();
+        if self.model.dynamics.is_none() {
+            // Without one the bars are infinite
+            _ = self.step(&self.inputs.clone());
+        }
     }
 
     /// The present state, to go back to.
@@ -247,11 +259,13 @@ impl Twin {
         }
         self.start.take(&self.at);
         self.last.take(&self.at);
+        self.kept.copy_from_slice(&self.memory);
         self.equations.begin();
         if let Some(motion) = &self.equations.motion {
             motion.predict(&mut self.at.y[..self.model.sizes.displacements]);
         }
-        let (mut done, mut part) = (0.0, 1.0);
+        let most = self.largest_part(inputs);
+        let (mut done, mut part) = (0.0, most);
         let (mut iterations, mut parts) = (0, 0);
         while done < 1.0 {
             if done + part >= 1.0 {
@@ -265,19 +279,20 @@ impl Twin {
             if reached {
                 self.last.take(&self.at);
                 (done, parts) = (done + part, parts + 1);
-                part = (2.0 * part).min(1.0 - done);
+                part = (2.0 * part).min(most).min(1.0 - done);
+                if done < 1.0 && self.model.dynamics.is_none() {
+                    self.read_quantities();
+                }
             } else {
                 self.at.take(&self.last);
                 part *= 0.5;
-                if part < SMALLEST || iterations > ITERATIONS {
-                    self.at.take(&self.start);
-                    return Err(StepError::NoEquilibrium);
+                if part < SMALLEST * most || iterations > ITERATIONS * parts.max(1) {
+                    return Err(self.no_equilibrium());
                 }
             }
         }
         if !self.equations.accept(&self.at) {
-            self.at.take(&self.start);
-            return Err(StepError::NoEquilibrium);
+            return Err(self.no_equilibrium());
         }
         let within = self.model.inputs.iter().zip(inputs).all(|(i, u)| i.range[0] <= *u && *u <= i.range[1]);
         let dynamics = self.model.dynamics.as_ref();
@@ -288,6 +303,24 @@ impl Twin {
         self.read_quantities();
         self.estimate();
         Ok(StepReport { iterations, parts })
+    }
+
+    /// The largest part of the change to these inputs: all of it in a step in time.
+    fn largest_part(&self, inputs: &[f64]) -> f64 {
+        if self.model.dynamics.is_some() {
+            return 1.0;
+        }
+        let changes = self.inputs.iter().zip(inputs).zip(&self.model.inputs);
+        let shares = changes.map(|((from, to), input)| (to - from).abs() / (input.range[1] - input.range[0]));
+        (SHARE / shares.fold(SHARE, f64::max)).max(CUT)
+    }
+
+    /// Back to the start of the step.
+    fn no_equilibrium(&mut self) -> StepError {
+        self.at.take(&self.start);
+        self.memory.copy_from_slice(&self.kept);
+        self.read_quantities();
+        StepError::NoEquilibrium
     }
 
     /// One step in time by one iteration from `start`, with the tensions and taut cables of another model; false where it has no finite result.

@@ -2,6 +2,7 @@
 //! entries at the end of a list: `effect.+={ kind = "gravity", … }`.
 
 use super::error::hint;
+use crate::wording::first;
 use toml::{Table, Value};
 
 /// A path that leads nowhere.
@@ -13,6 +14,12 @@ pub enum OverrideError {
     Deep { steps: usize },
     #[error("\"{path}\" changes nothing: there is no \"{step}\"; {hint}")]
     NoSuchKey { path: String, step: String, hint: String },
+    #[error("\"{path}\" is not clear: {} entries are called \"{step}\", and one is changed; write the number of one of them in its place: {}", found.len(), listed(found))]
+    Ambiguous { path: String, step: String, found: Vec<usize> },
+}
+
+fn listed(numbers: &[usize]) -> String {
+    first(&numbers.iter().map(usize::to_string).collect::<Vec<_>>())
 }
 
 /// Splits `key=value`; the value is TOML, or else a plain string.
@@ -78,7 +85,7 @@ impl Place<'_> {
             }
             Value::Array(entries) => {
                 let known = labels(entries);
-                let next = index(entries, step).and_then(|k| entries.get_mut(k));
+                let next = index(entries, step, self.path)?.and_then(|k| entries.get_mut(k));
                 let next = next.ok_or_else(|| missing(self.path, step, &known))?;
                 if rest.is_empty() {
                     *next = value;
@@ -102,7 +109,8 @@ pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError
         current = match current {
             Value::Table(inner) => inner.get(*step).ok_or_else(|| missing(path, step, &known(inner))),
             Value::Array(entries) => {
-                index(entries, step).and_then(|k| entries.get(k)).ok_or_else(|| missing(path, step, &labels(entries)))
+                let entry = index(entries, step, path)?.and_then(|k| entries.get(k));
+                entry.ok_or_else(|| missing(path, step, &labels(entries)))
             }
             _ => Err(missing(path, step, &[])),
         }?;
@@ -114,7 +122,7 @@ pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError
 pub fn entry_of(table: &Table, path: &str) -> Option<usize> {
     let mut steps = path.split('.');
     let entries = table.get(steps.next()?)?.as_array()?;
-    index(entries, steps.next()?)
+    index(entries, steps.next()?, path).ok()?
 }
 
 fn steps(path: &str) -> Result<Vec<&str>, OverrideError> {
@@ -126,8 +134,16 @@ fn missing(path: &str, step: &str, known: &[String]) -> OverrideError {
     OverrideError::NoSuchKey { path: path.into(), step: step.into(), hint: hint(step, known) }
 }
 
-fn index(entries: &[Value], step: &str) -> Option<usize> {
-    step.parse().ok().or_else(|| entries.iter().position(|e| label(e) == Some(step)))
+/// The entry of a list with this number, name or kind; none if there is none, and an error where several have it.
+fn index(entries: &[Value], step: &str, path: &str) -> Result<Option<usize>, OverrideError> {
+    if let Ok(number) = step.parse() {
+        return Ok(Some(number));
+    }
+    let found: Vec<usize> = (0..entries.len()).filter(|k| label(&entries[*k]) == Some(step)).collect();
+    match found.len() {
+        0 | 1 => Ok(found.first().copied()),
+        _ => Err(OverrideError::Ambiguous { path: path.into(), step: step.into(), found }),
+    }
 }
 
 /// Names of the entries of a list, or their indices.
@@ -172,6 +188,11 @@ mod tests {
         assert_eq!(deep, OverrideError::Deep { steps: 100_000 });
         let (path, value) = parse("constraint.+=[{kind=\"fixed\"}, {kind=\"cavity\"}]").expect("key=value");
         apply(&mut table, &path, value).expect("a list takes more");
+        let (path, value) = parse("constraint.fixed.region=tip").expect("key=value");
+        let several = "\"constraint.fixed.region\" is not clear: 2 entries are called \"fixed\", and one is changed; \
+                       write the number of one of them in its place: 0, 2";
+        assert_eq!(apply(&mut table, &path, value).expect_err("two").to_string(), several);
+        assert!(find(&table, "constraint.fixed.region").is_err() && find(&table, "constraint.cable.drive").is_ok());
         apply(&mut table, "probe.+", Value::Table(Table::new())).expect("a list may be new");
         assert_eq!(table["constraint"].as_array().map(Vec::len), Some(4));
         assert_eq!(table["constraint"][3]["kind"].as_str(), Some("cavity"));

@@ -19,6 +19,7 @@ use crate::solve::Status;
 use crate::system::State;
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Order α with which the shares of the cells are taken to fall: that of linear cells; of quadratic ones where edges are singular.
@@ -69,6 +70,14 @@ pub struct RefinementWatch<'a> {
     pub mesher: &'a mut dyn FnMut(&str),
     /// Gets the progress of the runs; returns false to stop
     pub progress: &'a mut dyn FnMut(Progress) -> bool,
+    /// Ends estimates of errors too, and no further mesh is made
+    pub stop: Option<Arc<AtomicBool>>,
+}
+
+impl RefinementWatch<'_> {
+    fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
 }
 
 /// The last mesh of a refinement, and all steps up to it.
@@ -92,6 +101,8 @@ pub enum RefineError {
          run it without `refine` to see why"
     )]
     NotSolved { number: usize, cells: usize, status: &'static str },
+    #[error("interrupted in the refinement, on mesh {number} with {cells} cells")]
+    Interrupted { number: usize, cells: usize },
 }
 
 /// Refines the mesh of a scene until the error bar of the quantity is within its tolerance, or the number of meshes is reached. `body` is
@@ -112,7 +123,7 @@ pub fn refine(
         let (error, shares) = estimate(&scene, wanted, steps.len() + 1, watch)?;
         until = error.t;
         let tolerance = wanted.absolute(&error)?;
-        if let Some(shares) = &shares {
+        if let Some(shares) = shares.as_ref().filter(|_| !watch.is_stopped()) {
             let aim = AIM * (tolerance / error.bar).min(1.0);
             let lengths = lengths(&body.mesh, shares, aim);
             let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
@@ -128,6 +139,9 @@ pub fn refine(
         if shares.is_none() {
             return Ok(Refinement { body, steps });
         }
+        if watch.is_stopped() {
+            return Err(RefineError::Interrupted { number: steps.len(), cells });
+        }
     }
 }
 
@@ -142,17 +156,25 @@ fn estimate(
         number < wanted.meshes && wanted.absolute(error).is_ok_and(|tolerance| !is_within(error, tolerance))
     };
     let mut estimator = ErrorEstimator::new(scene)?.localised_where(goes_on)?;
+    if let Some(stop) = &watch.stop {
+        estimator = estimator.stopped_by(stop.clone());
+    }
+    let cells = scene.body.mesh.cell_count();
     let columns = [wanted.quantity.clone()];
     estimator.check_columns(&columns)?;
     let mut add = |state: &State| estimator.add(state);
     let mut go_on = |progress| (watch.progress)(progress);
     let run =
         scene.run_with(RunOptions { on_state: Some(&mut add), on_progress: Some(&mut go_on), ..RunOptions::default() });
-    if run.status != Status::Converged {
-        let cells = scene.body.mesh.cell_count();
-        return Err(RefineError::NotSolved { number, cells, status: run.status.name() });
+    match run.status {
+        Status::Converged => (),
+        Status::Interrupted { .. } => return Err(RefineError::Interrupted { number, cells }),
+        status => return Err(RefineError::NotSolved { number, cells, status: status.name() }),
     }
-    let mut found = estimator.estimate(&run, &columns)?;
+    let mut found = match estimator.estimate(&run, &columns) {
+        Err(EstimateError::Stopped) => return Err(RefineError::Interrupted { number, cells }),
+        found => found?,
+    };
     Ok((found.quantities.swap_remove(0), found.cells.pop().map(|shares| shares.size)))
 }
 

@@ -225,6 +225,8 @@ pub enum SignalError {
     Unit(#[from] UnitError),
     #[error("a ramp must end after it starts")]
     EmptyRamp,
+    #[error("the time {t} s of a hold or a delay is before the start; give zero or a later one")]
+    Early { t: f64 },
     #[error("{file}: {why}")]
     Table { file: String, why: String },
     #[error(
@@ -248,6 +250,10 @@ impl SignalSpec {
     pub(super) fn build(&self, dimension: Dimension, site: &mut Site) -> Result<Signal, SignalError> {
         let parse = |q: &Quantity, d| q.value(d);
         let time = |q: &Quantity| parse(q, Dimension::TIME);
+        let later = |q: &Quantity| match time(q)? {
+            t if t < 0.0 => Err(SignalError::Early { t }),
+            t => Ok(t),
+        };
         let function = match self {
             Self::Constant(text) => return Ok(Signal::Constant(parse(text, dimension)?)),
             Self::Function(function) => function.as_ref(),
@@ -271,10 +277,10 @@ impl SignalSpec {
                 Signal::Ramp { from: parse(from, dimension)?, to: parse(to, dimension)?, start, end }
             }
             FunctionSpec::Hold { signal, at } => {
-                Signal::Hold { signal: Box::new(signal.build(dimension, &mut site.within(true))?), at: time(at)? }
+                Signal::Hold { signal: Box::new(signal.build(dimension, &mut site.within(true))?), at: later(at)? }
             }
             FunctionSpec::Delay { signal, by } => {
-                Signal::Delay { signal: Box::new(signal.build(dimension, &mut site.within(true))?), by: time(by)? }
+                Signal::Delay { signal: Box::new(signal.build(dimension, &mut site.within(true))?), by: later(by)? }
             }
             FunctionSpec::Table { file, unit } => {
                 let (path, factor) = (site.base.join(file), units::parse(&format!("1 {unit}"), dimension)?);

@@ -331,8 +331,10 @@ fn masses_series_and_damping_in_time() {
 #[test]
 fn what_softens_and_is_held() {
     let constraints = by_length().replace("end = \"20 ms\"", "end = \"15 ms\"");
-    let keys = ["mesh.grid.size.0", "mesh.grid.size.2", "constraint.cable.drive.signal.to", "constraint.cable.guides.1.0"];
-    Beam { effects: SOFTENING.into(), constraints: constraints.clone(), ..Beam::new(&[("\"static\"", 7)]) }.check(&keys);
+    let keys =
+        ["mesh.grid.size.0", "mesh.grid.size.2", "constraint.cable.drive.signal.to", "constraint.cable.guides.1.0"];
+    Beam { effects: SOFTENING.into(), constraints: constraints.clone(), ..Beam::new(&[("\"static\"", 7)]) }
+        .check(&keys);
     Beam { effects: SOFTENING.into(), constraints, ..Beam::new(&[("\"static\"", 5), (ALPHA, 2)]) }
         .check(&["mesh.grid.size.0", "mesh.grid.size.2"]);
 }

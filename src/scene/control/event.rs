@@ -49,7 +49,10 @@ pub(super) fn fire(events: &[Event], memory: &mut ControlMemory, row: &[f64], no
         let is = event.when.crossed(row);
         let due = match event.when {
             When::At { t: first, every } => {
-                let next = every.map_or(first, |every| first + past.count as f64 * every);
+                let behind = |every: f64, last: f64| {
+                    first + every * (((last + rounding(t, step) - first) / every).floor() + 1.0)
+                };
+                let next = every.zip(past.last).map_or(first, |(every, last)| behind(every, last));
                 (past.count == 0 || every.is_some()) && t >= next - rounding(t, step)
             }
             _ => is && !past.was && (event.repeat || past.count == 0),

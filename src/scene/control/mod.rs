@@ -13,7 +13,7 @@ pub mod process;
 pub mod recording;
 mod signals;
 pub mod spec;
-mod strict_json;
+pub mod strict_json;
 
 pub use controller::{Controller, Observation, Opening, Reply};
 pub use error::ControlError;

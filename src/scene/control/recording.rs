@@ -5,6 +5,7 @@
 //! break: a last one without is a row that was cut off, in the middle of a number perhaps, and is refused.
 
 use super::{ControlError, Controller, Observation, Reply};
+use crate::scene::instant::rounding;
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
 use std::path::Path;
@@ -118,7 +119,9 @@ impl Replay {
 
 impl Controller for Replay {
     fn step(&mut self, observation: &Observation, signals: &mut [f64]) -> Result<Reply, ControlError> {
-        while let Some((_, values)) = self.rows.next_if(|(t, _)| *t <= observation.row[0]) {
+        let now = observation.row[0];
+        let reached = now + rounding(now, observation.next - now);
+        while let Some((_, values)) = self.rows.next_if(|(t, _)| *t <= reached) {
             signals.copy_from_slice(&values);
         }
         Ok(Reply::default())

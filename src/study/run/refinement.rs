@@ -42,7 +42,7 @@ pub fn refined(
     let Some(wanted) = &scene.1.mesh.refine else {
         return Ok(Prepared { body: first, refinement: vec![] });
     };
-    let mut watch = RefinementWatch { step: &mut |_| {}, mesher, progress: go_on };
+    let mut watch = RefinementWatch { step: &mut |_| {}, mesher, progress: go_on, stop: None };
     let found = refine(scene, wanted, first, None, &mut watch)?;
     Ok(Prepared { body: found.body, refinement: found.steps.iter().map(RefinementRecord::new).collect() })
 }
