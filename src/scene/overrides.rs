@@ -14,7 +14,11 @@ pub enum OverrideError {
     Deep { steps: usize },
     #[error("\"{path}\" changes nothing: there is no \"{step}\"; {hint}")]
     NoSuchKey { path: String, step: String, hint: String },
-    #[error("\"{path}\" is not clear: {} entries are called \"{step}\", and one is changed; write the number of one of them in its place: {}", found.len(), listed(found))]
+    #[error(
+        "\"{path}\" is not clear: {} entries are called \"{step}\" and have other values there; write the number of one of them in its place: {}",
+        found.len(),
+        listed(found)
+    )]
     Ambiguous { path: String, step: String, found: Vec<usize> },
 }
 
@@ -38,8 +42,8 @@ const LISTS: [&str; 7] = ["effect", "constraint", "stage", "probe", "skin", "con
 /// Tables of a scene that may be absent from it: a change may make them.
 const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
 
-/// Sets the value at a dotted path. In a list a step is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. Only
-/// the last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
+/// Sets the value at a dotted path. In a list a step is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. A kind that several
+/// entries have means all of them, which must have the same value there. Only the last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
 /// of a list adds an entry, or a list of them, at its end.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps = steps(path)?;
@@ -84,14 +88,17 @@ impl Place<'_> {
                 next.ok_or_else(|| missing(self.path, step, &known))?
             }
             Value::Array(entries) => {
-                let known = labels(entries);
-                let next = index(entries, step, self.path)?.and_then(|k| entries.get_mut(k));
-                let next = next.ok_or_else(|| missing(self.path, step, &known))?;
-                if rest.is_empty() {
-                    *next = value;
-                    return Ok(());
+                let fitting = fitting(entries, step, rest, self.path)?;
+                if fitting.is_empty() {
+                    return Err(missing(self.path, step, &labels(entries)));
                 }
-                next
+                for k in fitting {
+                    match rest.is_empty() {
+                        true => entries[k] = value.clone(),
+                        false => self.set(&mut entries[k], rest, value.clone())?,
+                    }
+                }
+                return Ok(());
             }
             _ => return Err(missing(self.path, step, &[])),
         };
@@ -105,12 +112,12 @@ pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError
     let (first, rest) = steps.split_first().expect("split yields at least one part");
     let known = |table: &Table| table.keys().cloned().collect::<Vec<String>>();
     let mut current = table.get(*first).ok_or_else(|| missing(path, first, &known(table)))?;
-    for step in rest {
+    for (k, step) in rest.iter().enumerate() {
         current = match current {
             Value::Table(inner) => inner.get(*step).ok_or_else(|| missing(path, step, &known(inner))),
             Value::Array(entries) => {
-                let entry = index(entries, step, path)?.and_then(|k| entries.get(k));
-                entry.ok_or_else(|| missing(path, step, &labels(entries)))
+                let fitting = fitting(entries, step, &rest[k + 1..], path)?;
+                fitting.first().map(|k| &entries[*k]).ok_or_else(|| missing(path, step, &labels(entries)))
             }
             _ => Err(missing(path, step, &[])),
         }?;
@@ -118,11 +125,11 @@ pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError
     Ok(current)
 }
 
-/// The index of the entry of a top-level list to which a path leads; none if it leads elsewhere.
-pub fn entry_of(table: &Table, path: &str) -> Option<usize> {
+/// The indices of the entries of a top-level list to which a path leads; none if it leads elsewhere.
+pub fn entries_of(table: &Table, path: &str) -> Vec<usize> {
     let mut steps = path.split('.');
-    let entries = table.get(steps.next()?)?.as_array()?;
-    index(entries, steps.next()?, path).ok()?
+    let list = steps.next().and_then(|list| table.get(list)?.as_array());
+    list.zip(steps.next()).map_or(vec![], |(entries, step)| called(entries, step))
 }
 
 fn steps(path: &str) -> Result<Vec<&str>, OverrideError> {
@@ -134,16 +141,33 @@ fn missing(path: &str, step: &str, known: &[String]) -> OverrideError {
     OverrideError::NoSuchKey { path: path.into(), step: step.into(), hint: hint(step, known) }
 }
 
-/// The entry of a list with this number, name or kind; none if there is none, and an error where several have it.
-fn index(entries: &[Value], step: &str, path: &str) -> Result<Option<usize>, OverrideError> {
-    if let Ok(number) = step.parse() {
-        return Ok(Some(number));
+/// The entries of a list with this number, name or kind.
+fn called(entries: &[Value], step: &str) -> Vec<usize> {
+    match step.parse() {
+        Ok(number) => Some(number).into_iter().filter(|k| *k < entries.len()).collect(),
+        Err(_) => (0..entries.len()).filter(|k| label(&entries[*k]) == Some(step)).collect(),
     }
-    let found: Vec<usize> = (0..entries.len()).filter(|k| label(&entries[*k]) == Some(step)).collect();
-    match found.len() {
-        0 | 1 => Ok(found.first().copied()),
-        _ => Err(OverrideError::Ambiguous { path: path.into(), step: step.into(), found }),
+}
+
+/// The entries of a list that a step means; several where they have the same at the `rest` of the path, or none of them has something there.
+fn fitting(entries: &[Value], step: &str, rest: &[&str], path: &str) -> Result<Vec<usize>, OverrideError> {
+    let found = called(entries, step);
+    let there = |k: &usize| at(&entries[*k], rest);
+    match found.windows(2).all(|pair| !rest.is_empty() && there(&pair[0]) == there(&pair[1])) {
+        true => Ok(found),
+        false => Err(OverrideError::Ambiguous { path: path.into(), step: step.into(), found }),
     }
+}
+
+/// What is at a path below a value.
+fn at<'a>(value: &'a Value, steps: &[&str]) -> Option<&'a Value> {
+    let Some((step, rest)) = steps.split_first() else { return Some(value) };
+    let next = match value {
+        Value::Table(inner) => inner.get(*step),
+        Value::Array(entries) => called(entries, step).first().map(|k| &entries[*k]),
+        _ => None,
+    };
+    at(next?, rest)
 }
 
 /// Names of the entries of a list, or their indices.
@@ -189,10 +213,16 @@ mod tests {
         let (path, value) = parse("constraint.+=[{kind=\"fixed\"}, {kind=\"cavity\"}]").expect("key=value");
         apply(&mut table, &path, value).expect("a list takes more");
         let (path, value) = parse("constraint.fixed.region=tip").expect("key=value");
-        let several = "\"constraint.fixed.region\" is not clear: 2 entries are called \"fixed\", and one is changed; \
+        let several = "\"constraint.fixed.region\" is not clear: 2 entries are called \"fixed\" and have other values there; \
                        write the number of one of them in its place: 0, 2";
-        assert_eq!(apply(&mut table, &path, value).expect_err("two").to_string(), several);
-        assert!(find(&table, "constraint.fixed.region").is_err() && find(&table, "constraint.cable.drive").is_ok());
+        assert_eq!(apply(&mut table, &path, value.clone()).expect_err("two").to_string(), several);
+        assert_eq!(find(&table, &path).expect_err("two").to_string(), several);
+        assert_eq!(find(&table, "constraint.0.region").expect("one").as_str(), Some("root"));
+        // All that have the same there, or nothing
+        apply(&mut table, "constraint.fixed.components", "x".into()).expect("none has components");
+        apply(&mut table, "constraint.fixed.components", "yz".into()).expect("both have the same");
+        assert_eq!([0, 2].map(|k| table["constraint"][k]["components"].as_str()), [Some("yz"); 2]);
+        assert_eq!(entries_of(&table, "constraint.fixed.components"), [0, 2]);
         apply(&mut table, "probe.+", Value::Table(Table::new())).expect("a list may be new");
         assert_eq!(table["constraint"].as_array().map(Vec::len), Some(4));
         assert_eq!(table["constraint"][3]["kind"].as_str(), Some("cavity"));

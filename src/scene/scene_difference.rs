@@ -294,10 +294,10 @@ fn size(value: &KeyValue, scene: &Scene) -> f64 {
 fn varied(scene: &Scene, key: &ParameterKey, table: &Table) -> Vec<bool> {
     let own = &scene.spec.effects;
     let is_of_file = |e: usize| e < own.len();
-    let of_effect = (key.root() == "effect").then(|| overrides::entry_of(table, key.path())).flatten();
+    let of_effects = overrides::entries_of(table, key.path());
     let varies = |e: usize| match key.root() {
         // Damping by stiffness takes that of another effect
-        "effect" => is_of_file(e) && (of_effect == Some(e) || matches!(own[e], EffectSpec::StiffnessDamping(_))),
+        "effect" => is_of_file(e) && (of_effects.contains(&e) || matches!(own[e], EffectSpec::StiffnessDamping(_))),
         "constraint" | "contact" | "rigid" | "start" | "skin" | "probe" | "stage" | "output" | "numerics" => {
             !is_of_file(e) || !scene.system.ties.is_empty()
         }

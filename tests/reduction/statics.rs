@@ -326,3 +326,75 @@ fn what_is_not_reduced_is_refused() {
     let words = why(&dynamic, &["none_m".into()]);
     assert!(words.contains("none_m") && words.contains("bending_angle_deg"), "{words}");
 }
+
+/// A slender bar that a cable winds up by 300°.
+fn winding(points: usize) -> Scene {
+    let text = format!(
+        r#"
+[mesh]
+body = "block"
+[laws.rubber]
+law = "neo_hookean"
+mu = "100 kPa"
+nu = 0.3
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "cable"
+guides = [["2 mm", "3 mm", "5 mm"], ["18 mm", "3 mm", "5 mm"], ["34 mm", "3 mm", "5 mm"], ["50 mm", "3 mm", "5 mm"], ["66 mm", "3 mm", "5 mm"], ["82 mm", "3 mm", "5 mm"], ["98 mm", "3 mm", "5 mm"]]
+pull_point = ["-10 mm", "3 mm", "5 mm"]
+guide_radius = "2.5 mm"
+drive = {{ kind = "length", signal = {{ kind = "controlled", initial = "0 mm", range = ["0 mm", "26 mm"] }} }}
+[[stage]]
+integrator = "static"
+duration = "{points} s"
+dt = "1 s"
+[[probe]]
+kind = "bending_angle"
+root = "xmin"
+tip = "xmax"
+"#
+    );
+    scene(block(20, 2, 2, 0.1, 0.006, 0.006, Order::Linear), &text)
+}
+
+/// Turns are counted, and the equilibrium is found, whatever the inputs before: from rest, in small steps, and from the other end of the range.
+#[test]
+fn the_way_to_the_inputs_does_not_matter() {
+    let names = vec!["bending_angle_deg".to_string()];
+    let along = |count: usize, from: f64| (0..count).map(|k| vec![26e-3 * (k as f64 + from) / count as f64]).collect();
+    let (known, others) = (states(winding, along(40, 1.0), &names), states(winding, along(40, 0.5), &names));
+    let model = Training::new(&winding(1), &known, &names)
+        .and_then(|t| t.model(6, Some(1e-3), &others))
+        .unwrap_or_else(|e| panic!("{e}"));
+    let mut twin = Twin::new(model).expect("a law of the library");
+    let mut slowly = |u: f64| {
+        twin.reset();
+        (1..=60).for_each(|k| drop(twin.step(&[u * f64::from(k) / 60.0]).expect("an equilibrium")));
+        twin.values()[0]
+    };
+    let random = &mut Random(5);
+    let inputs: Vec<f64> =
+        [26e-3, 0.0, 22e-3, 5e-3, 0.0].into_iter().chain((0..40).map(|_| 26e-3 * random.unit())).collect();
+    let expected: Vec<f64> = inputs.iter().map(|u| slowly(*u)).collect();
+    assert!(expected[0] > 270.0, "{expected:?}");
+    twin.reset();
+    for (u, expected) in inputs.iter().zip(&expected) {
+        twin.step(&[*u]).expect("an equilibrium");
+        assert!((twin.values()[0] - expected).abs() < 1e-3, "{u}: {} in place of {expected}", twin.values()[0]);
+    }
+    for (u, expected) in inputs.iter().zip(&expected) {
+        twin.reset();
+        twin.step(&[*u]).expect("an equilibrium");
+        assert!(
+            (twin.values()[0] - expected).abs() < 1e-3,
+            "{u} from rest: {} in place of {expected}",
+            twin.values()[0]
+        );
+    }
+}

@@ -410,6 +410,19 @@ fn slack_and_time_repeat_as_they_are_told() {
     assert_eq!(labels, all.iter().map(short).collect::<Vec<_>>(), "one state a point");
 }
 
+/// Where steps are longer than the interval, an event is at every point; shorter ones have it at the multiples of the interval again.
+#[test]
+fn an_interval_that_steps_have_skipped_is_not_made_up_for() {
+    let event = "[[event]]\nname = \"clock\"\nwhen = { kind = \"at\", t = \"0 s\", every = \"40 ms\" }\nthen = [{ kind = \"save\" }]\n\
+                 [[stage]]\nintegrator = \"static\"\nduration = \"0.2 s\"\ndt = \"20 ms\"\n";
+    let scene =
+        pulled(r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" } }"#, event);
+    let result = run(&scene);
+    let times: Vec<f64> = result.events.iter().map(|f| (1e6 * f.t_s).round() / 1e6).collect();
+    let expected = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.04, 1.08, 1.12, 1.16, 1.2];
+    assert_eq!(times, expected);
+}
+
 #[test]
 fn an_event_stops_the_run_as_planned() {
     let event = "[[event]]\nwhen = { kind = \"below\", column = \"xmax_x_m\", value = \"39.5 mm\" }\nthen = [{ kind = \"stop\" }]\n";

@@ -127,3 +127,20 @@ impl Controller for Replay {
         Ok(Reply::default())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_of_the_grid_is_reached_to_its_rounding() {
+        let recording = Recording { signals: vec!["a".into()], rows: vec![(1.36, vec![7.0])] };
+        let mut replay = Replay::new(recording);
+        let mut at = |t: f64| {
+            let mut signals = [0.0];
+            replay.step(&Observation { row: &[t], next: t + 0.01 }, &mut signals).expect("a replay has no errors");
+            signals[0]
+        };
+        assert_eq!((at(1.35), at(1.359_999_999_999_999_9)), (0.0, 7.0));
+    }
+}
