@@ -129,6 +129,20 @@ pub enum Trend {
     Unordered,
 }
 
+impl Trend {
+    /// As `summary.json` writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rising => "rising",
+            Self::Falling => "falling",
+            Self::Constant => "constant",
+            Self::Turning => "turning",
+            Self::Mixed => "mixed",
+            Self::Unordered => "unordered",
+        }
+    }
+}
+
 impl Dependence {
     /// Smallest and largest value.
     pub fn range(&self) -> [f64; 2] {
