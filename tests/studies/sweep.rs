@@ -120,6 +120,55 @@ fn words_of_a_negative_quantity_agree_with_its_elasticity() {
     assert!(q.sentence.contains(expected), "{}", q.sentence);
 }
 
+/// y = 3 p^0.7/q² on top of a place: whatever that is, elasticities and changes are those of y, and the final places are shown.
+#[test]
+fn final_places_count_from_their_first_values() {
+    let judged_at = |place: f64| {
+        let y = |p: f64, q: f64| 3.0 * p.powf(0.7) / (q * q);
+        let (mut study, mut stored) = study(&P, &Q, y);
+        study.details["judged"] = serde_json::json!("final");
+        for case in &mut stored {
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value += place);
+            let probe = case.record.probes.get_mut("cable_tension_N").expect("recorded");
+            (probe.peak, probe.last) = (probe.peak + place, probe.peak + place);
+        }
+        analyse(&study, &stored)
+    };
+    for place in [0.0, 50.0, -3000.0] {
+        let a = judged_at(place);
+        let q = &a.quantities[0];
+        let found = along(&q.along, "p");
+        for e in found.elasticity.expect("of one sign") {
+            assert!((e - 0.7).abs() < 1e-9, "at {place}: {e}");
+        }
+        assert!((found.change - (1.0 - 10f64.powf(-0.7))).abs() < 1e-9, "at {place}: {}", found.change);
+        assert!((q.points[0].value - place - 3.0).abs() < 1e-9, "{:?}", q.points[0]);
+        let says = |words: &str| words.contains("counted from its first value");
+        assert_eq!([says(&q.sentence), says(&a.verdict)], [place != 0.0; 2], "{} {}", q.sentence, a.verdict);
+    }
+}
+
+/// Lines of 1e-2, 1e-6 and 1e-8 rise alike. A line of what the solver leaves, an algebraic error of 1e-8 of what moves by 1 N, is constant.
+#[test]
+fn each_line_has_steps_of_its_own() {
+    let (grid, stored) = study(&P, &Q, |p, q| p * 10f64.powf(-2.0 * q));
+    let a = analyse(&grid, &stored);
+    let found = along(&a.quantities[0].along, "p");
+    assert!(found.trend == Trend::Rising && found.everywhere, "{found:?}");
+    let (grid, mut stored) = study(&P, &Q, |p, q| if q == 1.0 { p } else { 1e-9 * (3.0 * p).sin() });
+    assert_eq!(along(&analyse(&grid, &stored).quantities[0].along, "p").trend, Trend::Turning);
+    for case in &mut stored {
+        let mut other = case.record.probes["cable_tension_N"].clone();
+        other.peak = 1.0;
+        case.record.probes.insert("other_N".into(), other);
+        case.record.solver.algebraic_error = 1e-8;
+    }
+    let a = analyse(&grid, &stored);
+    let found = along(&a.quantities[0].along, "p");
+    assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+}
+
 /// y moves by 1.7 near zero, where an absolute tolerance of 2 accepts it whatever share of the value it is; a move by 2.1 it does not accept.
 #[test]
 fn an_absolute_tolerance_accepts_what_is_small() {

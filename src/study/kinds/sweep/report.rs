@@ -86,8 +86,13 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     Table {
         name: "dependence",
         caption: format!(
-            "{} along each axis in the order of its values, the others held: trend, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            "{}{} along each axis in the order of its values, the others held: trend, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
             a.judged.heading(),
+            if a.quantities.iter().any(|q| q.has_origin()) {
+                ", those that do not start at zero counted from the first ones,"
+            } else {
+                ""
+            },
             percent(a.tolerance)
         ),
         columns: headings(&[
