@@ -346,6 +346,38 @@ fn a_grid_combines_and_a_list_goes_along() {
     assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.3"]);
 }
 
+/// Points of a design, with values that occur again, are a list and no grid, and no trend is said of them.
+#[test]
+fn a_list_takes_values_in_any_order() {
+    let design = |combine: &str, nu: &str| {
+        let e = E.replace("\"50 kPa\", \"0.1 MPa\"", "\"50 kPa\", \"0.1 MPa\", \"50 kPa\"");
+        let nu = NU.replace("[0.2, 0.3]", nu);
+        written(&format!("kind = \"sweep\"\ncombine = \"{combine}\"\n{e}{nu}")).1
+    };
+    let members: Vec<String> =
+        design("list", "[0.2, 0.2, 0.1]").expect("a list").cases.into_iter().map(|c| c.member).collect();
+    assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.2", "E50kPa_nu0.1"]);
+    let refused = |combine, nu| design(combine, nu).err().expect("a refusal");
+    assert!(refused("grid", "[0.1, 0.2, 0.3]").contains("axis E: the value 50 kPa is given twice"));
+    let twice = refused("list", "[0.2, 0.2, 0.2]");
+    assert!(twice.contains("two points are called E50kPa_nu0.2 in file names; remove one"), "{twice}");
+
+    let (mut study, stored) = study(&[2.0, 1.0, 3.0], &[1.0], |p, _| p);
+    let mut sweep = sweep_of(&study);
+    sweep.axes[1] = axis("q", &[5.0, 5.0, 4.0]);
+    sweep.points.values_mut().for_each(|at| *at = vec![at[0]; 2]);
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let a = analyse(&study, &stored);
+    assert_eq!((a.list, a.quantities[0].along[0].trend), (true, Trend::Unordered));
+    let said = &a.quantities[0].sentence;
+    assert!(said.contains("It differs between the points of the list, by 67 %."), "{said}");
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let drawn = std::fs::read_to_string(dir.path().join("figures/against-cable_tension_N-length.svg")).expect("drawn");
+    assert!(["key p", "key q"].iter().all(|axis| drawn.contains(axis)), "one panel for each axis");
+}
+
 #[test]
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));

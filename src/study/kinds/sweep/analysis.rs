@@ -143,7 +143,7 @@ pub enum Trend {
     Turning,
     /// Up on some lines, down on others
     Mixed,
-    /// It differs between values that are words and have no order
+    /// It differs between values that have no order: words, and the scattered ones of a list
     Unordered,
 }
 
@@ -302,7 +302,7 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
         _ => Trend::Mixed,
     })?;
     let everywhere = trends.iter().all(|t| *t == trend);
-    let trend = if axis.numbers.is_empty() && trend != Trend::Constant { Trend::Unordered } else { trend };
+    let trend = if axis.is_ordered() || trend == Trend::Constant { trend } else { Trend::Unordered };
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
         let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.change / a.change);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
@@ -386,6 +386,7 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 let [change, allowed] = q.widest(a, axes, list, own).0.words(own, &q.quantity.unit);
                 format!(". It hardly depends on {axis}: by at most {change}, within {allowed}")
             }
+            (Trend::Unordered, _) if list => format!(". It differs between {axis}, by {by}"),
             (Trend::Unordered, _) => format!(". It differs between the values of {axis}, by {by}"),
             (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by {by}"),
             (Trend::Mixed, _) => {
