@@ -20,7 +20,8 @@ Examples:
   durometer compare reports/published/finger-convergence reports/finger-convergence
   durometer compare old new --tolerance \"1 %\" --all
 
-Exit codes: 0 nothing changed beyond the error bars, 2 bad input, 3 something did, or the verdict changed, or a case is gone or converges no longer.")]
+Exit codes: 0 nothing changed beyond the error bars, 2 bad input, 3 something did, or the verdict or a decision changed, or a case or a value is gone, or
+a case converges no longer.")]
 pub struct Args {
     /// Folder of the earlier result
     old: PathBuf,
@@ -48,7 +49,7 @@ pub fn main(args: Args) -> CommandResult {
     if args.json {
         say!("{}", serde_json::to_string_pretty(&changes)?);
     } else {
-        print(&changes, args.all);
+        print(&changes, [&args.old, &args.new], args.all);
     }
     Ok(outcome(&changes))
 }
@@ -56,7 +57,7 @@ pub fn main(args: Args) -> CommandResult {
 /// Compares two results with the usual tolerance, and prints what changed.
 pub fn told(old: &Path, new: &Path) -> CommandResult {
     let changes = compare(old, new, TOLERANCE)?;
-    print(&changes, false);
+    print(&changes, [old, new], false);
     Ok(outcome(&changes))
 }
 
@@ -64,7 +65,7 @@ fn outcome(changes: &Changes) -> Outcome {
     if changes.is_beyond() { Outcome::ChangedBeyondBars } else { Outcome::Complete }
 }
 
-fn print(c: &Changes, all: bool) {
+fn print(c: &Changes, folders: [&Path; 2], all: bool) {
     let pair = |name: &str, [old, new]: &[String; 2]| {
         if old != new {
             say!("{name}: {old}\n  now: {new}");
@@ -73,10 +74,12 @@ fn print(c: &Changes, all: bool) {
     pair("study", &c.study);
     pair("version", &c.version);
     pair("tolerance", &c.tolerance.map(|t| format!("{} %", percent_cell(t))));
+    c.settings.iter().for_each(|s| say!("{}: {}, now {}", s.what, s.old, s.new));
     // Numbers of a verdict are its costs, and values that are listed below
     if c.verdict_changed || without_numbers(&c.verdict[0]) != without_numbers(&c.verdict[1]) {
         pair("verdict", &c.verdict);
     }
+    print_decisions(c, folders);
     if !c.inputs.is_empty() {
         let (n, few) = (c.inputs.len(), few(&c.inputs));
         say!("inputs: {n} of the common cases were computed from another scene, other files or another mesh: {few}");
@@ -85,10 +88,15 @@ fn print(c: &Changes, all: bool) {
     c.added.iter().for_each(|id| say!("case {id}: new"));
     c.statuses.iter().for_each(|(id, old, new)| say!("case {id}: {old}, now {new}"));
     c.meshes.iter().for_each(|(id, old, new)| say!("case {id}: {old} cells, now {new}"));
-    if let [first, rest @ ..] = &c.unmatched[..] {
-        let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
-        say!("{first}{more}: an error bar in one result only, judged by the tolerance");
-    }
+    let named = |values: &[String], what: &str| {
+        if let [first, rest @ ..] = values {
+            let more = if rest.is_empty() { String::new() } else { format!(" and {} more", rest.len()) };
+            say!("{first}{more}: {what}");
+        }
+    };
+    named(&c.gone, "gone, judged in the earlier result only");
+    named(&c.new, "new, judged in the later result only");
+    named(&c.unmatched, "an error bar in one result only, judged by the tolerance");
     for v in c.values.iter().filter(|v| all || v.judgement != Judgement::Same) {
         say!("{}", words(v));
     }
@@ -103,6 +111,16 @@ fn print(c: &Changes, all: bool) {
         if c.verdict_changed { "; the VERDICT CHANGED" } else { "" }
     );
     say!("CPU time of the common cases: {}, now {}", seconds(c.cpu_s[0]), seconds(c.cpu_s[1]));
+}
+
+fn print_decisions(c: &Changes, folders: [&Path; 2]) {
+    for d in &c.decisions {
+        say!("decision: {}: {}, {}", d.what, d.old, d.new.as_ref().map_or("gone".into(), |new| format!("now {new}")));
+    }
+    for (folder, _) in folders.iter().zip(c.undecided).filter(|(_, is)| *is) {
+        let folder = folder.display();
+        say!("decisions are not compared: {folder} does not state its own; `durometer report {folder}` writes them");
+    }
 }
 
 /// A verdict without the digits of its numbers.

@@ -123,6 +123,7 @@ mod stored;
 mod stress_recovery;
 pub mod stretch;
 mod surface_unit;
+mod tables;
 mod turning;
 mod winding;
 

@@ -5,6 +5,7 @@ use super::error::{Line, Mistake, SceneError, explain};
 use super::kind;
 use super::overrides;
 use super::spec::SceneSpec;
+use super::tables::ByKeys;
 use crate::mesh::format::recognise;
 use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;
@@ -130,7 +131,7 @@ pub(crate) fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &s
     let mut table = DeTable::parse(text).map_err(|e| mistake(file, text, origin, &e, None))?;
     let entries = entries(table.get_ref());
     kind::first(table.get_mut());
-    let read = T::deserialize(toml::Deserializer::from(table));
+    let read = T::deserialize(ByKeys(toml::Deserializer::from(table)));
     read.map_err(|e| {
         let at = e.span().map_or(0, |s| s.start);
         let place = entries.iter().filter(|(start, _)| *start <= at).max_by_key(|e| e.0);
@@ -239,5 +240,21 @@ mod tests {
             let message = refusal(entries);
             assert!(message.contains(says), "{entries}\ngave: {message}\nnot: {says}");
         }
+    }
+
+    /// The values of a table in the order of its keys are none, at the top, in an entry of a list and below a kind.
+    #[test]
+    fn an_array_is_no_table() {
+        for text in [
+            format!("numerics = [0.5, 0.5, 3]\n{SCENE}"),
+            "stage = [[\"static\", \"1 s\", \"1 s\"]]\n[mesh]\nbody = \"finger\"\n".into(),
+            format!("{SCENE}[[constraint]]\nkind = \"cable\"\ndrive = [\"length\", \"1 mm\"]\n"),
+        ] {
+            let said = from_text::<SceneSpec>(Path::new("s.toml"), &text, "").expect_err(&text).to_string();
+            assert!(said.contains("this must be"), "{text}\ngave: {said}");
+        }
+        let numerics = format!("numerics = [0.5, 0.5, 3]\n{SCENE}");
+        let said = from_text::<SceneSpec>(Path::new("s.toml"), &numerics, "").expect_err("an array").to_string();
+        assert!(said.contains("s.toml, line 1: array, this must be a table"), "{said}");
     }
 }

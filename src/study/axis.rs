@@ -1,7 +1,8 @@
 //! Axes of a sweep: which keys of the scene take which values, and the points that follow.
 //!
 //! A grid has a point for every combination of values, the first axis slowest. A list goes along all axes together: its
-//! k-th point takes the k-th value of each.
+//! k-th point takes the k-th value of each. Values of a grid rise or fall, those of a list may be in any order and occur again: a Latin hypercube, a
+//! random or a Sobol' sequence, one key at a time.
 
 use crate::math::units;
 use crate::study::spec::{FamilySpec, MOST_CASES, Mistake};
@@ -51,6 +52,14 @@ pub struct AxisRecord {
     pub numbers: Vec<f64>,
 }
 
+impl AxisRecord {
+    /// Whether the values are numbers that rise, or fall: words and the scattered values of a list have no order.
+    pub fn is_ordered(&self) -> bool {
+        let all = |holds: fn(&[f64]) -> bool| self.numbers.windows(2).all(holds);
+        !self.numbers.is_empty() && (all(|w| w[0] < w[1]) || all(|w| w[0] > w[1]))
+    }
+}
+
 /// How several axes go together.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq, Default)]
 #[serde(rename_all = "snake_case")]
@@ -72,7 +81,7 @@ pub struct Expanded {
 
 /// The points of the axes as members of one family.
 pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake> {
-    let axes: Vec<AxisRecord> = specs.iter().map(AxisSpec::record).collect::<Result<_, _>>()?;
+    let axes: Vec<AxisRecord> = specs.iter().map(|spec| spec.record(combine)).collect::<Result<_, _>>()?;
     let (mut members, mut points) = (toml::Table::new(), BTreeMap::new());
     for at in combinations(specs, combine)? {
         let (mut set, mut name) = (toml::Table::new(), Vec::new());
@@ -84,7 +93,7 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
         let name = name.join("_");
         if members.insert(name.clone(), set.into()).is_some() {
             let fact = format!("two points are called {name} in file names");
-            return Err(("axis".into(), fact, "write their values in another unit".into()));
+            return Err(("axis".into(), fact, "remove one, or write their values in another unit".into()));
         }
         points.insert(name, at);
     }
@@ -125,7 +134,7 @@ fn check_points(points: f64) -> Result<(), Mistake> {
 }
 
 impl AxisSpec {
-    fn record(&self) -> Result<AxisRecord, Mistake> {
+    fn record(&self, combine: Combine) -> Result<AxisRecord, Mistake> {
         let refuse = |fact: String, remedy: &str| Err((format!("axis {}", self.name), fact, remedy.into()));
         if self.keys.is_empty() && self.names.is_none() {
             return refuse("it changes no key".into(), "write keys = [\"laws.rubber.E\"]");
@@ -136,7 +145,8 @@ impl AxisSpec {
         }
         let values = self.names.clone().unwrap_or_else(|| self.values.iter().map(as_text).collect::<Vec<String>>());
         let mut seen = HashSet::new();
-        if let Some(k) = (0..values.len()).find(|&k| !seen.insert(&values[k])) {
+        let is_grid = combine == Combine::Grid;
+        if let Some(k) = (0..values.len()).find(|&k| is_grid && !seen.insert(&values[k])) {
             return refuse(format!("the value {} is given twice", values[k]), "remove one");
         }
         let numeric = values.iter().any(|v| v.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)));
@@ -149,12 +159,12 @@ impl AxisSpec {
                 }
             }
         }
-        let rising = numbers.windows(2).all(|w| w[0] < w[1]);
-        if !rising && !numbers.windows(2).all(|w| w[0] > w[1]) {
+        let Self { name, keys, label, symbol, unit, .. } = self.clone();
+        let axis = AxisRecord { name, keys, label, symbol, unit, values, numbers };
+        if is_grid && numeric && !axis.is_ordered() {
             return refuse("the values neither rise nor fall".into(), "sort them");
         }
-        let Self { name, keys, label, symbol, unit, .. } = self.clone();
-        Ok(AxisRecord { name, keys, label, symbol, unit, values, numbers })
+        Ok(axis)
     }
 }
 

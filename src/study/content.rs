@@ -31,6 +31,8 @@ pub struct Content {
     pub figures: Vec<Drawn>,
     /// Values with their error bars
     pub claims: Vec<Claim>,
+    /// Decisions by name: another result of the study that decides otherwise has another verdict, whatever the words and the costs are
+    pub decisions: BTreeMap<String, String>,
     /// Files in addition to the page: name and text
     pub files: Vec<(String, String)>,
     /// Where error bars come from, for the methods of a paper, with citations as `[@key]`; empty where the kind states none
@@ -60,6 +62,7 @@ impl Content {
             folded: vec![],
             figures: vec![],
             claims: vec![],
+            decisions: BTreeMap::new(),
             files: vec![],
             errors: String::new(),
             search: vec![],
@@ -69,10 +72,11 @@ impl Content {
         }
     }
 
-    /// The same without what follows from a comparison of its cases: verdict, headline numbers and error bars.
+    /// The same without what follows from a comparison of its cases: verdict, decisions, headline numbers and error bars.
     #[must_use]
     pub fn without_verdict(self, why: String) -> Self {
-        Self { verdict: why, supported: false, facts: vec![], claims: vec![], extension: None, ..self }
+        let decisions = BTreeMap::new();
+        Self { verdict: why, supported: false, decisions, facts: vec![], claims: vec![], extension: None, ..self }
     }
 
     pub fn all_tables(&self) -> impl Iterator<Item = &Table> {

@@ -177,7 +177,7 @@ fn farthest(case: &StoredCase, quantity: &str) -> Option<f64> {
 }
 
 /// The value at which a quantity starts, if that is not zero against its largest one.
-fn start(case: &StoredCase, quantity: &str) -> Option<f64> {
+pub fn start(case: &StoredCase, quantity: &str) -> Option<f64> {
     let first = *case.series.columns.get(quantity)?.first()?;
     starts_elsewhere(first, farthest(case, quantity)?)
 }

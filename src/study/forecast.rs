@@ -1,8 +1,14 @@
 //! Expected time and memory of a case before it runs, by the results that are stored.
 //!
-//! A case costs what its own last result has cost, whichever inputs and build that had. One without a result costs what the law of growth
-//! over the nodes says ([`growth`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them.
+//! ```text
+//! cost = setup + steps × cost of a step,   steps = Σ over the stages of duration/dt, known before the run
+//! ```
+//!
+//! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had. Without a result they cost what the law of
+//! growth over the nodes says ([`growth`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them. What did
+//! not converge says nothing: it ended early, or late. That longer steps take more iterations is not counted.
 
+use crate::scene::SceneSpec;
 use crate::study::estimate::growth::growth;
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
@@ -14,19 +20,16 @@ const ONE_SIZE: f64 = 0.01;
 /// Costs of the stored results of a study.
 #[derive(Default)]
 pub struct Forecast {
-    /// Case id → its own cost
-    own: HashMap<String, Expected>,
+    own: HashMap<String, Known>,
     /// Formulation → the costs over the size
     by_size: BTreeMap<String, Points>,
 }
 
-#[derive(Default)]
-struct Points {
-    /// Nodes, and seconds
-    cost: Vec<(f64, f64)>,
-    /// Nodes, and bytes
-    memory: Vec<(f64, f64)>,
-}
+/// Costs of a case: seconds of the setup and of a step, and bytes.
+type Known = [Option<f64>; 3];
+
+/// The same of several cases, each with its nodes.
+type Points = [Vec<(f64, f64)>; 3];
 
 /// Time and memory of a case, as far as something is known.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Default)]
@@ -36,24 +39,57 @@ pub struct Expected {
     pub memory_bytes: Option<u64>,
 }
 
+/// Size of a case, as it is known before the run.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Size {
+    pub formulation: String,
+    /// None before the mesh exists
+    pub nodes: Option<usize>,
+    /// Duration and time step of every stage \[s\]
+    pub stages: Vec<[f64; 2]>,
+}
+
+impl Size {
+    pub fn of(scene: &SceneSpec, nodes: Option<usize>) -> Self {
+        let stages = scene.stages.iter().map(|stage| [stage.duration.0, stage.dt.0]).collect();
+        Self { formulation: scene.formulation(), nodes, stages }
+    }
+
+    /// Time steps of the run, none of which is cut.
+    fn steps(&self) -> f64 {
+        steps(self.stages.iter().copied())
+    }
+
+    /// The same with the time steps of a result, where it has as many stages.
+    fn steps_of(&self, record: &CaseRecord) -> f64 {
+        match record.stage_dt_s.len() == self.stages.len() {
+            true => steps(self.stages.iter().zip(&record.stage_dt_s).map(|([duration, _], dt)| [*duration, *dt])),
+            false => self.steps(),
+        }
+    }
+}
+
+fn steps(stages: impl Iterator<Item = [f64; 2]>) -> f64 {
+    stages.map(|[duration, dt]| (duration / dt).max(1.0)).sum::<f64>().max(1.0)
+}
+
 impl Forecast {
-    /// Takes a stored result into account.
-    pub fn learn(&mut self, record: &CaseRecord) {
-        let cost = record.cpu_s * record.repeats.len().max(1) as f64 + record.phases.build_s;
-        let (cost_s, memory_bytes) = (Some(cost).filter(|s| *s > 0.0), record.work.memory_bytes);
-        self.own.insert(record.id.clone(), Expected { cost_s, memory_bytes });
+    /// Takes a stored result of a case of this size into account.
+    pub fn learn(&mut self, record: &CaseRecord, size: &Size) {
         if !record.converged() {
             return;
         }
+        let step_s = record.cpu_s * record.repeats.len().max(1) as f64 / size.steps_of(record);
+        let costs = [Some(record.phases.build_s), Some(step_s), record.work.memory_bytes.map(|bytes| bytes as f64)];
+        let known = costs.map(|cost| cost.filter(|c| *c > 0.0));
+        self.own.insert(record.id.clone(), known);
         let (nodes, points) = (record.mesh.nodes as f64, self.by_size.entry(record.formulation.clone()).or_default());
-        points.cost.extend(cost_s.map(|s| (nodes, s)));
-        points.memory.extend(memory_bytes.map(|b| (nodes, b as f64)));
+        points.iter_mut().zip(known).for_each(|(points, cost)| points.extend(cost.map(|cost| (nodes, cost))));
     }
 
     /// The laws of growth over what was learnt.
     pub fn fitted(&self) -> Fitted<'_> {
-        let laws =
-            self.by_size.iter().map(|(name, points)| (name.as_str(), [&points.cost[..], &points.memory].map(law)));
+        let laws = self.by_size.iter().map(|(name, points)| (name.as_str(), points.each_ref().map(|p| law(p))));
         Fitted { own: &self.own, laws: laws.collect() }
     }
 }
@@ -62,18 +98,20 @@ type Law = Box<dyn Fn(f64) -> Option<f64>>;
 
 /// Costs by their laws of growth.
 pub struct Fitted<'a> {
-    own: &'a HashMap<String, Expected>,
-    /// Formulation → seconds and bytes over nodes
-    laws: BTreeMap<&'a str, [Law; 2]>,
+    own: &'a HashMap<String, Known>,
+    /// Formulation → costs over nodes
+    laws: BTreeMap<&'a str, [Law; 3]>,
 }
 
 impl Fitted<'_> {
-    /// Expected cost of a case of this formulation and number of nodes, where the mesh exists.
-    pub fn of(&self, id: &str, formulation: &str, nodes: Option<usize>) -> Expected {
+    /// Expected cost of a case.
+    pub fn of(&self, id: &str, size: &Size) -> Expected {
         let own = self.own.get(id).copied().unwrap_or_default();
-        let by_size = |k: usize| self.laws.get(formulation).and_then(|laws| laws[k](nodes? as f64));
-        let memory_bytes = own.memory_bytes.or_else(|| by_size(1).map(|b| b as u64));
-        Expected { cost_s: own.cost_s.or_else(|| by_size(0)), memory_bytes }
+        let by_size = |k: usize| self.laws.get(size.formulation.as_str()).and_then(|laws| laws[k](size.nodes? as f64));
+        let [setup, step, bytes] = [0, 1, 2].map(|k| own[k].or_else(|| by_size(k)));
+        // A record of an earlier version has no setup
+        let cost_s = step.map(|step| setup.unwrap_or(0.0) + step * size.steps());
+        Expected { cost_s, memory_bytes: bytes.map(|b| b as u64) }
     }
 }
 
@@ -97,28 +135,54 @@ mod tests {
         record
     }
 
+    /// A case of one step.
+    fn size(formulation: &str, nodes: Option<usize>) -> Size {
+        Size { formulation: formulation.into(), nodes, stages: vec![[1.0, 1.0]] }
+    }
+
     #[test]
     fn a_case_costs_as_its_last_result_or_by_the_growth_of_the_others() {
         let mut forecast = Forecast::default();
         for (id, nodes) in [("a", 1000), ("b", 2000), ("c", 4000)] {
-            forecast.learn(&record(id, nodes, 1e-6 * (nodes as f64).powi(2)));
+            forecast.learn(&record(id, nodes, 1e-6 * (nodes as f64).powi(2)), &size("tet10", None));
         }
         let fitted = forecast.fitted();
-        assert_eq!(fitted.of("b", "tet10", None), Expected { cost_s: Some(4.0), memory_bytes: Some(2_000_000) });
-        let new = fitted.of("d", "tet10", Some(8000));
+        let own = Expected { cost_s: Some(4.0), memory_bytes: Some(2_000_000) };
+        assert_eq!(fitted.of("b", &size("tet10", None)), own);
+        let new = fitted.of("d", &size("tet10", Some(8000)));
         // Rounding of a few logarithms
         assert!((new.cost_s.expect("a law") / 64.0 - 1.0).abs() < 1e-10, "{new:?}");
         assert!((new.memory_bytes.expect("a law") as f64 / 8e6 - 1.0).abs() < 1e-6, "{new:?}");
-        assert_eq!(fitted.of("d", "tet4", Some(8000)), Expected::default());
-        assert_eq!(fitted.of("d", "tet10", None), Expected::default());
+        assert_eq!(fitted.of("d", &size("tet4", Some(8000))), Expected::default());
+        assert_eq!(fitted.of("d", &size("tet10", None)), Expected::default());
     }
 
     #[test]
     fn one_size_says_nothing_of_another() {
         let mut forecast = Forecast::default();
-        [("a", 2.0), ("b", 3.0)].iter().for_each(|(id, s)| forecast.learn(&record(id, 1000, *s)));
+        [("a", 2.0), ("b", 3.0)].iter().for_each(|(id, s)| forecast.learn(&record(id, 1000, *s), &size("tet10", None)));
         let fitted = forecast.fitted();
-        assert_eq!(fitted.of("d", "tet10", Some(1001)).cost_s, Some(3.0));
-        assert_eq!(fitted.of("d", "tet10", Some(2000)).cost_s, None);
+        assert_eq!(fitted.of("d", &size("tet10", Some(1001))).cost_s, Some(3.0));
+        assert_eq!(fitted.of("d", &size("tet10", Some(2000))).cost_s, None);
+    }
+
+    /// Stages of 1 s and 2 s in steps of 0.25 s are 12 steps; in steps of 0.025 s they are 120, of this case and of another one of its size, after a setup of 1 s.
+    #[test]
+    fn ten_times_the_steps_cost_ten_times_as_much_and_failures_say_nothing() {
+        let in_steps = |dt: f64| Size { stages: vec![[1.0, dt], [2.0, dt]], ..size("tet10", Some(1000)) };
+        let mut forecast = Forecast::default();
+        let mut coarse = record("a", 1000, 2.4);
+        (coarse.stage_dt_s, coarse.phases.build_s) = (vec![0.25; 2], 1.0);
+        forecast.learn(&coarse, &in_steps(0.25));
+        let mut failed = record("f", 1000, 900.0);
+        failed.status = "StepTooSmall".into();
+        forecast.learn(&failed, &in_steps(0.25));
+        let fitted = forecast.fitted();
+        for id in ["a", "d", "f"] {
+            for (dt, seconds) in [(0.25, 3.4), (0.025, 25.0)] {
+                let cost = fitted.of(id, &in_steps(dt)).cost_s.expect("a law");
+                assert!((cost / seconds - 1.0).abs() < 1e-12, "{id} in steps of {dt} s: {cost} s");
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@ use crate::mesh::generate::MeshStore;
 use crate::scene::{Body, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
-use crate::study::forecast::{Expected, Forecast};
+use crate::study::forecast::{Expected, Forecast, Size};
 use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::store::folder::Store;
@@ -94,8 +94,9 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
     let (mut forecast, mut found) = (Forecast::default(), vec![]);
     for case in &study.cases {
         let record = store.record(&case.id);
-        record.iter().for_each(|r| forecast.learn(r));
         let mesh = meshes.of(case);
+        let size = Size::of(&case.spec, mesh.as_ref().map(|(_, nodes)| *nodes));
+        record.iter().for_each(|r| forecast.learn(r, &size));
         let identity = waiting::identity(study, case, &store, &mut |case| Some(meshes.of(case)?.0));
         let state = match state(&store, case, record.as_ref(), identity.as_ref()) {
             State::Stored | State::OtherBuild if record.as_ref().is_some_and(|r| lacks(study, case, r)) => {
@@ -103,10 +104,10 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
             }
             state => state,
         };
-        found.push((state, identity, mesh.map(|(_, nodes)| nodes)));
+        found.push((state, identity, size));
     }
     let fitted = forecast.fitted();
-    let listed = study.cases.iter().zip(found).map(|(case, (state, identity, nodes))| Listed {
+    let listed = study.cases.iter().zip(found).map(|(case, (state, identity, size))| Listed {
         id: case.id.clone(),
         family: case.family.clone(),
         variant: case.variant.clone(),
@@ -114,8 +115,8 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
         state,
         identity: identity.map(|i| i.sha256),
         waits_for: case.after.as_ref().map(|after| after.variant.clone()),
-        nodes,
-        expected: fitted.of(&case.id, &case.spec.formulation(), nodes),
+        nodes: size.nodes,
+        expected: fitted.of(&case.id, &size),
     });
     listed.collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::study::case::Case;
 use crate::study::expand::Study;
-use crate::study::forecast::Forecast;
+use crate::study::forecast::{Forecast, Size};
 use crate::study::listing::{Listed, list};
 use crate::study::store::record::CaseRecord;
 use std::collections::BTreeMap;
@@ -16,8 +16,7 @@ pub struct TimeLeft {
 }
 
 struct Open {
-    formulation: String,
-    nodes: Option<usize>,
+    size: Size,
     /// By earlier results \[s\]
     expected: Option<f64>,
     /// Part that is done \[–\]
@@ -29,8 +28,8 @@ impl TimeLeft {
     pub fn of(study: &Study, dir: &Path, wants: &dyn Fn(&str) -> bool, jobs: usize) -> Self {
         let listed = list(study, dir).into_iter().zip(&study.cases).filter(|(listed, _)| wants(&listed.id));
         let open = |(listed, case): (Listed, &Case)| {
-            let (nodes, expected) = (listed.nodes, listed.expected.cost_s);
-            (listed.id, Open { formulation: case.spec.formulation(), nodes, expected, done: 0.0 })
+            let (size, expected) = (Size::of(&case.spec, listed.nodes), listed.expected.cost_s);
+            (listed.id, Open { size, expected, done: 0.0 })
         };
         Self { cases: listed.map(open).collect(), finished: Forecast::default(), jobs: jobs.max(1) }
     }
@@ -44,9 +43,8 @@ impl TimeLeft {
 
     /// A case has ended. One that was `kept` says nothing of this machine.
     pub fn finish(&mut self, record: &CaseRecord, kept: bool) {
-        self.cases.remove(&record.id);
-        if !kept {
-            self.finished.learn(record);
+        if let Some(open) = self.cases.remove(&record.id).filter(|_| !kept) {
+            self.finished.learn(record, &open.size);
         }
     }
 
@@ -54,7 +52,7 @@ impl TimeLeft {
     pub fn seconds(&self) -> Option<f64> {
         let fitted = self.finished.fitted();
         let cost = |(id, open): (&String, &Open)| {
-            let by_others = || fitted.of(id, &open.formulation, open.nodes).cost_s;
+            let by_others = || fitted.of(id, &open.size).cost_s;
             Some(open.expected.or_else(by_others)? * (1.0 - open.done))
         };
         let (sum, longest) =
@@ -68,7 +66,8 @@ mod tests {
     use super::*;
 
     fn open(nodes: usize, expected: Option<f64>) -> Open {
-        Open { formulation: "tet10".into(), nodes: Some(nodes), expected, done: 0.0 }
+        let size = Size { formulation: "tet10".into(), nodes: Some(nodes), stages: vec![] };
+        Open { size, expected, done: 0.0 }
     }
 
     #[test]

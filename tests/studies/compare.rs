@@ -116,10 +116,14 @@ fn raised(factor: f64) -> tempfile::TempDir {
 
 /// Changes the summary of a result in its place.
 fn rewrite(dir: &tempfile::TempDir, change: &mut dyn FnMut(&mut Value)) {
-    let file = dir.path().join("summary.json");
-    let mut summary: Value = serde_json::from_slice(&std::fs::read(&file).expect("a summary")).expect("JSON");
-    change(&mut summary);
-    std::fs::write(file, summary.to_string()).expect("the summary");
+    rewrite_file(dir, "summary.json", change);
+}
+
+fn rewrite_file(dir: &tempfile::TempDir, name: &str, change: &mut dyn FnMut(&mut Value)) {
+    let file = dir.path().join(name);
+    let mut content: Value = serde_json::from_slice(&std::fs::read(&file).expect("a file")).expect("JSON");
+    change(&mut content);
+    std::fs::write(file, content.to_string()).expect("the file");
 }
 
 /// A change of 3 % is 0.1 % of the place: what counts is the change, also in results of earlier versions, as long as their curves are there.
@@ -207,6 +211,80 @@ fn a_lost_case_counts_and_a_new_one_does_not() {
 }
 
 #[test]
+fn a_changed_decision_is_a_changed_verdict() {
+    let decided = |decisions: Value| result(|s| s["decisions"] = decisions.clone());
+    let old = decided(json!({ "b can replace a": "yes", "c can replace a": "no" }));
+    let reversed = decided(json!({ "b can replace a": "no", "c can replace a": "no", "d can replace a": "yes" }));
+    let fewer = decided(json!({ "c can replace a": "no" }));
+    for (new, now) in [(&reversed, Some("no")), (&fewer, None)] {
+        let found = changes(&old, new);
+        let [one] = &found.decisions[..] else { panic!("{:?}", found.decisions) };
+        assert_eq!((one.what.as_str(), one.old.as_str(), one.new.as_deref()), ("b can replace a", "yes", now));
+        assert!(found.verdict_changed && found.is_beyond());
+    }
+    assert!(!changes(&fewer, &old).is_beyond(), "a decision that is new changes none");
+    let earlier = result(|s| drop(s.as_object_mut().expect("an object").remove("decisions")));
+    let found = changes(&old, &earlier);
+    assert!(!found.verdict_changed && found.undecided == [false, true]);
+}
+
+/// A result without a quantity that the earlier one judges, and without its error bars.
+#[test]
+fn a_value_that_is_judged_no_more_is_gone() {
+    let (all, fewer) = (result(|_| {}), result(|_| {}));
+    let is_angle = |what: &str| what.contains("-length-") && what.ends_with(": bending_angle_deg");
+    rewrite_file(&fewer, "study.json", &mut |s| {
+        let quantities = s["quantities"]["length"].as_array_mut().expect("quantities");
+        quantities.retain(|q| q["name"] != "bending_angle_deg");
+    });
+    rewrite(&fewer, &mut |s| {
+        let claims = s["claims"].as_array_mut().expect("claims");
+        claims.retain(|c| !is_angle(c["what"].as_str().expect("a name")));
+    });
+    let lost = changes(&all, &fewer);
+    assert!(
+        lost.is_beyond() && !lost.gone.is_empty() && lost.gone.iter().all(|what| is_angle(what)),
+        "{:?}",
+        lost.gone
+    );
+    assert!(lost.unmatched.is_empty() && lost.new.is_empty(), "{:?}", lost.unmatched);
+    assert!(!lost.values.iter().any(|v| is_angle(&v.what)), "what is judged once is not compared");
+    let added = changes(&fewer, &all);
+    assert!(!added.is_beyond() && added.new == lost.gone && added.gone.is_empty());
+    // Values of a case that is gone are named with it
+    let without_case = result(|s| {
+        let case = s["cases"].as_array_mut().expect("cases").pop().expect("a case")["id"].clone();
+        let start = format!("{}:", case.as_str().expect("a name"));
+        s["claims"]
+            .as_array_mut()
+            .expect("claims")
+            .retain(|c| !c["what"].as_str().expect("a name").starts_with(&start));
+    });
+    let found = changes(&all, &without_case);
+    assert!(found.missing.len() == 1 && found.gone.is_empty() && found.unmatched.is_empty(), "{:?}", found.unmatched);
+}
+
+#[test]
+fn what_decides_how_values_are_judged_is_compared() {
+    let judged = |by: &str| {
+        let dir = result(|_| {});
+        rewrite_file(&dir, "study.json", &mut |s| s["details"] = json!({ "judged": by, "points": [1] }));
+        dir
+    };
+    let (peak, last) = (judged("peak"), judged("final"));
+    rewrite_file(&last, "study.json", &mut |s| {
+        let mut quantities = s["quantities"]["length"].as_array_mut().expect("quantities").iter_mut();
+        let angle = quantities.find(|q| q["name"] == "bending_angle_deg").expect("the angle");
+        angle["absolute_tolerance"] = json!(0.5);
+    });
+    let found = changes(&peak, &last);
+    let said: Vec<_> = found.settings.iter().map(|s| (s.what.as_str(), s.old.as_str(), s.new.as_str())).collect();
+    let tolerance = "absolute tolerance of bending_angle_deg, length";
+    assert_eq!(said, [(tolerance, "none", "0.5°"), ("judged", "peak", "final")]);
+    assert!(changes(&peak, &peak).settings.is_empty());
+}
+
+#[test]
 fn the_command_has_the_usual_exit_codes() {
     let run = |old: &Path, new: &Path, more: &[&str]| {
         let out = Command::new(env!("CARGO_BIN_EXE_durometer")).arg("compare").args([old, new]).args(more).output();
@@ -224,6 +302,13 @@ fn the_command_has_the_usual_exit_codes() {
     let refused = result(|s| s["supported"] = json!(false));
     let (code, said, _) = run(a.path(), refused.path(), &[]);
     assert!(code == Some(3) && said.contains("0 beyond; the VERDICT CHANGED"), "{said}");
+    let decided = |how: &str| result(|s| s["decisions"] = json!({ "b can replace a": how }));
+    let (code, said, _) = run(decided("yes").path(), decided("no").path(), &[]);
+    let words = "decision: b can replace a: yes, now no";
+    assert!(code == Some(3) && said.contains(words) && said.contains("the VERDICT CHANGED"), "{said}");
+    let earlier = result(|s| drop(s.as_object_mut().expect("an object").remove("decisions")));
+    let (code, said, _) = run(earlier.path(), a.path(), &[]);
+    assert!(code == Some(0) && said.contains("decisions are not compared: "), "{said}");
     let cost =
         |seconds: &str| result(|s| s["verdict"] = json!(format!("The finest mesh, for {seconds} s of CPU time.")));
     let (code, said, _) = run(cost("5.3").path(), cost("12").path(), &[]);

@@ -186,6 +186,13 @@ fn every_member_of_a_comparison_is_judged() {
     let missing = summary["analysis"]["incomparable"].as_array().expect("a list");
     let of = |member: &str| missing.iter().filter(|i| i["member"] == member).count();
     assert_eq!(["short", "broken", "coarse", "other_name"].map(of), [2, 2, 0, 0], "{missing:?}");
+    let decisions = serde_json::json!({
+        "other_name can replace whole": "yes",
+        "short can replace whole": "not comparable",
+        "coarse can replace whole": "no",
+        "soft can replace whole": "no",
+    });
+    assert_eq!(summary["decisions"], decisions);
 }
 
 /// A sweep of two variants that differ in their quantities only has the points of both.
@@ -224,4 +231,6 @@ fn a_map_has_one_reference_whichever_variant_is_run() {
     assert!(said(&alone).contains("soft has no judged point"), "{}", said(&alone));
     let whole = run(folder.path(), &study);
     assert!(said(&whole).contains("own 100 %, soft 0 %"), "{}", said(&whole));
+    let decided = |how: &str| whole["decisions"].as_object().expect("decisions").values().filter(|d| *d == how).count();
+    assert_eq!(["pass", "inaccurate", "fail"].map(decided), [4, 4, 0], "{}", whole["decisions"]);
 }

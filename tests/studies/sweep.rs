@@ -120,6 +120,55 @@ fn words_of_a_negative_quantity_agree_with_its_elasticity() {
     assert!(q.sentence.contains(expected), "{}", q.sentence);
 }
 
+/// y = 3 p^0.7/q² on top of a place: whatever that is, elasticities and changes are those of y, and the final places are shown.
+#[test]
+fn final_places_count_from_their_first_values() {
+    let judged_at = |place: f64| {
+        let y = |p: f64, q: f64| 3.0 * p.powf(0.7) / (q * q);
+        let (mut study, mut stored) = study(&P, &Q, y);
+        study.details["judged"] = serde_json::json!("final");
+        for case in &mut stored {
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value += place);
+            let probe = case.record.probes.get_mut("cable_tension_N").expect("recorded");
+            (probe.peak, probe.last) = (probe.peak + place, probe.peak + place);
+        }
+        analyse(&study, &stored)
+    };
+    for place in [0.0, 50.0, -3000.0] {
+        let a = judged_at(place);
+        let q = &a.quantities[0];
+        let found = along(&q.along, "p");
+        for e in found.elasticity.expect("of one sign") {
+            assert!((e - 0.7).abs() < 1e-9, "at {place}: {e}");
+        }
+        assert!((found.change - (1.0 - 10f64.powf(-0.7))).abs() < 1e-9, "at {place}: {}", found.change);
+        assert!((q.points[0].value - place - 3.0).abs() < 1e-9, "{:?}", q.points[0]);
+        let says = |words: &str| words.contains("counted from its first value");
+        assert_eq!([says(&q.sentence), says(&a.verdict)], [place != 0.0; 2], "{} {}", q.sentence, a.verdict);
+    }
+}
+
+/// Lines of 1e-2, 1e-6 and 1e-8 rise alike. A line of what the solver leaves, an algebraic error of 1e-8 of what moves by 1 N, is constant.
+#[test]
+fn each_line_has_steps_of_its_own() {
+    let (grid, stored) = study(&P, &Q, |p, q| p * 10f64.powf(-2.0 * q));
+    let a = analyse(&grid, &stored);
+    let found = along(&a.quantities[0].along, "p");
+    assert!(found.trend == Trend::Rising && found.everywhere, "{found:?}");
+    let (grid, mut stored) = study(&P, &Q, |p, q| if q == 1.0 { p } else { 1e-9 * (3.0 * p).sin() });
+    assert_eq!(along(&analyse(&grid, &stored).quantities[0].along, "p").trend, Trend::Turning);
+    for case in &mut stored {
+        let mut other = case.record.probes["cable_tension_N"].clone();
+        other.peak = 1.0;
+        case.record.probes.insert("other_N".into(), other);
+        case.record.solver.algebraic_error = 1e-8;
+    }
+    let a = analyse(&grid, &stored);
+    let found = along(&a.quantities[0].along, "p");
+    assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+}
+
 /// y moves by 1.7 near zero, where an absolute tolerance of 2 accepts it whatever share of the value it is; a move by 2.1 it does not accept.
 #[test]
 fn an_absolute_tolerance_accepts_what_is_small() {
@@ -178,6 +227,8 @@ fn a_missing_point_is_named_and_the_report_is_written() {
     synthetic::store(dir.path(), &(study, stored));
     let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert!(summary.warnings.iter().any(|w| w.contains("p1_q2: StepTooSmall")), "{:?}", summary.warnings);
+    let decided = |along: &str| summary.decisions[&format!("cable_tension_N, length along {along}")].as_str();
+    assert_eq!(["p", "q"].map(decided), ["rising", "falling"]);
     let points = &summary.analysis["cable_tension_N"]["length"]["points"];
     assert_eq!(points.as_array().map(Vec::len), Some(11));
     for file in [
@@ -295,6 +346,38 @@ fn a_grid_combines_and_a_list_goes_along() {
     assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.3"]);
 }
 
+/// Points of a design, with values that occur again, are a list and no grid, and no trend is said of them.
+#[test]
+fn a_list_takes_values_in_any_order() {
+    let design = |combine: &str, nu: &str| {
+        let e = E.replace("\"50 kPa\", \"0.1 MPa\"", "\"50 kPa\", \"0.1 MPa\", \"50 kPa\"");
+        let nu = NU.replace("[0.2, 0.3]", nu);
+        written(&format!("kind = \"sweep\"\ncombine = \"{combine}\"\n{e}{nu}")).1
+    };
+    let members: Vec<String> =
+        design("list", "[0.2, 0.2, 0.1]").expect("a list").cases.into_iter().map(|c| c.member).collect();
+    assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.2", "E50kPa_nu0.1"]);
+    let refused = |combine, nu| design(combine, nu).err().expect("a refusal");
+    assert!(refused("grid", "[0.1, 0.2, 0.3]").contains("axis E: the value 50 kPa is given twice"));
+    let twice = refused("list", "[0.2, 0.2, 0.2]");
+    assert!(twice.contains("two points are called E50kPa_nu0.2 in file names; remove one"), "{twice}");
+
+    let (mut study, stored) = study(&[2.0, 1.0, 3.0], &[1.0], |p, _| p);
+    let mut sweep = sweep_of(&study);
+    sweep.axes[1] = axis("q", &[5.0, 5.0, 4.0]);
+    sweep.points.values_mut().for_each(|at| *at = vec![at[0]; 2]);
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    let a = analyse(&study, &stored);
+    assert_eq!((a.list, a.quantities[0].along[0].trend), (true, Trend::Unordered));
+    let said = &a.quantities[0].sentence;
+    assert!(said.contains("It differs between the points of the list, by 67 %."), "{said}");
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let drawn = std::fs::read_to_string(dir.path().join("figures/against-cable_tension_N-length.svg")).expect("drawn");
+    assert!(["key p", "key q"].iter().all(|axis| drawn.contains(axis)), "one panel for each axis");
+}
+
 #[test]
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));
@@ -319,6 +402,7 @@ fn mistakes_in_axes_are_named() {
             "variant length: two families are run in it; a variant has one cumulative family",
         ),
         (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "unknown key `reference`"),
+        ("kind = \"sweep\"\naxis = [[\"E\", [\"laws.rubber.E\"]]]".into(), "array, this must be a table"),
     ] {
         let said = refused(&text);
         assert!(said.contains(words), "{words}: {said}");

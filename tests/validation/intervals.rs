@@ -133,6 +133,18 @@ fn what_the_mesh_does_to_both_cancels() {
     let predictions: toml::Table =
         std::fs::read_to_string(folder.path().join("out/predictions.toml")).expect("a file").parse().expect("TOML");
     assert_eq!(predictions["prediction"][0]["record"].as_str(), Some("heavy"));
+
+    // A measured value outside of the interval reverses the verdict, and no predicted value changes
+    let old = folder.path().join("old");
+    std::fs::create_dir(&old).expect("a folder");
+    for name in ["study.json", "summary.json"] {
+        std::fs::copy(folder.path().join("out").join(name), old.join(name)).expect("a copy");
+    }
+    write(&text.replace("none = [2.9, 3.1], light = 5.0", "none = [0.015, 0.017], light = 1.612, heavy = 9.7"));
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{out}");
+    let (code, out) = durometer(folder.path(), &["compare", "old", "out"]);
+    assert!(code == Some(3) && out.contains("decision: heavy: drop is inside its interval: yes, now no"), "{out}");
 }
 
 /// A field of 24 points on the surface of the beam determines its modulus: 95 % of the intervals contain the truth, with noise of 0.05 mm, and shifts of 0.1 mm and

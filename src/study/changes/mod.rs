@@ -7,15 +7,15 @@
 //! A change is beyond the bars where E_n > 1 (ISO/IEC 17043, 2010, annex B). A value without a bar is judged by a tolerance. Values are those that the
 //! study judges, with bars and without: peaks, or largest changes of what does not start at zero.
 //!
-//! The verdict changed where one result has none, or recommends a setting that the other one finds beyond the tolerance. Its words alone do not
-//! tell: they name costs, which differ from run to run.
+//! The verdict changed where one result has none, where a decision of the earlier one is another or gone in the later one, or where one recommends a
+//! setting that the other one finds beyond the tolerance. Its words alone do not tell: they name costs, which differ from run to run.
 
 mod stored;
 
 use crate::report::ReportError;
 use crate::study::claim::Claim;
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use stored::{StoredCase, StoredSummary};
 
@@ -47,15 +47,36 @@ pub struct Change {
     pub judgement: Judgement,
 }
 
+/// A decision that is not the same in both results, or gone.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Decision {
+    pub what: String,
+    pub old: String,
+    pub new: Option<String>,
+}
+
+/// Something that decides how values are judged, and is not the same in both studies.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Setting {
+    pub what: String,
+    pub old: String,
+    pub new: String,
+}
+
 /// Everything that differs between two results.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Changes {
     pub study: [String; 2],
     pub version: [String; 2],
     pub tolerance: [f64; 2],
+    /// Other settings by which values are judged: the value of a run that counts, the reference, absolute tolerances
+    pub settings: Vec<Setting>,
     pub verdict: [String; 2],
     /// Whether they differ in more than numbers
     pub verdict_changed: bool,
+    pub decisions: Vec<Decision>,
+    /// Whether a result does not state its decisions, as an earlier version has written it; then none are compared
+    pub undecided: [bool; 2],
     /// Common cases that were computed from other inputs: scene, files or mesh
     pub inputs: Vec<String>,
     /// Cases of one result only
@@ -68,16 +89,22 @@ pub struct Changes {
     /// CPU time of the common cases \[s\]
     pub cpu_s: [f64; 2],
     pub values: Vec<Change>,
-    /// Values with an error bar in one result only
+    /// Compared values with an error bar in one result only
     pub unmatched: Vec<String>,
+    /// Values that only the earlier result judges, those of missing cases apart
+    pub gone: Vec<String>,
+    /// Values that only the later result judges, those of added cases apart
+    pub new: Vec<String>,
 }
 
 impl Changes {
-    /// Whether something changed for the worse or beyond what is known: the verdict, a value beyond its bar, a case that is gone or converges no longer.
+    /// Whether something changed for the worse or beyond what is known: the verdict, a value beyond its bar, a case or a value
+    /// that is gone, a case that converges no longer.
     pub fn is_beyond(&self) -> bool {
         let lost = |(_, old, new): &(String, String, String)| old == CONVERGED && new != CONVERGED;
         self.verdict_changed
             || !self.missing.is_empty()
+            || !self.gone.is_empty()
             || self.statuses.iter().any(lost)
             || self.values.iter().any(|v| v.judgement == Judgement::Beyond)
     }
@@ -120,18 +147,60 @@ fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
     let cases: BTreeMap<&str, &StoredCase> = b.cases.iter().map(|c| (c.id.as_str(), c)).collect();
     let common: Vec<(&StoredCase, &StoredCase)> =
         a.cases.iter().filter_map(|c| Some((c, *cases.get(c.id.as_str())?))).collect();
-    let ids = |from: &StoredSummary, of: &StoredSummary| -> Vec<String> {
-        let known = |id: &str| of.cases.iter().any(|c| c.id == id);
-        from.cases.iter().filter(|c| !known(&c.id)).map(|c| c.id.clone()).collect()
-    };
+    let values = values_between(a, b, &common, tolerance);
+    let decisions = decisions_between(a, b);
+    let (missing, added) = (cases_of_one(a, b), cases_of_one(b, a));
+    Changes {
+        study: [a.study.clone(), b.study.clone()],
+        version: [a.version.clone(), b.version.clone()],
+        tolerance: [a.tolerance, b.tolerance],
+        settings: settings_between(a, b),
+        verdict: [a.verdict.clone(), b.verdict.clone()],
+        verdict_changed: a.differs_in_support(b)
+            || !decisions.is_empty()
+            || differ_in_setting(a, b)
+            || differ_in_setting(b, a),
+        decisions,
+        undecided: [a.decisions.is_none(), b.decisions.is_none()],
+        inputs: (common.iter())
+            .filter(|(o, n)| o.identity.as_ref().zip(n.identity.as_ref()).is_some_and(|(old, new)| old != new))
+            .map(|(o, _)| o.id.clone())
+            .collect(),
+        statuses: (common.iter().filter(|(o, n)| o.status != n.status))
+            .map(|(o, n)| (o.id.clone(), o.status.clone(), n.status.clone()))
+            .collect(),
+        meshes: (common.iter().filter(|(o, n)| o.mesh.cells != n.mesh.cells))
+            .map(|(o, n)| (o.id.clone(), o.mesh.cells, n.mesh.cells))
+            .collect(),
+        cpu_s: [common.iter().map(|(o, _)| o.cpu_s).sum(), common.iter().map(|(_, n)| n.cpu_s).sum()],
+        unmatched: a.in_both(b).into_iter().filter(|what| a.has_bar(what) != b.has_bar(what)).collect(),
+        gone: a.values_without(b, &missing),
+        new: b.values_without(a, &added),
+        values,
+        missing,
+        added,
+    }
+}
+
+/// The cases that only `from` has.
+fn cases_of_one(from: &StoredSummary, of: &StoredSummary) -> Vec<String> {
+    let known: BTreeSet<&str> = of.cases.iter().map(|c| c.id.as_str()).collect();
+    from.cases.iter().filter(|c| !known.contains(c.id.as_str())).map(|c| c.id.clone()).collect()
+}
+
+/// The values that both results judge: those with a bar in both by their bars, the others by the tolerance.
+fn values_between(
+    a: &StoredSummary,
+    b: &StoredSummary,
+    common: &[(&StoredCase, &StoredCase)],
+    tolerance: f64,
+) -> Vec<Change> {
     let claims: BTreeMap<&str, &Claim> = b.claims.iter().map(|c| (c.what.as_str(), c)).collect();
     let mut values: Vec<Change> =
         a.claims.iter().filter_map(|old| Some(of_claims(old, claims.get(old.what.as_str())?))).collect();
-    let has_bar = |what: &str, of: &StoredSummary| of.claims.iter().any(|c| c.what == what);
-    for (old, new) in &common {
-        for column in old.probes.keys() {
-            let what = format!("{}: {column}", old.id);
-            if has_bar(&what, a) && has_bar(&what, b) {
+    for (old, new) in common {
+        for (column, what) in old.values(a) {
+            if a.has_bar(&what) && b.has_bar(&what) {
                 continue;
             }
             let Some((quantity, (value, now, words))) = b.judged(new, column).zip(values_of(old, new, column)) else {
@@ -141,31 +210,27 @@ fn between(a: &StoredSummary, b: &StoredSummary, tolerance: f64) -> Changes {
             values.push(without_bar(what + words, &quantity.unit, (value, now), accepted));
         }
     }
-    let one_only = |from: &StoredSummary, of: &StoredSummary| -> Vec<String> {
-        from.claims.iter().filter(|c| !has_bar(&c.what, of)).map(|c| c.what.clone()).collect()
+    values
+}
+
+/// The decisions of the earlier result that the later one does not share.
+fn decisions_between(a: &StoredSummary, b: &StoredSummary) -> Vec<Decision> {
+    let Some((old, new)) = a.decisions.as_ref().zip(b.decisions.as_ref()) else { return vec![] };
+    let changed = old.iter().filter(|(what, decision)| new.get(*what) != Some(*decision));
+    let of = |(what, old): (&String, &String)| Decision {
+        what: what.clone(),
+        old: old.clone(),
+        new: new.get(what).cloned(),
     };
-    Changes {
-        study: [a.study.clone(), b.study.clone()],
-        version: [a.version.clone(), b.version.clone()],
-        tolerance: [a.tolerance, b.tolerance],
-        verdict: [a.verdict.clone(), b.verdict.clone()],
-        verdict_changed: a.differs_in_support(b) || differ_in_setting(a, b) || differ_in_setting(b, a),
-        inputs: (common.iter())
-            .filter(|(o, n)| o.identity.as_ref().zip(n.identity.as_ref()).is_some_and(|(old, new)| old != new))
-            .map(|(o, _)| o.id.clone())
-            .collect(),
-        missing: ids(a, b),
-        added: ids(b, a),
-        statuses: (common.iter().filter(|(o, n)| o.status != n.status))
-            .map(|(o, n)| (o.id.clone(), o.status.clone(), n.status.clone()))
-            .collect(),
-        meshes: (common.iter().filter(|(o, n)| o.mesh.cells != n.mesh.cells))
-            .map(|(o, n)| (o.id.clone(), o.mesh.cells, n.mesh.cells))
-            .collect(),
-        cpu_s: [common.iter().map(|(o, _)| o.cpu_s).sum(), common.iter().map(|(_, n)| n.cpu_s).sum()],
-        values,
-        unmatched: one_only(a, b).into_iter().chain(one_only(b, a)).collect(),
-    }
+    changed.map(of).collect()
+}
+
+/// Settings by which both studies judge values, and that differ.
+fn settings_between(a: &StoredSummary, b: &StoredSummary) -> Vec<Setting> {
+    let both = a.settings.iter().filter_map(|(what, old)| Some((what, old, b.settings.get(what)?)));
+    both.filter(|(_, old, new)| old != new)
+        .map(|(what, old, new)| Setting { what: what.clone(), old: old.clone(), new: new.clone() })
+        .collect()
 }
 
 /// Whether the setting that one result recommends is beyond the tolerance in the other one.

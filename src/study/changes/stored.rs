@@ -1,5 +1,6 @@
 //! The part of a stored result that two results are compared by.
 
+use crate::report::numbers::space;
 use crate::report::{ReportError, files};
 use crate::study::claim::Claim;
 use crate::study::kinds::KINDS;
@@ -8,7 +9,7 @@ use crate::study::store::record::{Quantity, StudyRecord};
 use crate::study::store::results;
 use serde::Deserialize;
 use serde_json::Value;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// A result as it was stored.
@@ -22,6 +23,9 @@ pub struct StoredSummary {
     /// Absent in results of earlier versions
     #[serde(default)]
     supported: Option<bool>,
+    /// Absent in results of earlier versions
+    #[serde(default)]
+    pub decisions: Option<BTreeMap<String, String>>,
     #[serde(default)]
     analysis: Value,
     pub version: String,
@@ -31,6 +35,9 @@ pub struct StoredSummary {
     /// Variant → judged quantities, of `study.json`
     #[serde(skip)]
     pub quantities: BTreeMap<String, Vec<Quantity>>,
+    /// Settings by which values are judged, the tolerance apart: name → setting, of `study.json`
+    #[serde(skip)]
+    pub settings: BTreeMap<String, String>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -62,6 +69,32 @@ pub struct StoredPeak {
     pub peak: f64,
 }
 
+impl StoredCase {
+    /// The recorded columns that a study judges, with the names of their values.
+    pub fn values<'a>(&'a self, of: &'a StoredSummary) -> impl Iterator<Item = (&'a str, String)> + 'a {
+        let judged = self.probes.keys().filter(|column| of.judged(self, column).is_some());
+        judged.map(|column| (column.as_str(), format!("{}: {column}", self.id)))
+    }
+}
+
+/// Settings by which a study judges values, its tolerance apart: single values among its details, and absolute tolerances of quantities.
+fn settings(study: &StudyRecord) -> BTreeMap<String, String> {
+    let words = |value: &Value| match value {
+        Value::String(words) => Some(words.clone()),
+        Value::Null => Some("none".into()),
+        Value::Array(_) | Value::Object(_) => None,
+        number => Some(number.to_string()),
+    };
+    let details = study.details.as_object().into_iter().flatten();
+    let own = details.filter_map(|(key, value)| Some((key.clone(), words(value)?)));
+    let quantities = study.quantities.iter().flat_map(|(variant, all)| all.iter().map(move |q| (variant, q)));
+    let tolerances = quantities.map(|(variant, q)| {
+        let tolerance = q.absolute_tolerance.map_or("none".into(), |t| format!("{t}{}", space(&q.unit)));
+        (format!("absolute tolerance of {}, {variant}", q.name), tolerance)
+    });
+    own.chain(tolerances).collect()
+}
+
 impl StoredSummary {
     /// Reads `summary.json` and the quantities of `study.json` in a folder, and of its records what they were computed from.
     ///
@@ -77,6 +110,7 @@ impl StoredSummary {
         if let Some(study) = study {
             check_summary(dir, &study)?;
             summary.judge(dir, &study);
+            summary.settings = settings(&study);
             summary.quantities = study.quantities;
         }
         Ok(summary)
@@ -100,6 +134,30 @@ impl StoredSummary {
     /// The quantity in a column of a case, where the study judges it.
     pub fn judged(&self, case: &StoredCase, column: &str) -> Option<&Quantity> {
         self.quantities.get(&case.variant)?.iter().find(|q| q.name == column)
+    }
+
+    /// Whether a value has an error bar.
+    pub fn has_bar(&self, what: &str) -> bool {
+        self.claims.iter().any(|c| c.what == what)
+    }
+
+    /// The names of all values, with error bars and without.
+    fn names(&self) -> BTreeSet<String> {
+        let of_cases = self.cases.iter().flat_map(|c| c.values(self).map(|(_, what)| what));
+        self.claims.iter().map(|c| c.what.clone()).chain(of_cases).collect()
+    }
+
+    /// The values of both results.
+    pub fn in_both(&self, other: &Self) -> BTreeSet<String> {
+        let (own, others) = (self.names(), other.names());
+        own.intersection(&others).cloned().collect()
+    }
+
+    /// The values that the other result has not, those of some cases apart.
+    pub fn values_without(&self, other: &Self, cases: &[String]) -> Vec<String> {
+        let is_of = |what: &String, case: &String| what.strip_prefix(case).is_some_and(|rest| rest.starts_with(':'));
+        let (own, others) = (self.names(), other.names());
+        own.difference(&others).filter(|what| !cases.iter().any(|case| is_of(what, case))).cloned().collect()
     }
 
     /// Whether only one of the two has a verdict. Earlier versions say it in words only.

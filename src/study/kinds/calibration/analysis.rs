@@ -372,7 +372,7 @@ impl CalibratedConstant {
 }
 
 /// Whether element or mesh may decide the constants of an answer.
-fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
+pub fn mesh_is_doubtful(a: &CalibratedVariant, tolerance: f64) -> bool {
     let mesh = |c: &CalibratedConstant| {
         c.mesh_refused || c.mesh.is_none_or(|m| m > tolerance || c.rest.is_some_and(|r| m > r))
     };

@@ -9,7 +9,7 @@ use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
 use crate::study::content::Content;
 use crate::study::kinds::calibration::analysis::{
-    CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled, warnings_of,
+    CalibratedConstant, CalibratedVariant, CalibrationFindings, mesh_is_doubtful, scaled, warnings_of,
 };
 use crate::study::kinds::calibration::band::{Band, band as around};
 use crate::study::kinds::calibration::figures::band;
@@ -35,6 +35,7 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
         folded: vec![("Every case", tables::cases(store))],
         figures: figures.chain(of_bands).collect(),
         claims: a.variants.iter().flat_map(claims).collect(),
+        decisions: a.variants.iter().flat_map(|v| decisions(v, a.tolerance)).collect(),
         files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
         search: methods::search(store, a),
         ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
@@ -48,6 +49,15 @@ fn claims(v: &CalibratedVariant) -> impl Iterator<Item = Claim> + '_ {
         Some(Claim { what, value: c.value, interval: c.interval?, unit: c.unit.clone() })
     };
     v.constants.iter().filter_map(of)
+}
+
+/// Whether each constant has an interval, and whether the mesh is fine enough for all of them.
+fn decisions(v: &CalibratedVariant, tolerance: f64) -> impl Iterator<Item = (String, String)> + '_ {
+    let word = |is: bool| if is { "yes" } else { "no" }.to_string();
+    let of =
+        move |c: &CalibratedConstant| (format!("{}, {} has an interval", c.key, v.variant), word(c.interval.is_some()));
+    let mesh = (format!("the mesh of {} is in doubt", v.variant), word(mesh_is_doubtful(v, tolerance)));
+    v.constants.iter().map(of).chain([mesh])
 }
 
 fn facts(a: &CalibrationFindings) -> Vec<(String, String)> {

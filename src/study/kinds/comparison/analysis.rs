@@ -24,6 +24,7 @@ use crate::study::kinds::comparison::sequence::{self, sequences};
 use crate::study::kinds::comparison::{finer, samples};
 use crate::study::store::record::{Member, Quantity, Role, StoredCase, StudyRecord};
 use crate::wording::few;
+use std::collections::BTreeMap;
 
 /// Analyses what is there; cases that are missing or did not converge are named.
 pub fn analyse(
@@ -248,45 +249,69 @@ fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<Strin
     out
 }
 
+/// The curve in which a member differs most from the reference.
+type Worst<'a> = (&'a ByQuantity<MemberDifferences>, &'a ComparedMember);
+
+/// Whether a member can take the place of the reference.
+enum Replaces<'a> {
+    /// In every curve
+    Yes(&'a ComparedMember),
+    No(Worst<'a>),
+    /// It agrees where it can be compared, which it cannot in these curves
+    Open(Vec<&'a Incomparable>),
+}
+
+/// The members but the reference, as far as there is something to compare.
+fn replacements(a: &ComparisonFindings, tolerance: f64) -> Vec<(&str, Replaces<'_>)> {
+    let of = |member: &'_ str| {
+        let own =
+            a.quantities.iter().flat_map(|q| q.members.iter().filter(|c| c.member == member).map(move |c| (q, c)));
+        let without: Vec<&Incomparable> = a.incomparable.iter().filter(|i| i.member == member).collect();
+        match own.max_by(|x, y| x.1.largest.total_cmp(&y.1.largest)) {
+            Some(worst) if worst.1.largest > tolerance => Some(Replaces::No(worst)),
+            _ if !without.is_empty() => Some(Replaces::Open(without)),
+            worst => worst.map(|(_, c)| Replaces::Yes(c)),
+        }
+    };
+    let members = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference);
+    members.filter_map(|member| Some((member, of(member)?))).collect()
+}
+
+/// Whether each member can replace the reference.
+pub fn decisions(a: &Analysis<ComparisonFindings>) -> BTreeMap<String, String> {
+    let one = |(member, replaces): (&str, Replaces)| {
+        let answer = match replaces {
+            Replaces::Yes(_) => "yes",
+            Replaces::No(_) => "no",
+            Replaces::Open(_) => "not comparable",
+        };
+        (format!("{member} can replace {}", a.reference), answer.into())
+    };
+    replacements(a, a.tolerance).into_iter().map(one).collect()
+}
+
 /// Which members are interchangeable, how far the others are off, what they cost.
 fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> String {
-    let members: Vec<&str> = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference).collect();
-    let without = |member: &str| a.incomparable.iter().filter(|i| i.member == member).collect::<Vec<_>>();
-    if a.quantities.is_empty() || members.is_empty() {
+    if a.quantities.is_empty() || a.costs.iter().all(|p| p.member == a.reference) {
         return format!(
             "No verdict: there is no pair of converged cases to compare with {} in a quantity that is not imposed.",
             study.member(&a.reference)
         );
     }
-    let worst = |member: &str| {
-        let own =
-            a.quantities.iter().flat_map(|q| q.members.iter().filter(|c| c.member == member).map(move |c| (q, c)));
-        own.max_by(|x, y| x.1.largest.total_cmp(&y.1.largest))
-    };
-    let mut same: Vec<String> = vec![];
+    let (mut same, mut open): (Vec<String>, Vec<String>) = (vec![], vec![]);
     let mut apart: Vec<(f64, String)> = vec![];
-    let mut open: Vec<String> = vec![];
-    for member in members {
-        let worst = worst(member);
-        if worst.is_none_or(|(_, c)| c.largest <= study.tolerance) && !without(member).is_empty() {
-            let places: Vec<String> = without(member).iter().map(|i| format!("{}: {}", i.place, i.why)).collect();
-            open.push(format!("{} ({})", study.member(member), few(&places)));
-            continue;
-        }
-        let Some((q, c)) = worst else { continue };
-        if c.largest <= study.tolerance {
-            same.push(format!("{} ({})", study.member(member), percent(c.largest)));
-        } else {
-            apart.push((
-                c.largest,
-                format!(
-                    "{} by {} in the {}, {}",
-                    study.member(member),
-                    percent(c.largest),
-                    q.quantity.label,
-                    q.variant_label
-                ),
-            ));
+    for (member, replaces) in replacements(a, study.tolerance) {
+        let name = study.member(member);
+        match replaces {
+            Replaces::Yes(c) => same.push(format!("{name} ({})", percent(c.largest))),
+            Replaces::No((q, c)) => {
+                let place = format!("in the {}, {}", q.quantity.label, q.variant_label);
+                apart.push((c.largest, format!("{name} by {} {place}", percent(c.largest))));
+            }
+            Replaces::Open(without) => {
+                let places: Vec<String> = without.iter().map(|i| format!("{}: {}", i.place, i.why)).collect();
+                open.push(format!("{name} ({})", few(&places)));
+            }
         }
     }
     apart.sort_by(|x, y| y.0.total_cmp(&x.0));

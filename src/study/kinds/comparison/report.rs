@@ -8,7 +8,7 @@ use crate::report::unit::labelled;
 use crate::scene::column;
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
-use crate::study::kinds::comparison::analysis::signed;
+use crate::study::kinds::comparison::analysis::{decisions, signed};
 use crate::study::kinds::comparison::figures::{curves, sequence};
 use crate::study::kinds::comparison::findings::{ComparisonFindings, MemberDifferences};
 use crate::study::kinds::comparison::finer;
@@ -43,6 +43,7 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
         facts: facts(&store.study, a).into_iter().chain(a.sequences.iter().filter_map(range_of_step)).collect(),
         sentences: sentences.cloned().collect(),
         analysis: analysis(a),
+        decisions: decisions(a),
         tables: shown,
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
         figures: figures.chain(sequences).collect(),

@@ -38,8 +38,16 @@ pub fn content(store: &Results, a: &Analysis<CostFindings>) -> Content {
         ],
         figures,
         claims: a.quantities.iter().flat_map(claims).collect(),
+        decisions: a.quantities.iter().map(|q| decision(q, a.tolerance)).collect(),
         ..Content::new(a, supported, ("The cheapest setting for an error", cheapest(a)))
     }
+}
+
+/// Whether some setting meets the tolerance; which one is the cheapest, measured times tell.
+fn decision(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> (String, String) {
+    let met = q.answer(Measure::Peak, tolerance).is_some_and(|a| a.cheapest.is_some());
+    let what = format!("{}, {} is within the tolerance in some setting", q.quantity.name, q.variant);
+    (what, if met { "yes" } else { "no" }.into())
 }
 
 /// The peak of a quantity in every setting, with its error bar.

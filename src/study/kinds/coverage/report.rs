@@ -13,6 +13,7 @@ use crate::study::kinds::coverage::share::{Effectivity, Share};
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map as Json, json};
+use std::collections::BTreeMap;
 
 pub fn content(store: &Results, a: &Analysis<CoverageFindings>) -> Content {
     let mut analysis = Json::new();
@@ -23,11 +24,19 @@ pub fn content(store: &Results, a: &Analysis<CoverageFindings>) -> Content {
         facts: Estimator::ALL.into_iter().filter_map(|e| Some((percent(a.whole(e)?.share()), words(e)))).collect(),
         sentences: sentences(a),
         analysis,
+        decisions: decisions(a),
         tables: vec![effectivities(a), outside(a)],
         folded: vec![("Truths", truths(a)), ("Every error bar", every(a)), ("Every case", tables::cases(store))],
         figures: drawn("coverage", || figure::draw(a)).into_iter().collect(),
         ..Content::new(a, a.passes() && a.incomplete.is_empty(), ("Coverage", coverage(a)))
     }
+}
+
+/// Whether the bars hold, and how many of them contain the truth.
+fn decisions(a: &CoverageFindings) -> BTreeMap<String, String> {
+    let count = |e: Estimator| Some((words(e), a.whole(e).map(|s| format!("{} of {}", s.hold, s.bars))?));
+    let hold = ("the bars hold".to_string(), if a.passes() { "yes" } else { "no" }.to_string());
+    Estimator::ALL.into_iter().filter_map(count).chain([hold]).collect()
 }
 
 fn words(estimator: Estimator) -> String {

@@ -15,7 +15,9 @@ use serde_json::{Map, json};
 pub fn content(store: &Results, a: &Analysis<ReductionFindings>) -> Content {
     let mut analysis = Map::new();
     analysis.insert("derived".into(), json!(a.derived));
-    analysis.insert("chosen".into(), json!(a.chosen.map(|k| a.models()[k].file.clone())));
+    let chosen = a.chosen.map(|k| a.models()[k].file.clone());
+    let decision = chosen.clone().unwrap_or_else(|| "none".into());
+    analysis.insert("chosen".into(), json!(chosen));
     analysis.insert("incomplete".into(), json!(a.incomplete));
     let figures = [
         drawn("meshes", || mesh_figure::meshes(a)),
@@ -28,6 +30,7 @@ pub fn content(store: &Results, a: &Analysis<ReductionFindings>) -> Content {
         facts: facts(a),
         sentences: sentences(a),
         analysis,
+        decisions: [("smallest model within the tolerance".into(), decision)].into(),
         tables: [Some(errors(a)), against_meshes(a), search(a)].into_iter().flatten().collect(),
         folded: vec![("Every case", tables::cases(store))],
         without_result: a.without_models(),

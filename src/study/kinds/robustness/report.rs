@@ -34,6 +34,7 @@ pub fn content(store: &Results, a: &Analysis<RobustnessFindings>) -> Content {
             .chain(maps.filter_map(|map| drawn("map", || region::draw(map))))
             .chain(drawn("failed", || failed::draw(store, a)))
             .collect(),
+        decisions: a.outcomes().into_iter().map(|(case, outcome)| (case, outcome.name().into())).collect(),
         outcomes: a.outcomes(),
         ..Content::new(a, supported, ("References", references(a)))
     }

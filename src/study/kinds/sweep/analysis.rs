@@ -1,7 +1,8 @@
 //! Behaviour of a quantity along the keys that were swept: trend, range, elasticity.
 //!
 //! Pure: stored cases in, [`SweepFindings`] out. y is the peak of a quantity at a point of the sweep, or its value at the end of
-//! the run ([`Judged`]), p the value of a swept key:
+//! the run ([`Judged`]), p the value of a swept key. What does not start at zero, like a position, counts from its first value: where the body lies in
+//! its frame decides nothing.
 //!
 //! ```text
 //! change along an axis      (max y − min y)/scale(max |y|), the others held; the largest over them. Of all points: the same over all of them
@@ -11,22 +12,26 @@
 //! The scale is the value itself, unless an absolute tolerance is larger there ([`Tolerance`]); words then give the change and the tolerance in the unit. An elasticity is that of |y|: of a quantity that is
 //! negative everywhere, words tell how its magnitude changes too.
 //!
-//! A step of less than 1e-6 of the largest |y| is none: the solver leaves 1e-8 in the residual. A list whose axes go together
-//! is one line along its points: what each key does alone cannot be told, and no elasticity is given.
+//! A step is none below 1e-6 of the largest |y| of its line, below what the solver leaves in its runs, the algebraic error times the largest change of a
+//! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. A list whose axes go
+//! together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
 use crate::report::numbers::{capital, digits, percent, significant, space, unsigned_zero};
 use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
-use crate::study::curve::peak;
+use crate::study::curve::{peak, start};
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Steps below this are none \[of the largest |y|\].
+/// Steps below this are none \[of the largest |y| of the line\].
 const STEP: f64 = 1e-6;
+
+/// Steps below this are rounding \[of the largest |y| of all lines\].
+const ROUNDING: f64 = 1e-12;
 
 /// The value of a run by which a sweep judges a quantity.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, JsonSchema, PartialEq, Eq, Default)]
@@ -45,6 +50,14 @@ impl Judged {
         match self {
             Self::Peak => peak(case, quantity),
             Self::Final => Some(case.record.probes.get(quantity)?.last).filter(|v| v.is_finite()),
+        }
+    }
+
+    /// The first value of a quantity, which this value counts from; 0 for one that starts there, and for a peak, which is a change by itself.
+    fn origin(self, case: &StoredCase, quantity: &str) -> f64 {
+        match self {
+            Self::Peak => 0.0,
+            Self::Final => start(case, quantity).unwrap_or(0.0),
         }
     }
 
@@ -98,6 +111,11 @@ pub struct SweepPoint {
     pub at: Vec<usize>,
     /// Peak or final value
     pub value: f64,
+    /// The same counted from the first value, where a final value does not start at zero: trends, shares and elasticities are of this
+    pub change: f64,
+    /// Algebraic error of the value, where the record has one \[unit of the quantity\]
+    #[serde(skip)]
+    pub algebraic: f64,
 }
 
 /// Behaviour of a quantity along one axis.
@@ -125,8 +143,22 @@ pub enum Trend {
     Turning,
     /// Up on some lines, down on others
     Mixed,
-    /// It differs between values that are words and have no order
+    /// It differs between values that have no order: words, and the scattered ones of a list
     Unordered,
+}
+
+impl Trend {
+    /// As `summary.json` writes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rising => "rising",
+            Self::Falling => "falling",
+            Self::Constant => "constant",
+            Self::Turning => "turning",
+            Self::Mixed => "mixed",
+            Self::Unordered => "unordered",
+        }
+    }
 }
 
 impl Dependence {
@@ -136,10 +168,14 @@ impl Dependence {
         [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
     }
 
-    /// No value is positive, and one is negative: what falls gains in magnitude.
+    /// No change is positive, and one is negative: what falls gains in magnitude.
     pub fn is_negative(&self) -> bool {
-        let [low, high] = self.range();
-        low < 0.0 && high <= 0.0
+        self.points.iter().all(|p| p.change <= 0.0) && self.points.iter().any(|p| p.change < 0.0)
+    }
+
+    /// Whether values count from the first ones.
+    pub fn has_origin(&self) -> bool {
+        self.points.iter().any(|p| p.change != p.value)
     }
 
     /// The points that differ in axis `k` only, in its order; of a list all of them.
@@ -171,7 +207,7 @@ impl Spread {
     }
 
     fn of_line(line: &[&SweepPoint]) -> Self {
-        Self::of(line.iter().map(|p| p.value))
+        Self::of(line.iter().map(|p| p.change))
     }
 
     /// The difference over the scale of the tolerance \[–\].
@@ -208,8 +244,15 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
             .flat_map(|c| members(study, c, variant).into_iter().map(move |member| (c, member)));
         let points = found
             .filter_map(|(c, member)| {
-                let (case, at) = (c.record.id.clone(), sweep.points.get(member)?.clone());
-                Some(SweepPoint { case, member: member.into(), at, value: sweep.judged.of(c, &quantity.name)? })
+                let value = sweep.judged.of(c, &quantity.name)?;
+                Some(SweepPoint {
+                    case: c.record.id.clone(),
+                    member: member.into(),
+                    at: sweep.points.get(member)?.clone(),
+                    value,
+                    change: value - sweep.judged.origin(c, &quantity.name),
+                    algebraic: algebraic(c, &quantity.name),
+                })
             })
             .collect();
         let mut found = Dependence { points, along: vec![] };
@@ -250,8 +293,8 @@ pub fn members<'a>(study: &StudyRecord, case: &'a StoredCase, variant: &str) -> 
 fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, tolerance: Tolerance) -> Option<Along> {
     let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     let middle = lines.get(lines.len() / 2)?;
-    let size = q.points.iter().map(|p| p.value.abs()).fold(0.0, f64::max);
-    let trends: Vec<Trend> = lines.iter().map(|l| trend_of(l, STEP * size)).collect();
+    let size = Spread::of(q.points.iter().map(|p| p.change)).size;
+    let trends: Vec<Trend> = lines.iter().map(|line| trend_of(line, size)).collect();
     let trend = trends.iter().copied().reduce(|a, b| match (a, b) {
         (a, b) if a == b => a,
         (Trend::Constant, other) | (other, Trend::Constant) => other,
@@ -259,9 +302,9 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
         _ => Trend::Mixed,
     })?;
     let everywhere = trends.iter().all(|t| *t == trend);
-    let trend = if axis.numbers.is_empty() && trend != Trend::Constant { Trend::Unordered } else { trend };
+    let trend = if axis.is_ordered() || trend == Trend::Constant { trend } else { Trend::Unordered };
     let exponent = |a: &SweepPoint, b: &SweepPoint| -> Option<f64> {
-        let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.value / a.value);
+        let (p, y) = (axis.numbers.get(b.at[k])? / axis.numbers.get(a.at[k])?, b.change / a.change);
         let positive = axis.numbers.iter().all(|p| *p > 0.0) && y > 0.0 && y.is_finite();
         positive.then(|| y.ln() / p.ln())
     };
@@ -275,8 +318,19 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
-fn trend_of(line: &[&SweepPoint], step: f64) -> Trend {
-    let steps = || line.windows(2).map(|w| w[1].value - w[0].value);
+/// Algebraic error of a quantity: the share that the record states, of the largest change of a column of its unit.
+fn algebraic(case: &StoredCase, quantity: &str) -> f64 {
+    let unit = |column: &str| column.rsplit('_').next().map(String::from);
+    let alike = case.record.probes.keys().filter(|column| unit(column) == unit(quantity));
+    let largest = alike.filter_map(|column| peak(case, column)).fold(0.0, |m: f64, change| m.max(change.abs()));
+    case.record.solver.algebraic_error * largest
+}
+
+/// The trend along a line; `size` is the largest |y| of all lines.
+fn trend_of(line: &[&SweepPoint], size: f64) -> Trend {
+    let algebraic = line.iter().map(|p| p.algebraic).fold(0.0, f64::max);
+    let step = (STEP * Spread::of_line(line).size).max(algebraic).max(ROUNDING * size);
+    let steps = || line.windows(2).map(|w| w[1].change - w[0].change);
     match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
         (true, true) => Trend::Turning,
         (true, false) => Trend::Rising,
@@ -308,7 +362,8 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
     let n = digits(1e-1 * low.abs().max(high.abs()));
     let [low, high] = [low, high].map(|v| format!("{v:.n$}"));
     let (low, high) = (unsigned_zero(&low), unsigned_zero(&high));
-    let mut words = format!("{}: {low} to {high}{}", capital(&q.peak_title()), space(&q.quantity.unit));
+    let from = if q.has_origin() { "; its changes are counted from its first value" } else { "" };
+    let mut words = format!("{}: {low} to {high}{}{from}", capital(&q.peak_title()), space(&q.quantity.unit));
     for a in &q.along {
         let axis = axis_words(axes, &a.axis, list);
         let lines = q.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
@@ -331,6 +386,7 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 let [change, allowed] = q.widest(a, axes, list, own).0.words(own, &q.quantity.unit);
                 format!(". It hardly depends on {axis}: by at most {change}, within {allowed}")
             }
+            (Trend::Unordered, _) if list => format!(". It differs between {axis}, by {by}"),
             (Trend::Unordered, _) => format!(". It differs between the values of {axis}, by {by}"),
             (Trend::Turning, _) => format!(". Along {axis} it turns around, and changes by {by}"),
             (Trend::Mixed, _) => {
@@ -397,14 +453,15 @@ fn verdict_of(
         let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
         let own = q.quantity.tolerance(tolerance);
-        let name = format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
+        let from = if q.has_origin() { ", counted from its first value," } else { "" };
+        let name = format!("the {} {} ({}){from}", q.peak_is, q.quantity.label, q.variant_label);
         let words: Vec<String> = (strong.iter())
             .map(|a| format!("{} ({})", axis_words(&sweep.axes, &a.axis, list), amount(q, a, &sweep.axes, list, own)))
             .collect();
         if !words.is_empty() {
             return format!("{name} changes with {}", words.join(", then "));
         }
-        let spread = Spread::of(q.points.iter().map(|p| p.value));
+        let spread = Spread::of(q.points.iter().map(|p| p.change));
         let [change, allowed] = spread.words(own, &q.quantity.unit);
         match spread.share(own) <= tolerance {
             true => format!("{name} stays within {allowed}"),

@@ -66,12 +66,14 @@ fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
-/// are kept at their middle value. `None` without two points on a line.
+/// are kept at their middle value. Scattered points of a list are marks without a line. `None` without two points on a line.
 pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
     }
-    let count = if a.list { 1 } else { a.axes.len().min(2) };
+    // Along an ordered list the points are one line; scattered ones are seen from each axis
+    let is_line = a.list && a.axes[0].is_ordered();
+    let count = if is_line { 1 } else { a.axes.len().min(2) };
     // Lines of a single axis have no legend
     let entry = |axis: &AxisRecord, value: &String| format!("{} = {}", italic(&axis.symbol), raised(value));
     let names = a.axes.iter().take(2).flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v))));
@@ -122,8 +124,8 @@ fn panel(
         let (shape, color) = style(n);
         let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[k])).collect();
         let y: Vec<f64> = points.iter().map(|p| p.value).collect();
-        // Words have no order that a line could follow
-        if !axis.numbers.is_empty() {
+        // Words and scattered values have no order that a line could follow
+        if axis.is_ordered() {
             stroke(area, &plot.path(&x, &y), n, 8);
         }
         plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));

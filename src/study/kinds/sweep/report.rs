@@ -5,7 +5,7 @@ use crate::report::numbers::{digits, percent, percent_cell, space, unsigned_zero
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
-use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, Trend, axis_words, members};
+use crate::study::kinds::sweep::analysis::{Along, Dependence, SweepFindings, Trend, axis_words, members};
 use crate::study::kinds::sweep::figures;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results::Results;
@@ -23,6 +23,7 @@ pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
         facts: a.quantities.iter().filter(|q| !q.points.is_empty()).map(fact).collect(),
         sentences: a.quantities.iter().map(|q| q.sentence.clone()).collect(),
         analysis: analysis(a),
+        decisions: a.quantities.iter().flat_map(|q| decisions(q, a.tolerance)).collect(),
         tables: vec![points(store, a)],
         folded: vec![("Every case", tables::cases(store)), ("Time per effect", tables::effects(store))],
         figures: against.chain(maps).chain(over_time).collect(),
@@ -36,6 +37,15 @@ fn fact(q: &ByQuantity<Dependence>) -> (String, String) {
     let n = digits(1e-1 * low.abs().max(high.abs()));
     let [low, high] = [low, high].map(|v| unsigned_zero(&format!("{v:.n$}")).replace('-', "−"));
     (format!("{low} to {high}{}", space(&q.quantity.unit)), q.peak_title())
+}
+
+/// The trend of a quantity along each axis, where it is beyond the tolerance.
+fn decisions(q: &ByQuantity<Dependence>, tolerance: f64) -> impl Iterator<Item = (String, String)> + '_ {
+    let of = move |x: &Along| {
+        let trend = if x.change > tolerance { x.trend.name() } else { "within the tolerance" };
+        (format!("{}, {} along {}", q.quantity.name, q.variant, x.axis), trend.into())
+    };
+    q.along.iter().map(of)
 }
 
 /// The quantities of every variant under their names, as in the other kinds of study.
@@ -76,8 +86,13 @@ fn dependence(a: &Analysis<SweepFindings>) -> Table {
     Table {
         name: "dependence",
         caption: format!(
-            "{} along each axis in the order of its values, the others held: trend, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
+            "{}{} along each axis in the order of its values, the others held: trend, largest change over the largest value or the larger scale of an absolute tolerance, and elasticity d ln |y|/d ln p from end to end of the middle line and, over all lines, smallest and largest between neighbours. Changes within {} count as none.",
             a.judged.heading(),
+            if a.quantities.iter().any(|q| q.has_origin()) {
+                ", those that do not start at zero counted from the first ones,"
+            } else {
+                ""
+            },
             percent(a.tolerance)
         ),
         columns: headings(&[

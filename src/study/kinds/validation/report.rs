@@ -33,6 +33,7 @@ pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
         folded: folded(store, a),
         figures: figures.collect(),
         claims: a.predictions.iter().map(claim).collect(),
+        decisions: a.predictions.iter().filter_map(decision).collect(),
         search: methods::search(a),
         files: vec![("predictions.toml".into(), predictions::text(a, &store.study.study))],
         ..Content::new(a, !a.predictions.is_empty(), ("What is predicted, and was it so", answer(a)))
@@ -43,6 +44,12 @@ pub fn content(store: &Results, a: &Analysis<ValidationFindings>) -> Content {
 fn claim(p: &Prediction) -> Claim {
     let what = format!("{}: {}", p.record, p.quantity);
     Claim { what, value: p.value, interval: p.interval, unit: p.unit.clone() }
+}
+
+/// Whether the interval contains the measured value, where there is one.
+fn decision(p: &Prediction) -> Option<(String, String)> {
+    let inside = p.inside.map_or("not judged", |inside| if inside { "yes" } else { "no" });
+    p.measured.map(|_| (format!("{}: {} is inside its interval", p.record, p.quantity), inside.into()))
 }
 
 fn folded(store: &Results, a: &Analysis<ValidationFindings>) -> Vec<(&'static str, Table)> {
