@@ -5,7 +5,7 @@ use super::outcome::{CommandResult, Outcome};
 use durometer::catalogue::Launch;
 use durometer::study::bundle::{Bundle, open, write};
 use durometer::study::expand::Study;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Publish a study: inputs, results, environment and checksums in one folder, from which it runs again
 #[derive(clap::Args)]
@@ -34,7 +34,7 @@ struct WriteArgs {
     study: PathBuf,
     /// Folder that is written
     out: PathBuf,
-    /// Folder of the results [default: reports/<study>]
+    /// Folder of the results [default: reports/<study>, where run puts them, here or next to the study]
     #[arg(long)]
     results: Option<PathBuf>,
     /// Licence of the bundle: its URL, or words
@@ -68,7 +68,7 @@ pub fn main(args: Args) -> CommandResult {
 fn written(args: &WriteArgs) -> CommandResult {
     let file = files::find(&args.study, "study.toml")?;
     let name = Study::read(&file, &[])?.name;
-    let results = args.results.clone().unwrap_or_else(|| PathBuf::from("reports").join(&name));
+    let results = args.results.clone().map_or_else(|| results_of(&file, &name), Ok)?;
     let done = write(&file, &name, &results, &args.out, &args.license)?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&done)?);
@@ -79,6 +79,19 @@ fn written(args: &WriteArgs) -> CommandResult {
         }
     }
     Ok(Outcome::Complete)
+}
+
+/// The results of a study: where `run` puts them from here, or where it puts them from the folder of the study.
+fn results_of(file: &Path, name: &str) -> Result<PathBuf, String> {
+    let here = Path::new("reports").join(name);
+    let next_to_it = file.parent().unwrap_or(Path::new("")).join(&here);
+    let places = if next_to_it == here { vec![here] } else { vec![here, next_to_it] };
+    if let Some(found) = places.iter().find(|dir| dir.join("study.json").is_file()) {
+        return Ok(found.clone());
+    }
+    let places: Vec<String> = places.iter().map(|dir| dir.display().to_string()).collect();
+    let places = places.join(" or in ");
+    Err(format!("there are no results of {name} in {places}; run the study, or name their folder by --results"))
 }
 
 fn rerun(args: &RerunArgs) -> CommandResult {

@@ -176,9 +176,11 @@ fn labels(entries: &[Value]) -> Vec<String> {
     entries.iter().enumerate().map(name).collect()
 }
 
+/// A cable of a file of guides has its name from there.
 fn label(entry: &Value) -> Option<&str> {
     let get = |key: &str| entry.get(key).and_then(Value::as_str);
-    get("name").or(get("kind"))
+    let in_file = entry.get("guides").and_then(|guides| guides.get("cable")).and_then(Value::as_str);
+    in_file.or(get("name")).or(get("kind"))
 }
 
 #[cfg(test)]
@@ -244,5 +246,19 @@ mod tests {
             error.to_string().ends_with("there is no \"ruber\"; did you mean `rubber`? (known: rubber)"),
             "{error}"
         );
+    }
+
+    /// A cable that is taken from a file of guides has its name there; a list of guides has none.
+    #[test]
+    fn a_cable_of_a_file_is_known_by_its_name_there() {
+        let entry = |more: &str| format!("[[constraint]]\nkind = \"cable\"\n{more}\n");
+        let of_file =
+            |cable: &str| entry(&format!("guides = {{ file = \"guides.csv\", unit = \"mm\", cable = \"{cable}\" }}"));
+        let text = [of_file("north"), of_file("south"), entry("guides = [[\"1 mm\", \"2 mm\", \"3 mm\"]]")].concat();
+        let mut table: Table = text.parse().expect("valid TOML");
+        apply(&mut table, "constraint.south.EA", Value::String("9 N".into())).expect("the cable of the file");
+        apply(&mut table, "constraint.cable.EA", Value::String("7 N".into())).expect("the cable with a list");
+        let stiffness = |k: usize| table["constraint"][k].get("EA").and_then(Value::as_str);
+        assert_eq!([0, 1, 2].map(stiffness), [None, Some("9 N"), Some("7 N")]);
     }
 }

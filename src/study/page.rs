@@ -84,9 +84,10 @@ fn facts(facts: &[(String, String)]) -> String {
 fn laws(store: &Results) -> String {
     let records: Vec<&CaseRecord> = store.cases.iter().map(|c| &c.record).collect();
     let tables = law_tables(&records, &scenes(&records));
-    let one = |group: &Vec<&toml::Table>| {
-        let name = group[0].get("law").and_then(toml::Value::as_str).map(title).unwrap_or_default();
-        match law::constants(group) {
+    let one = |group: &law::LawGroup| {
+        let kind = group.tables[0].get("law").and_then(toml::Value::as_str).map(title).unwrap_or_default();
+        let name = group.name.map_or(kind.clone(), |name| format!("{}, {kind}", name.replace('_', " ")));
+        match law::constants(&group.tables) {
             constants if constants.is_empty() => name,
             constants => format!("{name} ({constants})"),
         }

@@ -61,6 +61,18 @@ x = { column = "u", unit = "m", is = "xmax_z_displacement_m" }
 y = { column = "F", unit = "N", is = "xmax_reaction_z_N" }
 "#;
 
+/// A second curve, of the bar that is pulled.
+const PULL: &str = r#"
+[[variant.curve]]
+name = "pull"
+scene = "pull.toml"
+set = { "mesh.grid.divisions" = [12, 2, 2] }
+[variant.curve.measured]
+file = "pull.csv"
+x = { column = "u", unit = "m", is = "xmax_x_displacement_m" }
+y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
+"#;
+
 const CALIBRATION: &str = "[calibration]\nunknown = [\"laws.rubber.mu\"]\nweighting = \"absolute\"\n";
 
 /// Displacement and force of the bar of 150 kPa on a mesh that is finer than those of the studies, along an axis.
@@ -116,6 +128,10 @@ fn told(folder: &Path) -> (Summary, Table) {
     (summary, law)
 }
 
+fn methods_of(folder: &Path) -> String {
+    std::fs::read_to_string(folder.join("out/paper/methods.md")).expect("written")
+}
+
 fn sizes(set: &str, members: &str) -> String {
     format!("[[family]]\nname = \"mesh\"\nrole = \"sizes\"\nset = {{ {set} }}\n[family.members]\n{members}")
 }
@@ -153,6 +169,9 @@ fn a_locking_mesh_is_named_wherever_the_constant_is() {
     assert!(found["mesh"].as_f64().expect("a number") > 0.0);
     assert_eq!(law["provenance"]["locking"], Value::from(false));
     assert!(law["provenance"]["mesh"].as_str().expect("words").contains("the error of the mesh"));
+    let methods = methods_of(sound.path());
+    let parts = "and the uncertainty of the finest mesh, by the meshes of its family, all at their worst ends. Of μ: ±";
+    assert!(methods.contains(parts) && methods.contains("% by the data and ±"), "{methods}");
 }
 
 /// Two dimensions known within ranges: their worst ends add up, on the finest mesh.
@@ -327,16 +346,6 @@ fn a_second_curve_is_a_scene_of_its_own() {
     let two = CALIBRATION.replace("\"laws.rubber.mu\"", "\"laws.rubber.mu\", \"laws.rubber.nu\"");
     let bounds = "[calibration.bounds]\n\"laws.rubber.nu\" = [0.4, 0.4995]\n";
     let one = sizes("\"mesh.grid.divisions\" = [12, 2, 2]", "only = {}\n");
-    let curve = r#"
-[[variant.curve]]
-name = "pull"
-scene = "pull.toml"
-set = { "mesh.grid.divisions" = [12, 2, 2] }
-[variant.curve.measured]
-file = "pull.csv"
-x = { column = "u", unit = "m", is = "xmax_x_displacement_m" }
-y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
-"#;
     let alone = folder(&format!("{two}{bounds}{one}"));
     let records = run(alone.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(records[0].status, NOT_DETERMINED);
@@ -350,7 +359,7 @@ y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
     std::fs::write(drifts.path().join("bend.csv"), format!("u,F\n{}", rows.collect::<String>())).expect("writable");
     let records = run(drifts.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(records[0].status, NOT_DETERMINED, "{:?}", records[0].status_detail);
-    let both = folder(&format!("{curve}{CALIBRATION}{one}"));
+    let both = folder(&format!("{PULL}{CALIBRATION}{one}"));
     run(both.path()).unwrap_or_else(|e| panic!("{e}"));
     let (summary, law) = told(both.path());
     println!("{}\n{}", summary.verdict, law["provenance"]);
@@ -358,6 +367,53 @@ y = { column = "F", unit = "N", is = "xmax_reaction_x_N" }
     assert!((mu / 150e3 - 1.0).abs() < 0.03, "{mu}");
     assert_eq!(law["provenance"]["data"].as_array().expect("both tables").len(), 2);
     assert_eq!(summary.analysis["bend"]["rms_relative"].as_array().expect("both curves").len(), 2);
+}
+
+/// A bar of two halves with laws of their own, by two curves: each law has a file, verdict and methods say of which law a constant is, and
+/// every curve and every constant has a figure.
+#[test]
+fn two_laws_are_two_files_and_two_curves_two_figures() {
+    let two = CALIBRATION.replace("\"laws.rubber.mu\"", "\"laws.rubber.mu\", \"laws.end.mu\"");
+    let study = folder(&format!("{PULL}{two}{}", sizes("\"mesh.grid.divisions\" = [12, 2, 2]", "only = {}\n")));
+    let half = |name: &str, from: &str, to: &str| {
+        let corners = format!("min = [\"{from}\", \"-1 mm\", \"-1 mm\"], max = [\"{to}\", \"11 mm\", \"11 mm\"]");
+        format!("{name} = {{ kind = \"box\", {corners}, pick = \"cells\", rule = \"centroid\" }}\n")
+    };
+    let halves = [half("near", "-1 mm", "30 mm"), half("far", "30 mm", "61 mm")].concat();
+    let elastic = |region: &str, law: &str| {
+        format!("[[effect]]\nkind = \"elastic\"\nregion = \"{region}\"\nlaw = \"{law}\"\nformulation = \"mixed\"\n")
+    };
+    let laws = "[laws.end]\nlaw = \"neo_hookean\"\nmu = \"100 kPa\"\nnu = 0.499\n[laws.rubber]";
+    for file in ["scene.toml", "pull.toml"] {
+        let path = study.path().join(file);
+        let text = std::fs::read_to_string(&path).expect("read");
+        let text = text.replace("[laws.rubber]", &format!("[mesh.regions]\n{halves}{laws}"));
+        let both = [elastic("near", "rubber"), elastic("far", "end")].concat();
+        std::fs::write(&path, text.replace(&elastic("body", "rubber"), &both)).expect("written");
+    }
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let out = study.path().join("out");
+    let summary = report::write(&out).unwrap_or_else(|e| panic!("{e}"));
+    println!("{}", summary.verdict);
+    assert!(!out.join("law.toml").exists());
+    for (k, name) in ["rubber", "end"].into_iter().enumerate() {
+        let text = std::fs::read_to_string(out.join(format!("law-{name}.toml"))).expect("written");
+        let law: Table = text.parse().expect("TOML");
+        let stated: f64 = law["mu"].as_str().and_then(|mu| mu.strip_suffix(" Pa")?.parse().ok()).expect("a number");
+        let found = summary.analysis["bend"]["constants"][k]["value"].as_f64().expect("a number");
+        assert!((stated / found - 1.0).abs() < 1e-12, "{name}: {stated} and {found}");
+        assert!(summary.verdict.contains(&format!("μ of {name} = ")), "{}", summary.verdict);
+    }
+    let methods = methods_of(study.path());
+    for words in ["From bend (bend.csv, ", " and pull (pull.csv, ", "μ of rubber = ", "μ of end = ", "in no interval"]
+    {
+        assert!(methods.contains(words), "{words}: {methods}");
+    }
+    let page = std::fs::read_to_string(out.join("index.html")).expect("written");
+    for (k, curve) in ["bend (bend.csv)", "pull (pull.csv)"].into_iter().enumerate() {
+        assert!(out.join(format!("figures/calibration-bend-{}.svg", k + 1)).is_file());
+        assert!(page.contains(&format!("The scene of curve {curve}")), "{curve}");
+    }
 }
 
 /// Of two variants each law file has the warnings of its own material, and the summary those of both.

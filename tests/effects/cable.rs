@@ -576,14 +576,17 @@ fn a_file_of_guides_is_its_lists() {
     let both = of_file("");
     let names: Vec<&str> = both.cables.iter().map(|c| c.name.as_str()).collect();
     assert_eq!(names, ["low", "high"]);
-    let note = "cable: 2 of 4 guides are outside of the body, by up to 0.4000 mm, and were moved to its surface";
-    assert!(both.notes.iter().any(|n| n == note), "{:?}", both.notes);
-    for (name, z, end) in [("low", "1 mm", "0 mm"), ("high", "9 mm", "10 mm")] {
+    let note = |cables: &str, most: &str| {
+        format!("{cables} guides are outside of the body, by up to {most} mm, and were moved to its surface")
+    };
+    assert!(both.notes.contains(&note("low and high: 2 of 4", "0.4000")), "{:?}", both.notes);
+    for (name, z, end, most) in [("low", "1 mm", "0 mm", "0.4000"), ("high", "9 mm", "10 mm", "0.2500")] {
         let listed = guided(&format!(
             "name = \"{name}\"\npull_point = [\"-5 mm\", \"5 mm\", \"{z}\"]\n\
              guides = [[\"10 mm\", \"5 mm\", \"{z}\"], [\"25 mm\", \"5 mm\", \"{end}\"]]"
         ));
         let alone = of_file(&format!(", cable = \"{name}\""));
+        assert!(alone.notes.contains(&note(&format!("{name}: 1 of 2"), most)), "{:?}", alone.notes);
         let (a, b) = (listed.run(), alone.run());
         assert!(a.columns == b.columns && b.status == durometer::solve::Status::Converged, "{name}");
         for (a, b) in a.rows.iter().flatten().zip(b.rows.iter().flatten()) {

@@ -141,6 +141,29 @@ fn a_bundle_lists_what_it_holds_and_runs_again() {
     assert_eq!(rerun().status.code(), Some(0));
 }
 
+/// Results that `run` wrote next to a study are found from another folder; where there are none both places are named.
+#[test]
+fn results_next_to_a_study_are_found_from_elsewhere() {
+    let (dir, file, results) = study();
+    let (elsewhere, next_to_it) = (dir.path().join("elsewhere"), dir.path().join("bar/reports"));
+    for folder in [&elsewhere, &next_to_it] {
+        std::fs::create_dir(folder).expect("a folder");
+    }
+    let write = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
+        command.args(["bundle", "write"]).args([&file, &dir.path().join("crate")]).current_dir(&elsewhere);
+        command.output().expect("the program starts")
+    };
+    let out = write();
+    let (here, there) = (Path::new("reports").join("bar"), next_to_it.join("bar"));
+    let places = format!("in {} or in {}", here.display(), there.display());
+    assert!(out.status.code() == Some(2) && said(&out).contains(&places), "{}", said(&out));
+    std::fs::rename(&results, &there).expect("a move");
+    let out = write();
+    assert_eq!(out.status.code(), Some(0), "{}", said(&out));
+    check_crate(&dir.path().join("crate"));
+}
+
 /// A link to a file, or to a folder, has the name in the bundle that the study uses.
 #[cfg(unix)]
 #[test]

@@ -3,14 +3,14 @@
 use super::page::answer;
 use super::stored::StoredFit;
 use crate::calibrate::stretch_text;
-use crate::report::paper::law::describe;
+use crate::report::paper::law::{LawGroup, describe};
 use crate::report::paper::{Paragraph, software};
 
 /// The paragraphs of a fit; `law` is its law file, where it could be read.
 pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
     let table = law.and_then(|text| text.parse::<toml::Table>().ok());
     let constants = match &table {
-        Some(table) => describe(Paragraph::new("Law"), &[table]),
+        Some(table) => describe(Paragraph::new("Law"), &LawGroup { name: None, tables: vec![table] }),
         None => Paragraph::new("Law").text(format!("{}, {}. ", fit.label, fit.formula)),
     };
     vec![

@@ -9,29 +9,43 @@ use crate::report::paper::references::Reference;
 use crate::report::paper::words::Paragraph;
 use toml::{Table, Value};
 
-/// Laws of scenes that differ in the values of their constants at most: the same law, with the same constants given, from the same source.
-pub fn groups<'a>(tables: impl IntoIterator<Item = &'a Table>) -> Vec<Vec<&'a Table>> {
+/// A law of scenes: tables that differ in the values of their constants at most, with the same constants given, from the same source.
+pub struct LawGroup<'a> {
+    /// Its name in the scenes, where they have several laws
+    pub name: Option<&'a str>,
+    pub tables: Vec<&'a Table>,
+}
+
+/// The laws of scenes by their names; several constants of one name are of several cases.
+pub fn groups(laws: &[(String, Table)]) -> Vec<LawGroup<'_>> {
+    let several = laws.iter().any(|(name, _)| *name != laws[0].0);
     let is_alike = |a: &Table, b: &Table| {
         a.keys().eq(b.keys()) && ["law", "provenance"].iter().all(|key| a.get(*key) == b.get(*key))
     };
-    tables.into_iter().fold(vec![], |mut all: Vec<Vec<&Table>>, table| {
-        match all.iter_mut().find(|group| is_alike(group[0], table)) {
-            Some(group) => group.push(table),
-            None => all.push(vec![table]),
+    laws.iter().fold(vec![], |mut all: Vec<LawGroup>, (name, table)| {
+        let name = several.then_some(name.as_str());
+        match all.iter_mut().find(|group| group.name == name && is_alike(group.tables[0], table)) {
+            Some(group) => group.tables.push(table),
+            None => all.push(LawGroup { name, tables: vec![table] }),
         }
         all
     })
 }
 
-/// Adds a sentence on the laws of a group; constants in which they differ have their range and the number of their values.
-pub fn describe(to: Paragraph, group: &[&Table]) -> Paragraph {
-    let law = group.first().and_then(|table| table.get("law")?.as_str());
-    let Some(Ok(entry)) = law.map(find) else { return to };
-    let chosen = group[0].get("volumetric").and_then(Value::as_str);
+/// Adds a sentence on a law; constants in which its tables differ have their range and the number of their values.
+pub fn describe(to: Paragraph, group: &LawGroup) -> Paragraph {
+    let first = group.tables.first();
+    let law = first.and_then(|table| table.get("law")?.as_str());
+    let (Some(first), Some(Ok(entry))) = (first, law.map(find)) else { return to };
+    let chosen = first.get("volumetric").and_then(Value::as_str);
     let volumetric = VolumetricKind::ALL.into_iter().find(|kind| Some(kind.name()) == chosen);
     let volumetric = volumetric.map_or(String::new(), |kind| format!(", U(J) = {}", kind.formula()));
-    let to = formula(to, entry.info).text(format!("{volumetric}, with {}", constants(group)));
-    let to = match group[0].get("provenance").and_then(Value::as_table).and_then(source) {
+    let to = match group.name {
+        Some(name) => to.text(format!("Law {}: ", name.replace('_', " "))),
+        None => to,
+    };
+    let to = formula(to, entry.info).text(format!("{volumetric}, with {}", constants(&group.tables)));
+    let to = match first.get("provenance").and_then(Value::as_table).and_then(source) {
         Some(source) => to.text(format!("; constants from {source}")),
         None => to.text("; the constants are those of the scene, without a stated source"),
     };
@@ -153,7 +167,8 @@ mod tests {
             words.contains("95 % interval 83.0 to 97.0\u{a0}kPa, 80.0 to 101.0\u{a0}kPa with the misfit of the law)"),
             "{words}"
         );
-        let markdown = format!("{:?}", describe(Paragraph::new("Material"), &[&table]));
+        let markdown =
+            format!("{:?}", describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }));
         assert!(markdown.contains("U(J) = ½κ(J − 1)²"), "{markdown}");
     }
 
@@ -164,10 +179,21 @@ mod tests {
             format!("law = \"neo_hookean\"\nmu = \"{mu}\"\nnu = 0.49\n{more}").parse().expect("TOML")
         };
         let sourced = law("60 kPa", "[provenance]\nsource = \"a data sheet\"");
-        let all = [law("50 kPa", ""), law("0.2 MPa", ""), law("50 kPa", ""), sourced];
+        let named =
+            |name: &str, all: Vec<Table>| all.into_iter().map(|law| (name.to_string(), law)).collect::<Vec<_>>();
+        let all = named("rubber", vec![law("50 kPa", ""), law("0.2 MPa", ""), law("50 kPa", ""), sourced]);
         let found = groups(&all);
-        assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [3, 1]);
-        assert_eq!(constants(&found[0]), "μ = 50\u{a0}kPa to 200\u{a0}kPa (2 values), ν = 0.49");
-        assert_eq!(constants(&found[1]), "μ = 60\u{a0}kPa, ν = 0.49");
+        assert_eq!(found.iter().map(|group| group.tables.len()).collect::<Vec<_>>(), [3, 1]);
+        assert!(found.iter().all(|group| group.name.is_none()));
+        assert_eq!(constants(&found[0].tables), "μ = 50\u{a0}kPa to 200\u{a0}kPa (2 values), ν = 0.49");
+        assert_eq!(constants(&found[1].tables), "μ = 60\u{a0}kPa, ν = 0.49");
+        // Two materials are no range of one
+        let all = [named("soft", vec![law("50 kPa", "")]), named("stiff", vec![law("0.2 MPa", "")])].concat();
+        let words = groups(&all).iter().fold(Paragraph::new("Material"), describe).markdown();
+        assert!(
+            words.contains("Law soft: Neo-Hookean law") && words.contains("with μ = 50\u{a0}kPa, ν = 0.49;"),
+            "{words}"
+        );
+        assert!(words.contains("Law stiff: Neo-Hookean law") && !words.contains("values)"), "{words}");
     }
 }

@@ -106,6 +106,13 @@ fn latex_text(text: &str) -> String {
     let mut out = String::new();
     let mut from = 0;
     for (start, word) in words(text) {
+        let formula = word.trim_end_matches([',', '.', ';']);
+        if let Some(set) = raised(formula) {
+            out += &escape(&text[from..start]);
+            out += &set;
+            from = start + formula.len();
+            continue;
+        }
         let end = word.trim_end_matches([',', '.', ';', ')']);
         let open = end.trim_start_matches('(');
         let set = open.split_once('\u{a0}').map_or_else(|| power_of_ten(open), |(n, unit)| quantity(n, unit));
@@ -117,6 +124,14 @@ fn latex_text(text: &str) -> String {
         }
     }
     out + &escape(&text[from..])
+}
+
+/// `(V/N)^{1/3}` as a formula for `(V/N)^(1/3)`; `None` where the text is no power.
+fn raised(text: &str) -> Option<String> {
+    let (base, exponent) = text.strip_suffix(')')?.split_once("^(")?;
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "()/+-".contains(c);
+    let is_formula = |part: &str| !part.is_empty() && part.chars().all(is_plain);
+    (is_formula(base) && is_formula(exponent)).then(|| format!("\\ensuremath{{{base}^{{{exponent}}}}}"))
 }
 
 /// Words between blanks with their places in the text.
@@ -158,5 +173,12 @@ mod tests {
         let markdown = "**Law.** Yeoh's law [@yeoh1993] with C10 = 18\u{a0}kPa. From a\\_b \\[x\\].\n";
         assert_eq!(p.markdown(), markdown);
         assert_eq!(p.references().map(|r| r.key).collect::<Vec<_>>(), ["yeoh1993"]);
+    }
+
+    #[test]
+    fn a_power_is_a_formula() {
+        let tex = latex_text("with h = (V/N)^(1/3), the mean, and a^b");
+        assert!(tex.starts_with("with h = \\ensuremath{(V/N)^{1/3}}, the mean, and a"), "{tex}");
+        assert!(!tex.ends_with("^b"), "{tex}");
     }
 }

@@ -5,14 +5,12 @@ use crate::report::numbers::{span, thousands};
 use crate::report::paper::law::{describe, groups, named, plain};
 use crate::report::paper::{Paragraph, software};
 use crate::scene::{GeneratorSpec, MeshSpec, SceneSpec, from_text};
+use crate::study::paper::acting::physics;
 use crate::study::store::builds::builds;
-use crate::study::store::record::{CaseRecord, EffectRecord, LawRecord};
+use crate::study::store::record::{CaseRecord, LawRecord};
 use crate::wording;
 use std::collections::BTreeSet;
 use std::path::Path;
-
-/// Headings of the parts of a scene that act on its bodies, in the order of [`acting`].
-const ACTING: [&str; 4] = ["Effects", "Constraints", "Contacts", "Rigid bodies"];
 
 /// Laws that are described one by one; the table of cases has all of them.
 const MOST_LAWS: usize = 16;
@@ -121,22 +119,24 @@ fn elements(records: &[&CaseRecord]) -> Paragraph {
     Paragraph::new("Elements").marked(&format!("Elements have {}.", wording::all(&all)))
 }
 
-/// Each set of constants of these cases once, as the scenes give it, or as recorded where no scene is read.
-pub fn law_tables(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Vec<toml::Table> {
-    let of_records = records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref()).map(as_table);
-    distinct(scenes.iter().flat_map(|s| s.laws.values().cloned()).chain(of_records))
+/// Each set of constants of these cases once, by the name of the law in its scene, or as recorded where no scene is read.
+pub fn law_tables(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Vec<(String, toml::Table)> {
+    let of_records = records.iter().filter(|_| scenes.is_empty()).filter_map(|r| r.law.as_ref());
+    let of_records = of_records.map(|law| (String::new(), as_table(law)));
+    let of_scenes = scenes.iter().flat_map(|s| s.laws.iter().map(|(name, law)| (name.clone(), law.clone())));
+    distinct(of_scenes.chain(of_records))
 }
 
 fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> Paragraph {
     let all = law_tables(records, scenes);
     // A search begins with constants that mean nothing
     if let Some(how) = search.first() {
-        let names = distinct(all.iter().filter_map(|table| table.get("law")?.as_str()));
+        let names = distinct(all.iter().filter_map(|(_, table)| table.get("law")?.as_str()));
         let p = names.into_iter().fold(Paragraph::new("Material"), named);
         return p.text(format!("Constants are given under \u{201c}{}\u{201d}.", how.heading));
     }
     let all = groups(&all);
-    let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), |p, group| describe(p, group));
+    let p = all.iter().take(MOST_LAWS).fold(Paragraph::new("Material"), describe);
     match all.len() {
         0 => p.text("No law: springs are all that is elastic."),
         n if n > MOST_LAWS => {
@@ -150,48 +150,6 @@ fn laws(records: &[&CaseRecord], scenes: &[SceneSpec], search: &[Paragraph]) -> 
 fn as_table(law: &LawRecord) -> toml::Table {
     let constants = law.parameters.iter().map(|(name, value)| (name.clone(), (*value).into()));
     std::iter::once(("law".to_string(), law.name.clone().into())).chain(constants).collect()
-}
-
-/// All that acts on the bodies: effects, constraints, contacts and rigid bodies, each with its cases where not all have it.
-fn physics(records: &[&CaseRecord]) -> Paragraph {
-    let of_cases: Vec<(&str, [Vec<String>; 4])> = records.iter().map(|r| (r.id.as_str(), acting(r))).collect();
-    let list = |k: usize| -> Vec<String> {
-        let all = distinct(of_cases.iter().flat_map(|(_, parts)| &parts[k]));
-        all.into_iter()
-            .map(|part| format!("{part}{}", not_in_all(&of_cases, |parts| parts[k].contains(part))))
-            .collect()
-    };
-    let lists = ACTING.iter().enumerate().map(|(k, heading)| (heading, list(k))).filter(|(_, parts)| !parts.is_empty());
-    let sentences: Vec<String> =
-        lists.map(|(heading, parts)| format!("{heading}: {}.", wording::all(&parts))).collect();
-    Paragraph::new("Effects and constraints").text(sentences.join(" "))
-}
-
-/// The parts of the scene of a case that act on its bodies, as files name them. Where the scene is not read, they are those that the record has.
-fn acting(record: &CaseRecord) -> [Vec<String>; 4] {
-    let words = |name: &str| name.replace('_', " ");
-    let Some(scene) = scene(record) else {
-        let (effects, constraints): (Vec<_>, Vec<_>) = record.effects.iter().partition(|e| e.role.is_some());
-        let names = |parts: Vec<&EffectRecord>| parts.iter().map(|e| words(&e.name)).collect();
-        return [names(effects), names(constraints), vec![], vec![]];
-    };
-    [
-        scene.effects.iter().map(|e| words(e.kind())).collect(),
-        scene.constraints.iter().map(|c| words(c.kind())).collect(),
-        scene.contacts.iter().map(|c| format!("{} by {}", words(&c.region), c.response.name())).collect(),
-        scene.rigids.iter().map(|r| words(&r.name)).collect(),
-    ]
-}
-
-/// The cases that have something, in brackets, or those that have not where these are fewer; nothing where all have it.
-fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
-    let (with, without): (Vec<_>, Vec<_>) = cases.iter().partition(|(_, parts)| has(parts));
-    let ids = |cases: &[&(&str, T)]| wording::few(&cases.iter().map(|(id, _)| *id).collect::<Vec<_>>());
-    match without.len() {
-        0 => String::new(),
-        n if n < with.len() => format!(" (in all cases but {})", ids(&without)),
-        _ => format!(" (in {})", ids(&with)),
-    }
 }
 
 fn time(records: &[&CaseRecord]) -> Paragraph {
@@ -261,69 +219,4 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
 fn versions(records: &[&CaseRecord]) -> Paragraph {
     let all: Vec<String> = builds(records.iter().copied()).iter().map(|(build, _)| build.words()).collect();
     software(&all)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::study::store::record::Provenance;
-
-    const BEAM: &str = r#"
-[mesh]
-grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [6, 1, 2] }
-[laws.rubber]
-law = "neo_hookean"
-E = "100 kPa"
-nu = 0.45
-[[effect]]
-kind = "elastic"
-region = "body"
-law = "rubber"
-[[constraint]]
-kind = "fixed"
-region = "xmin"
-[[constraint]]
-kind = "prescribed"
-region = "xmax"
-components = "x"
-displacement = "1 mm"
-[[stage]]
-integrator = "static"
-duration = "1 s"
-dt = "0.5 s"
-"#;
-    const BALL: &str = r#"
-[[contact]]
-region = "ball"
-obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-20 mm"], normal = [0, 0, 1] }
-response = "barrier"
-friction = 0.0
-[[rigid]]
-name = "ball"
-shape = { kind = "sphere", center = ["0 mm", "0 mm", "0 mm"], radius = "5 mm" }
-density = "1 g/cm^3"
-"#;
-
-    fn words(scenes: &[(&str, &str)]) -> String {
-        let record = |(id, scene): &(&str, &str)| CaseRecord {
-            id: id.to_string(),
-            effects: vec![EffectRecord { name: "elastic".into(), role: Some("strain".into()), wall_s: 0.0 }],
-            provenance: Provenance { scene: scene.to_string(), ..Provenance::default() },
-            ..CaseRecord::default()
-        };
-        let records: Vec<CaseRecord> = scenes.iter().map(record).collect();
-        let said = physics(&records.iter().collect::<Vec<_>>()).markdown();
-        said.trim().trim_start_matches("**Effects and constraints.** ").to_string()
-    }
-
-    #[test]
-    fn all_that_acts_on_a_body_is_listed() {
-        assert_eq!(words(&[("a", BEAM)]), "Effects: elastic. Constraints: fixed and prescribed.");
-        let more = format!("{BEAM}{BALL}");
-        let said = words(&[("a", BEAM), ("b", &more)]);
-        assert!(said.ends_with("Contacts: ball by barrier (in b). Rigid bodies: ball (in b)."), "{said}");
-        let said = words(&[("a", BEAM), ("b", &more), ("c", &more)]);
-        assert!(said.ends_with("Rigid bodies: ball (in all cases but a)."), "{said}");
-        assert_eq!(words(&[("a", "no scene")]), "Effects: elastic.");
-    }
 }

@@ -1,5 +1,6 @@
 //! Parts of a paper that follow from stored cases: the methods in sentences, from the records.
 
+mod acting;
 pub mod methods;
 
 pub use methods::OwnMethods;

@@ -16,6 +16,7 @@
 use super::corners::{self, Corners};
 use crate::calibrate::ErrorModel;
 use crate::calibrate::inverse::{Calibration, Found, Stable};
+use crate::report::names::constant;
 use crate::report::numbers::{capital, digits, percent};
 use crate::study::analysis::{self, Analysis};
 use crate::study::estimate::family::{Estimate, Level, estimate};
@@ -340,6 +341,14 @@ fn with_interval(c: &CalibratedConstant) -> String {
     }
 }
 
+impl CalibratedVariant {
+    /// The symbol of a constant, with its law where another constant has the same symbol: `E of silicone`.
+    pub fn symbol_of(&self, c: &CalibratedConstant) -> String {
+        let is_shared = self.constants.iter().any(|o| o.key != c.key && o.symbol == c.symbol);
+        if is_shared { constant(&c.key) } else { c.symbol.clone() }
+    }
+}
+
 impl CalibratedConstant {
     /// The contributions to the interval, and the result a gauge length would have given, in words.
     pub fn sentence(&self, label: &str) -> String {
@@ -467,7 +476,7 @@ fn cause(found: &Calibration) -> String {
 
 fn verdict(variants: &[CalibratedVariant], tolerance: f64) -> String {
     let of = |answer: &CalibratedVariant| {
-        let constants = answer.constants.iter().map(|c| format!("{} = {}", c.symbol, with_interval(c)));
+        let constants = answer.constants.iter().map(|c| format!("{} = {}", answer.symbol_of(c), with_interval(c)));
         format!("{} from {}", constants.collect::<Vec<_>>().join(", "), answer.label)
     };
     if variants.is_empty() {

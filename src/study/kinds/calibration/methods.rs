@@ -1,8 +1,11 @@
 //! How the constants of a calibration were found, in sentences for a paper.
 
+use crate::calibrate::inverse::FittedCurve;
+use crate::report::numbers::percent;
 use crate::report::paper::Paragraph;
-use crate::study::kinds::calibration::analysis::{CalibratedVariant, CalibrationFindings, scaled};
+use crate::study::kinds::calibration::analysis::{CalibratedConstant, CalibratedVariant, CalibrationFindings, scaled};
 use crate::study::store::results::Results;
+use crate::wording;
 
 /// One paragraph; none without an answer.
 pub fn search(store: &Results, a: &CalibrationFindings) -> Vec<Paragraph> {
@@ -24,11 +27,46 @@ fn answer(store: &Results, v: &CalibratedVariant) -> String {
             || " (no interval is stated)".into(),
             |[a, b]| format!(" (95 % interval {:.n$} to {:.n$}{unit})", f * a, f * b),
         );
-        format!("{} = {:.n$}{unit}{ends}", c.symbol, f * c.value)
+        format!("{} = {:.n$}{unit}{ends}", v.symbol_of(c), f * c.value)
     });
     let constants: Vec<String> = constants.collect();
     let curves = store.found.get(&v.case).map(|f| f.curves.as_slice()).unwrap_or_default();
-    let files: Vec<String> =
-        curves.iter().map(|c| format!("{} ({} points)", c.measured.file, c.measured.y.len())).collect();
-    format!("From {}: {} on {} cells ({}). ", files.join(" and "), constants.join(", "), v.cells, v.errors)
+    let from: Vec<String> = match curves {
+        [one] => vec![format!("{} ({} points)", one.measured.file, one.measured.y.len())],
+        several => {
+            let named = |c: &FittedCurve| format!("{} ({}, {} points)", c.name, c.measured.file, c.measured.y.len());
+            several.iter().map(named).collect()
+        }
+    };
+    format!("From {}: {} on {} cells ({}). ", wording::all(&from), constants.join(", "), v.cells, v.errors)
+}
+
+/// Parts of the intervals, and the share of each in those of the constants.
+pub fn errors(a: &CalibrationFindings) -> String {
+    const DATA: &str = "the 95 % interval of the least squares, by the derivatives of the recorded curves at the solution and, where wider, by the \
+                        profile of the likelihood [@bates1988]";
+    let any = |has: fn(&CalibratedConstant) -> bool| a.variants.iter().flat_map(|v| &v.constants).any(has);
+    let mesh = any(|c| c.mesh.is_some()).then_some("the uncertainty of the finest mesh, by the meshes of its family");
+    let dimensions = any(|c| c.nuisance.is_some()).then_some("the dimensions that are known by ranges");
+    let parts: Vec<&str> = [Some(DATA), mesh, dimensions].into_iter().flatten().collect();
+    let ends = if parts.len() > 1 { ", all at their worst ends" } else { "" };
+    let one_mesh = if mesh.is_none() { " The error of the mesh is not known, and in no interval." } else { "" };
+    let shares: Vec<String> = a.variants.iter().flat_map(|v| shares(v, a.variants.len() > 1)).collect();
+    let shares = if shares.is_empty() { String::new() } else { format!(" {}.", shares.join("; ")) };
+    format!("The interval of a constant contains {}{ends}.{one_mesh}{shares}", wording::all(&parts))
+}
+
+/// The shares of data, mesh and dimensions of each constant that has an interval, in per cent of its value.
+fn shares(v: &CalibratedVariant, named: bool) -> impl Iterator<Item = String> {
+    let of = move |c: &CalibratedConstant| {
+        let half = |share: Option<f64>, of: &str| share.map(|s| format!("±{} by {of}", percent(s.abs())));
+        let size = c.value.abs();
+        let ends = c.nuisance.map(|ends| ends.map(|end| percent((end - c.value).abs() / size)));
+        let dimensions = ends.map(|[low, high]| format!("−{low} and +{high} by the dimensions"));
+        let parts = [half(c.rows, "the data"), half(c.mesh, "the mesh"), dimensions];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        let from = if named { format!(" from {}", v.label) } else { String::new() };
+        c.interval.map(|_| format!("Of {}{from}: {}", v.symbol_of(c), wording::all(&parts)))
+    };
+    v.constants.iter().filter_map(of)
 }

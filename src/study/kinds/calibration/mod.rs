@@ -102,9 +102,6 @@ impl StudyKind for CalibrationStudy {
     }
 
     fn report(results: &Results, analysis: &Analysis<CalibrationFindings>) -> Content {
-        let errors = "Intervals of constants are 95 % intervals of the least squares, by the derivatives of the recorded curves at the \
-        solution and, where wider, by the profile of the likelihood [@bates1988]."
-            .into();
-        Content { errors, ..report::content(results, analysis) }
+        Content { errors: methods::errors(analysis), ..report::content(results, analysis) }
     }
 }

@@ -1,4 +1,4 @@
-//! Report of a calibration, and `law.toml`: the laws of the scene with the constants that were found.
+//! Report of a calibration, and the files of laws: those of the scene with the constants that were found.
 
 use crate::calibrate::inverse::FittedCurve;
 use crate::report::figure::drawn;
@@ -18,12 +18,14 @@ use crate::study::kinds::calibration::methods;
 use crate::study::store::results::Results;
 use crate::study::tables;
 use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 
 pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
     let of = |v: &CalibratedVariant| around(&store.study, &store.cases, &store.found, &store.sensitivities, v);
     let bands: Vec<Band> = a.variants.iter().filter_map(of).collect();
     let constants_found = a.variants.iter().flat_map(|v| v.constants.iter().map(|c| c.sentence(&v.label)));
-    let figures = a.variants.iter().filter_map(|v| drawn("curves", || figures::draw(store, v)));
+    let sheets = a.variants.iter().flat_map(|v| (0..figures::sheets(store, v)).map(move |k| (v, k)));
+    let figures = sheets.filter_map(|(v, k)| drawn("curves", || figures::draw(store, v, k)));
     let of_bands = bands.iter().filter_map(|b| drawn("band", || band::draw(b)));
     let supported =
         !a.variants.is_empty() && a.variants.iter().flat_map(|v| &v.constants).all(|c| c.interval.is_some());
@@ -36,7 +38,7 @@ pub fn content(store: &Results, a: &Analysis<CalibrationFindings>) -> Content {
         figures: figures.chain(of_bands).collect(),
         claims: a.variants.iter().flat_map(claims).collect(),
         decisions: a.variants.iter().flat_map(|v| decisions(v, a.tolerance)).collect(),
-        files: a.variants.iter().filter_map(|v| law_file(store, a, v)).collect(),
+        files: law_files(store, a),
         search: methods::search(store, a),
         ..Content::new(a, supported, ("Which constants, how far to believe them", constants(a)))
     }
@@ -185,13 +187,38 @@ fn stability(store: &Results, a: &CalibrationFindings) -> Table {
     }
 }
 
-/// The law with its provenance; a scene includes it. One law and one variant make `law.toml`, more have their names in it.
-fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVariant) -> Option<(String, String)> {
+/// One file of each variant and each of its laws. One law and one variant make `law.toml`, more have their names in it.
+fn law_files(store: &Results, a: &Analysis<CalibrationFindings>) -> Vec<(String, String)> {
+    let several = a.variants.len() > 1;
+    let of = |v: &CalibratedVariant| -> Vec<(String, String)> {
+        let laws: BTreeSet<&str> = v.constants.iter().filter_map(law_of).collect();
+        let parts = |law: &str| {
+            let names = [several.then_some(v.variant.as_str()), (laws.len() > 1).then_some(law)];
+            std::iter::once("law").chain(names.into_iter().flatten()).collect::<Vec<_>>().join("-")
+        };
+        laws.iter()
+            .copied()
+            .filter_map(|law| Some((format!("{}.toml", parts(law)), law_file(store, a, (v, law))?)))
+            .collect()
+    };
+    a.variants.iter().flat_map(of).collect()
+}
+
+/// The law that a constant is of; none for another number of the scene.
+fn law_of(c: &CalibratedConstant) -> Option<&str> {
+    c.key.strip_prefix("laws.")?.split('.').next()
+}
+
+/// A law with its provenance, which a scene includes.
+fn law_file(
+    store: &Results,
+    a: &Analysis<CalibrationFindings>,
+    (v, name): (&CalibratedVariant, &str),
+) -> Option<String> {
     let case = store.cases.iter().find(|c| c.record.id == v.case)?;
     let found = store.found.get(&v.case)?;
     let scene: toml::Table = case.record.provenance.scene.parse().ok()?;
-    let name = v.constants.first()?.key.strip_prefix("laws.")?.split('.').next()?.to_string();
-    let mut law = scene.get("laws")?.get(&name)?.as_table()?.clone();
+    let mut law = scene.get("laws")?.get(name)?.as_table()?.clone();
     law.remove("provenance");
     let number = |c: &CalibratedConstant, x: f64| -> toml::Value {
         if c.unit == "Pa" { format!("{x} Pa").into() } else { x.into() }
@@ -216,9 +243,7 @@ fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVa
     p.insert("cells".into(), i64::try_from(v.cells).ok()?.into());
     p.insert("mesh".into(), v.element.clone().into());
     p.insert("locking".into(), v.locking.is_some().into());
-    let own =
-        v.constants.iter().filter(|c| c.key.strip_prefix("laws.").is_some_and(|k| k.starts_with(&format!("{name}."))));
-    for c in own {
+    for c in v.constants.iter().filter(|c| law_of(c) == Some(name)) {
         let key = c.key.rsplit('.').next()?;
         law.insert(key.into(), number(c, c.value));
         if let Some([low, high]) = c.interval {
@@ -243,6 +268,5 @@ fn law_file(store: &Results, a: &Analysis<CalibrationFindings>, v: &CalibratedVa
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());
     law.insert("provenance".into(), p.into());
-    let file = if a.variants.len() == 1 { "law.toml".into() } else { format!("law-{}.toml", v.variant) };
-    Some((file, toml::to_string(&law).ok()?))
+    toml::to_string(&law).ok()
 }

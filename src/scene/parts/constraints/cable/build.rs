@@ -17,6 +17,7 @@ use crate::scene::parts::constraints::drive::Drive;
 use crate::scene::parts::patch::check_radius;
 use crate::scene::protocol::extremes;
 use crate::scene::quantity::{Force, GuideRadius, Length};
+use crate::wording;
 use std::sync::Arc;
 
 /// Rounding of a sum of signals, as a share of the largest value.
@@ -213,9 +214,10 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
     if refused.is_empty() {
         if moved > 0 {
             let largest = Decimals(largest * 1e3);
+            let names: Vec<&str> = routes.iter().map(|r| r.name.as_str()).collect();
             builder.notes.push(format!(
                 "{}: {moved} of {all} guides are outside of the body, by up to {largest:.4} mm, and were moved to its surface",
-                spec.name
+                wording::few(&names)
             ));
         }
         return Ok(());

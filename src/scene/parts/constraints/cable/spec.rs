@@ -186,6 +186,14 @@ impl CableDriveSpec {
 }
 
 impl CableSpec {
+    /// Its name, which is that in the file of guides where one cable is taken from it.
+    fn label(&self) -> &str {
+        match &self.guides {
+            Some(GuidesSpec::File(GuideFile { cable: Some(name), .. })) => name,
+            _ => &self.name,
+        }
+    }
+
     /// The coefficient of the capstan law; none of a cable that has the same tension everywhere, as with the coefficient 0.
     pub(super) fn capstan(&self) -> Option<f64> {
         self.friction.filter(|mu| *mu != 0.0)
@@ -194,13 +202,11 @@ impl CableSpec {
 
 impl ConstraintPart for CableSpec {
     fn headline(&self) -> Option<Headline> {
-        let name = match &self.guides {
-            Some(GuidesSpec::File(GuideFile { cable: Some(name), .. })) => name,
-            // The names of its cables are in the file.
-            Some(GuidesSpec::File(_)) => return None,
-            _ => &self.name,
-        };
-        let column = format!("{name}_tension_N");
+        // The names of several cables are in the file.
+        if matches!(&self.guides, Some(GuidesSpec::File(GuideFile { cable: None, .. }))) {
+            return None;
+        }
+        let column = format!("{}_tension_N", self.label());
         Some(Headline { column, label: "cable tension", symbol: "T", unit: "N" })
     }
 
@@ -219,9 +225,9 @@ impl ConstraintPart for CableSpec {
     /// Notes a guide radius smaller than h; a cable through points has no limit as h → 0.
     fn note(&self, builder: &mut Builder) -> Option<String> {
         match self.guide_radius {
-            GuideRadius::Point => Some(format!("the {} acts through points", self.name)),
+            GuideRadius::Point => Some(format!("the {} acts through points", self.label())),
             GuideRadius::Ball(radius) => {
-                note_radius(builder, &self.name, "the guide radius", radius);
+                note_radius(builder, self.label(), "the guide radius", radius);
                 None
             }
         }

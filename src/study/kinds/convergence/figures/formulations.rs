@@ -1,6 +1,6 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{INK, Mark, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
+use crate::report::canvas::{INK, Mark, Point, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
 use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
 use crate::report::numbers::capital;
 use crate::report::panels::{letter, row_height};
@@ -46,7 +46,7 @@ fn lines(store: &Results, q: &ByQuantity<MeshErrors>) -> Vec<FormulationCurve> {
             Some(CurvePoint { cells: r.mesh.cells as f64, seconds: r.cpu_s, error, flagged })
         };
         let mut dots: Vec<CurvePoint> =
-            f.cases.iter().filter_map(dot).filter(|d| d.error > 0.0 && d.seconds > 0.0).collect();
+            f.cases.iter().filter_map(dot).filter(|d| d.error.is_finite() && d.seconds > 0.0).collect();
         dots.sort_by(|a, b| a.cells.total_cmp(&b.cells));
         FormulationCurve { family, dots }
     });
@@ -87,9 +87,8 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     let tolerance = 100.0 * analysis.tolerance;
     let unresolved =
         |q: &ByQuantity<MeshErrors>| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.scale);
-    // An error far below U(f*) is luck: it would stretch the axis
-    let least = shown.iter().map(|(q, _)| 0.5 * unresolved(q)).fold(tolerance, f64::min);
-    let y = Axis::log(dots().map(|d| d.error.max(least)).chain([tolerance]), "error [%]");
+    let unresolved = shown.iter().map(|(q, _)| unresolved(q)).fold(f64::INFINITY, f64::min);
+    let y = percent_axis(dots().map(|d| d.error), unresolved, tolerance);
     type Abscissa = fn(&CurvePoint) -> f64;
     let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
     let columns = columns(2, (LEFT + 5.0, GAP, LEAST));
@@ -123,16 +122,57 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     Some(Figure { name: "formulations".into(), svg, caption })
 }
 
+/// Percent axis down to half of what is resolved, four decades at most: an error far below is luck, and zero has no place on it.
+fn percent_axis(errors: impl Iterator<Item = f64> + Clone, unresolved: f64, tolerance: f64) -> Axis {
+    let top = errors.clone().fold(tolerance, f64::max);
+    let least = (1e-4 * top).max(0.5 * unresolved).min(tolerance);
+    Axis::log(errors.map(|error| error.max(least)).chain([tolerance]), "error [%]")
+}
+
+/// The line goes through the marks, also through those that are moved up to the axis.
 fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
     let (shape, color) = look(l.family);
-    let at = |d: &CurvePoint| plot.at(x(d), d.error.max(plot.y.lo));
-    line(plot.area, &l.dots.iter().map(at).collect::<Vec<_>>(), color, 8);
-    for d in &l.dots {
-        let place = plot.floored(x(d), d.error, color);
+    let places: Vec<Point> = l.dots.iter().map(|d| plot.floored(x(d), d.error, color)).collect();
+    line(plot.area, &places, color, 8);
+    for (d, place) in l.dots.iter().zip(places) {
         if d.flagged {
             hollow(plot.area, shape, place, 28, color);
         } else {
             mark(plot.area, shape, place, 28, color);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The mesh of the reference has no error at all: its mark is above the axis, with an arrow, and the line of its series ends there.
+    #[test]
+    fn an_error_of_zero_has_a_mark_at_the_end_of_its_line() {
+        let errors = [20.0, 4.0, 0.0];
+        let dot =
+            |(k, error): (usize, f64)| CurvePoint { cells: 10.0 * (k + 1) as f64, seconds: 1.0, error, flagged: false };
+        let series = FormulationCurve { family: 0, dots: errors.into_iter().enumerate().map(dot).collect() };
+        let y = percent_axis(errors.into_iter(), 2.0, 3.0);
+        assert!(0.5 < y.lo && y.lo < 1.0, "{}", y.lo);
+        let svg = figure(60.0, 50.0, "", |area| {
+            let x = Axis::log(series.dots.iter().map(|d| d.cells), "cells");
+            let plot = Plot { area, frame: [mm(10.0), mm(5.0), mm(50.0), mm(40.0)], x, y: y.clone() };
+            let x: fn(&CurvePoint) -> f64 = |d| d.cells;
+            curve(&plot, &series, &x);
+        });
+        let marks: Vec<String> = (svg.split("<circle cx=\"").skip(1))
+            .filter_map(|rest| {
+                rest.split_once("\" cy=\"").and_then(|(x, rest)| Some(format!("{x},{}", rest.split('"').next()?)))
+            })
+            .collect();
+        assert_eq!(marks.len(), 3, "{svg}");
+        let lines: Vec<Vec<&str>> = svg
+            .split("points=\"")
+            .skip(1)
+            .filter_map(|rest| Some(rest.split('"').next()?.split_whitespace().collect()))
+            .collect();
+        assert!(lines.contains(&marks.iter().map(String::as_str).collect()), "{marks:?} {lines:?}");
     }
 }

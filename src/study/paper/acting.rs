@@ -1,0 +1,254 @@
+//! All that acts on the bodies of stored cases, in sentences for a paper: effects, constraints, contacts and rigid bodies with the numbers that define them.
+
+use crate::math::units;
+use crate::report::numbers::capital;
+use crate::report::paper::Paragraph;
+use crate::report::paper::law::plain;
+use crate::study::store::record::CaseRecord;
+use crate::wording;
+use toml::{Table, Value};
+
+/// Lists of a scene whose entries act on its bodies, with the word for an entry that has no kind.
+const LISTS: [(&str, &str); 4] =
+    [("effect", "effect"), ("constraint", "constraint"), ("contact", "contact"), ("rigid", "rigid body")];
+/// Keys that are part of the name of an entry.
+const NAMING: [&str; 3] = ["kind", "name", "region"];
+/// Keys that a sentence has other words for; of a kind the value says enough.
+const WORDS: [(&str, &str); 5] =
+    [("kind", ""), ("signal", "as "), ("drive", "driven by "), ("start", "after "), ("end", "until ")];
+/// Numbers of a list that are printed; of a longer one, and of one of points, their count.
+const MOST: usize = 3;
+
+/// One sentence for each entry of the scenes. Numbers that differ between the cases are ranges; an entry that not all cases have names those that have it.
+pub fn physics(records: &[&CaseRecord]) -> Paragraph {
+    let cases: Vec<(&str, Vec<(String, Table)>)> = records.iter().map(|r| (r.id.as_str(), entries(r))).collect();
+    let names = cases.iter().flat_map(|(_, own)| own).fold(vec![], |mut names: Vec<&str>, (name, _)| {
+        if !names.contains(&name.as_str()) {
+            names.push(name);
+        }
+        names
+    });
+    let sentence = |name: &str| {
+        let of = |own: &Vec<(String, Table)>| own.iter().find(|(n, _)| n == name).map(|(_, entry)| entry.clone());
+        let tables: Vec<Table> = cases.iter().filter_map(|(_, own)| of(own)).collect();
+        let cases = not_in_all(&cases, |own| of(own).is_some());
+        let details = pairs(&tables.iter().collect::<Vec<_>>(), &NAMING);
+        let colon = if details.is_empty() { "" } else { ": " };
+        format!("{}{cases}{colon}{}.", capital(name), details.join(", "))
+    };
+    Paragraph::new("Effects and constraints").text(names.into_iter().map(sentence).collect::<Vec<_>>().join(" "))
+}
+
+/// The entries of the scene of a case by their names; those of one name are numbered. Without a scene they are those that the record has.
+fn entries(record: &CaseRecord) -> Vec<(String, Table)> {
+    let mut all: Vec<(String, Table)> = vec![];
+    let mut add = |name: String, entry: Table| {
+        let is_of_it =
+            |known: &str| known.strip_prefix(&name).is_some_and(|rest| rest.is_empty() || rest.starts_with(" ("));
+        let name = match all.iter().filter(|(known, _)| is_of_it(known)).count() {
+            0 => name,
+            before => format!("{name} ({})", before + 1),
+        };
+        all.push((name, entry));
+    };
+    let scene = record.provenance.scene.parse::<Table>().ok().filter(|scene| scene.contains_key("effect"));
+    let Some(scene) = scene else {
+        record.effects.iter().for_each(|e| add(e.name.replace('_', " "), Table::new()));
+        return all;
+    };
+    for (list, word) in LISTS {
+        for entry in scene.get(list).and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_table) {
+            let text = |key: &str| entry.get(key).and_then(Value::as_str).map(|text| text.replace('_', " "));
+            let part = |before: &str, key: &str| text(key).map_or(String::new(), |text| format!("{before}{text}"));
+            let kind = text("kind").unwrap_or_else(|| word.into());
+            add(format!("{kind}{}{}", part(" ", "name"), part(" on ", "region")), entry.clone());
+        }
+    }
+    all
+}
+
+/// The cases that have something, in brackets, or those that have not where these are fewer; nothing where all have it.
+fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
+    let (with, without): (Vec<_>, Vec<_>) = cases.iter().partition(|(_, parts)| has(parts));
+    let ids = |cases: &[&(&str, T)]| wording::few(&cases.iter().map(|(id, _)| *id).collect::<Vec<_>>());
+    match without.len() {
+        0 => String::new(),
+        n if n < with.len() => format!(" (in all cases but {})", ids(&without)),
+        _ => format!(" (in {})", ids(&with)),
+    }
+}
+
+/// The keys of tables with their values, but for those that are left out.
+fn pairs(tables: &[&Table], without: &[&str]) -> Vec<String> {
+    let mut keys: Vec<&str> = vec![];
+    for key in tables.iter().flat_map(|table| table.keys()) {
+        if !keys.contains(&key.as_str()) && !without.contains(&key.as_str()) {
+            keys.push(key);
+        }
+    }
+    let pair = |key: &str| {
+        let values: Vec<&Value> = tables.iter().filter_map(|table| table.get(key)).collect();
+        let spoken = key.replace('_', " ");
+        if let Some(counted) = counted(&values, &spoken) {
+            return counted;
+        }
+        let before = WORDS.iter().find(|(known, _)| *known == key).map(|(_, words)| (*words).to_string());
+        format!("{}{}", before.unwrap_or_else(|| format!("{spoken} ")), shown(&values))
+    };
+    keys.into_iter().map(pair).collect()
+}
+
+/// `4 guides` for lists of points or of many numbers.
+fn counted(values: &[&Value], key: &str) -> Option<String> {
+    let lists: Vec<&Vec<Value>> = values.iter().filter_map(|v| v.as_array()).collect();
+    let is_long = |list: &&Vec<Value>| list.len() > MOST || list.iter().any(Value::is_array);
+    if lists.len() < values.len() || !lists.iter().any(is_long) {
+        return None;
+    }
+    let (least, most) = (lists.iter().map(|l| l.len()).min()?, lists.iter().map(|l| l.len()).max()?);
+    let most = wording::count(most, key.trim_end_matches('s'));
+    Some(if lists.iter().all(|l| l.len() == lists[0].len()) { most } else { format!("{least} to {most}") })
+}
+
+/// The values of one key in the cases: as given where they agree, a range of numbers of one unit, or all that are given.
+fn shown(values: &[&Value]) -> String {
+    let tables: Vec<&Table> = values.iter().filter_map(|v| v.as_table()).collect();
+    if tables.len() == values.len() && tables.iter().all(|t| t.get("kind") == tables[0].get("kind")) {
+        return pairs(&tables, &[]).join(" ");
+    }
+    let lists: Vec<&Vec<Value>> = values.iter().filter_map(|v| v.as_array()).collect();
+    if lists.len() == values.len() && lists.iter().all(|l| l.len() == lists[0].len()) {
+        let places = (0..lists[0].len()).map(|k| shown(&lists.iter().map(|l| &l[k]).collect::<Vec<_>>()));
+        return format!("({})", places.collect::<Vec<_>>().join(", "));
+    }
+    let mut words: Vec<String> = vec![];
+    for value in values.iter().map(|v| one(v)) {
+        if !words.contains(&value) {
+            words.push(value);
+        }
+    }
+    let number = |text: &String| {
+        let (number, unit) = text.split_once('\u{a0}').unwrap_or((text, ""));
+        Some((number.replace('−', "-").parse::<f64>().ok()?, unit.to_string()))
+    };
+    let numbers: Option<Vec<(f64, String)>> = words.iter().map(number).collect();
+    match numbers {
+        Some(all) if all.len() > 1 && all.iter().all(|(_, unit)| *unit == all[0].1) => {
+            let order = |a: &usize, b: &usize| all[*a].0.total_cmp(&all[*b].0);
+            let low = (0..all.len()).min_by(order).unwrap_or_default();
+            let high = (0..all.len()).max_by(order).unwrap_or_default();
+            format!("between {} and {} ({} values)", words[low], words[high], all.len())
+        }
+        _ => wording::few(&words),
+    }
+}
+
+/// One value, a number and its unit joined by a no-break space.
+fn one(value: &Value) -> String {
+    let number = |text: &str| text.replace('-', "−");
+    match value {
+        Value::String(text) => match units::spaced(text) {
+            Some(spaced) => match spaced.split_once(' ') {
+                Some((n, unit)) => format!("{}\u{a0}{}", number(n), unit.replace("^2", "²").replace("^3", "³")),
+                None => spaced,
+            },
+            None if text.chars().all(|c| c.is_alphanumeric() || c == '_') => text.replace('_', " "),
+            None => text.clone(),
+        },
+        Value::Integer(n) => number(&n.to_string()),
+        Value::Float(x) => number(&plain(*x)),
+        Value::Table(_) | Value::Array(_) => shown(&[value]),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::record::{EffectRecord, Provenance};
+
+    const BEAM: &str = r#"
+[mesh]
+grid = { kind = "box", size = ["60 mm", "10 mm", "10 mm"], divisions = [6, 1, 2] }
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[constraint]]
+kind = "prescribed"
+region = "xmax"
+components = "x"
+displacement = "1 mm"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+"#;
+    const BALL: &str = r#"
+[[contact]]
+region = "ball"
+obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-20 mm"], normal = [0, 0, 1] }
+response = "barrier"
+friction = 0.0
+[[rigid]]
+name = "ball"
+shape = { kind = "sphere", center = ["0 mm", "0 mm", "0 mm"], radius = "5 mm" }
+density = "1 g/cm^3"
+"#;
+
+    fn words(scenes: &[(&str, &str)]) -> String {
+        let record = |(id, scene): &(&str, &str)| CaseRecord {
+            id: id.to_string(),
+            effects: vec![EffectRecord { name: "elastic".into(), role: Some("strain".into()), wall_s: 0.0 }],
+            provenance: Provenance { scene: scene.to_string(), ..Provenance::default() },
+            ..CaseRecord::default()
+        };
+        let records: Vec<CaseRecord> = scenes.iter().map(record).collect();
+        let said = physics(&records.iter().collect::<Vec<_>>()).markdown();
+        said.trim().trim_start_matches("**Effects and constraints.** ").to_string()
+    }
+
+    #[test]
+    fn all_that_acts_on_a_body_has_a_sentence() {
+        let beam =
+            "Elastic on body: law rubber. Fixed on xmin. Prescribed on xmax: components x, displacement 1\u{a0}mm.";
+        assert_eq!(words(&[("a", BEAM)]), beam);
+        let more = format!("{BEAM}{BALL}");
+        let said = words(&[("a", BEAM), ("b", &more)]);
+        let floor = "Contact on ball (in b): obstacle floor point (0\u{a0}mm, 0\u{a0}mm, −20\u{a0}mm) normal (0, 0, 1), response barrier, friction 0.";
+        assert!(said.starts_with(beam) && said.contains(floor), "{said}");
+        assert!(said.contains("Rigid body ball (in b): shape sphere center "), "{said}");
+        assert!(said.ends_with(" radius 5\u{a0}mm, density 1\u{a0}g/cm³."), "{said}");
+        let said = words(&[("a", BEAM), ("b", &more), ("c", &more)]);
+        assert!(said.contains("Rigid body ball (in all cases but a): "), "{said}");
+        assert_eq!(words(&[("a", "no scene")]), "Elastic.");
+    }
+
+    /// Guides are counted, a drive is told with its signal, and numbers that the cases change are ranges.
+    #[test]
+    fn a_cable_is_told_by_its_numbers() {
+        let cable = |radius: &str, to: &str| {
+            format!(
+                "{BEAM}[[constraint]]\nkind = \"cable\"\npull_point = [\"-5 mm\", \"5 mm\", \"5 mm\"]\n\
+                 guides = [[\"10 mm\", \"5 mm\", \"5 mm\"], [\"50 mm\", \"5 mm\", \"5 mm\"]]\nguide_radius = \"{radius}\"\n\
+                 drive = {{ kind = \"tension\", signal = {{ kind = \"ramp\", from = \"0 N\", to = \"{to}\", end = \"1 s\" }} }}\n"
+            )
+        };
+        let point = "(−5\u{a0}mm, 5\u{a0}mm, 5\u{a0}mm)";
+        let said = words(&[("a", &cable("4 mm", "2 N"))]);
+        let drive = "driven by tension as ramp from 0\u{a0}N to 2\u{a0}N until 1\u{a0}s.";
+        let alone = format!("Cable: pull point {point}, 2 guides, guide radius 4\u{a0}mm, {drive}");
+        assert!(said.ends_with(&alone), "{said}");
+        let said = words(&[("a", &cable("4 mm", "2 N")), ("b", &cable("2 mm", "2 N")), ("c", &cable("point", "2 N"))]);
+        assert!(said.contains("guide radius 4\u{a0}mm, 2\u{a0}mm and point, driven by"), "{said}");
+        let said = words(&[("a", &cable("4 mm", "9 N")), ("b", &cable("4 mm", "10 N")), ("c", &cable("4 mm", "9 N"))]);
+        assert!(said.ends_with("from 0\u{a0}N to between 9\u{a0}N and 10\u{a0}N (2 values) until 1\u{a0}s."), "{said}");
+    }
+}
