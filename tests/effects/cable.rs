@@ -595,6 +595,27 @@ fn a_file_of_guides_is_its_lists() {
     }
 }
 
+/// A guide in the middle of a gap between two blocks goes to one of both walls, and the mesh decides to which: that is said. One next to a wall goes there.
+#[test]
+fn a_guide_between_two_walls_is_doubted() {
+    let notes = |z: &str| {
+        let block = "grid = { kind = \"box\", size = [\"30 mm\", \"10 mm\", \"10 mm\"], divisions = [6, 2, 2] }";
+        let text = format!(
+            "[[mesh.part]]\nname = \"lower\"\n{block}\n[[mesh.part]]\nname = \"upper\"\n{block}\nshift = [\"0 mm\", \"0 mm\", \"12 mm\"]\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[constraint]]\nkind = \"cable\"\nguide_radius = \"point\"\nreach = \"1.5 mm\"\n\
+             pull_point = [\"-5 mm\", \"5 mm\", \"5 mm\"]\nguides = [[\"10 mm\", \"5 mm\", \"5 mm\"], [\"20 mm\", \"5 mm\", \"{z}\"]]\n\
+             drive = {{ kind = \"length\", signal = {{ kind = \"ramp\", from = \"0 mm\", to = \"1 mm\", end = \"1 s\" }} }}\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n"
+        );
+        durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}")).notes
+    };
+    let doubted =
+        |z: &str| notes(z).iter().any(|note| note.contains("1 of these guides are as near to an opposite wall"));
+    assert_eq!(["11 mm", "11.01 mm", "10.3 mm", "-0.5 mm"].map(doubted), [true, true, false, false]);
+}
+
 /// A beam with a cable of these keys, driven to `to`.
 fn pulled(keys: &str, kind: &str, to: &str) -> durometer::scene::Run {
     let text = format!(

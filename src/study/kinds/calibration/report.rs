@@ -198,10 +198,15 @@ fn law_files(store: &Results, a: &Analysis<CalibrationFindings>) -> Vec<(String,
         };
         laws.iter()
             .copied()
-            .filter_map(|law| Some((format!("{}.toml", parts(law)), law_file(store, a, (v, law))?)))
+            .filter_map(|law| Some((as_file_name(&format!("{}.toml", parts(law))), law_file(store, a, (v, law))?)))
             .collect()
     };
     a.variants.iter().flat_map(of).collect()
+}
+
+/// A name in which all that a file name may not have is an underscore.
+fn as_file_name(name: &str) -> String {
+    name.chars().map(|c| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' }).collect()
 }
 
 /// The law that a constant is of; none for another number of the scene.

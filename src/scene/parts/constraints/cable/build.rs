@@ -4,6 +4,7 @@ use crate::effect::{Cable, CableLength, CableTension, Guide, Pull, cable_frictio
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Decimals, Dimension};
+use crate::mesh::TetMesh;
 use crate::mesh::attach::attach_each;
 use crate::mesh::embed::{embed, nearest_on_surface};
 use crate::mesh::error::point;
@@ -191,7 +192,7 @@ fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<R
 /// Moves guides outside of the body, by no more than `reach`, to its surface; all that are farther out are refused together.
 fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &mut [Route]) -> Result<(), SceneError> {
     let (mesh, reach) = (builder.body.clone(), spec.reach.as_ref().map_or(0.0, |l| l.0));
-    let (mut moved, mut largest, mut refused) = (0, 0.0_f64, Vec::new());
+    let (mut moved, mut between, mut largest, mut refused) = (0, 0, 0.0_f64, Vec::new());
     for route in routes.iter_mut() {
         for (k, at) in route.points.iter_mut().enumerate() {
             if embed(&mesh.mesh, *at).is_ok() {
@@ -207,6 +208,7 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
                 continue;
             }
             (moved, largest) = (moved + 1, largest.max(distance));
+            between += usize::from(is_between(&mesh.mesh, *at, nearest));
             *at = nearest;
         }
     }
@@ -219,6 +221,13 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
                 "{}: {moved} of {all} guides are outside of the body, by up to {largest:.4} mm, and were moved to its surface",
                 wording::few(&names)
             ));
+            if between > 0 {
+                builder.notes.push(format!(
+                    "{}: {between} of these guides are as near to an opposite wall, as on the axis of a bore, and the mesh decides to which they go; \
+                     give them on the wall where the cable lies, or mesh the body without the bore",
+                    wording::few(&names)
+                ));
+            }
         }
         return Ok(());
     }
@@ -229,6 +238,13 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
     let fact = format!("{} of {all} guides are outside of the body{by}: {}", which.len(), which.join(", "));
     let remedy = format!("move them inside, or give a `reach` of at least {most:.4} mm to move them to the surface");
     Err(builder.content(place, fact, remedy))
+}
+
+/// Whether a place outside of the body lies between two walls at about the same distance: a little farther from the `nearest` point another one is nearest.
+fn is_between(mesh: &TetMesh, at: Vec3, nearest: Vec3) -> bool {
+    let away = at - nearest;
+    let other = nearest_on_surface(mesh, at + 0.25 * away);
+    (other - nearest).norm() > away.norm() && (other - at).norm() < 1.5 * away.norm()
 }
 
 /// The places of a cable from the pull point to the end.
