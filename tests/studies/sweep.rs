@@ -295,6 +295,15 @@ fn a_grid_combines_and_a_list_goes_along() {
     assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.3"]);
 }
 
+/// Values that are files of curves are words: their dots begin no ending in the names of the files of a case.
+#[test]
+fn an_axis_of_files_has_cases() {
+    let files = "[[axis]]\nname = \"curve\"\nkeys = [\"title\"]\nlabel = \"curve\"\nsymbol = \"c\"\nvalues = [\"low.csv\", \"high.csv\"]\n";
+    let (_keep, study) = written(&format!("kind = \"sweep\"\n{files}"));
+    let members: Vec<String> = study.expect("a sweep").cases.into_iter().map(|c| c.member).collect();
+    assert_eq!(members, ["curvelow-csv", "curvehigh-csv"]);
+}
+
 #[test]
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));
