@@ -95,8 +95,59 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
     }
 }
 
+/// The grid with so many times as many divisions along its edges, rounded, and at least as many as it takes; `None` where the cells grow
+/// from a place, because their layers are no numbers along an edge.
+pub fn scaled(spec: &GridSpec, factor: f64) -> Option<GridSpec> {
+    let times = |n: &mut usize, unit: usize, least: usize| {
+        let units = (factor * *n as f64 / unit as f64).round() as usize;
+        *n = (unit * units).max(least);
+    };
+    let mut out = spec.clone();
+    match &mut out {
+        GridSpec::HalfSpace { .. } | GridSpec::HalfSphere { .. } => return None,
+        GridSpec::Hole { divisions: [along, around, layers], .. } => {
+            times(around, 2, 2);
+            [along, layers].into_iter().for_each(|n| times(n, 1, 1));
+        }
+        GridSpec::Tube { divisions: [wall, around, along], .. } => {
+            times(around, 1, 3);
+            [wall, along].into_iter().for_each(|n| times(n, 1, 1));
+        }
+        GridSpec::Box { divisions, .. } | GridSpec::Plate { divisions, .. } => {
+            divisions.iter_mut().for_each(|n| times(n, 1, 1));
+        }
+        GridSpec::Octant { divisions, .. }
+        | GridSpec::Cylinder { divisions, .. }
+        | GridSpec::Bow { divisions, .. }
+        | GridSpec::Bracket { divisions, .. } => divisions.iter_mut().for_each(|n| times(n, 1, 1)),
+    }
+    Some(out)
+}
+
+/// Divisions of a grid, as its key has them.
+pub fn divisions(spec: &GridSpec) -> &[usize] {
+    measures(spec).0
+}
+
+/// Grids of the same proportions, coarse ones first: the divisions are exact multiples of those of the coarsest one. None where cells grow from
+/// a place.
+pub fn similar(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
+    let own = divisions(spec).to_vec();
+    let common = own.iter().copied().reduce(greatest_common).unwrap_or_default().max(1);
+    let multiple = move |k: usize| {
+        let grid = scaled(spec, k as f64 / common as f64)?;
+        let is_exact = divisions(&grid).iter().zip(&own).all(|(n, own)| common * n == k * own);
+        Some(is_exact.then_some(grid))
+    };
+    (1..).map_while(multiple).flatten()
+}
+
+fn greatest_common(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { greatest_common(b, a % b) }
+}
+
 /// Number of cells of a grid, or somewhat more; exact integers are not needed, and would overflow.
-fn cells(spec: &GridSpec) -> f64 {
+pub fn cells(spec: &GridSpec) -> f64 {
     let boxes = match spec {
         GridSpec::Octant { divisions: [n, layers], .. } => [*n, *n, *layers],
         GridSpec::Cylinder { divisions: [n, layers], .. } | GridSpec::Bow { divisions: [n, layers], .. } => {
@@ -167,4 +218,29 @@ pub fn mesh_hash(mesh: &TetMesh) -> String {
 
 fn content(file: &Path, place: &str, fact: String, remedy: &str) -> SceneError {
     SceneError::Content { file: file.into(), place: place.into(), fact, remedy: remedy.into() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn divisions_are_scaled_to_numbers_that_the_grid_takes() {
+        let mm = |x: f64| Length(1e-3 * x);
+        let block = GridSpec::Box { size: [mm(40.0), mm(20.0), mm(20.0)], divisions: [8, 4, 1] };
+        let of = |spec: &GridSpec, factor| divisions(&scaled(spec, factor).expect("divisions")).to_vec();
+        assert_eq!(of(&block, 1.0), [8, 4, 1]);
+        assert_eq!(of(&block, 0.5f64.cbrt()), [6, 3, 1]);
+        assert_eq!(of(&block, 0.01), [1, 1, 1]);
+        let beam = GridSpec::Box { size: [mm(50.0), mm(20.0), mm(20.0)], divisions: [20, 8, 8] };
+        let multiples: Vec<_> = similar(&beam).take(3).map(|grid| divisions(&grid).to_vec()).collect();
+        assert_eq!(multiples, [[5, 2, 2], [10, 4, 4], [15, 6, 6]]);
+        let hole = GridSpec::Hole { radius: mm(1.0), half_edge: mm(5.0), thickness: mm(1.0), divisions: [4, 6, 1] };
+        assert_eq!(of(&hole, 2f64.cbrt()), [5, 8, 1]);
+        let tube = GridSpec::Tube { inner: mm(1.0), outer: mm(2.0), length: mm(9.0), divisions: [1, 4, 6] };
+        assert_eq!(of(&tube, 0.5), [1, 3, 3]);
+        let similar: Vec<_> = similar(&hole).take(2).map(|grid| divisions(&grid).to_vec()).collect();
+        assert_eq!(similar, [[4, 6, 1], [8, 12, 2]]);
+        assert!(scaled(&GridSpec::HalfSphere { radius: mm(9.0), fine: mm(1.0), divisions: [3, 2] }, 2.0).is_none());
+    }
 }

@@ -146,6 +146,10 @@ pub use error_estimate::{
 pub use extreme::{Extreme, ExtremeKind, extreme};
 pub use features::{Features, Reading};
 pub use fixture::Held;
+pub use grid::{
+    cells as cells_of_grid, divisions as divisions_of_grid, grid as mesh_of_grid, scaled as scaled_grid,
+    similar as similar_grids,
+};
 pub use identity::{FileDigest, named_files};
 pub(crate) use import::nearest_cells;
 pub use import::{Import, Imported};

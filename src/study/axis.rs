@@ -88,12 +88,16 @@ pub fn expand(specs: &[AxisSpec], combine: Combine) -> Result<Expanded, Mistake>
         for ((spec, axis), &k) in specs.iter().zip(&axes).zip(&at) {
             spec.keys.iter().for_each(|key| drop(set.insert(key.clone(), spec.values[k].clone())));
             spec.names.iter().for_each(|_| set.extend(spec.values[k].as_table().cloned().unwrap_or_default()));
-            name.push(format!("{}{}", axis.name, file_name(&axis.values[k])));
+            name.push(format!("{}{}", axis.name, axis.file_name(k)));
         }
         let name = name.join("_");
         if members.insert(name.clone(), set.into()).is_some() {
             let fact = format!("two points are called {name} in file names");
-            return Err(("axis".into(), fact, "remove one, or write their values in another unit".into()));
+            return Err((
+                "axis".into(),
+                fact,
+                "remove one, write their values in another unit, or rename the files".into(),
+            ));
         }
         points.insert(name, at);
     }
@@ -173,12 +177,16 @@ fn as_text(value: &toml::Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_string)
 }
 
-/// The part of a value that may appear in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`.
-pub fn file_name(value: &str) -> String {
-    let kept = |c: char| match c {
-        ' ' | '^' | '"' => None,
-        c if c.is_alphanumeric() || "._-".contains(c) => Some(c),
-        _ => Some('-'),
-    };
-    value.chars().filter_map(kept).collect()
+impl AxisRecord {
+    /// The part of a value that may appear in the name of a file: `1.07 g/cm^3` → `1.07g-cm3`. The dot of a word, `load.csv`, is no decimal
+    /// point and would begin the ending of another file: `load-csv`.
+    pub fn file_name(&self, k: usize) -> String {
+        let kept = |c: char| match c {
+            ' ' | '^' | '"' => None,
+            '.' if self.numbers.is_empty() => Some('-'),
+            c if c.is_alphanumeric() || "._-".contains(c) => Some(c),
+            _ => Some('-'),
+        };
+        self.values[k].chars().filter_map(kept).collect()
+    }
 }

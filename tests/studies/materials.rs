@@ -91,6 +91,37 @@ fn differences_are_shares_of_changes() {
     }
 }
 
+/// Tensions of rounding differ by 20 %, which decides nothing where the absolute tolerance of the quantity is larger; the words are in the unit.
+/// A difference beyond that tolerance decides, and a reference that is zero is comparable.
+#[test]
+fn an_absolute_tolerance_decides_near_zero() {
+    let verdict = |factor: f64, absolute: Option<f64>| {
+        let (mut study, mut stored) = study();
+        study.quantities.get_mut("length").expect("quantities")[0].absolute_tolerance = absolute;
+        for case in &mut stored {
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value *= factor);
+            case.record.probes.get_mut("cable_tension_N").expect("probe").peak *= factor;
+        }
+        let a = analyse(&study, &stored);
+        (a.verdict.clone(), a.quantities[0].sentence.clone(), a.quantities[0].members.clone())
+    };
+    let (noise, _, _) = verdict(1e-10, None);
+    assert!(noise.contains("stiff by 20 %"), "{noise}");
+    let (small, sentence, _) = verdict(1e-10, Some(0.01));
+    assert!(small.contains("or the absolute tolerance, in every curve") && small.contains("can replace"), "{small}");
+    assert!(!small.contains("differ"), "{small}");
+    assert!(sentence.contains("within 0.01"), "{sentence}");
+    // The peaks 4 N and 4.8 N are 0.8 N apart
+    let (large, _, members) = verdict(1.0, Some(0.5));
+    assert!(large.contains("stiff by 0.8"), "{large}");
+    let (accepted, _, _) = verdict(1.0, Some(0.81));
+    assert!(!accepted.contains("stiff by"), "{accepted}");
+    let stiff = members.iter().find(|c| c.member == "stiff").expect("a member");
+    let (study, _) = study();
+    assert!((stiff.largest - 0.8 * study.tolerance / 0.5).abs() < 1e-12, "{stiff:?}");
+}
+
 /// The sums over 200 samples a cycle are exact for sines up to rounding, the interpolation of a peak between them is
 /// not needed: every difference is that of two samples.
 #[test]

@@ -144,15 +144,36 @@ fn of_a_given_mesh_there_is_no_size_to_choose() {
     assert!(weighed.iter().all(|s| s["set"][0].as_str().is_some_and(|c| c.contains("formulation"))), "{plan}");
 }
 
-#[test]
-fn of_a_mesh_that_is_too_large_for_it() {
-    let grid = "grid = { kind = \"box\", size = [\"100 mm\", \"60 mm\", \"60 mm\"], divisions = [60, 30, 30] }";
-    let (folder, name) = scene(grid, "");
+/// A scene of a grid, whose ends are regions.
+fn grid(divisions: &str, size: &str) -> (tempfile::TempDir, String) {
+    let (folder, name) = scene(&format!("grid = {{ kind = \"box\", size = {size}, divisions = {divisions} }}"), "");
     let text = std::fs::read_to_string(&name)
         .expect("readable")
         .replace("\"left\"", "\"xmin\"")
         .replace("\"right\"", "\"xmax\"");
     std::fs::write(&name, text).expect("writable");
+    (folder, name)
+}
+
+/// A grid is planned over both elements and over divisions of its proportions, and the change that is advised is one of the scene.
+#[test]
+fn of_a_grid_elements_and_divisions_are_chosen() {
+    let (folder, name) = grid("[20, 4, 4]", "[\"100 mm\", \"20 mm\", \"20 mm\"]");
+    let (code, plan, said) = plan(&name, &["--quantity", "xmax_reaction_x_N"], folder.path());
+    assert_eq!(code, Some(0), "{said}");
+    let plan = plan.expect("a small grid has its pilots in time");
+    assert_eq!(plan["meshes"], "scaled");
+    let weighed = plan["weighed"].as_array().expect("settings");
+    let elements: Vec<&str> = weighed.iter().filter_map(|s| s["element"].as_str()).collect();
+    assert!(elements.iter().any(|e| e.starts_with("tet10")), "{elements:?}");
+    let of = |cells: u64| weighed.iter().find(|s| s["cells"] == cells).expect("a setting")["set"].to_string();
+    assert!(of(810).contains("mesh.grid.divisions=[15, 3, 3]"), "{}", of(810));
+}
+
+/// Divisions without a common factor have no coarser grid of their proportions.
+#[test]
+fn of_a_mesh_that_is_too_large_for_it() {
+    let (folder, name) = grid("[61, 30, 31]", "[\"100 mm\", \"60 mm\", \"60 mm\"]");
     let (code, _, said) = plan(&name, &["--quantity", "xmax_reaction_x_N"], folder.path());
     assert_eq!(code, Some(3), "{said}");
 }

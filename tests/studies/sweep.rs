@@ -378,6 +378,15 @@ fn a_list_takes_values_in_any_order() {
     assert!(["key p", "key q"].iter().all(|axis| drawn.contains(axis)), "one panel for each axis");
 }
 
+/// Values that are files of curves are words: their dots begin no ending in the names of the files of a case.
+#[test]
+fn an_axis_of_files_has_cases() {
+    let files = "[[axis]]\nname = \"curve\"\nkeys = [\"title\"]\nlabel = \"curve\"\nsymbol = \"c\"\nvalues = [\"low.csv\", \"high.csv\"]\n";
+    let (_keep, study) = written(&format!("kind = \"sweep\"\n{files}"));
+    let members: Vec<String> = study.expect("a sweep").cases.into_iter().map(|c| c.member).collect();
+    assert_eq!(members, ["curvelow-csv", "curvehigh-csv"]);
+}
+
 #[test]
 fn mistakes_in_axes_are_named() {
     let refused = |text: &str| written(text).1.err().unwrap_or_else(|| panic!("{text} must be refused"));

@@ -98,7 +98,12 @@ mod tests {
     }
 
     fn choice(name: &str) -> Choice {
-        Choice { name: name.into(), set: vec![], sizes: vec![600, 1320, 2904, 6389], element: ElementSpec::Tet10 }
+        Choice {
+            name: name.into(),
+            sizes: vec![600, 1320, 2904, 6389],
+            element: ElementSpec::Tet10,
+            ..Choice::default()
+        }
     }
 
     /// Elements with the peaks of their meshes, coarse ones first; h falls by 1.3.

@@ -9,7 +9,7 @@
 //! 4. Choice: the setting of least time whose expected error, of mesh and step together, is within the tolerance. Errors are those of
 //!    the peaks, the largest over the quantities. Only its mesh is made, to count the work; if it is more than expected, the next one's.
 //!
-//! Where the mesh is given, there are formulations and steps to choose from only, and the errors are those estimated from each run alone.
+//! The meshes of a grid are grids of its proportions. Where the mesh is given, there are formulations and steps to choose from only, and the errors are those estimated from each run alone.
 //!
 //! The uncertainty of f* is not in the expected error: the plan states it apart, as what it cannot promise. The error of the run that is made
 //! is found against f*, which is estimated again with the run as a further mesh where its steps are those of the pilots.
@@ -58,15 +58,20 @@ pub struct Planned {
 /// pilots that are complete, or there is none.
 pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanError> {
     let budget = Budget::new(request.budget_s);
-    let (mut choices, meshes) = sizes::choices(&request.file, &pilots::read(request, &[])?.0)?;
-    let (scene, quantities) = coarsest(request, &mut choices, &budget, watch)?;
-    let mut pilots = pilots::run_all(request, (&choices, meshes), &quantities, &budget, watch)?;
-    let needed = if meshes == Meshes::Given { 1 } else { 3 };
+    let spec = pilots::read(request, &[])?.0;
+    let (choices, meshes) = sizes::choices(&request.file, &spec)?;
+    let mut learnt = learn(request, (choices, meshes), &budget, watch);
+    // A grid whose coarser and finer ones do not come through is a given mesh
+    if meshes == Meshes::Scaled && !learnt.as_ref().is_ok_and(Learnt::is_enough) && !request.is_stopped() {
+        learnt = learn(request, (sizes::given(&spec), Meshes::Given), &budget, watch);
+    }
+    let learnt = learnt?;
+    let enough = learnt.is_enough();
+    let Learnt { choices, meshes, scene, quantities, mut pilots } = learnt;
     let limits = match meshes {
         Meshes::Given => mesh_limits::of_given(&pilots, &quantities),
         _ => mesh_limits::of_meshes(&choices, &pilots, &quantities, request.tolerance),
     };
-    let enough = pilots.of.iter().any(|own| own.len() >= needed);
     let examined = Examined::new(&choices, &pilots, &limits, budget.learning_s()).filter(|_| enough);
     let examined = examined.ok_or_else(|| match request.is_stopped() {
         true => PlanError::Stopped,
@@ -118,6 +123,35 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     };
     plan.promises = words::promises(&plan, &pilots);
     Ok(Planned { plan, choices, pilots })
+}
+
+/// The pilots of some choices, with the scene and the columns that they are judged by.
+struct Learnt {
+    choices: Vec<Choice>,
+    meshes: Meshes,
+    scene: Scene,
+    quantities: Vec<String>,
+    pilots: Pilots,
+}
+
+impl Learnt {
+    /// Whether an element has as many pilots as a plan takes.
+    fn is_enough(&self) -> bool {
+        let needed = if self.meshes == Meshes::Given { 1 } else { 3 };
+        self.pilots.of.iter().any(|own| own.len() >= needed)
+    }
+}
+
+/// Runs the pilots of these choices.
+fn learn(
+    request: &Request,
+    (mut choices, meshes): (Vec<Choice>, Meshes),
+    budget: &Budget,
+    watch: &dyn PlanWatch,
+) -> Result<Learnt, PlanError> {
+    let (scene, quantities) = coarsest(request, &mut choices, budget, watch)?;
+    let pilots = pilots::run_all(request, (&choices, meshes), &quantities, budget, watch)?;
+    Ok(Learnt { choices, meshes, scene, quantities, pilots })
 }
 
 /// The scene with the element that it has, on the coarsest mesh that can be made, and the columns to be judged. Where the mesher reaches a larger number of

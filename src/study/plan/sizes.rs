@@ -1,20 +1,25 @@
 //! Choices of a plan: elements, and the meshes of the scene's body that are given, stored or can be made.
 
 use crate::mesh::generate::MeshStore;
-use crate::scene::{ElementSpec, SceneSpec, request};
+use crate::scene::spec::GridSpec;
+use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
+use crate::scene::{divisions_of_grid, mesh_of_grid, similar_grids};
 use crate::study::plan::error::PlanError;
+use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Value;
 
 /// An element with its formulation, and the meshes it may have.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Choice {
     /// `tet10_up`
     pub name: String,
     /// Changes to the scene, by path
     pub set: Vec<(String, Value)>,
-    /// `mesh.cells`, rising; none where the mesh is given
+    /// Numbers of cells, rising; none where the mesh is given
     pub sizes: Vec<u64>,
+    /// Number of cells → `mesh.grid.divisions`; empty where a mesher makes the number
+    pub divisions: BTreeMap<u64, Value>,
     /// Of the cells, without its formulation
     pub element: ElementSpec,
 }
@@ -27,7 +32,9 @@ pub enum Meshes {
     Stored,
     /// Those, and what the mesher makes
     Made,
-    /// One only: a volume mesh or a grid
+    /// Grids of the proportions of that of the scene
+    Scaled,
+    /// One only: a volume mesh, or a grid that has no coarser ones
     Given,
 }
 
@@ -37,10 +44,17 @@ const RATIO: f64 = 2.2;
 /// No mesh is planned beyond.
 const MOST: f64 = 2e6;
 
-/// The choices for a scene; stored meshes only, or also what the mesher makes.
+/// The choices for a scene: grids of its proportions, stored meshes only, or also what the mesher makes.
 pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), PlanError> {
+    if let Some(grid) = spec.mesh.grid.as_ref().filter(|_| spec.mesh.parts.is_empty()) {
+        let divisions = grids(file, grid, 8u64.saturating_pow(spec.mesh.levels))?;
+        let sizes: Vec<u64> = divisions.keys().copied().collect();
+        let all = [ElementSpec::Tet4, ElementSpec::Tet10].map(|element| formulations(spec, element, &sizes));
+        let choices = all.into_iter().flatten().map(|choice| Choice { divisions: divisions.clone(), ..choice });
+        return Ok(if sizes.len() > 2 { (choices.collect(), Meshes::Scaled) } else { (given(spec), Meshes::Given) });
+    }
     if spec.mesh.body.is_none() && spec.mesh.cells.is_none() && spec.mesh.size.is_none() {
-        return Ok((formulations(spec, spec.mesh.element, &[]), Meshes::Given));
+        return Ok((given(spec), Meshes::Given));
     }
     if spec.mesh.size.is_some() {
         return Err(PlanError::EdgeLength { file: file.into() });
@@ -74,6 +88,34 @@ pub fn choices(file: &Path, spec: &SceneSpec) -> Result<(Vec<Choice>, Meshes), P
     }
 }
 
+/// The choices on the mesh that a scene has.
+pub fn given(spec: &SceneSpec) -> Vec<Choice> {
+    formulations(spec, spec.mesh.element, &[])
+}
+
+/// Number of cells → divisions of grids of the same proportions, each of whose cells becomes `parts`: h falls by 1.3 or more, from the largest
+/// grid of no more than [`COARSEST`] cells on.
+fn grids(file: &Path, spec: &GridSpec, parts: u64) -> Result<BTreeMap<u64, Value>, SceneError> {
+    let mut out = BTreeMap::new();
+    let Some(first) = similar_grids(spec).next() else { return Ok(out) };
+    let of_first = parts as f64 * mesh_of_grid(file, &first, ElementSpec::Tet4)?.cell_count() as f64;
+    let along = |grid: &GridSpec| divisions_of_grid(grid)[0] as f64;
+    let counted = |grid: &GridSpec| of_first * (along(grid) / along(&first)).powi(3);
+    let mut last = 0.0;
+    for grid in similar_grids(spec).take_while(|grid| counted(grid) < MOST) {
+        let cells = counted(&grid);
+        if cells <= COARSEST {
+            out.clear();
+        } else if cells < RATIO * last {
+            continue;
+        }
+        last = cells;
+        let divisions = divisions_of_grid(&grid).iter().map(|n| Value::from(*n as i64));
+        out.insert(cells.round() as u64, Value::Array(divisions.collect()));
+    }
+    Ok(out)
+}
+
 /// The element with and without a pressure field, on meshes of these sizes.
 fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<Choice> {
     let mut out = vec![];
@@ -91,7 +133,8 @@ fn formulations(spec: &SceneSpec, element: ElementSpec, sizes: &[u64]) -> Vec<Ch
         }
         set.extend(formulations);
         let suffix = if mixed { "_up" } else { "" };
-        out.push(Choice { name: format!("{}{suffix}", element.name()), set, sizes: sizes.to_vec(), element });
+        let name = format!("{}{suffix}", element.name());
+        out.push(Choice { name, set, sizes: sizes.to_vec(), element, divisions: BTreeMap::new() });
     }
     out
 }
@@ -110,7 +153,11 @@ impl Choice {
 
     /// The change of the size alone; none where the mesh is given.
     pub fn size(&self, cells: u64) -> Option<(String, Value)> {
-        (!self.sizes.is_empty()).then(|| ("mesh.cells".to_string(), Value::Integer(cells as i64)))
+        match self.divisions.get(&cells) {
+            Some(divisions) => Some(("mesh.grid.divisions".to_string(), divisions.clone())),
+            None if self.sizes.is_empty() => None,
+            None => Some(("mesh.cells".to_string(), Value::Integer(cells as i64))),
+        }
     }
 
     /// So many cells of it; those of a given mesh are not a choice.
@@ -125,10 +172,34 @@ mod tests {
 
     #[test]
     fn sizes_start_at_the_least_that_the_mesher_reaches() {
-        let mut choice =
-            Choice { name: "tet10_up".into(), set: vec![], sizes: vec![600, 1320], element: ElementSpec::Tet10 };
+        let mut choice = Choice {
+            name: "tet10_up".into(),
+            sizes: vec![600, 1320],
+            element: ElementSpec::Tet10,
+            ..Choice::default()
+        };
         choice.start_at(2724);
         assert_eq!(choice.sizes[..3], [2724, 5993, 13_184]);
         assert!(choice.sizes.iter().all(|n| (*n as f64) < MOST) && choice.sizes.len() > 4, "{:?}", choice.sizes);
+    }
+
+    /// The coarsest one has no more than 600 cells, and each next one 2.2 times as many or more.
+    #[test]
+    fn grids_have_the_proportions_of_that_of_the_scene() {
+        let size = [0.1, 0.02, 0.02].map(crate::scene::Length);
+        let of = |divisions| {
+            let grids = grids(Path::new("scene.toml"), &GridSpec::Box { size, divisions }, 1).expect("a grid");
+            grids.into_iter().take(5).map(|(cells, divisions)| (cells, divisions.to_string())).collect::<Vec<_>>()
+        };
+        let pair = |cells: u64, divisions: &str| (cells, divisions.to_string());
+        let expected = [
+            pair(240, "[10, 2, 2]"),
+            pair(810, "[15, 3, 3]"),
+            pair(1920, "[20, 4, 4]"),
+            pair(6480, "[30, 6, 6]"),
+            pair(15360, "[40, 8, 8]"),
+        ];
+        assert_eq!(of([20, 4, 4]), expected);
+        assert_eq!(of([61, 31, 30]).len(), 1);
     }
 }

@@ -273,8 +273,12 @@ mod tests {
             let record = CaseRecord { id: id.into(), wall_s: seconds, cpu_s: seconds, ..CaseRecord::default() };
             StoredCase::new(record, Series { t_s: vec![0.0, 1.0], columns: [("q".to_string(), vec![0.0, f])].into() })
         };
-        let choice =
-            |name: &str| Choice { name: name.into(), set: vec![], sizes: vec![600, 1320], element: ElementSpec::Tet4 };
+        let choice = |name: &str| Choice {
+            name: name.into(),
+            sizes: vec![600, 1320],
+            element: ElementSpec::Tet4,
+            ..Choice::default()
+        };
         let choices = [choice("tet4"), choice("tet10")];
         let coarse = vec![case("tet4, 600 cells", 0.8, 0.1), case("tet4, 1320 cells", 0.85, 0.2)];
         let fine = vec![case("tet10, 600 cells", 0.98, 1.0), case("tet10, 1320 cells", 0.99, 4.0)];

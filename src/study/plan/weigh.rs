@@ -186,9 +186,9 @@ mod tests {
         let cells = [600, 1320, 2904];
         let choice = |name: &str| Choice {
             name: name.into(),
-            set: vec![],
             sizes: vec![2904, 6389],
             element: ElementSpec::Tet10,
+            ..Choice::default()
         };
         let choices = ["agrees", "departs", "short"].map(choice);
         let runs =

@@ -28,9 +28,12 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
     if plan.meshes == Meshes::Given {
         out.push(
             "The mesh is given: its size is no choice, and errors are those estimated from each run alone, without that of the geometry. For other \
-             sizes give a `body`, CAD or a surface file with `cells`."
+             sizes give a `body`, CAD or a surface file with `cells`, or a grid whose divisions have a common factor, by which it can be coarser."
                 .into(),
         );
+    }
+    if plan.meshes == Meshes::Scaled {
+        out.push("Grids with the proportions of that of the scene were weighed: a curved surface is the closer to its shape the finer they are.".into());
     }
     if plan.meshes == Meshes::Stored {
         out.push(

@@ -9,14 +9,18 @@
 //! loop share |∮ f dx|/(Δf Δx)                    of the box around the cycle: 0 where loading and unloading agree
 //! ```
 //!
+//! Shares are of the scale of the tolerance ([`Tolerance`]), which is |ĝ| unless the absolute tolerance of the quantity is larger there; words then
+//! give the difference and the tolerance in the unit.
+//!
 //! A member is not comparable with the reference where one of the two has no result, or their runs do not cover the same time.
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::report::numbers::{capital, digits, percent, space, span};
+use crate::report::numbers::{capital, digits, percent, significant, space, span};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
+use crate::study::estimate::tolerance::Tolerance;
 use crate::study::kinds::comparison::findings::{
     ComparedMember, ComparisonFindings, ComparisonRecord, Incomparable, MemberCost, MemberDifferences,
 };
@@ -38,7 +42,7 @@ pub fn analyse(
         compare((study, stored), variant, quantity, &reference, &mut incomparable)
     });
     quantities.retain(|q| {
-        let imposed = is_imposed(q, &reference);
+        let imposed = is_imposed(q, &reference, study.tolerance);
         incomparable.retain(|i| !imposed || i.variant != q.variant || i.quantity != q.quantity.name);
         !imposed
     });
@@ -74,9 +78,11 @@ fn compare(
 ) -> Option<MemberDifferences> {
     let all = study.members_in(stored, Role::Members, variant);
     let finer = study.members_in(stored, Role::Finer, variant);
-    let base = Base::new(study.member(reference), find(&all, reference), quantity);
+    let tolerance = quantity.tolerance(study.tolerance);
+    let base = Base::new(study.member(reference), find(&all, reference), quantity, tolerance);
     let finer_peak = |member: &str| peak(find(&finer, member)?, &quantity.name);
-    let on_finer = |member: &str| finer_peak(member).zip(finer_peak(reference)).map(|(f, g)| (f - g) / g.abs());
+    let on_finer =
+        |member: &str| finer_peak(member).zip(finer_peak(reference)).map(|(f, g)| (f - g) / tolerance.scale(g));
     let mut members = vec![];
     for (member, case) in all {
         match base.as_ref().map_err(Clone::clone).and_then(|base| base.compare(case, quantity)) {
@@ -105,16 +111,17 @@ struct Base {
     name: String,
     curve: Curve,
     peak: f64,
+    tolerance: Tolerance,
 }
 
 impl Base {
     /// # Errors
     ///
     /// In words, why nothing can be compared with it.
-    fn new(name: String, case: Option<&StoredCase>, quantity: &Quantity) -> Result<Self, String> {
+    fn new(name: String, case: Option<&StoredCase>, quantity: &Quantity, tolerance: Tolerance) -> Result<Self, String> {
         let Some(case) = case else { return Err(format!("{name} has no result there")) };
         match (Curve::of(&case.series, &quantity.name), peak(case, &quantity.name)) {
-            (Some(curve), Some(peak)) => Ok(Self { name, curve, peak }),
+            (Some(curve), Some(peak)) => Ok(Self { name, curve, peak, tolerance }),
             _ => Err(format!("{name} has no curve of it")),
         }
     }
@@ -137,7 +144,8 @@ impl Base {
         let changes: Vec<f64> = of_g.iter().map(|value| value - g.start()).collect();
         let largest = d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         let nothing = largest == 0.0;
-        if self.peak == 0.0 && !nothing {
+        let scale = self.tolerance.scale(self.peak);
+        if scale == 0.0 && !nothing {
             return Err(format!("the peak of {} is zero, so that no difference is a share of it", self.name));
         }
         let share = |difference: f64, size: f64| if nothing { 0.0 } else { difference / size };
@@ -147,10 +155,10 @@ impl Base {
             member: String::new(),
             case: c.record.id.clone(),
             peak: own_peak,
-            peak_difference: share(own_peak - self.peak, self.peak.abs()),
+            peak_difference: share(own_peak - self.peak, scale),
             mesh_drift: None,
-            distance: share(l2(&t, &d), l2(&t, &changes)),
-            largest: share(largest, self.peak.abs()),
+            distance: share(l2(&t, &d), l2(&t, &changes).max(self.tolerance.scale(0.0))),
+            largest: share(largest, scale),
             lag_s: lag(&t, &of_f, &of_g),
             loop_area: cycle.map(|c| c.0),
             loop_share: cycle.map(|c| c.1),
@@ -159,10 +167,11 @@ impl Base {
 }
 
 /// Whether the protocol imposes a quantity: it is the same in all runs, of which there are several.
-fn is_imposed(q: &MemberDifferences, reference: &str) -> bool {
+fn is_imposed(q: &ByQuantity<MemberDifferences>, reference: &str, tolerance: f64) -> bool {
+    let scale = q.quantity.tolerance(tolerance).scale(q.peak);
     let base = q.members.iter().find(|c| c.member == reference).map(|c| &c.case);
     let mut others = q.members.iter().filter(|c| Some(&c.case) != base).peekable();
-    others.peek().is_some() && others.all(|c| c.largest <= 1e-9)
+    others.peek().is_some() && others.all(|c| c.largest * scale <= 1e-9 * q.peak.abs())
 }
 
 fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<MemberCost> {
@@ -194,9 +203,19 @@ fn costs(study: &StudyRecord, stored: &[StoredCase], reference: &str) -> Vec<Mem
     costs
 }
 
+/// A difference in words: `3.2 %`, or in the unit where the absolute tolerance decides.
+fn amount(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
+    let own = q.quantity.tolerance(tolerance);
+    match own.is_absolute(q.peak) {
+        true => significant(share * own.scale(q.peak), 3) + &space(&q.quantity.unit),
+        false => percent(share),
+    }
+}
+
 /// `+3.2 %`
-pub fn signed(x: f64) -> String {
-    if x < 0.0 { format!("−{}", percent(-x)) } else { format!("+{}", percent(x)) }
+pub fn signed(q: &ByQuantity<MemberDifferences>, share: f64, tolerance: f64) -> String {
+    let sign = if share < 0.0 { "−" } else { "+" };
+    format!("{sign}{}", amount(q, share.abs(), tolerance))
 }
 
 fn sentence(
@@ -214,12 +233,12 @@ fn sentence(
     let list = |members: &[&&ComparedMember]| {
         members
             .iter()
-            .map(|c| format!("{} {}", study.member(&c.member), signed(c.peak_difference)))
+            .map(|c| format!("{} {}", study.member(&c.member), signed(q, c.peak_difference, tolerance)))
             .collect::<Vec<_>>()
             .join(", ")
     };
     if !near.is_empty() {
-        words += &format!("; within {}: {}", percent(tolerance), list(&near));
+        words += &format!("; within {}: {}", amount(q, tolerance, tolerance), list(&near));
     }
     if !far.is_empty() {
         words += &format!("; beyond: {}", list(&far));
@@ -255,7 +274,7 @@ type Worst<'a> = (&'a ByQuantity<MemberDifferences>, &'a ComparedMember);
 /// Whether a member can take the place of the reference.
 enum Replaces<'a> {
     /// In every curve
-    Yes(&'a ComparedMember),
+    Yes(Worst<'a>),
     No(Worst<'a>),
     /// It agrees where it can be compared, which it cannot in these curves
     Open(Vec<&'a Incomparable>),
@@ -270,7 +289,7 @@ fn replacements(a: &ComparisonFindings, tolerance: f64) -> Vec<(&str, Replaces<'
         match own.max_by(|x, y| x.1.largest.total_cmp(&y.1.largest)) {
             Some(worst) if worst.1.largest > tolerance => Some(Replaces::No(worst)),
             _ if !without.is_empty() => Some(Replaces::Open(without)),
-            worst => worst.map(|(_, c)| Replaces::Yes(c)),
+            worst => worst.map(Replaces::Yes),
         }
     };
     let members = a.costs.iter().map(|p| p.member.as_str()).filter(|m| *m != a.reference);
@@ -303,10 +322,13 @@ fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> Strin
     for (member, replaces) in replacements(a, study.tolerance) {
         let name = study.member(member);
         match replaces {
-            Replaces::Yes(c) => same.push(format!("{name} ({})", percent(c.largest))),
+            Replaces::Yes((q, c)) => same.push(format!("{name} ({})", amount(q, c.largest, study.tolerance))),
             Replaces::No((q, c)) => {
-                let place = format!("in the {}, {}", q.quantity.label, q.variant_label);
-                apart.push((c.largest, format!("{name} by {} {place}", percent(c.largest))));
+                let (differs, place) = (
+                    amount(q, c.largest, study.tolerance),
+                    format!("in the {}, {}", q.quantity.label, q.variant_label),
+                );
+                apart.push((c.largest, format!("{name} by {differs} {place}")));
             }
             Replaces::Open(without) => {
                 let places: Vec<String> = without.iter().map(|i| format!("{}: {}", i.place, i.why)).collect();
@@ -316,15 +338,14 @@ fn verdict(study: &StudyRecord, a: &ComparisonFindings, missing: usize) -> Strin
     }
     apart.sort_by(|x, y| y.0.total_cmp(&x.0));
     let apart: Vec<String> = apart.into_iter().map(|x| x.1).collect();
-    let tolerance = percent(study.tolerance);
+    let absolute = a.quantities.iter().any(|q| q.quantity.tolerance(study.tolerance).is_absolute(q.peak));
+    let or_absolute = if absolute { " or the absolute tolerance" } else { "" };
+    let tolerance = format!("{} of the peak{or_absolute}", percent(study.tolerance));
     let mut words = match same.is_empty() {
-        true => format!(
-            "No member can replace {} within {tolerance} of the peak in every curve.",
-            study.member(&a.reference)
-        ),
+        true => format!("No member can replace {} within {tolerance} in every curve.", study.member(&a.reference)),
         false => {
             format!(
-                "Within {tolerance} of the peak, in every curve, {} can replace {}.",
+                "Within {tolerance}, in every curve, {} can replace {}.",
                 same.join(", "),
                 study.member(&a.reference)
             )

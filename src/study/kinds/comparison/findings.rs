@@ -41,13 +41,13 @@ pub struct ComparedMember {
     pub member: String,
     pub case: String,
     pub peak: f64,
-    /// (f̂ − ĝ)/|ĝ| \[–\]
+    /// (f̂ − ĝ)/|ĝ|, or over the scale of the absolute tolerance where that is larger \[–\]
     pub peak_difference: f64,
     /// Change of the difference on the finer mesh \[–\]
     pub mesh_drift: Option<f64>,
     /// ‖f − g‖₂ over that of the changes of g from its start \[–\]
     pub distance: f64,
-    /// ‖f − g‖∞/|ĝ| \[–\]
+    /// ‖f − g‖∞ over the same \[–\]
     pub largest: f64,
     /// Behind the reference \[s\]; none beyond first order
     pub lag_s: Option<f64>,

@@ -52,10 +52,10 @@ pub fn content(store: &Results, a: &Analysis<ComparisonFindings>) -> Content {
 }
 
 /// The widest spread of a peak.
-fn facts(study: &StudyRecord, a: &ComparisonFindings) -> Vec<(String, String)> {
+fn facts(study: &StudyRecord, a: &Analysis<ComparisonFindings>) -> Vec<(String, String)> {
     let fact = |q: &ByQuantity<MemberDifferences>| {
         let others = q.members.iter().filter(|c| c.member != a.reference);
-        let range = span(others.map(|c| c.peak_difference), signed)?;
+        let range = span(others.map(|c| c.peak_difference), |share| signed(q, share, a.tolerance))?;
         Some((range, format!("{}, against {}", q.peak_title(), study.member(&a.reference))))
     };
     a.quantities.iter().filter_map(fact).collect()

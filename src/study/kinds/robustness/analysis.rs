@@ -78,7 +78,7 @@ pub fn analyse(
     let verdict = verdict(&found, incomplete.len());
     let failed = found.cases.iter().filter(|c| c.outcome == CaseOutcome::Fail);
     let warnings = failed.map(|c| format!("{} fails: {}.", c.case, c.reason.as_deref().unwrap_or("no reason")));
-    let warnings = warnings.chain(analysis::warnings(&incomplete)).collect();
+    let warnings = warnings.chain(robustness.left_out.iter().cloned()).chain(analysis::warnings(&incomplete)).collect();
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 

@@ -3,21 +3,24 @@
 //! | varied | how |
 //! |---|---|
 //! | time step | every `dt` times ¼ to 4 |
-//! | load | every signal times ½ to 3 |
+//! | load | every signal times ½ to 3, those that a controller sets apart |
 //! | ν | every law that has `nu` |
-//! | mesh | `cells` times ½ to 2; divisions of a grid once and twice |
+//! | mesh | number of cells times ½ to 2: `cells`, `size`, or divisions of a grid |
 //! | start | twisted; anywhere, where every law survives inversion |
 
 use crate::material::registry;
 use crate::math::units;
-use crate::scene::Headline;
-use crate::scene::{SceneError, SceneSpec, read_scene};
+use crate::scene::spec::GridSpec;
+use crate::scene::{Headline, Length, MeshSpec, SceneError, SceneSpec, read_scene};
+use crate::scene::{cells_of_grid, divisions_of_grid, scaled_grid};
 use crate::study::axis::AxisSpec;
 use crate::study::kind::{Around, StoredExpansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
+use crate::study::kinds::robustness::loads::Loads;
 use crate::study::kinds::robustness::spec::{self, MapSpec, SuiteSpec};
 use crate::study::spec::{VariantSpec, refuse};
 use crate::study::store::record::Quantity;
+use crate::wording::few;
 use std::path::Path;
 use toml::{Table, Value};
 
@@ -25,9 +28,8 @@ use toml::{Table, Value};
 const STEPS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
 const LOADS: [f64; 5] = [0.5, 1.0, 1.5, 2.0, 3.0];
 const RATIOS: [f64; 5] = [0.3, 0.4, 0.45, 0.49, 0.499];
+/// Factors of the number of cells, finest first.
 const MESHES: [f64; 3] = [2.0, 1.0, 0.5];
-/// Keys whose values are signals.
-const SIGNALS: [&str; 5] = ["displacement", "acceleration", "force", "traction", "signal"];
 
 /// The study around a scene of one's own.
 pub const AROUND: Around = Around {
@@ -63,24 +65,51 @@ fn around(file: &Path, changes: &[(String, Value)]) -> Result<StoredExpansion, S
         axes: vec![x, y],
         reference: None,
     };
+    let signals = Loads::new(&table);
     let dt = || axis("dt", "time step", "Δt/Δt₀", &STEPS, &|f| steps(&table, f));
-    let load = || axis("load", "load", "s/s₀", &LOADS, &|f| loads(&table, f));
-    // Nothing can be said of a load that the scene has not, or of a ν that its laws do not take
-    let varies = |axis: &AxisSpec| !axis.values[0].as_table().is_none_or(Table::is_empty);
-    let mut maps = vec![];
-    if varies(&load()) {
-        maps.push(of("dt-load", "Time step against load.", dt(), load(), &names));
+    let load = || axis("load", "load", "s/s₀", &LOADS, &|f| signals.times(f));
+    let (mut maps, mut left_out) = (vec![], vec![]);
+    // Nothing can be said of a load that the scene has not, of a ν that its laws do not take, or of a mesh that is given
+    if signals.is_empty() {
+        left_out.push(format!("There is no map of the load: {}.", without_load(&signals)));
+    } else {
+        let setup = format!("Time step against load.{}", stays(&signals));
+        maps.push(of("dt-load", &setup, dt(), load(), &names));
     }
     let nu = axis("nu", "Poisson's ratio", "ν", &RATIOS, &|nu| ratios(&table, nu));
-    if varies(&nu) {
+    if nu.values[0].as_table().is_none_or(Table::is_empty) {
+        left_out.push("There is no map of Poisson's ratio: no law of the scene has a `nu`.".into());
+    } else {
         maps.push(of("dt-nu", "Time step against Poisson's ratio.", dt(), nu, &names));
     }
-    let cells = axis("mesh", "cells", "N/N₀", &MESHES, &|f| cells(&table, f));
-    if varies(&cells) && varies(&load()) {
-        maps.push(of("mesh-load", "Mesh against load.", cells, load(), &names[..1]));
+    match meshes(&scene.mesh) {
+        None => left_out.push(format!("There is no map of the mesh: {}.", without_sizes(&scene.mesh))),
+        Some(_) if signals.is_empty() => {}
+        Some(mesh) => {
+            let setup = format!("Mesh against load.{}", stays(&signals));
+            maps.push(of("mesh-load", &setup, mesh, load(), &names[..1]));
+        }
     }
     let suites = [starts(file, &scene, &quantity)];
-    spec::expand(variants, &suites, &maps).map(stored).map_err(|mistake| refuse(file, mistake))
+    let mut expansion = spec::expand(variants, &suites, &maps).map_err(|mistake| refuse(file, mistake))?;
+    expansion.details.left_out = left_out;
+    Ok(stored(expansion))
+}
+
+/// Why a scene has no load that could be scaled.
+fn without_load(signals: &Loads) -> String {
+    match &signals.controlled[..] {
+        [] => "the scene has no signal".into(),
+        controlled => format!("a controller sets {}", few(controlled)),
+    }
+}
+
+/// The loads that no factor scales, as a sentence after another one.
+fn stays(signals: &Loads) -> String {
+    match &signals.controlled[..] {
+        [] => String::new(),
+        controlled => format!(" Not scaled: {}, which a controller sets.", few(controlled)),
+    }
 }
 
 fn variant(name: &str, label: &str, set: Table) -> VariantSpec {
@@ -137,44 +166,75 @@ fn steps(table: &Table, factor: f64) -> Table {
     list(table, "stage").filter_map(one).collect()
 }
 
-/// Every signal as a product with the factor.
-fn loads(table: &Table, factor: f64) -> Table {
-    let mut out = Table::new();
-    for kind in ["effect", "constraint"] {
-        for (k, entry) in list(table, kind) {
-            let inner = entry.get("drive").and_then(Value::as_table);
-            let places = [("", Some(entry)), ("drive.", inner)];
-            for (below, keys) in places {
-                for (key, signal) in keys.into_iter().flatten().filter(|(key, _)| SIGNALS.contains(&key.as_str())) {
-                    let mut product = Table::new();
-                    product.insert("kind".into(), "product".into());
-                    product.insert("of".into(), vec![signal.clone(), factor.into()].into());
-                    out.insert(format!("{kind}.{k}.{below}{key}"), product.into());
-                }
-            }
-        }
-    }
-    out
-}
-
 fn ratios(table: &Table, nu: f64) -> Table {
     let laws = table.get("laws").and_then(Value::as_table).into_iter().flatten();
     let with = laws.filter(|(_, law)| law.get("nu").is_some());
     with.map(|(name, _)| (format!("laws.{name}.nu"), nu.into())).collect()
 }
 
-fn cells(table: &Table, factor: f64) -> Table {
-    let mut out = Table::new();
-    let Some(mesh) = table.get("mesh") else { return out };
-    if let Some(cells) = mesh.get("cells").and_then(Value::as_integer) {
-        out.insert("mesh.cells".into(), ((cells as f64 * factor).round() as i64).into());
+/// Meshes with more and fewer cells; `None` where fewer than two differ.
+fn meshes(mesh: &MeshSpec) -> Option<AxisSpec> {
+    let mut points: Vec<(String, Value)> = vec![];
+    for factor in MESHES {
+        let set = sizes(mesh, factor);
+        let name = ratio(mesh, factor).to_string();
+        if !set.is_empty() && points.iter().all(|(other, _)| *other != name) {
+            points.push((name, set.into()));
+        }
     }
-    if let Some(grid) = mesh.get("grid") {
-        let divisions = grid.get("divisions").and_then(Value::as_array).into_iter().flatten();
-        let scaled = divisions.filter_map(Value::as_integer).map(|n| Value::from(((n as f64 * factor) as i64).max(1)));
-        out.insert("mesh.grid.divisions".into(), Value::Array(scaled.collect()));
+    let (names, values): (Vec<String>, Vec<Value>) = points.into_iter().unzip();
+    let mesh = AxisSpec { values, names: Some(names), ..axis("mesh", "cells", "N/N₀", &[], &|_| Table::new()) };
+    (mesh.values.len() > 1).then_some(mesh)
+}
+
+/// The keys of a size, with the path of their table: those of the mesh and of its parts.
+fn sources(mesh: &MeshSpec) -> impl Iterator<Item = (String, Option<usize>, Option<Length>, Option<&GridSpec>)> {
+    let parts = mesh.parts.iter().enumerate();
+    let parts = parts.map(|(k, p)| (format!("mesh.part.{k}"), p.cells, p.size, p.grid.as_ref()));
+    std::iter::once(("mesh".into(), mesh.cells, mesh.size, mesh.grid.as_ref())).chain(parts)
+}
+
+/// The changes to a mesh of so many times the cells.
+fn sizes(mesh: &MeshSpec, factor: f64) -> Table {
+    let (mut out, finer) = (Table::new(), factor.cbrt());
+    let shorter = |length: Length| Value::from(format!("{} m", length.0 / finer));
+    for (path, cells, size, grid) in sources(mesh) {
+        if let Some(cells) = cells {
+            out.insert(format!("{path}.cells"), ((cells as f64 * factor).round() as i64).into());
+        }
+        if let Some(size) = size {
+            out.insert(format!("{path}.size"), shorter(size));
+        }
+        if let Some(grid) = grid.and_then(|grid| scaled_grid(grid, finer)) {
+            let divisions = divisions_of_grid(&grid).iter().map(|n| Value::from(*n as i64));
+            out.insert(format!("{path}.grid.divisions"), Value::Array(divisions.collect()));
+        }
+    }
+    if mesh.size.is_some() {
+        let grading = mesh.grading.iter().enumerate();
+        out.extend(grading.map(|(k, place)| (format!("mesh.grading.{k}.length"), shorter(place.length))));
     }
     out
+}
+
+/// Number of cells over that of the scene: of grids, which take whole divisions, that of the divisions.
+fn ratio(mesh: &MeshSpec, factor: f64) -> f64 {
+    if sources(mesh).any(|(_, cells, size, _)| cells.is_some() || size.is_some()) {
+        return factor;
+    }
+    let count = |factor: f64| -> f64 {
+        let grids = sources(mesh).filter_map(|source| source.3);
+        grids.map(|grid| scaled_grid(grid, factor.cbrt()).map_or(0.0, |scaled| cells_of_grid(&scaled))).sum()
+    };
+    (100.0 * count(factor) / count(1.0)).round() / 100.0
+}
+
+/// Why a mesh has no other sizes.
+fn without_sizes(mesh: &MeshSpec) -> &'static str {
+    match sources(mesh).any(|source| source.3.is_some()) {
+        true => "the divisions of its grid are too few for another number of cells, or its cells grow from a place",
+        false => "it is given, without `cells`, `size` or a grid",
+    }
 }
 
 /// Starts that are not rest; they end where the run from rest ends.
@@ -217,5 +277,45 @@ fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
         ),
         checks: vec![check],
         quick: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(text: &str) -> MeshSpec {
+        toml::from_str(text).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    fn names(mesh: &MeshSpec) -> Vec<String> {
+        meshes(mesh).and_then(|axis| axis.names).unwrap_or_default()
+    }
+
+    /// Twice the cells are divisions 1.26 times as many, and the axis has the number that whole divisions give.
+    #[test]
+    fn cells_of_a_grid_are_those_of_its_divisions() {
+        let fine = mesh("grid = { kind = \"box\", size = [\"40 mm\", \"20 mm\", \"20 mm\"], divisions = [16, 8, 8] }");
+        let divisions = |factor| sizes(&fine, factor)["mesh.grid.divisions"].clone();
+        assert_eq!(divisions(2.0), Value::from(vec![20, 10, 10]));
+        assert_eq!(divisions(0.5), Value::from(vec![13, 6, 6]));
+        assert_eq!(names(&fine), ["1.95", "1", "0.46"]);
+        let one = mesh("grid = { kind = \"box\", size = [\"40 mm\", \"20 mm\", \"20 mm\"], divisions = [1, 1, 1] }");
+        assert!(meshes(&one).is_none());
+    }
+
+    #[test]
+    fn edge_lengths_and_parts_are_scaled_too() {
+        let sized = mesh(
+            "body = \"beam\"\nsize = \"8 mm\"\n\
+             [[grading]]\nfeature = \"tip\"\nlength = \"4 mm\"\ndistance = \"10 mm\"\n\
+             [[part]]\nname = \"a\"\nbody = \"block\"\ncells = 600\n",
+        );
+        let set = sizes(&sized, 8.0);
+        assert_eq!(set["mesh.size"].as_str(), Some("0.004 m"));
+        assert_eq!(set["mesh.grading.0.length"].as_str(), Some("0.002 m"));
+        assert_eq!(set["mesh.part.0.cells"].as_integer(), Some(4800));
+        assert_eq!(names(&sized), ["2", "1", "0.5"]);
+        assert!(meshes(&mesh("file = \"beam.vtk\"\nunit = \"m\"")).is_none());
     }
 }

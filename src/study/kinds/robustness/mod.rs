@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod around;
 pub mod check;
 pub mod figures;
+mod loads;
 pub mod map;
 pub mod record;
 pub mod report;

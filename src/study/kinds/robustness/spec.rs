@@ -160,7 +160,7 @@ fn expand_map(map: &MapSpec, out: &mut Expansion<RobustnessRecord>) -> Result<()
                 for (k, value) in along.values.iter().enumerate() {
                     let mut set: toml::Table = along.keys.iter().map(|key| (key.clone(), value.clone())).collect();
                     set.extend(changes.clone());
-                    let label = format!("{}{}", along.name, axis::file_name(&expanded.axes[1].values[k]));
+                    let label = format!("{}{}", along.name, expanded.axes[1].file_name(k));
                     rows.push(label.clone());
                     members.insert(label, set.into());
                 }
