@@ -128,19 +128,23 @@ impl Args {
 }
 
 pub fn main(args: Args) -> CommandResult {
+    match simulate(args) {
+        Err(why) if matches!(why.downcast_ref(), Some(RefineError::Interrupted { .. })) => {
+            tell!("not complete: {why}");
+            Ok(Outcome::RunIncomplete)
+        }
+        outcome => outcome,
+    }
+}
+
+fn simulate(args: Args) -> CommandResult {
     threads::use_threads(args.threads.unwrap_or_else(threads::available));
     let (file, spec, text) = args.read()?;
     let name = file.file_stem().map_or_else(|| "scene".into(), |n| n.to_string_lossy().into_owned());
     let earlier = check_out(&args.out, &name)?;
     let (listener, stop) = (live::listen(args.live, args.port)?, interrupt::stop_flag());
     let bars = Bars::new(args.json);
-    let (body, refined) = match mesh(&args, (&file, &spec, &text), &name, &bars) {
-        Err(why) if matches!(why.downcast_ref(), Some(RefineError::Interrupted { .. })) => {
-            tell!("not complete: {why}");
-            return Ok(Outcome::RunIncomplete);
-        }
-        found => found?,
-    };
+    let (body, refined) = mesh(&args, (&file, &spec, &text), &name, &bars)?;
     let (scene, build_s) = build(&file, spec, text, body)?;
     let sensitivities = sensitivities(&args.sensitivity, &scene)?;
     let from = args.restart.as_ref().map(|file| Checkpoint::read(file, &scene)).transpose()?;

@@ -159,7 +159,7 @@ fn fitting(entries: &[Value], step: &str, rest: &[&str], path: &str) -> Result<V
     }
 }
 
-/// What is at a path below a value.
+/// The value at a path below another one.
 fn at<'a>(value: &'a Value, steps: &[&str]) -> Option<&'a Value> {
     let Some((step, rest)) = steps.split_first() else { return Some(value) };
     let next = match value {
