@@ -10,7 +10,8 @@
 //! condensation, which is exact because P E₃ = 0 (Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6; Bonet & Wood, *Nonlinear Continuum
 //! Mechanics*, 2008, §8: membranes). Any law can be used; of an isotropic one g is normal to the sheet.
 //!
-//! Limits: no bending stiffness, no mass, no wrinkling: compressed, the sheet pushes in its plane.
+//! Limits: no bending stiffness and no mass. Compressed by N < 0 per length on a body of shear modulus μ, the sheet is unstable to wrinkles of
+//! wave numbers k > 2μ/|N|, however short: facets of size h < π|N|/(2μ) show them at their own size, and there is no limit as h → 0.
 
 use crate::material::{Law, LawError, Response};
 use crate::math::tensor::{Mat3, Vec3, perpendicular};

@@ -239,4 +239,7 @@ fn a_sheet_that_loses_its_stiffness_is_noted() {
     let note = of_sheet("st_venant_kirchhoff").expect("a note");
     assert!(note.contains("is not stable") && note.contains("equibiaxial at 1."), "{note}");
     assert_eq!(of_sheet("neo_hookean"), None);
+    // Every sheet has the condition under which it wrinkles at the size of its facets
+    let wrinkles = |note: &String| note.starts_with("membrane: ") && note.contains("no limit as h → 0");
+    assert!(notes("neo_hookean").iter().any(wrinkles));
 }
