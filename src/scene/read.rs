@@ -255,6 +255,6 @@ mod tests {
         }
         let numerics = format!("numerics = [0.5, 0.5, 3]\n{SCENE}");
         let said = from_text::<SceneSpec>(Path::new("s.toml"), &numerics, "").expect_err("an array").to_string();
-        assert!(said.contains("s.toml, line 1: array, this must be a table"), "{said}");
+        assert!(said.contains("s.toml, line 1: array; this must be a table"), "{said}");
     }
 }

@@ -411,7 +411,7 @@ fn mistakes_in_axes_are_named() {
             "variant length: two families are run in it; a variant has one cumulative family",
         ),
         (format!("kind = \"sweep\"\nreference = \"a\"\n{E}"), "unknown key `reference`"),
-        ("kind = \"sweep\"\naxis = [[\"E\", [\"laws.rubber.E\"]]]".into(), "array, this must be a table"),
+        ("kind = \"sweep\"\naxis = [[\"E\", [\"laws.rubber.E\"]]]".into(), "array; this must be a table"),
     ] {
         let said = refused(&text);
         assert!(said.contains(words), "{words}: {said}");
