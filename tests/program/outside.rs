@@ -179,6 +179,7 @@ impl StudyKind for Count {
             extension: None,
             figures: vec![Ok(parabola())],
             claims: vec![],
+            decisions: BTreeMap::new(),
             files: vec![],
             outcomes: BTreeMap::new(),
             without_result: None,
