@@ -6,7 +6,7 @@
 //!
 //! W_mₙ is the largest W at the end of the steps before, and is advanced once a step is accepted. While W > W_mₙ the effect is zero. For W below it
 //! P is the gradient of a function of W, so that A is symmetric; at W = W_mₙ A jumps. Differences by what W depends on are taken on one side of that kink,
-//! that of the state: above it with W_mₙ = 0, below it with −W_mₙ in place of W_mₙ, with which η goes on beyond it.
+//! that of the state: above it with W_mₙ = 0, below it with a mark on W_mₙ, with which η goes on beyond it.
 //!
 //! Energy: −∫₀^W (1 − η) dW is stored in addition to W. ∫₀^{W_m} (1 − η) dW is dissipated, as W_m grows; it never falls.
 //!
@@ -24,9 +24,17 @@ use crate::system::{
 };
 use std::sync::Arc;
 
-/// W_m with the energy W in addition; one that goes on beyond its kink stays.
+/// −2⁶⁰⁰: times W_m it marks, without rounding, one beyond which η goes on; no energy density is of that size.
+const MARK: f64 = -4.149_515_568_880_993e180;
+
+/// W_m that is marked.
+fn marked(peak: f64) -> Option<f64> {
+    (peak < -1e100).then_some(peak / MARK)
+}
+
+/// W_m with the energy W in addition; a marked one stays.
 fn after(peak: f64, energy: f64) -> f64 {
-    if peak < 0.0 { peak } else { peak.max(energy) }
+    if marked(peak).is_some() { peak } else { peak.max(energy) }
 }
 
 /// Softening on the cells of a region.
@@ -89,7 +97,7 @@ impl Effect for Mullins {
             if want < Want::Residual {
                 continue;
             }
-            let factor = soft.at(law.psi, peak);
+            let factor = marked(peak).map_or_else(|| soft.at(law.psi, peak), |peak| soft.continued(law.psi, peak));
             let mut a = ZERO9;
             if want == Want::Tangent {
                 let p = rows(&law.p);
@@ -140,7 +148,7 @@ impl HistoryVariables for Mullins {
 
     fn take_side(&self, at: &At, b: usize, history: &mut [f64]) -> Result<(), EvalError> {
         for (q, peak) in history.iter_mut().enumerate() {
-            *peak = if self.law(at.x, (b, q), Want::Energy)?.1.psi >= *peak { 0.0 } else { -*peak };
+            *peak = if self.law(at.x, (b, q), Want::Energy)?.1.psi >= *peak { 0.0 } else { MARK * *peak };
         }
         Ok(())
     }

@@ -71,12 +71,18 @@ impl Softening {
         self.m + self.beta * peak
     }
 
-    /// η at W below W_m; at and above it η = 1, with derivatives of zero. A negative W_m is one of its size, above which η goes on as below it.
+    /// η at W below W_m; at and above it η = 1, with derivatives of zero.
     pub fn at(&self, energy: f64, peak: f64) -> Softened {
-        let is_smooth = peak < 0.0;
-        let peak = peak.abs();
+        match energy >= peak {
+            true => Softened { eta: 1.0, by_energy: 0.0, by_peak: 0.0 },
+            false => self.continued(energy, peak),
+        }
+    }
+
+    /// η as below W_m, which goes on smoothly above it.
+    pub fn continued(&self, energy: f64, peak: f64) -> Softened {
         let d = self.scale(peak);
-        if energy >= peak && !is_smooth || d <= 0.0 {
+        if d <= 0.0 {
             return Softened { eta: 1.0, by_energy: 0.0, by_peak: 0.0 };
         }
         let x = (peak - energy) / d;

@@ -17,6 +17,8 @@ type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 const LONGEST: usize = 4096;
 /// Most brackets within each other.
 const DEEPEST: i64 = 64;
+/// Most of them where the derivative is taken in closed form: each takes some 60 kB of the stack.
+const DERIVABLE: i64 = 12;
 
 /// A formula whose value is brought to SI by a factor.
 #[derive(Clone)]
@@ -25,7 +27,7 @@ pub struct Formula {
     factor: f64,
     /// Kilobytes, and every dof may hold a signal: shared
     expression: Arc<Expression>,
-    /// Of a formula in one variable without kinks
+    /// Of a formula in one variable without kinks, whose brackets are not too deep
     derivative: Option<Arc<Expression>>,
 }
 
@@ -42,12 +44,17 @@ impl fmt::Debug for Formula {
     }
 }
 
-fn check_depth(text: &str) -> Result<(), String> {
+/// Most brackets within each other in a text.
+fn depth(text: &str) -> i64 {
     let depth = text.chars().scan(0i64, |depth, c| {
         *depth += i64::from(c == '(') - i64::from(c == ')');
         Some(*depth)
     });
-    match depth.max().is_some_and(|most| most > DEEPEST) {
+    depth.max().unwrap_or(0)
+}
+
+fn check_depth(text: &str) -> Result<(), String> {
+    match depth(text) > DEEPEST {
         true => Err(format!("its brackets are more than {DEEPEST} deep")),
         false => Ok(()),
     }
@@ -66,7 +73,8 @@ impl Formula {
             // The parser says what it is
             None => read(text).and(Err("a value or a bracket is missing".into()))?,
         };
-        let is_single = expression.var_names().len() == 1;
+        let is_single =
+            expression.var_names().len() == 1 && bracketed(text).is_some_and(|text| depth(&text) <= DERIVABLE);
         let derivative = if is_single { expression.clone().partial(0).ok().map(Arc::new) } else { None };
         Ok(Self { text: text.into(), factor, expression: Arc::new(expression), derivative })
     }

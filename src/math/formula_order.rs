@@ -12,7 +12,7 @@ enum Token<'a> {
 
 /// The formula with its order in brackets; `None` where it has none, because a value or a bracket is missing.
 pub fn bracketed(text: &str) -> Option<String> {
-    let mut reader = Reader { rest: tokens(text)?, at: 0 };
+    let mut reader = Reader { rest: tokens(text)?, at: 0, depth: 0 };
     let all = reader.sum()?;
     (reader.at == reader.rest.len()).then_some(all)
 }
@@ -58,7 +58,12 @@ fn number(text: &str) -> usize {
 struct Reader<'a> {
     rest: Vec<Token<'a>>,
     at: usize,
+    /// Powers of powers, functions of functions and brackets around this place
+    depth: usize,
 }
+
+/// Most of them.
+const DEEPEST: usize = 200;
 
 impl Reader<'_> {
     /// The next symbol, if it is one of these.
@@ -83,6 +88,13 @@ impl Reader<'_> {
 
     /// Signs and the power behind them.
     fn signed(&mut self) -> Option<String> {
+        self.depth += 1;
+        let found = if self.depth > DEEPEST { None } else { self.power() };
+        self.depth -= 1;
+        found
+    }
+
+    fn power(&mut self) -> Option<String> {
         let mut signs = String::new();
         while let Some(sign) = self.symbol("+-") {
             signs.push(sign);
@@ -110,7 +122,7 @@ impl Reader<'_> {
             Token::Name(name) => match self.in_brackets() {
                 Some(inner) => Some(format!("{name}{}", inner?)),
                 None if matches!(self.rest.get(self.at), Some(Token::Name(_) | Token::Number(_))) => {
-                    Some(format!("{name} {}", self.operand()?))
+                    Some(format!("{name} {}", self.signed()?))
                 }
                 None => Some(name.into()),
             },

@@ -89,8 +89,8 @@ pub enum StepError {
 const ITERATIONS: usize = 400;
 /// Smallest part of a change of the inputs.
 const SMALLEST: f64 = 1.0 / 256.0;
-/// Largest change of an input in a part, as a share of its range: of a model at rest, the same equilibrium is found and the same turns are counted whatever
-/// the inputs before.
+/// Largest change of an input in a part, as a share of its range, where a model at rest has quantities that count turns: they are the same whatever the
+/// inputs before.
 const SHARE: f64 = 1.0 / 16.0;
 /// Least part that a change is cut into for that, of one far beyond the ranges.
 const CUT: f64 = 1.0 / 64.0;
@@ -136,7 +136,7 @@ impl Twin {
         &self.model
     }
 
-    /// Back to rest; of a model without time, to the equilibrium of the inputs there, where one is found.
+    /// Back to rest.
     pub fn reset(&mut self) {
         self.at.clear();
         self.in_range = true;
@@ -147,10 +147,6 @@ impl Twin {
         self.equations.reset(&self.inputs);
         self.shadow.iter_mut().for_each(Shadow::reset);
         self.read_quantities();
-        if self.model.dynamics.is_none() {
-            // Without one the bars are infinite
-            _ = self.step(&self.inputs.clone());
-        }
     }
 
     /// The present state, to go back to.
@@ -305,9 +301,9 @@ impl Twin {
         Ok(StepReport { iterations, parts })
     }
 
-    /// The largest part of the change to these inputs: all of it in a step in time.
+    /// The largest part of the change to these inputs: all of it in a step in time, and where no turns are counted.
     fn largest_part(&self, inputs: &[f64]) -> f64 {
-        if self.model.dynamics.is_some() {
+        if self.model.dynamics.is_some() || self.memory.is_empty() {
             return 1.0;
         }
         let changes = self.inputs.iter().zip(inputs).zip(&self.model.inputs);

@@ -38,8 +38,8 @@ const SLOW: f64 = 1e-3;
 const STILL: f64 = 1e-10;
 /// Δt² W A φ″, the square of the angle of the vibration on a contact with a potential in a step, below which the step resolves it \[–\].
 const RESOLVED: f64 = 1.0;
-/// Sliding up to which friction grows in a landing, as a share of the largest motion of the step \[–\]: a smaller one is that of the step, which it solves
-/// with the friction of the contact. With next to none the impulses of many points have several solutions, of which the order of the points decides.
+/// Sliding up to which friction grows in a landing for which no impulses are found with that of the contact, as a share of the largest motion of the step
+/// \[–\]; the step itself has the friction of the contact.
 const STICKING: f64 = 1e-2;
 /// Share of its response by which a point yields \[–\]: more points than a body has motions have impulses with the least sum of squares.
 const YIELDING: f64 = 1e-9;
@@ -66,8 +66,7 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let (mut landed, mut approach) = (state.clone(), approach);
         for points in landing.chunks(MANY) {
-            let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit)?;
-            for Impulse { response, size, .. } in found.into_iter().flatten() {
+            for Impulse { response, size, .. } in impulses((&mut *mass, &bodies), system, points, &approach, &limit)? {
                 landed.v.iter_mut().zip(&response).for_each(|(v, z)| *v += z * size / approach.dt);
                 approach.motion.iter_mut().zip(&response).for_each(|(d, z)| *d += z * size);
             }
@@ -105,8 +104,7 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let is_stopped = |points| {
             let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit);
-            let stops = |all: Vec<Impulse>| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0);
-            found.ok().flatten().is_none_or(stops)
+            found.map_or(true, |all| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0))
         };
         hit.chunks(MANY).any(is_stopped)
     }
@@ -217,14 +215,13 @@ struct Impulse {
 }
 
 /// The impulses on the points that are stopped: not one that is prescribed along its normal, nor where the contact is so soft that the step resolves it.
-/// `None` where none are found that satisfy all points; then the step stops them, without a landing.
 fn impulses(
     (mass, bodies): (&mut Start, &[FreeBody]),
     system: &System,
     points: &[ContactPoint],
     approach: &Approach,
     limit: &Limit,
-) -> Result<Option<Vec<Impulse>>, Failure> {
+) -> Result<Vec<Impulse>, Failure> {
     let Approach { motion, dt, .. } = approach;
     let mut responses = Vec::new();
     let normals: Vec<Component> = points.iter().filter_map(|point| Component::all(point).next()).collect();
@@ -257,18 +254,22 @@ fn impulses(
         false => component.along(motion),
     });
     let normal_rows = (0..w.len()).filter(|&row| impulses[row].is_normal);
-    let slip = STICKING * approach.size;
-    let laws = stopped.iter().zip(normal_rows).map(|(&k, row)| {
-        let mut law = ContactLaw::unilateral(&points[k], YIELDING * w[row][row]);
-        law.friction = law.friction.map(|(coefficient, epsilon)| (coefficient, epsilon.max(slip)));
-        law
-    });
-    let laws: Vec<ContactLaw> = laws.collect();
-    let mut contacts = Contacts::with_response(laws.into_iter(), free.collect(), w);
-    match contacts.settle(|_| Ok(Vec::new()), &[], limit) {
-        Err(Failure::Complementarity) => return Ok(None),
-        settled => settled?,
+    let laws =
+        stopped.iter().zip(normal_rows).map(|(&k, row)| ContactLaw::unilateral(&points[k], YIELDING * w[row][row]));
+    let (laws, free): (Vec<ContactLaw>, Vec<f64>) = (laws.collect(), free.collect());
+    let settled = |slip: f64| {
+        let laws = laws.iter().map(|law| {
+            let mut law = *law;
+            law.friction = law.friction.map(|(coefficient, epsilon)| (coefficient, epsilon.max(slip)));
+            law
+        });
+        let mut contacts = Contacts::with_response(laws, free.clone(), w.clone());
+        contacts.settle(|_| Ok(Vec::new()), &[], limit).map(|_| contacts.p)
     };
-    impulses.iter_mut().zip(&contacts.p).for_each(|(impulse, p)| impulse.size = *p);
-    Ok(Some(impulses))
+    let found = match settled(0.0) {
+        Err(Failure::Complementarity) => settled(STICKING * approach.size)?,
+        found => found?,
+    };
+    impulses.iter_mut().zip(&found).for_each(|(impulse, p)| impulse.size = *p);
+    Ok(impulses)
 }

@@ -39,8 +39,8 @@ pub struct Summary {
     pub supported: Option<bool>,
     /// Decisions of the study that depend on results alone and not on costs, by name: whether a member can replace the reference, whether a measured
     /// value is inside its interval, the outcome of a case; absent in results of earlier versions
-    #[schemars(default)]
-    pub decisions: BTreeMap<String, String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub decisions: Option<BTreeMap<String, String>>,
     /// Stored files that are missing or not those that were stored, in sentences; a case whose numbers they are does not count
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub damaged: Vec<String>,
@@ -185,7 +185,7 @@ pub fn summarise(store: &Results, content: &Content, judged: Vec<BTreeMap<String
         warnings: content.warnings.clone(),
         verdict: content.verdict.clone(),
         supported: Some(content.supported),
-        decisions: content.decisions.clone(),
+        decisions: Some(content.decisions.clone()),
         damaged: store.damaged.clone(),
         outdated: store.outdated.clone(),
         extension: content.extension.clone(),

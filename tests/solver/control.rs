@@ -419,7 +419,7 @@ fn an_interval_that_steps_have_skipped_is_not_made_up_for() {
         pulled(r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "2 mm", end = "1 s" } }"#, event);
     let result = run(&scene);
     let times: Vec<f64> = result.events.iter().map(|f| (1e6 * f.t_s).round() / 1e6).collect();
-    let expected = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.04, 1.08, 1.12, 1.16, 1.2];
+    let expected = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.04, 1.08, 1.12, 1.16, 1.2];
     assert_eq!(times, expected);
 }
 

@@ -227,7 +227,9 @@ fn a_missing_point_is_named_and_the_report_is_written() {
     synthetic::store(dir.path(), &(study, stored));
     let summary = report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert!(summary.warnings.iter().any(|w| w.contains("p1_q2: StepTooSmall")), "{:?}", summary.warnings);
-    let decided = |along: &str| summary.decisions[&format!("cable_tension_N, length along {along}")].as_str();
+    let decided = |along: &str| {
+        summary.decisions.as_ref().expect("decisions")[&format!("cable_tension_N, length along {along}")].as_str()
+    };
     assert_eq!(["p", "q"].map(decided), ["rising", "falling"]);
     let points = &summary.analysis["cable_tension_N"]["length"]["points"];
     assert_eq!(points.as_array().map(Vec::len), Some(11));

@@ -26,7 +26,8 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
         return None;
     }
     let panels = Panels::new(shown.len(), (0.0, 4.0, 0.0), (44.0, WIDE));
-    let place = |k: usize| (panels.x(k), panels.row(k) * (TALL + 8.0));
+    let tall = panels.tall(TALL, (8.0, 10.0));
+    let place = |k: usize| (panels.x(k), panels.row(k) * (tall + 8.0));
     let view = View::from(EYE);
     let mut under = String::new();
     for (k, (_, skin)) in shown.iter().enumerate() {
@@ -35,7 +36,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
         let (x, y) = place(k);
         let fit = Fit::new(
             extent(moved.iter().map(|p| view.project(*p))),
-            [mm(x), mm(y + 6.0), mm(x + panels.each), mm(y + 6.0 + TALL)],
+            [mm(x), mm(y + 6.0), mm(x + panels.each), mm(y + 6.0 + tall)],
         );
         let look = Look {
             color: &|_| RGB(0xdd, 0xe6, 0xee),
@@ -45,7 +46,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
         };
         under += &surface(&moved, &skin.triangles, &view, &fit, &look);
     }
-    let svg = figure(panels.width(), panels.rows() * (TALL + 8.0) + 2.0, &under, |area| {
+    let svg = figure(panels.width(), panels.rows() * (tall + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {
             let (x, y) = place(k);
             text(area, &format!("{}: {}", case.case, case.status), (mm(x), mm(y + 3.0)), At::Left, SMALL, INK);
