@@ -17,8 +17,8 @@ type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 const LONGEST: usize = 4096;
 /// Most brackets within each other.
 const DEEPEST: i64 = 64;
-/// Most of them where the derivative is taken in closed form: each takes some 60 kB of the stack.
-const DERIVABLE: i64 = 12;
+/// Most of them, with those that write out the order, where the derivative is taken in closed form: each takes 100 kB of the stack and more.
+const DERIVABLE: i64 = 6;
 
 /// A formula whose value is brought to SI by a factor.
 #[derive(Clone)]

@@ -66,7 +66,8 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let (mut landed, mut approach) = (state.clone(), approach);
         for points in landing.chunks(MANY) {
-            for Impulse { response, size, .. } in impulses((&mut *mass, &bodies), system, points, &approach, &limit)? {
+            let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit)?;
+            for Impulse { response, size, .. } in found.into_iter().flatten() {
                 landed.v.iter_mut().zip(&response).for_each(|(v, z)| *v += z * size / approach.dt);
                 approach.motion.iter_mut().zip(&response).for_each(|(d, z)| *d += z * size);
             }
@@ -104,7 +105,8 @@ impl<'a> StepSolver<'a> {
         let bodies = FreeBody::all(system, mass, places, &state.x);
         let is_stopped = |points| {
             let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit);
-            found.map_or(true, |all| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0))
+            let stops = |all: Vec<Impulse>| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0);
+            found.ok().flatten().is_none_or(stops)
         };
         hit.chunks(MANY).any(is_stopped)
     }
@@ -215,13 +217,14 @@ struct Impulse {
 }
 
 /// The impulses on the points that are stopped: not one that is prescribed along its normal, nor where the contact is so soft that the step resolves it.
+/// `None` where none are found that satisfy all points; then the step stops them, without a landing.
 fn impulses(
     (mass, bodies): (&mut Start, &[FreeBody]),
     system: &System,
     points: &[ContactPoint],
     approach: &Approach,
     limit: &Limit,
-) -> Result<Vec<Impulse>, Failure> {
+) -> Result<Option<Vec<Impulse>>, Failure> {
     let Approach { motion, dt, .. } = approach;
     let mut responses = Vec::new();
     let normals: Vec<Component> = points.iter().filter_map(|point| Component::all(point).next()).collect();
@@ -266,10 +269,13 @@ fn impulses(
         let mut contacts = Contacts::with_response(laws, free.clone(), w.clone());
         contacts.settle(|_| Ok(Vec::new()), &[], limit).map(|_| contacts.p)
     };
-    let found = match settled(0.0) {
-        Err(Failure::Complementarity) => settled(STICKING * approach.size)?,
-        found => found?,
-    };
-    impulses.iter_mut().zip(&found).for_each(|(impulse, p)| impulse.size = *p);
-    Ok(impulses)
+    let mut found = settled(0.0);
+    if matches!(found, Err(Failure::Complementarity)) {
+        found = settled(STICKING * approach.size);
+    }
+    if matches!(found, Err(Failure::Complementarity)) {
+        return Ok(None);
+    }
+    impulses.iter_mut().zip(&found?).for_each(|(impulse, p)| impulse.size = *p);
+    Ok(Some(impulses))
 }
