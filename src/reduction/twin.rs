@@ -301,7 +301,7 @@ impl Twin {
         Ok(StepReport { iterations, parts })
     }
 
-    /// The largest part of the change to these inputs: all of it in a step in time, and where no turns are counted.
+    /// The largest part of the change to these inputs: all of it in a step in time, and where no rotations are counted.
     fn largest_part(&self, inputs: &[f64]) -> f64 {
         if self.model.dynamics.is_some() || self.memory.is_empty() {
             return 1.0;
