@@ -4,7 +4,6 @@ use crate::common::renumbered::renumbered as renumbered_mesh;
 use crate::common::studies::run_study;
 use durometer::math::random::SplitMix;
 use durometer::math::units::{self, Dimension};
-use durometer::mesh::TetMesh;
 use durometer::scene::{Body, Run, Scene, SceneSpec};
 use durometer::solve::Status;
 use durometer::study::analysis::Analysis;

@@ -359,7 +359,7 @@ fn a_list_takes_values_in_any_order() {
     let members: Vec<String> =
         design("list", "[0.2, 0.2, 0.1]").expect("a list").cases.into_iter().map(|c| c.member).collect();
     assert_eq!(members, ["E50kPa_nu0.2", "E0.1MPa_nu0.2", "E50kPa_nu0.1"]);
-    let refused = |combine, nu| design(combine, nu).err().expect("a refusal");
+    let refused = |combine, nu| design(combine, nu).expect_err("a refusal");
     assert!(refused("grid", "[0.1, 0.2, 0.3]").contains("axis E: the value 50 kPa is given twice"));
     let twice = refused("list", "[0.2, 0.2, 0.2]");
     assert!(twice.contains("two points are called E50kPa_nu0.2 in file names; remove one"), "{twice}");
