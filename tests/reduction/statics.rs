@@ -375,7 +375,9 @@ fn the_way_to_the_inputs_does_not_matter() {
     let mut twin = Twin::new(model).expect("a law of the library");
     let mut slowly = |u: f64| {
         twin.reset();
-        (1..=60).for_each(|k| drop(twin.step(&[u * f64::from(k) / 60.0]).expect("an equilibrium")));
+        for k in 1..=60 {
+            twin.step(&[u * f64::from(k) / 60.0]).expect("an equilibrium");
+        }
         twin.values()[0]
     };
     let random = &mut Random(5);
