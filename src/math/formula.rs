@@ -1,6 +1,6 @@
 //! Formulas in files: arithmetic in named variables, `0.4 * (30 - bending_angle_deg) + 0.1 * sin(2 * PI * t)`.
 //!
-//! Operators `+ - * / ^` in the [order](super::formula_order) of paper and of Python, functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of two, `min(a, b)`,
+//! Operators `+ - * / ^` in the order of paper and of Python, functions of one argument such as `sin`, `exp`, `sqrt`, `abs`, and of two, `min(a, b)`,
 //! `max(a, b)`, `atan2(y, x)`; constants `PI`, `E`.
 
 use super::formula_order::bracketed;
@@ -17,8 +17,10 @@ type Expression = FlatEx<f64, FloatOpsFactory<f64>, Number>;
 const LONGEST: usize = 4096;
 /// Most brackets within each other.
 const DEEPEST: i64 = 64;
-/// Most of them, with those that write out the order, where the derivative is taken in closed form: each takes 100 kB of the stack and more.
-const DERIVABLE: i64 = 6;
+/// Most of them, with those that write out the order, where the derivative is taken in closed form.
+const DERIVABLE: i64 = 12;
+/// Stack of the thread that takes it \[bytes\]: powers of powers have derivatives that are nested deeply.
+const STACK: usize = 64 << 20;
 
 /// A formula whose value is brought to SI by a factor.
 #[derive(Clone)]
@@ -60,6 +62,12 @@ fn check_depth(text: &str) -> Result<(), String> {
     }
 }
 
+/// The derivative of a formula in one variable, if it has one in closed form.
+fn derived(expression: Expression) -> Option<Arc<Expression>> {
+    let derive = move || expression.partial(0).ok().map(Arc::new);
+    std::thread::Builder::new().stack_size(STACK).spawn(derive).ok()?.join().ok()?
+}
+
 impl Formula {
     /// The message names the part that cannot be read.
     pub fn new(text: &str, factor: f64) -> Result<Self, String> {
@@ -75,7 +83,7 @@ impl Formula {
         };
         let is_single =
             expression.var_names().len() == 1 && bracketed(text).is_some_and(|text| depth(&text) <= DERIVABLE);
-        let derivative = if is_single { expression.clone().partial(0).ok().map(Arc::new) } else { None };
+        let derivative = if is_single { derived(expression.clone()) } else { None };
         Ok(Self { text: text.into(), factor, expression: Arc::new(expression), derivative })
     }
 
