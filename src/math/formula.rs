@@ -76,14 +76,15 @@ impl Formula {
         }
         check_depth(text)?;
         let read = |text: &str| Expression::parse(text).map_err(|e| e.msg().to_string());
-        let expression = match bracketed(text) {
-            Some(ordered) => check_depth(&ordered).and_then(|()| read(&ordered))?,
+        let ordered = bracketed(text);
+        let expression = match &ordered {
+            Some(ordered) => check_depth(ordered).and_then(|()| read(ordered))?,
             // The parser says what it is
             None => read(text).and(Err("a value or a bracket is missing".into()))?,
         };
-        let is_single =
-            expression.var_names().len() == 1 && bracketed(text).is_some_and(|text| depth(&text) <= DERIVABLE);
-        let derivative = if is_single { derived(expression.clone()) } else { None };
+        let is_derivable =
+            expression.var_names().len() == 1 && ordered.is_some_and(|ordered| depth(&ordered) <= DERIVABLE);
+        let derivative = if is_derivable { derived(expression.clone()) } else { None };
         Ok(Self { text: text.into(), factor, expression: Arc::new(expression), derivative })
     }
 
