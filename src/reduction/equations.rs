@@ -106,8 +106,13 @@ impl Equations {
 
     /// Begins a step in time; without effect on models that rest.
     pub fn begin(&mut self) {
-        let Some(motion) = &mut self.motion else { return };
-        motion.begin();
+        self.motion.iter_mut().for_each(Motion::begin);
+        self.begin_points();
+    }
+
+    /// What the points remember of the state before the step.
+    fn begin_points(&mut self) {
+        let Some(motion) = &self.motion else { return };
         let mut history = &motion.state().history[..];
         for points in &mut self.points {
             let (own, rest) = history.split_at(points.memory());
@@ -185,6 +190,8 @@ impl Equations {
         if !self.motion.iter_mut().all(Motion::go_back) {
             return false;
         }
+        // A step that was refused since then has begun at the present state
+        self.begin_points();
         let defined = self.linearise(inputs, at);
         self.motion.iter_mut().for_each(Motion::go_on);
         defined

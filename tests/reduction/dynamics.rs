@@ -351,6 +351,14 @@ fn sensitivities_of_a_step_are_those_of_differences() {
             assert!(error < 1e-5 * size, "∂{name}/∂u{k}: {} and {difference}", exact[2 * q + k]);
         }
     }
+    // A step without a result leaves those of the last one
+    let mut again = exact.clone();
+    twin.restore(&start);
+    twin.step(&at).expect("a step");
+    twin.sensitivities(&mut exact);
+    assert_eq!(twin.step(&[1e7, 1.0]), Err(StepError::NoEquilibrium));
+    twin.sensitivities(&mut again);
+    assert_eq!(exact, again);
     // A state without a step before it has no derivatives
     twin.restore(&end);
     twin.sensitivities(&mut exact);

@@ -150,6 +150,13 @@ fn a_study_makes_models_that_the_program_steps() {
     }
     assert_eq!(answers[5]["target_met"], true, "{}", answers[5]);
 
+    // A line that cannot be meant so has no effect, and its answer says why
+    let held = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"reset\": \"yes\"}\n{\"reset\": true, \"inputs\": {\"none\": 1}}\n\
+        {\"inputs\": {\"cable_imposed_tension_N\": 0.1, \"cable_imposed_tension_N\": 0.3}}\n{\"inputs\": {}}\n";
+    let held = lines(&durometer(at, &["twin", &model], held).out);
+    assert!(held[2..5].iter().all(|refused| refused["error"].is_string()), "{held:?}");
+    assert_eq!(held[1]["inputs"], held[5]["inputs"]);
+
     let strict = durometer(at, &["twin", &model, "--tolerance", "1e-9", "--stop"], protocol);
     assert_eq!(strict.code, Some(3), "{}", strict.out);
     assert_eq!(durometer(at, &["twin", "scene.toml"], "").code, Some(2));
@@ -260,6 +267,13 @@ fn a_study_makes_models_that_move() {
     assert!(answers[1]["quantities"]["xmax_z_m"]["bar"].is_number(), "{}", answers[1]);
     assert!(answers[5]["target_met"].is_boolean() && answers[6]["error"].is_string(), "{}", stepped.out);
     assert!(answers[7]["in_range"] == false && answers[7]["quantities"]["xmax_z_m"]["bar"].is_null(), "{}", answers[7]);
+
+    // Inputs that are not given are those of the last step, also where a target has found them
+    let targeted =
+        "{\"inputs\": {\"cable_imposed_tension_N\": 0.01}}\n{\"target\": {\"xmax_z_m\": 0.005001}}\n{\"inputs\": {}}\n";
+    let targeted = lines(&durometer(at, &["twin", &model], targeted).out);
+    assert_ne!(targeted[1]["inputs"], targeted[2]["inputs"]);
+    assert_eq!(targeted[2]["inputs"], targeted[3]["inputs"]);
 
     for (from, to, word) in [
         ("corner = \"0.1 s\"", "corner = \"0.3 s\"", "longer"),
