@@ -10,8 +10,7 @@
 //! condensation, which is exact because P E₃ = 0 (Holzapfel, *Nonlinear Solid Mechanics*, 2000, ch. 6; Bonet & Wood, *Nonlinear Continuum
 //! Mechanics*, 2008, §8: membranes). Any law can be used; of an isotropic one g is normal to the sheet.
 //!
-//! Limits: no bending stiffness and no mass. Compressed by N < 0 per length on a body of shear modulus μ, the sheet is unstable to wrinkles of
-//! wave numbers k > 2μ/|N|, however short: facets of size h < π|N|/(2μ) show them at their own size, and there is no limit as h → 0.
+//! Limits: no bending stiffness and no mass, so that a compressed sheet wrinkles at the size of its facets ([`wrinkling`](super::wrinkling)).
 
 use crate::material::{Law, LawError, Response};
 use crate::math::tensor::{Mat3, Vec3, perpendicular};
@@ -39,6 +38,16 @@ struct Point {
 struct Balanced {
     g: Vec3,
     response: Response,
+}
+
+/// A point of the sheet at a state.
+struct StressedPoint {
+    /// f₁, f₂
+    tangents: [Vec3; 2],
+    /// Present thickness \[m\]
+    thickness: f64,
+    /// Principal Cauchy stresses, of which one is the zero across the sheet \[Pa\]
+    stress: Vec3,
 }
 
 /// A sheet on facets; its blocks are the facets.
@@ -106,22 +115,52 @@ impl Membrane {
             MembraneExtremes { stretch: [f64::INFINITY, 0.0], thickness: f64::INFINITY, stress: f64::NEG_INFINITY };
         for b in 0..self.blocks.len() {
             for point in self.of_block(b) {
-                let h = self.gradients(x, b, point);
-                let Balanced { g, response } = self.balance(b, point, h, Want::Residual).ok()?;
-                let f = deformation(point, h, &g);
-                let [f1, f2] = [h[0] + point.frame[0], h[1] + point.frame[1]];
+                let StressedPoint { tangents: [f1, f2], thickness, stress } = self.stressed(x, b, point)?;
                 let metric = nalgebra::Matrix2::new(f1.dot(&f1), f1.dot(&f2), f1.dot(&f2), f2.dot(&f2));
                 for square in metric.symmetric_eigenvalues().iter() {
                     out.stretch[0] = out.stretch[0].min(square.max(0.0).sqrt());
                     out.stretch[1] = out.stretch[1].max(square.max(0.0).sqrt());
                 }
-                out.thickness = out.thickness.min(self.thickness * g.dot(&f1.cross(&f2).normalize()));
-                let cauchy = response.p * f.transpose() / f.determinant();
-                let symmetric = (cauchy + cauchy.transpose()) * 0.5;
-                out.stress = out.stress.max(symmetric.symmetric_eigenvalues().max());
+                out.thickness = out.thickness.min(thickness);
+                out.stress = out.stress.max(stress.max());
             }
         }
         Some(out)
+    }
+
+    /// Number of facets.
+    pub(super) fn facets(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// Nodes of facet `b`, corners first.
+    pub(super) fn facet_nodes(&self, b: usize) -> &[u32] {
+        self.blocks.nodes(b)
+    }
+
+    /// Area of facet `b` at rest \[m²\].
+    pub(super) fn area(&self, b: usize) -> f64 {
+        self.of_block(b).iter().map(|point| point.area).sum()
+    }
+
+    /// Largest compressive force per length in facet `b` at displacement x \[N/m\], 0 in tension; none where no thickness balances the stress.
+    pub(super) fn compression(&self, x: &[f64], b: usize) -> Option<f64> {
+        self.of_block(b).iter().try_fold(0.0_f64, |most, point| {
+            let StressedPoint { thickness, stress, .. } = self.stressed(x, b, point)?;
+            Some(most.max(-stress.min() * thickness))
+        })
+    }
+
+    /// Tangents, thickness and stress at a point of block `b` at displacement x.
+    fn stressed(&self, x: &[f64], b: usize, point: &Point) -> Option<StressedPoint> {
+        let h = self.gradients(x, b, point);
+        let Balanced { g, response } = self.balance(b, point, h, Want::Residual).ok()?;
+        let f = deformation(point, h, &g);
+        let tangents @ [f1, f2] = [h[0] + point.frame[0], h[1] + point.frame[1]];
+        let thickness = self.thickness * g.dot(&f1.cross(&f2).normalize());
+        let cauchy = response.p * f.transpose() / f.determinant();
+        let stress = ((cauchy + cauchy.transpose()) * 0.5).symmetric_eigenvalues();
+        Some(StressedPoint { tangents, thickness, stress })
     }
 
     /// Points of block `b`.

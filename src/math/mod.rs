@@ -5,7 +5,6 @@ pub mod difference;
 pub mod disjoint_sets;
 pub mod dual;
 pub mod formula;
-mod formula_order;
 pub mod gmres;
 pub mod lanes;
 pub mod linear;

@@ -110,7 +110,7 @@ impl Equations {
         self.begin_points();
     }
 
-    /// What the points remember of the state before the step.
+    /// Begins the points at the state before the step.
     fn begin_points(&mut self) {
         let Some(motion) = &self.motion else { return };
         let mut history = &motion.state().history[..];

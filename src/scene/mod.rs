@@ -126,6 +126,7 @@ mod surface_unit;
 mod tables;
 mod turning;
 mod winding;
+mod wrinkles;
 
 pub use before_meshing::mistakes_before_meshing;
 pub use body::{Body, request};

@@ -194,6 +194,9 @@ impl<'a> ErrorEstimator<'a> {
 
     fn estimate_whole(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
+        if let Some(why) = self.scene.no_limit_at(&run.peak.x) {
+            return Err(EstimateError::NoLimit { why });
+        }
         let columns = self.columns(&run.columns, columns)?;
         if !self.whole_run && self.states.len() != run.rows.len() {
             return Err(EstimateError::OtherRun { states: self.states.len(), rows: run.rows.len() });

@@ -93,7 +93,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         inputs: vec![],
         events: run.events.clone(),
         cut_regions: cut_regions(scene),
-        no_limit: scene.no_limit.clone(),
+        no_limit: scene.no_limit_at(&run.peak.x),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
     }

@@ -243,6 +243,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
             );
         }
     }
+    out.extend(scene.wrinkle_notes(&run.peak.x));
     out.extend(stretched(scene, run));
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {

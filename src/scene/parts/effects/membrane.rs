@@ -50,11 +50,6 @@ impl EffectPart for MembraneSpec {
         let sheet = Arc::new(Membrane::new(self.name.clone(), mesh, &facets, law, self.thickness.0));
         let area = mesh.region_area(&facets);
         builder.notes.push(format!("{}: {:.4} mm^2 of {} facets", self.name, Decimals(area * 1e6), facets.len()));
-        builder.notes.push(format!(
-            "{}: a sheet without bending stiffness wrinkles at the size of its facets where it is compressed by more than 2μh/π per length, with μ \
-             of the body and facets of size h; such an answer has no limit as h → 0",
-            self.name
-        ));
         builder.notes.extend(unstable.filter(|note| !builder.notes.contains(note)));
         builder.gathered.membranes.push(sheet.clone());
         builder.gathered.recorders.push(Box::new(Recorded { name: self.name.clone(), sheet: sheet.clone() }));

@@ -159,7 +159,7 @@ pub fn conclude(
     if let Some(why) = cases.no_limit() {
         return refuse(format!(
             "{why}, so the answer has no limit as h → 0. Let forces act on areas that stay: guides with a radius of at least the largest h, faces in \
-             place of single nodes."
+             place of single nodes; give sheets that wrinkle the thickness of cells."
         ));
     }
     let deciding: Vec<&ByQuantity<MeshErrors>> = quantities.iter().filter(|q| q.deciding).collect();

@@ -1,0 +1,114 @@
+//! A formula as steps on a stack of values: in reverse Polish notation.
+
+use super::functions::{Function, Operation};
+
+/// One step.
+#[derive(Clone, Copy)]
+pub enum Step {
+    /// Puts a number on the stack
+    Number(f64),
+    /// Puts the value of a variable on the stack
+    Variable(usize),
+    /// Turns the sign of the last value
+    Negate,
+    /// Takes the last value for that of a function
+    Apply(&'static Function),
+    /// Takes the last two values for one
+    Combine(Operation),
+}
+
+/// A value with its derivative.
+#[derive(Clone, Copy)]
+struct Dual {
+    value: f64,
+    rate: f64,
+}
+
+/// Factor times rate, where what does not move has no rate by any factor.
+fn chain(factor: f64, rate: f64) -> f64 {
+    if rate == 0.0 { 0.0 } else { factor * rate }
+}
+
+/// Values at which arithmetic goes on.
+trait Arithmetic: Copy {
+    fn constant(value: f64) -> Self;
+    fn negate(self) -> Self;
+    fn apply(self, function: &Function) -> Self;
+    fn combine(self, other: Self, operation: Operation) -> Self;
+}
+
+impl Arithmetic for f64 {
+    fn constant(value: f64) -> Self {
+        value
+    }
+
+    fn negate(self) -> Self {
+        -self
+    }
+
+    fn apply(self, function: &Function) -> Self {
+        (function.value)(self)
+    }
+
+    fn combine(self, other: Self, operation: Operation) -> Self {
+        operation.value(self, other)
+    }
+}
+
+impl Arithmetic for Dual {
+    fn constant(value: f64) -> Self {
+        Self { value, rate: 0.0 }
+    }
+
+    fn negate(self) -> Self {
+        Self { value: -self.value, rate: -self.rate }
+    }
+
+    fn apply(self, function: &Function) -> Self {
+        let factor = function.derivative.map_or(f64::NAN, |derivative| derivative(self.value));
+        Self { value: (function.value)(self.value), rate: chain(factor, self.rate) }
+    }
+
+    fn combine(self, other: Self, operation: Operation) -> Self {
+        let [a, b] = operation.derivatives(self.value, other.value);
+        Self { value: operation.value(self.value, other.value), rate: chain(a, self.rate) + chain(b, other.rate) }
+    }
+}
+
+/// The steps of a formula, which leave one value.
+#[derive(Default)]
+pub struct Program(pub Vec<Step>);
+
+impl Program {
+    fn run<N: Arithmetic>(&self, variable: impl Fn(usize) -> N) -> N {
+        let mut stack: Vec<N> = Vec::with_capacity(8);
+        for step in &self.0 {
+            let next = match step {
+                Step::Number(number) => N::constant(*number),
+                Step::Variable(k) => variable(*k),
+                Step::Negate => pop(&mut stack).negate(),
+                Step::Apply(function) => pop(&mut stack).apply(function),
+                Step::Combine(operation) => {
+                    let other = pop(&mut stack);
+                    pop(&mut stack).combine(other, *operation)
+                }
+            };
+            stack.push(next);
+        }
+        pop(&mut stack)
+    }
+
+    /// Value at the values of the variables.
+    pub fn value(&self, variables: &[f64]) -> f64 {
+        self.run(|k| variables[k])
+    }
+
+    /// Derivative by the first variable, with the others held; not a number where there is none.
+    pub fn derivative(&self, variables: &[f64]) -> f64 {
+        self.run(|k| Dual { value: variables[k], rate: if k == 0 { 1.0 } else { 0.0 } }).rate
+    }
+}
+
+fn pop<N>(stack: &mut Vec<N>) -> N {
+    stack.pop().expect("the parser puts values before what takes them")
+}
