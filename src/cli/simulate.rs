@@ -366,19 +366,22 @@ fn mesh(
     folder::write(&table, &csv_text::refinement(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
-        let why = "not complete: the error bar is above the tolerance on the last mesh; allow more `meshes`, or more tolerance";
-        tell!("{why}");
+        tell!(
+            "not complete: the error bar is above the tolerance on every mesh, and smallest on that of {} cells, which is taken; allow more `meshes`, or more \
+             tolerance",
+            found.body.mesh.cell_count()
+        );
     }
     Ok((found.body, is_within))
 }
 
 fn print_refinement(step: &RefinementStep) {
-    let RefinementStep { cells, error, tolerance, .. } = step;
+    let RefinementStep { cells, error, bar, tolerance, .. } = step;
     say!(
         "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
         error.column,
         five_digits(error.value),
-        five_digits(error.bar),
+        five_digits(*bar),
         five_digits(*tolerance),
         seconds(step.cpu)
     );

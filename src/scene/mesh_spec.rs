@@ -105,7 +105,7 @@ pub struct CornersSpec {
 pub struct RefineSpec {
     /// Recorded column, `cable_tension_N`
     pub quantity: String,
-    /// Largest error bar as a share of the value, `"1 %"`
+    /// Largest error bar as a share of the largest departure from the start, `"1 %"`
     #[serde(default, deserialize_with = "share")]
     #[schemars(with = "Option<Share>")]
     pub tolerance: Option<f64>,

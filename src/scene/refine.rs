@@ -5,7 +5,10 @@
 //!
 //! The share η_K of a cell is taken to fall as h^α. Least cells for a given Σ η_K (h/h_K)^α, with N = Σ (h_K/h)³, gives
 //! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
-//! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh.
+//! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after one
+//! that did not improve on it, half of the error is aimed at, and no cell becomes larger.
+//!
+//! A tolerance that is a share is one of the largest departure from the start, so that it does not depend on the origin of coordinates.
 
 use super::body::Body;
 use super::error_estimate::{ErrorEstimator, EstimateError, QuantityError};
@@ -30,6 +33,8 @@ const AIM: f64 = 0.8;
 const MOST_GROWTH: f64 = 6.0;
 /// Bounds of the change of the edge length from mesh to mesh.
 const BOUNDS: [f64; 2] = [0.25, 2.0];
+/// The same after a mesh that did not improve on the best one.
+const BOUNDS_AFTER_FAILURE: [f64; 2] = [0.25, 1.0];
 /// Steepest growth of the edge length in space [–].
 const GRADING: f64 = 0.35;
 /// Shares below this part of the mean are taken for it.
@@ -43,7 +48,8 @@ pub struct RefinementStep {
     pub dofs: usize,
     /// The error of the quantity there
     pub error: QuantityError,
-    /// Largest bar that is accepted \[unit of the quantity\]
+    /// The bar that decides, of the value or of its departure from the start, and the largest one that is accepted \[unit of the quantity\]
+    pub bar: f64,
     pub tolerance: f64,
     /// Wall and CPU time of the run, the estimate and the next mesh \[s\]
     pub wall: f64,
@@ -53,13 +59,37 @@ pub struct RefinementStep {
 impl RefinementStep {
     /// Whether the error bar is within the tolerance, and no part of it is missing.
     pub fn is_within(&self) -> bool {
-        is_within(&self.error, self.tolerance)
+        is_within(&self.error, [self.bar, self.tolerance])
     }
 }
 
-/// Whether the bar of an error is within a tolerance, with the error of curved facets in it.
-fn is_within(error: &QuantityError, tolerance: f64) -> bool {
-    error.geometry.is_some() && error.bar <= tolerance
+/// Whether a bar is within a tolerance, with the error of curved facets in it.
+fn is_within(error: &QuantityError, [bar, tolerance]: [f64; 2]) -> bool {
+    error.geometry.is_some() && bar <= tolerance
+}
+
+/// The mesh with the smallest bar so far.
+struct Best {
+    body: Arc<Body>,
+    /// Sizes of the shares of its cells
+    shares: Vec<f64>,
+    bar: f64,
+    /// Meshes since then, none of which has improved on it
+    failures: i32,
+}
+
+impl Best {
+    /// The size field of the next mesh, and the number of cells that it asks for.
+    fn next(&self, tolerance: f64) -> (SizeField, u64) {
+        let mesh = &self.body.mesh;
+        let aim = AIM * (tolerance / self.bar).min(1.0) * 0.5_f64.powi(self.failures);
+        let bounds = if self.failures == 0 { BOUNDS } else { BOUNDS_AFTER_FAILURE };
+        let lengths = lengths(mesh, &self.shares, aim, bounds);
+        let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
+        let field = SizeField::new(mesh, &lengths, mean, GRADING);
+        let count = cells(mesh, &field, mean);
+        (field, count)
+    }
 }
 
 /// Follows a refinement.
@@ -80,7 +110,7 @@ impl RefinementWatch<'_> {
     }
 }
 
-/// The last mesh of a refinement, and all steps up to it.
+/// The mesh of a refinement with the smallest bar, and all steps.
 #[derive(Debug)]
 pub struct Refinement {
     pub body: Arc<Body>,
@@ -94,8 +124,10 @@ pub enum RefineError {
     Scene(#[from] SceneError),
     #[error("mesh.refine: {0}")]
     Estimate(#[from] EstimateError),
-    #[error("mesh.refine: {name} is {value:.3e} where it departs most; give an absolute_tolerance in its unit")]
-    NearZero { name: String, value: f64 },
+    #[error(
+        "mesh.refine: {name} changes by {change:.3e} at most, within its error bar; give an absolute_tolerance in its unit"
+    )]
+    NearZero { name: String, change: f64 },
     #[error(
         "mesh.refine: the scene on mesh {number} with {cells} cells does not complete ({status}); start from smaller cells, or \
          run it without `refine` to see why"
@@ -115,6 +147,7 @@ pub fn refine(
     watch: &mut RefinementWatch,
 ) -> Result<Refinement, RefineError> {
     let (mut body, mut steps, mut until) = (body, Vec::new(), f64::INFINITY);
+    let mut best: Option<Best> = None;
     loop {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         let mut scene = Scene::build(file, spec.clone(), text.to_string(), body.clone())?;
@@ -122,22 +155,25 @@ pub fn refine(
         scene.spans.iter_mut().for_each(|span| span.end = span.end.min(until));
         let (error, shares) = estimate(&scene, wanted, steps.len() + 1, watch)?;
         until = error.t;
-        let tolerance = wanted.absolute(&error)?;
-        if let Some(shares) = shares.as_ref().filter(|_| !watch.is_stopped()) {
-            let aim = AIM * (tolerance / error.bar).min(1.0);
-            let lengths = lengths(&body.mesh, shares, aim);
-            let mean = (lengths.iter().map(|h| h.ln()).sum::<f64>() / lengths.len() as f64).exp();
-            let field = SizeField::new(&body.mesh, &lengths, mean, GRADING);
-            let count = cells(&body.mesh, &field, mean);
-            body = Arc::new(Body::sized(file, &spec.mesh, (field, count), store, watch.mesher)?);
+        let [bar, tolerance] = wanted.judged(&error)?;
+        let is_last = shares.is_none();
+        let best = match &mut best {
+            Some(best) if best.bar <= bar => {
+                best.failures += 1;
+                best
+            }
+            best => best.insert(Best { body: body.clone(), shares: shares.unwrap_or_default(), bar, failures: 0 }),
+        };
+        if !is_last && !watch.is_stopped() {
+            body = Arc::new(Body::sized(file, &spec.mesh, best.next(tolerance), store, watch.mesher)?);
         }
         let (wall, cpu) = (wall.elapsed().as_secs_f64(), cpu.elapsed().as_secs_f64());
         let (cells, dofs) = (scene.body.mesh.cell_count(), scene.system.dofs.free.len());
-        let step = RefinementStep { cells, dofs, error, tolerance, wall, cpu };
+        let step = RefinementStep { cells, dofs, error, bar, tolerance, wall, cpu };
         (watch.step)(&step);
         steps.push(step);
-        if shares.is_none() {
-            return Ok(Refinement { body, steps });
+        if is_last {
+            return Ok(Refinement { body: best.body.clone(), steps });
         }
         if watch.is_stopped() {
             return Err(RefineError::Interrupted { number: steps.len(), cells });
@@ -153,7 +189,7 @@ fn estimate(
     watch: &mut RefinementWatch,
 ) -> Result<(QuantityError, Option<Vec<f64>>), RefineError> {
     let goes_on = |error: &QuantityError| {
-        number < wanted.meshes && wanted.absolute(error).is_ok_and(|tolerance| !is_within(error, tolerance))
+        number < wanted.meshes && wanted.judged(error).is_ok_and(|judged| !is_within(error, judged))
     };
     let mut estimator = ErrorEstimator::new(scene)?.localised_where(goes_on)?;
     if let Some(stop) = &watch.stop {
@@ -179,25 +215,26 @@ fn estimate(
 }
 
 impl RefineSpec {
-    /// The tolerance in the unit of the quantity.
-    fn absolute(&self, error: &QuantityError) -> Result<f64, RefineError> {
+    /// The bar that decides and the tolerance, in the unit of the quantity.
+    fn judged(&self, error: &QuantityError) -> Result<[f64; 2], RefineError> {
         if let Some(tolerance) = self.absolute_tolerance {
-            return Ok(tolerance);
+            return Ok([error.bar, tolerance]);
         }
-        // A value that its bar exceeds ten times is zero as far as is known, and a share of it is no measure.
-        if 10.0 * error.value.abs() <= error.bar {
-            return Err(RefineError::NearZero { name: error.column.clone(), value: error.value });
+        let (change, bar) = (error.value - error.start, error.of_departure().bar);
+        // A change that its bar exceeds ten times is zero as far as is known, and a share of it is no measure.
+        if 10.0 * change.abs() <= bar {
+            return Err(RefineError::NearZero { name: error.column.clone(), change });
         }
-        Ok(self.tolerance.unwrap_or(0.0) * error.value.abs())
+        Ok([bar, self.tolerance.unwrap_or(0.0) * change.abs()])
     }
 }
 
 /// Edge lengths \[cells\] \[m\] of the next mesh, by which the error falls to the share `aim` with the least cells.
-fn lengths(mesh: &TetMesh, shares: &[f64], aim: f64) -> Vec<f64> {
+fn lengths(mesh: &TetMesh, shares: &[f64], aim: f64, bounds: [f64; 2]) -> Vec<f64> {
     let mean = shares.iter().sum::<f64>() / shares.len() as f64;
     let exponents: Vec<f64> =
         shares.iter().map(|share| (share / mean).max(LEAST_SHARE).powf(-1.0 / (ORDER + 3.0))).collect();
-    let change = |factor: f64, own: &f64| (factor * own).clamp(BOUNDS[0], BOUNDS[1]);
+    let change = |factor: f64, own: &f64| (factor * own).clamp(bounds[0], bounds[1]);
     let error = |factor: f64| -> f64 {
         exponents.iter().zip(shares).map(|(own, share)| share / mean * change(factor, own).powf(ORDER)).sum::<f64>()
             / shares.len() as f64
@@ -241,7 +278,7 @@ mod tests {
     #[test]
     fn equal_shares_are_refined_equally() {
         let mesh = block(2, 2, 2, 1.0, 1.0, 1.0, Order::Linear);
-        let lengths = lengths(&mesh, &vec![3.0; mesh.cell_count()], 0.5);
+        let lengths = lengths(&mesh, &vec![3.0; mesh.cell_count()], 0.5, BOUNDS);
         for (c, h) in lengths.iter().enumerate() {
             assert!((h / edge(&mesh, c) - 0.5_f64.powf(1.0 / ORDER)).abs() < 1e-9);
         }
@@ -252,7 +289,7 @@ mod tests {
     fn graded_meshes_have_fewer_cells_and_growth_is_bounded() {
         let mesh = block(3, 3, 3, 1.0, 1.0, 1.0, Order::Linear);
         let shares: Vec<f64> = (0..mesh.cell_count()).map(|c| (-(c as f64) / 20.0).exp()).collect();
-        let graded = lengths(&mesh, &shares, 0.5);
+        let graded = lengths(&mesh, &shares, 0.5, BOUNDS);
         let predicted = |lengths: &[f64]| -> f64 {
             let part = |(c, h): (usize, &f64)| shares[c] * (h / edge(&mesh, c)).powf(ORDER);
             lengths.iter().enumerate().map(part).sum::<f64>() / shares.iter().sum::<f64>()
@@ -262,5 +299,45 @@ mod tests {
         assert!(cells_of(&mesh, &graded) < 0.8 * uniform, "{} and {uniform}", cells_of(&mesh, &graded));
         let hasty = lengths(&mesh, &shares, 1e-3);
         assert!(cells_of(&mesh, &hasty) <= MOST_GROWTH * mesh.cell_count() as f64 * (1.0 + 1e-6));
+    }
+
+    /// A tip that rises by 4 mm, with a bar of 0.08 mm, wherever the origin is; a quantity that does not move asks for an absolute tolerance.
+    #[test]
+    fn a_share_is_one_of_the_change() {
+        let error = |start: f64, value: f64| QuantityError {
+            column: "tip_z_m".into(),
+            t: 1.0,
+            value,
+            start,
+            enriched: value,
+            discretisation: [0.0, 4e-5, 8e-5],
+            geometry: None,
+            extent: 0.0,
+            corrected: value + 4e-5,
+            uncertainty: 4e-5,
+            bar: 8e-5,
+        };
+        let wanted =
+            RefineSpec { quantity: "tip_z_m".into(), tolerance: Some(0.01), absolute_tolerance: None, meshes: 4 };
+        for start in [0.0, 0.5, -3.0] {
+            let [bar, tolerance] = wanted.judged(&error(start, start + 4e-3)).expect("it moves");
+            assert!((bar - 8e-5).abs() < 1e-12 && (tolerance - 4e-5).abs() < 1e-12, "{start}: {bar} {tolerance}");
+        }
+        assert!(matches!(wanted.judged(&error(0.5, 0.5)), Err(RefineError::NearZero { .. })));
+        let absolute = RefineSpec { tolerance: None, absolute_tolerance: Some(1e-6), ..wanted };
+        assert_eq!(absolute.judged(&error(0.5, 0.5)).expect("given"), [8e-5, 1e-6]);
+    }
+
+    /// After a mesh that did not improve on the best one, the next one follows from the best one, has more cells than it would have had, and no larger ones.
+    #[test]
+    fn a_failure_is_followed_by_a_finer_mesh() {
+        let mesh = block(3, 3, 3, 1.0, 1.0, 1.0, Order::Linear);
+        let shares: Vec<f64> = (0..mesh.cell_count()).map(|c| (-(c as f64) / 20.0).exp()).collect();
+        let body = Arc::new(Body::of_mesh(mesh));
+        let after = |failures| Best { body: body.clone(), shares: shares.clone(), bar: 1.0, failures }.next(0.9).1;
+        let [first, second, third] = [0, 1, 2].map(after);
+        assert!(first < second && second < third, "{first} {second} {third}");
+        let lengths = lengths(&body.mesh, &shares, 0.9, BOUNDS_AFTER_FAILURE);
+        assert!(lengths.iter().enumerate().all(|(c, h)| *h <= edge(&body.mesh, c) * (1.0 + 1e-12)));
     }
 }

@@ -195,7 +195,7 @@ impl Status {
             Self::Converged => "converged".into(),
             Self::LimitPoint { limit, .. } => {
                 format!(
-                    "the path of equilibria turns at the loads of t = {:.6} s and does not come back to larger ones",
+                    "the path of equilibria turns at the loads of t = {:.6} s and had not come back to larger ones where it was left",
                     Decimals(*limit)
                 )
             }

@@ -60,6 +60,8 @@ pub struct QuantityError {
     pub t: f64,
     /// J of the run there
     pub value: f64,
+    /// J of the first row of the run
+    pub start: f64,
     /// J⁺ of the enriched space
     pub enriched: f64,
     /// c e with the least, the likely and the largest c
@@ -316,6 +318,7 @@ impl<'a> ErrorEstimator<'a> {
             column: run.columns[column].clone(),
             t: run.rows[row][0],
             value,
+            start: run.rows[0][column],
             enriched,
             discretisation,
             geometry,

@@ -20,8 +20,8 @@ pub struct RefinementRecord {
 
 impl RefinementRecord {
     fn new(step: &RefinementStep) -> Self {
-        let RefinementStep { cells, error, tolerance, wall, cpu, .. } = step;
-        Self { cells: *cells, value: error.value, bar: error.bar, tolerance: *tolerance, wall_s: *wall, cpu_s: *cpu }
+        let RefinementStep { cells, error, bar, tolerance, wall, cpu, .. } = step;
+        Self { cells: *cells, value: error.value, bar: *bar, tolerance: *tolerance, wall_s: *wall, cpu_s: *cpu }
     }
 }
 
@@ -47,13 +47,15 @@ pub fn refined(
     Ok(Prepared { body: found.body, refinement: found.steps.iter().map(RefinementRecord::new).collect() })
 }
 
-/// The note of a case whose last mesh is not within the tolerance.
+/// The note of a case none of whose meshes is within the tolerance.
 pub fn note(steps: &[RefinementRecord]) -> Option<String> {
     let last = steps.last().filter(|last| last.bar > last.tolerance)?;
+    let best = steps.iter().min_by(|a, b| a.bar.total_cmp(&b.bar))?;
     Some(format!(
-        "the error bar {:.3e} of the last of {} adaptive meshes is above its tolerance {:.3e}; allow more `meshes`",
-        last.bar,
+        "the smallest error bar of {} adaptive meshes, {:.3e} with {} cells, is above its tolerance {:.3e}; allow more `meshes`",
         steps.len(),
+        best.bar,
+        best.cells,
         last.tolerance
     ))
 }
