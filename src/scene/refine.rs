@@ -297,7 +297,7 @@ mod tests {
         assert!((predicted(&graded) - 0.5).abs() < 1e-6);
         let uniform = mesh.cell_count() as f64 * 0.5_f64.powf(-3.0 / ORDER);
         assert!(cells_of(&mesh, &graded) < 0.8 * uniform, "{} and {uniform}", cells_of(&mesh, &graded));
-        let hasty = lengths(&mesh, &shares, 1e-3);
+        let hasty = lengths(&mesh, &shares, 1e-3, BOUNDS);
         assert!(cells_of(&mesh, &hasty) <= MOST_GROWTH * mesh.cell_count() as f64 * (1.0 + 1e-6));
     }
 
