@@ -222,7 +222,7 @@ fn values(text: &str, case: &StoredCase, at: Moment) -> Option<Vec<f64>> {
 fn variable(name: &str, case: &StoredCase, scene: &toml::Table, row: usize, at: Moment) -> Option<f64> {
     let r = &case.record;
     if name.contains('.') {
-        return in_scene(scene, name.trim_matches(['{', '}']));
+        return in_scene(scene, name);
     }
     if at == Moment::Limit {
         let solver = &r.solver;
