@@ -41,6 +41,10 @@ pub enum EmbedError {
     SlenderCell { at: Vec3, radius: f64 },
 }
 
+/// Least share of a ball, by its weight b, that the body fills on all sides of a place outside of it.
+const FILLED: f64 = 0.05;
+/// Farthest that its mean place lies from the centre then, as a share of the radius; at a flat wall it is 35/128 = 0.27.
+const CENTRED: f64 = 0.2;
 /// Smallest radius of a ball, as a share of the diagonal of the body.
 const SMALLEST: f64 = 1e-6;
 /// Parts of a cell longer than this times their shortest edge are halved across their longest one, not split into eight: the number of parts
@@ -170,6 +174,24 @@ pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
 /// The centre may lie outside the body as long as the ball intersects it: check it with [`embed`] where it must be inside.
 /// Of several bodies it takes the one that holds the centre, or the one with the nearest cell.
 pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
+    let (moments, nodes) = ball_moments(mesh, center, radius)?;
+    weights(&moments, &nodes, radius).ok_or_else(|| EmbedError::EmptyBall {
+        at: center,
+        radius,
+        distance: distance_to_surface(mesh, center),
+    })
+}
+
+/// Whether the body lies on all sides of a place outside of it, as of the axis of a bore, within `radius` \[m\]: the ball is filled enough, and evenly.
+pub fn is_surrounded(mesh: &TetMesh, center: Vec3, radius: f64) -> bool {
+    ball_moments(mesh, center, radius).is_ok_and(|(moments, _)| {
+        let (mass, first) = (moments[(0, 0)], moments.fixed_view::<3, 1>(1, 0).norm());
+        mass >= FILLED * whole_ball(radius) && first <= CENTRED * mass
+    })
+}
+
+/// Moments of the ball of `radius` \[m\] around `center` \[m\], whole and by node.
+fn ball_moments(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<(Matrix4<f64>, NodeMoments), EmbedError> {
     let across = mesh.diagonal();
     if radius < SMALLEST * across {
         return Err(EmbedError::SmallBall { at: center, radius, across });
@@ -184,18 +206,19 @@ pub fn ball_weights(mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u3
     let parts = parts.ok_or(EmbedError::SlenderCell { at: center, radius })?;
     // Summed in the order of cells: the same bits for any number of threads.
     let mut moments = Matrix4::zeros();
-    let mut nodes: BTreeMap<u32, Vector4<f64>> = BTreeMap::new();
+    let mut nodes = NodeMoments::new();
     for (&c, part) in cells.iter().zip(&parts) {
         moments += part.whole;
         for (&node, sum) in mesh.cell(c).iter().zip(&part.nodes).filter(|(_, sum)| sum[0] != 0.0) {
             *nodes.entry(node).or_default() += sum;
         }
     }
-    weights(&moments, &nodes, radius).ok_or_else(|| EmbedError::EmptyBall {
-        at: center,
-        radius,
-        distance: distance_to_surface(mesh, center),
-    })
+    Ok((moments, nodes))
+}
+
+/// ∫ b dV over a whole ball \[m³\].
+fn whole_ball(radius: f64) -> f64 {
+    32.0 * std::f64::consts::PI / 105.0 * radius.powi(3)
 }
 
 /// Those of the cells that are of the body about `center`.
@@ -212,16 +235,18 @@ fn of_one_part(mesh: &TetMesh, center: Vec3, cells: Vec<usize>) -> Vec<usize> {
 }
 
 /// (α, β) from Σ w_i = 1 and Σ w_i (X_i − c) = 0: since Σ N_i X_i = X these are rows of the moments.
-fn weights(moments: &Matrix4<f64>, nodes: &BTreeMap<u32, Vector4<f64>>, radius: f64) -> Option<Vec<(u32, f64)>> {
-    // ∫ b dV over the whole ball is 32π/105 R³; less than a millionth of it is numerically nothing.
-    let whole = 32.0 * std::f64::consts::PI / 105.0 * radius.powi(3);
+fn weights(moments: &Matrix4<f64>, nodes: &NodeMoments, radius: f64) -> Option<Vec<(u32, f64)>> {
     let mass = moments[(0, 0)];
-    if mass < 1e-6 * whole {
+    // Less than a millionth of the whole is numerically nothing.
+    if mass < 1e-6 * whole_ball(radius) {
         return None;
     }
     let solution = (moments / mass).lu().solve(&Vector4::new(1.0, 0.0, 0.0, 0.0))?;
     Some(nodes.iter().map(|(&node, n)| (node, n.dot(&solution) / mass)).collect())
 }
+
+/// ∫ b (1, y) N_i dV of the nodes of a ball.
+type NodeMoments = BTreeMap<u32, Vector4<f64>>;
 
 /// Integrals over a cell, lengths in units of the radius: y = (X − c)/R.
 #[derive(Default)]

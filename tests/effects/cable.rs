@@ -616,6 +616,42 @@ fn a_guide_between_two_walls_is_doubted() {
     assert_eq!(["11 mm", "11.01 mm", "10.3 mm", "-0.5 mm"].map(doubted), [true, true, false, false]);
 }
 
+/// Guides on the axis of the bore of a tube stay there with a ball that reaches the wall on all sides: two meshes whose nodes on the wall are at other angles
+/// bend by the same, to their errors. With a ball that barely touches the wall, or at a wall from outside, they are refused.
+#[test]
+fn guides_on_the_axis_of_a_bore_stay_there() {
+    let scene = |divisions: &str, radius: &str, x: &str| {
+        let text = format!(
+            "[mesh]\nelement = \"tet10\"\n\
+             grid = {{ kind = \"tube\", inner = \"2 mm\", outer = \"6 mm\", length = \"60 mm\", divisions = {divisions} }}\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.4\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
+             [[constraint]]\nkind = \"fixed\"\nregion = \"zmin\"\n\
+             [[constraint]]\nkind = \"cable\"\nguide_radius = \"{radius}\"\n\
+             pull_point = [\"40 mm\", \"0 mm\", \"0 mm\"]\nguides = [[\"{x}\", \"0 mm\", \"30 mm\"], [\"{x}\", \"0 mm\", \"50 mm\"]]\n\
+             drive = {{ kind = \"tension\", signal = {{ kind = \"ramp\", from = \"0 N\", to = \"0.1 N\", end = \"1 s\" }} }}\n\
+             [[probe]]\nkind = \"position\"\nregion = \"zmax\"\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.25 s\"\n"
+        );
+        durometer::scene::parse_scene(&text)
+    };
+    let bent = |divisions: &str| {
+        let scene = scene(divisions, "5 mm", "0 mm").unwrap_or_else(|e| panic!("{e}"));
+        assert!(scene.notes.iter().any(|note| note.contains("2 of 2 guides are in a bore")), "{:?}", scene.notes);
+        let run = scene.run();
+        assert_eq!(run.status, Status::Converged);
+        let place = |column: &str| *run.column(column).expect("recorded").last().expect("rows");
+        [place("zmax_x_m"), place("zmax_y_m")]
+    };
+    let [coarse, fine] = [bent("[1, 6, 8]"), bent("[2, 10, 12]")];
+    assert!(fine[0] > 2e-3 && (coarse[0] / fine[0] - 1.0).abs() < 0.03, "{coarse:?} and {fine:?}");
+    assert!(fine[1].abs() < 1e-3 * fine[0], "to the side by {fine:?}");
+    for (radius, x) in [("2.05 mm", "0 mm"), ("5 mm", "6.5 mm"), ("5 mm", "-7 mm")] {
+        let refused = scene("[1, 6, 8]", radius, x).map(|_| ()).expect_err("outside").to_string();
+        assert!(refused.contains("2 of 2 guides are outside of the body"), "{refused}");
+    }
+}
+
 /// A beam with a cable of these keys, driven to `to`.
 fn pulled(keys: &str, kind: &str, to: &str) -> durometer::scene::Run {
     let text = format!(

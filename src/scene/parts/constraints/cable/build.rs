@@ -6,7 +6,7 @@ use crate::math::tensor::Vec3;
 use crate::math::units::{self, Decimals, Dimension};
 use crate::mesh::TetMesh;
 use crate::mesh::attach::attach_each;
-use crate::mesh::embed::{embed, nearest_on_surface};
+use crate::mesh::embed::{embed, is_surrounded, nearest_on_surface};
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint, part};
@@ -189,13 +189,18 @@ fn find_routes(builder: &Builder, place: &str, spec: &CableSpec) -> Result<Vec<R
     Ok(lists.into_iter().enumerate().map(route).collect())
 }
 
-/// Moves guides outside of the body, by no more than `reach`, to its surface; all that are farther out are refused together.
+/// Moves guides outside of the body, by no more than `reach`, to its surface; all that are farther out are refused together. A guide in a bore whose ball
+/// meets the body on all sides stays there.
 fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &mut [Route]) -> Result<(), SceneError> {
     let (mesh, reach) = (builder.body.clone(), spec.reach.as_ref().map_or(0.0, |l| l.0));
-    let (mut moved, mut between, mut largest, mut refused) = (0, 0, 0.0_f64, Vec::new());
+    let (mut moved, mut between, mut kept, mut largest, mut refused) = (0, 0, 0, 0.0_f64, Vec::new());
     for route in routes.iter_mut() {
         for (k, at) in route.points.iter_mut().enumerate() {
             if embed(&mesh.mesh, *at).is_ok() {
+                continue;
+            }
+            if matches!(spec.guide_radius, GuideRadius::Ball(radius) if is_surrounded(&mesh.mesh, *at, radius)) {
+                kept += 1;
                 continue;
             }
             let nearest = nearest_on_surface(&mesh.mesh, *at);
@@ -214,9 +219,15 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
     }
     let all: usize = routes.iter().map(|r| r.points.len()).sum();
     if refused.is_empty() {
+        let names: Vec<&str> = routes.iter().map(|r| r.name.as_str()).collect();
+        if kept > 0 {
+            builder.notes.push(format!(
+                "{}: {kept} of {all} guides are in a bore or a gap of the body, and follow the mean motion of its walls within the guide radius",
+                wording::few(&names)
+            ));
+        }
         if moved > 0 {
             let largest = Decimals(largest * 1e3);
-            let names: Vec<&str> = routes.iter().map(|r| r.name.as_str()).collect();
             builder.notes.push(format!(
                 "{}: {moved} of {all} guides are outside of the body, by up to {largest:.4} mm, and were moved to its surface",
                 wording::few(&names)
@@ -224,7 +235,7 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
             if between > 0 {
                 builder.notes.push(format!(
                     "{}: {between} of these guides are as near to an opposite wall, as on the axis of a bore, and the mesh decides to which they go; \
-                     give them on the wall where the cable lies, or mesh the body without the bore",
+                     give them on the wall where the cable lies, give a guide_radius well beyond the walls, or mesh the body without the bore",
                     wording::few(&names)
                 ));
             }
@@ -236,7 +247,10 @@ fn reach_guides(builder: &mut Builder, place: &str, spec: &CableSpec, routes: &m
     let by =
         if reach > 0.0 { format!(" by more than the reach of {:.4} mm", Decimals(reach * 1e3)) } else { String::new() };
     let fact = format!("{} of {all} guides are outside of the body{by}: {}", which.len(), which.join(", "));
-    let remedy = format!("move them inside, or give a `reach` of at least {most:.4} mm to move them to the surface");
+    let remedy = format!(
+        "move them inside, or give a `reach` of at least {most:.4} mm to move them to the surface; those on the axis of a bore stay there with a guide_radius well \
+         beyond its walls"
+    );
     Err(builder.content(place, fact, remedy))
 }
 
