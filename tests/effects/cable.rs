@@ -645,7 +645,7 @@ fn guides_on_the_axis_of_a_bore_stay_there() {
     };
     let [coarse, fine] = [bent("[1, 6, 8]"), bent("[2, 10, 12]")];
     assert!(fine[0] > 2e-3 && (coarse[0] / fine[0] - 1.0).abs() < 0.03, "{coarse:?} and {fine:?}");
-    assert!(fine[1].abs() < 1e-3 * fine[0], "to the side by {fine:?}");
+    assert!(fine[1].abs() < 1e-2 * fine[0], "to the side by {fine:?}");
     for (radius, x) in [("2.05 mm", "0 mm"), ("5 mm", "6.5 mm"), ("5 mm", "-7 mm")] {
         let refused = scene("[1, 6, 8]", radius, x).map(|_| ()).expect_err("outside").to_string();
         assert!(refused.contains("2 of 2 guides are outside of the body"), "{refused}");
