@@ -242,13 +242,13 @@ fn a_sheet_that_loses_its_stiffness_is_noted() {
 }
 
 /// A stiff sheet on a soft block, compressed in its plane by ε and held in width: |N| = Et ε/(1 − ν²). The tangent loses its definiteness where facets are as
-/// large as h* = π|N|/(2μ), which is stated for a half-space of incompressible material and one wave: within a factor of 1.5 here. Before, nothing is refused;
-/// on cells of half the size it comes at half the strain. Stretched, the sheet is silent.
+/// large as h* = π|N|/(2μ), which is stated for a half-space of incompressible material and one wave: within a factor of 1.5 here (measured: 0.96). Before,
+/// nothing is refused; on cells of half the size it comes at half the strain. Stretched, the sheet is silent.
 #[test]
 fn a_compressed_sheet_wrinkles_at_the_size_of_its_facets() {
     let scene = |cells: usize, strain: f64| {
         let text = format!(
-            "[mesh]\ngrid = {{ kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [{}, {cells}, {cells}] }}\n\
+            "[mesh]\nelement = \"tet10\"\ngrid = {{ kind = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"], divisions = [{}, {cells}, {cells}] }}\n\
              [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.45\n\
              [laws.foil]\nlaw = \"neo_hookean\"\nE = \"100 MPa\"\nnu = 0.3\n\
              [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n\
@@ -259,14 +259,14 @@ fn a_compressed_sheet_wrinkles_at_the_size_of_its_facets() {
              [[constraint]]\nkind = \"fixed\"\nregion = \"zmin\"\ncomponents = \"z\"\n\
              [[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\n\
              displacement = {{ kind = \"ramp\", from = \"0 mm\", to = \"{} mm\", start = \"0 s\", end = \"1 s\" }}\n\
-             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"20 ms\"\n",
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"50 ms\"\n",
             2 * cells,
             20.0 * strain
         );
         durometer::scene::parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
     };
     let mu = 1e5 / 2.9;
-    for cells in [4, 8] {
+    for cells in [2, 4] {
         // Strain at which h* is the size of the facets, the shorter sides of right triangles
         let h = 0.01 / cells as f64;
         let critical = 2.0 * mu * h / std::f64::consts::PI * (1.0 - 0.3 * 0.3) / (1e8 * 1e-4);
