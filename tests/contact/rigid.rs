@@ -106,6 +106,29 @@ fn the_rotation_of_a_rigid_body_is_recorded() {
     }
 }
 
+/// Motions that the steps do not resolve are told by the columns that move, not by those that symmetry or an equilibrium holds, whose values are rounding: of a brick that
+/// slides on a floor at constant speed none, of one that flies for two steps or turns by 1 rad in each the one that does.
+#[test]
+fn motions_of_rounding_are_not_unresolved() {
+    let unresolved = |scene: &Scene| {
+        let run = run(scene);
+        assert_eq!(run.status, Status::Converged);
+        let record = durometer::study::store::outcome::record(scene, &run, (0.0, 0.0));
+        record.probes.keys().filter(|probe| record.unresolved(probe, 0.0).is_some()).cloned().collect::<Vec<_>>()
+    };
+    let floor = "[[contact]]\nname = \"floor\"\nregion = \"brick\"\nobstacle = { kind = \"floor\", point = [\"0 m\", \"0 m\", \"0 m\"], normal = [0, 0, 1] }\nresponse = \"multiplier\"\nfriction = 0\n[[probe]]\nkind = \"energy\"";
+    let weight = "gravity = { direction = [0, 0, -1], acceleration = \"9.81 m/s^2\" }";
+    let moving = "velocity = [\"0.1 m/s\", \"0 m/s\", \"0 m/s\"]";
+    for start in [weight.to_string(), format!("{weight}\n{moving}")] {
+        let resolved = brick(&format!("{start}\n{floor}"), "duration = \"0.05 s\"\ndt = \"1 ms\"");
+        assert_eq!(unresolved(&resolved), Vec::<String>::new(), "{start}");
+    }
+    let flies = brick(moving, "duration = \"2 ms\"\ndt = \"1 ms\"");
+    assert_eq!(unresolved(&flies), ["brick_x_m"]);
+    let spins = brick("spin = [\"0 rad/s\", \"0 rad/s\", \"100 rad/s\"]", "duration = \"0.1 s\"\ndt = \"10 ms\"");
+    assert_eq!(unresolved(&spins), ["brick_rotation_z_deg"]);
+}
+
 /// A turned brick as a surface has the mass, the centre and the inertia of the box, R diag(I) Rᵀ, at any size; so has a pair of bricks whose principal axes
 /// are no sides, by the parallel axis theorem (Steiner). Bounds: rounding of some dozen terms.
 #[test]
