@@ -487,9 +487,6 @@ fn write(
     Ok(json)
 }
 
-/// Changes within a step below this share of the largest value are no motion \[–\]
-const VISIBLE: f64 = 1e-3;
-
 /// Prints what a run found; `known` notes are printed before it.
 fn print(record: &CaseRecord, known: usize) {
     record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
@@ -501,11 +498,8 @@ fn print(record: &CaseRecord, known: usize) {
     }
     let unresolved: Vec<String> = record
         .probes
-        .iter()
-        .filter_map(|(probe, value)| {
-            let share = record.unresolved(probe, VISIBLE * value.peak.abs())?;
-            Some(format!("{probe} ({})", percent(share)))
-        })
+        .keys()
+        .filter_map(|probe| Some(format!("{probe} ({})", percent(record.unresolved(probe, 0.0)?))))
         .collect();
     if !unresolved.is_empty() {
         tell!(

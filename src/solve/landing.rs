@@ -94,7 +94,9 @@ impl<'a> StepSolver<'a> {
             moving.peek().is_some() && moving.all(|(node, _)| bodies.contains(node))
         };
         let anew = state.memory.is_empty();
-        let approach = self.approach(integrator, state, t, (AHEAD, 0.5));
+        // The acceleration of a step with an impact is that of the impact, and points away from the obstacle.
+        let accelerated = if anew { 0.0 } else { 0.5 };
+        let approach = self.approach(integrator, state, t, (AHEAD, accelerated));
         let mut hit = self.points_near(&approach, state);
         hit.retain(|point| approach.passes(point) && (anew || point.gap >= point.reach()) && is_rigid(point));
         if hit.is_empty() {
@@ -120,7 +122,8 @@ impl<'a> StepSolver<'a> {
         for (dof, value) in step.targets(&State { t, ..state.clone() }) {
             motion[dof] = ahead * (value - state.x[dof]);
         }
-        let size = motion.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // Multipliers that are dofs too are no motion.
+        let size = motion[..self.system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         Approach { slow: (SLOW * size).max(STILL * self.solver.equations.length), motion, size, dt }
     }
 

@@ -250,6 +250,79 @@ fn a_ball_that_falls_comes_to_rest() {
     }
 }
 
+/// A rigid ball that flies at a floor with 1 m/s, without weight, and comes within a share of the motion of a step of it before the step in which it arrives: the impact is
+/// inelastic, so it stays there, and the impulse is m v, at every time step and share. A potential that Δt² A φ″/m = 10⁴ makes stiff for the step gives it back a ten-thousandth of
+/// its speed, and a barrier, which is soft where it begins, a thousandth at most.
+#[test]
+fn an_impact_of_a_rigid_ball_is_inelastic_at_every_step() {
+    let mass = 1e3 * 4.0 / 3.0 * std::f64::consts::PI * 1e-6;
+    let area = (mass / 1e3).powf(2.0 / 3.0);
+    for (response, most) in [("multiplier", 1e-5), ("penalty", 1e-3), ("barrier", 2e-3)] {
+        for dt in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            for share in [0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 0.95] {
+                let distance = 1e-2 * dt;
+                let reach = if response == "multiplier" { 0.0 } else { distance };
+                let modulus = 1e4 * mass * distance / (area * dt * dt);
+                let height = 0.01 + reach + (2.0 + share) * dt;
+                let text = format!(
+                    r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "body"
+[[rigid]]
+name = "ball"
+shape = {{ kind = "sphere", center = ["0 m", "0 m", "{height} m"], radius = "10 mm" }}
+density = "1000 kg/m^3"
+velocity = ["0 m/s", "0 m/s", "-1 m/s"]
+[[contact]]
+name = "floor"
+region = "ball"
+obstacle = {{ kind = "floor", point = ["0 m", "0 m", "0 m"], normal = [0, 0, 1] }}
+response = "{response}"
+friction = 0
+distance = "{distance} m"
+modulus = "{modulus} Pa"
+[[stage]]
+integrator = "bdf2"
+duration = "{} s"
+dt = "{dt} s"
+"#,
+                    12.0 * dt
+                );
+                let run = run(&scene(small_block(), &text));
+                let case = format!("{response}, {dt} s, {share}");
+                assert_eq!(run.status, Status::Converged, "{case}");
+                let (z, force) = (column(&run, "ball_z_m"), column(&run, "floor_force_z_N"));
+                let rebound = (z[z.len() - 1] - z[z.len() - 3]) / (2.0 * dt);
+                let impulse = force.iter().sum::<f64>() * dt / mass;
+                println!("{case}: rebound {rebound:.2e}, impulse {impulse}");
+                assert!(rebound.abs() < most, "{case}: leaves at {rebound} m/s");
+                assert!((impulse - 1.0).abs() < most + 1e-6, "{case}: impulse of {impulse} m v");
+            }
+        }
+    }
+}
+
+/// Rigid balls that fall from random heights do not rebound, at any step.
+#[test]
+fn falls_from_any_height_are_inelastic() {
+    let mut random = Random(5);
+    for dt in [1e-3, 2e-4] {
+        for _ in 0..20 {
+            let height = 6e-3 + random.around(2e-3);
+            let ball = format!(
+                r#"shape = {{ kind = "sphere", center = ["100 mm", "0 mm", "{} m"], radius = "10 mm" }}"#,
+                0.01 + height
+            );
+            let stage = format!("integrator = \"bdf2\"\nduration = \"0.06 s\"\ndt = \"{dt} s\"");
+            let z = column(&fall(small_block(), &ball, &floor("multiplier", 0.0), &stage), "thing_z_m");
+            let hit = z.iter().position(|z| *z < 0.01 + 1e-6).expect("it falls on the floor");
+            let rebound = z[hit..].iter().fold(0.0, |m: f64, z| m.max(z - 0.01)) / height;
+            assert!(rebound < 1e-4, "{dt} s, {height} m: {rebound} of the height");
+        }
+    }
+}
+
 /// A rigid box and a rigid cylinder tumble on a floor, with friction and without, by both rules without a memory of impacts: nothing gives them energy, and they
 /// come to rest on their longest side with their weight on the floor, at every step. At rest the box presses with four corners or more, the cylinder with a
 /// line, which is more than their three motions towards the floor.

@@ -7,12 +7,16 @@ use crate::effect::contact::shape::Shape;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
+use crate::scene::body::Body;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
+use crate::scene::parts::probes::nearest_vector;
 use crate::scene::quantity::{Density, Speed, Spin};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::scene::shape::ShapeSpec;
 use crate::scene::signal::SignalSpec;
+use crate::system::State;
+use nalgebra::Rotation3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -67,13 +71,26 @@ pub struct RigidBody {
 }
 
 impl Recorder for RigidBody {
-    /// Columns: position of the centre of mass.
+    /// Columns: position of the centre of mass, and the rotation vector with its whole rotations.
     fn columns(&self) -> Vec<String> {
-        ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name)).into()
+        let place = ["x", "y", "z"].map(|c| format!("{}_{c}_m", self.name));
+        let rotation = ["x", "y", "z"].map(|c| format!("{}_rotation_{c}_deg", self.name));
+        place.into_iter().chain(rotation).collect()
+    }
+
+    /// The rotation vector \[rad\].
+    fn memory(&self) -> Vec<f64> {
+        vec![0.0; 3]
+    }
+
+    fn remember(&self, _: &Body, state: &State, memory: &mut [f64]) {
+        let rotation = Rotation3::from_matrix(&self.frame.gradient_of(&state.x)).into_inner();
+        memory.copy_from_slice(nearest_vector(rotation, Vec3::from_column_slice(memory)).as_slice());
     }
 
     fn record(&self, now: &Moment) -> Vec<f64> {
-        self.frame.positions(&now.state.x)[0].as_slice().to_vec()
+        let place = self.frame.positions(&now.state.x)[0];
+        place.iter().copied().chain(now.memory.iter().map(|angle| angle.to_degrees())).collect()
     }
 }
 

@@ -19,7 +19,15 @@ use crate::study::store::record::{
 };
 use crate::study::store::skin::{Rigid, Skin};
 use crate::study::store::solver::{self, SolverRecord};
+use nalgebra::Rotation3;
 use std::collections::{BTreeMap, BTreeSet};
+
+/// Motions below this share of the largest one of the scene, which counts as the size of the bodies at most, are none \[–\]
+const VISIBLE: f64 = 1e-3;
+/// The same of the size of the bodies, where nothing moves: next to this all motions are rounding \[–\]
+const STILL: f64 = 1e-5;
+/// Range that a rotation counts as at most: a point of a circle moves by two radii \[deg\]
+const WHOLE: f64 = 360.0 / std::f64::consts::PI;
 
 /// The record of a run; `times` are wall and CPU seconds.
 pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
@@ -168,7 +176,24 @@ fn locking(scene: &Scene, run: &Run) -> Option<LockingRecord> {
 /// Peaks and last values of the columns.
 fn probes(scene: &Scene, run: &Run) -> BTreeMap<String, ProbeRecord> {
     let named = |(k, name): (usize, &String)| Some((name.clone(), probe(scene, run, k)?));
-    run.columns.iter().enumerate().skip(1).filter_map(named).collect()
+    let mut probes = run.columns.iter().enumerate().skip(1).filter_map(named).collect();
+    keep_visible(scene, &mut probes);
+    probes
+}
+
+/// Takes motions of places from the probes that are none next to the largest one: columns that symmetry or an equilibrium holds.
+fn keep_visible(scene: &Scene, probes: &mut BTreeMap<String, ProbeRecord>) {
+    let size = scene.rigids.iter().map(|body| body.frame.length).fold(scene.body.mesh.diagonal(), f64::max);
+    let length = |column: &str, motion: &MotionRecord| match column.rsplit('_').next() {
+        Some("m") => Some(motion.range),
+        Some("deg") => Some(motion.range.to_radians() * size),
+        _ => None,
+    };
+    let lengths = probes.iter().filter_map(|(column, probe)| length(column, probe.motion.as_ref()?));
+    let least = VISIBLE * lengths.fold(STILL * size, f64::max).min(size);
+    for (column, probe) in probes {
+        probe.motion = probe.motion.filter(|motion| length(column, motion).is_none_or(|length| length > least));
+    }
 }
 
 /// None without a row.
@@ -191,12 +216,29 @@ fn motion(scene: &Scene, run: &Run, column: usize) -> Option<MotionRecord> {
     let changes = spans.filter_map(|span| {
         let inside =
             |row: &&Vec<f64>| row[0] >= span.start * (1.0 - f64::EPSILON) && row[0] <= span.end * (1.0 + f64::EPSILON);
-        let values: Vec<f64> = run.rows.iter().filter(inside).map(|row| row[column]).collect();
-        let step = values.windows(2).map(|w| (w[1] - w[0]).abs()).reduce(f64::max)?;
-        let [low, high] = extent(values.iter().copied());
-        Some(MotionRecord { largest_step: step, range: high - low })
+        let rows: Vec<&Vec<f64>> = run.rows.iter().filter(inside).collect();
+        let [low, high] = extent(rows.iter().map(|row| row[column]));
+        let change = |w: &[&Vec<f64>]| w[1][column] - w[0][column];
+        let Some(component) = component_of_rotation(&run.columns[column]) else {
+            let step = rows.windows(2).map(|w| change(w).abs()).reduce(f64::max)?;
+            return Some(MotionRecord { largest_step: step, range: high - low });
+        };
+        let turned = |w: &[&Vec<f64>]| {
+            let [from, to] = [w[0], w[1]].map(|row| {
+                let vector = Vec3::from_column_slice(&row[column - component..][..3]);
+                Rotation3::new(vector.map(f64::to_radians))
+            });
+            (to * from.inverse()).scaled_axis()[component].to_degrees()
+        };
+        let step = rows.windows(2).map(|w| turned(w).abs()).reduce(f64::max)?;
+        Some(MotionRecord { largest_step: step, range: (high - low).min(WHOLE) })
     });
     changes.max_by(|a, b| a.largest_step.total_cmp(&b.largest_step)).filter(|m| m.range > 0.0 && m.range.is_finite())
+}
+
+/// Which component of a rotation vector a column has; those of one vector follow each other.
+fn component_of_rotation(column: &str) -> Option<usize> {
+    ["x", "y", "z"].iter().position(|component| column.ends_with(&format!("_rotation_{component}_deg")))
 }
 
 /// The boundary at the state farthest from rest, corner nodes only.

@@ -189,9 +189,9 @@ impl CaseRecord {
     }
 
     /// Share of the range of a length or an angle that one time step covers, where masses move and the steps do not resolve it \[–\]. Changes up to `allowed` in its unit do not
-    /// count, and neither do forces, which may jump.
+    /// count, and neither do forces, which may jump, nor gaps, which end where there is contact.
     pub fn unresolved(&self, column: &str, allowed: f64) -> Option<f64> {
-        let is_place = ["m", "deg"].contains(&column.rsplit('_').next().unwrap_or_default());
+        let is_place = ["m", "deg"].contains(&column.rsplit('_').next().unwrap_or_default()) && !column.ends_with(GAP);
         let motion = self.probes.get(column)?.motion.filter(|m| is_place && m.largest_step > allowed)?;
         Some(motion.largest_step / motion.range).filter(|share| *share > RESOLVED)
     }
@@ -319,7 +319,7 @@ pub struct ProbeRecord {
     /// The value at the end of the run
     #[serde(rename = "final")]
     pub last: f64,
-    /// Changes in the stages in which masses move; none without such a stage
+    /// Changes in the stages in which masses move; none without such a stage, nor of lengths and angles that symmetry or an equilibrium holds
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub motion: Option<MotionRecord>,
 }
@@ -335,6 +335,8 @@ pub struct MotionRecord {
 
 /// Share of the range of a motion that one time step covers at most, where the steps resolve it: of an oscillation with N steps a period it is π/N \[–\]
 const RESOLVED: f64 = 1.0 / 3.0;
+/// End of the names of the least distances of contacts
+const GAP: &str = "_gap_m";
 
 /// Origin of a result: its scene, inputs and build, and the files that were stored with it.
 #[derive(Serialize, Deserialize, Clone, Debug, PartialEq, Default)]

@@ -247,7 +247,7 @@ struct Rates {
 }
 
 /// The rotation vector of R with as many whole rotations as bring it nearest to the one `before` \[rad\].
-fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
+pub(in crate::scene) fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
     let base = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).scaled_axis();
     // About what axis a whole rotation was, only the states before it know.
     let axis = match base.norm() {
