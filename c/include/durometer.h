@@ -60,7 +60,8 @@ int durometer_twin_in_range(const durometer_twin *twin);
 const double *durometer_twin_values(const durometer_twin *twin);
 const double *durometer_twin_bars(const durometer_twin *twin);
 const double *durometer_twin_estimates(const durometer_twin *twin);
-/* Derivatives of the quantities by the inputs (at the end of the last step, of a model that moves), [quantities x inputs] row by row, in an array of `count` numbers. */
+/* Derivatives of the quantities by the inputs (at the end of the last step, of a model that moves), [quantities x inputs] row by row, in an array of `count`
+ * numbers. DUROMETER_NOT_SOLVED at rest, before the first step. */
 int durometer_twin_sensitivities(durometer_twin *twin, double *out, size_t count);
 
 #ifdef __cplusplus

@@ -37,6 +37,7 @@ static void wrong_numbers(durometer_twin *twin) {
     CHECK(durometer_twin_step(twin, NULL, 1) == DUROMETER_BAD_INPUT);
     CHECK(durometer_twin_sensitivities(twin, two, 2) == DUROMETER_BAD_INPUT);
     CHECK(durometer_twin_sensitivities(twin, NULL, 1) == DUROMETER_BAD_INPUT);
+    CHECK(durometer_twin_sensitivities(twin, two, 1) == DUROMETER_NOT_SOLVED);
     CHECK(durometer_twin_reach(twin, &beyond, &two[1], &two[1], 1) == DUROMETER_BAD_INPUT);
     CHECK(durometer_twin_range(twin, 1, two) == DUROMETER_BAD_INPUT);
     CHECK(durometer_twin_input_name(twin, 1) == NULL && durometer_twin_quantity_name(twin, 1) == NULL);

@@ -2,6 +2,7 @@
 
 from collections import OrderedDict
 from collections.abc import Sequence
+from threading import Lock
 from typing import Any, Protocol
 
 import numpy
@@ -50,6 +51,8 @@ class EndValues:
             raise InputError(f"no column {', '.join(missing)}", f"known: {', '.join(scene.columns)}")
         self.method = chosen(scene, method)
         self._runs: OrderedDict[bytes, Any] = OrderedDict()
+        #: Held where `_runs` is read or changed, and not during a run
+        self._lock = Lock()
 
     def values(self, numbers: numpy.ndarray) -> numpy.ndarray:
         """[columns] values; a run that does not complete raises `RunError`."""
@@ -62,17 +65,21 @@ class EndValues:
         found = self._solved(numbers)
         if isinstance(found, Run):
             return found.gradient(dict(zip(self.columns, map(float, weights))), self.keys)
-        without = [name for name in self.columns if name not in found.columns]
+        # A column that does not count may have no derivative
+        weighted = {name: float(weight) for name, weight in zip(self.columns, weights) if weight}
+        without = [name for name in weighted if name not in found.columns]
         if without:
             raise InputError(f"{', '.join(without)} has no derivative", f"take columns that have one: {', '.join(found.columns)}")
-        weighted = {name for name, weight in zip(self.columns, weights) if weight}
+        jacobian = {name: numpy.array([found[name, key][-1] for key in self.keys]) for name in weighted}
+        undefined = [name for name, row in jacobian.items() if numpy.isnan(row).any()]
+        if undefined:
+            raise InputError(f"{', '.join(undefined)} has no derivative at the end of the run", "take another column, or end the run before")
         doubtful = [(column, key, error) for column, key, error in found.doubtful if column in weighted]
         sizes = {(column, key): float(abs(found[column, key]).max()) for column, key, _ in doubtful}
         warn_of_doubtful(
             [(f"{key} of {column}", float(found[column, key][-1]), error * sizes[column, key]) for column, key, error in doubtful]
         )
-        jacobian = numpy.array([[found[name, key][-1] for key in self.keys] for name in self.columns])
-        return numpy.asarray(weights, dtype=float) @ jacobian
+        return sum((weighted[name] * row for name, row in jacobian.items()), numpy.zeros(len(self.keys)))
 
     def checked(self, shape: tuple[int, ...]) -> None:
         """Refuses numbers of another shape."""
@@ -87,17 +94,21 @@ class EndValues:
         if not numpy.isfinite(numbers).all():
             raise InputError(f"the numbers are {numbers.tolist()}", "give finite numbers")
         place = numbers.tobytes()
-        if place not in self._runs:
+        with self._lock:
+            found = self._runs.get(place)
+        if found is None:
             scene = self.scene
             for key, number in zip(self.keys, numbers):
                 scene = scene.set_si(key, float(number))
             if self.method == "adjoint":
-                self._runs[place] = scene.run(threads=self.threads)
+                found = scene.run(threads=self.threads)
             else:
-                self._runs[place] = scene.sensitivities(self.keys, threads=self.threads)
-            while len(self._runs) > KEPT:
-                self._runs.popitem(last=False)
-        return self._runs[place]
+                found = scene.sensitivities(self.keys, threads=self.threads)
+            with self._lock:
+                self._runs[place] = found
+                while len(self._runs) > KEPT:
+                    self._runs.popitem(last=False)
+        return found
 
 
 def chosen(scene: Scene, method: str) -> str:

@@ -16,9 +16,9 @@ def run(kept: dict[str, Any]) -> Run:
     return Run._pickled(kept)
 
 
-def portable(result: Any) -> Run | Report | None:
+def portable(result: Any) -> Run | Report | dict[str, Any] | None:
     """The result of an exception, where it can be pickled."""
-    return result if isinstance(result, (Run, Report)) else None
+    return result if isinstance(result, (Run, Report, dict)) else None
 
 
 def error(kind: type, fact: str, remedy: str, status: str, result: Any) -> Exception:

@@ -24,7 +24,7 @@ class DurometerError(Exception):
         self.result = result
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        """How `pickle` makes it again: a `Run` or a `Report` goes along in `result`, anything else stays behind."""
+        """How `pickle` makes it again: a `Run`, a `Report` or a dictionary goes along in `result`, anything else stays behind."""
         from ._pickled import error, portable
 
         return error, (type(self), self.fact, self.remedy, self.status, portable(self.result))

@@ -1,16 +1,16 @@
 //! The class `Calibration`: numbers of a scene from measured curves, by simulating them.
 
 use crate::array::array;
-use crate::error::{incomplete, input, refused};
+use crate::error::{incomplete, input, refused, with_result};
 use crate::keys::parsed;
 use crate::law::Raised;
 use crate::scene::Scene;
-use crate::solve::apart;
+use crate::solve::{Link, ended};
 use crate::value::{entries, is_list, kind, numbers, plain, toml_of};
 use durometer::calibrate::Weighting;
 use durometer::calibrate::inverse::{
-    Bounds, Calibration as Found, Failure, FittedCurve, Measured, ObservedCurve, SceneModel, Settings, Unknown,
-    calibrate,
+    Bounds, Calibration as Found, Failure, FittedCurve, Measured, ObservedCurve, SceneModel, SearchWatch, Settings,
+    Unknown, calibrate,
 };
 use durometer::scene::{ParameterKey, Progress};
 use pyo3::prelude::*;
@@ -30,7 +30,9 @@ impl Calibration {
     /// `unknowns`: keys such as "laws.rubber.mu", or a dictionary of key and (lower, upper), each a text with its unit or a number in SI units;
     /// None for the whole range that has a meaning. Results are in the order of the keys.
     /// `weight`: "absolute", "relative" or "noise". `accuracy`: to which the scenes can reproduce the curves, a share of them. `profile`: intervals by profile
-    /// likelihood too. `progress` as in `Scene.run`, for each forward solve. `check`: raise `RunError` where the search does not settle.
+    /// likelihood too. `progress` as in `Scene.run`, for each forward solve. `check`: raise `RunError` where the search does not settle. Where it ends
+    /// before, by a run that does not complete or by Ctrl-C, `result` of the exception has the best values so far, by keys \[SI\]; None where none were
+    /// better than the first.
     #[staticmethod]
     #[pyo3(signature = (curves, unknowns, *, weight = "absolute", accuracy = 0.01, profile = false, progress = None, check = true))]
     fn from_curves(
@@ -53,17 +55,30 @@ impl Calibration {
         let scene: Py<Scene> = first.getattr("scene")?.extract()?;
         let (keys, bounds) = wanted(unknowns, scene.get())?;
         let observed = curves.iter().map(|curve| observed(curve, &keys, &bounds)).collect::<PyResult<Vec<_>>>()?;
-        let answer = apart(py, follower.as_ref(), |link| {
-            let search = || calibrate(observed, &settings, None, &mut |now: Progress| link.progress(now));
+        let ((answer, best), raised) = ended(py, Link::default(), follower.as_ref(), |link| {
+            let mut watch = Following { link, best: None };
             let _turn = Raised::by(link);
-            search().map(|(found, _)| found)
+            let answer = calibrate(observed, &settings, None, &mut watch);
+            (answer.map(|(found, _)| found), watch.best)
         })?;
-        let found = answer.map_err(|failure| match failure {
-            Failure::Input(why) => refused(why),
-            Failure::Constants(why) => refused(why),
-            Failure::Run(status) => incomplete(status.name(), &status.fact(), status.remedy(), py.None()),
-            Failure::Interrupted => incomplete("Interrupted", "the search was stopped", "run it again", py.None()),
-        })?;
+        let so_far = || match best {
+            Some(values) => Ok(keys.iter().map(ToString::to_string).zip(values).into_py_dict(py)?.into_any().unbind()),
+            None => Ok::<_, PyErr>(py.None()),
+        };
+        if let Some(why) = raised {
+            return Err(with_result(py, why, so_far()?));
+        }
+        let found = match answer {
+            Ok(found) => found,
+            Err(Failure::Input(why)) => return Err(refused(why)),
+            Err(Failure::Constants(why)) => return Err(refused(why)),
+            Err(Failure::Run(status)) => {
+                return Err(incomplete(status.name(), &status.fact(), status.remedy(), so_far()?));
+            }
+            Err(Failure::Interrupted) => {
+                return Err(incomplete("Interrupted", "the search was stopped", "run it again", so_far()?));
+            }
+        };
         let settled = found.settled();
         let this = Self { found, scene };
         if check && !settled {
@@ -156,6 +171,22 @@ impl Calibration {
     fn __repr__(&self) -> String {
         let one = |f: &durometer::calibrate::inverse::Found| format!("{} = {:.6e} {}", f.key, f.value, f.unit);
         format!("<Calibration {}>", self.found.constants.iter().map(one).collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// Follows a search, and keeps the best values so far.
+struct Following<'a> {
+    link: &'a Link,
+    best: Option<Vec<f64>>,
+}
+
+impl SearchWatch for Following<'_> {
+    fn progress(&mut self, now: Progress) -> bool {
+        self.link.progress(now)
+    }
+
+    fn better(&mut self, values: &[f64]) {
+        self.best = Some(values.to_vec());
     }
 }
 

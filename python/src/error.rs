@@ -32,6 +32,16 @@ pub fn incomplete(status: &str, fact: &str, remedy: &str, result: Py<PyAny>) -> 
     made("RunError", &[fact, remedy, status], Some(result))
 }
 
+/// The exception with what was computed before it as its `result`, where it has none of its own and takes one.
+pub fn with_result(py: Python<'_>, why: PyErr, result: Py<PyAny>) -> PyErr {
+    let exception = why.value(py);
+    let has_own = exception.getattr("result").is_ok_and(|result| !result.is_none());
+    if !has_own {
+        exception.setattr("result", result).ok();
+    }
+    why
+}
+
 /// `OutOfDomain` of a law that is not defined somewhere.
 pub fn outside(fact: &str) -> PyErr {
     made("OutOfDomain", &[fact], None)

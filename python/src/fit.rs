@@ -2,17 +2,21 @@
 
 use crate::array::array;
 use crate::error::{input, refused};
+use crate::run::follower;
 use crate::solve::apart;
 use crate::threads;
 use crate::value::{kind, numbers, plain};
 use durometer::calibrate::{
-    Experiment, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange, fit, fit_experiment,
+    Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange, fit, fit_experiment,
 };
 use durometer::math::units::{self, Dimension};
+use durometer::scene::Progress;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A law fitted to measured data, with intervals and what the data do not determine.
 ///
@@ -54,7 +58,10 @@ impl Fit {
         request.more = more.to_vec();
         let rest = columns(&mut request, options)?;
         set(&mut request.options, &rest)?;
-        let result = apart(py, progress, |_| fit(&request))?;
+        let result = followed(py, progress, |stop| {
+            request.options.stop = Some(stop);
+            fit(&request)
+        })?;
         Ok(Self { result: result.map_err(|e| refused(in_python(&e.to_string())))?, of_arrays: false })
     }
 
@@ -93,7 +100,10 @@ impl Fit {
         let mut wanted = FitOptions::new(law);
         set(&mut wanted, &all(options)?)?;
         let experiment = Experiment::of_samples("arrays", &durometer::storage::sha256(&bytes), samples);
-        let result = apart(py, progress, |_| fit_experiment(&experiment, &wanted))?;
+        let result = followed(py, progress, |stop| {
+            wanted.stop = Some(stop);
+            fit_experiment(&experiment, &wanted)
+        })?;
         Ok(Self { result: result.map_err(|e| refused(of_arrays(&e.to_string())))?, of_arrays: true })
     }
 
@@ -179,6 +189,21 @@ impl Fit {
     fn __repr__(&self) -> String {
         format!("<Fit of {} to {}>", self.result.label, self.result.data)
     }
+}
+
+/// Does a fit, which is ended by the flag that it gets, apart from Python. Its end is not foreseen: progress is 0 of 1 until it is done.
+fn followed(
+    py: Python<'_>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(Arc<AtomicBool>) -> Result<FitResult, FitError> + Send,
+) -> PyResult<Result<FitResult, FitError>> {
+    let follower = follower(py, progress)?;
+    apart(py, follower.as_ref(), |link| {
+        link.progress(Progress { t: 0.0, end: 1.0 });
+        let result = work(link.stop.clone());
+        link.progress(Progress { t: 1.0, end: 1.0 });
+        result
+    })
 }
 
 /// Refuses arrays that do not belong together, and stretches that are none.

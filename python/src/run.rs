@@ -207,7 +207,7 @@ impl Run {
         };
         let (built, state, memory) = &**origin;
         let found = apart(py, None, |link| {
-            built.during(link, |scene| scalar_sensitivity(scene, (state, memory), &of_columns, &keys))
+            built.during(link, |scene| scalar_sensitivity(scene, (state, memory), &of_columns, &keys, &link.stop))
         })?;
         let found = found.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)?;
         if found.errors.iter().any(|error| *error > 0.0) {

@@ -2,7 +2,7 @@
 
 use crate::built::{Built, Done, Failed};
 use crate::controller::{Foreign, callable};
-use crate::error::{incomplete, input, refused, split};
+use crate::error::{incomplete, input, refused, split, with_result};
 use crate::run::{Recorded, Run};
 use crate::solve::{Link, ended};
 use durometer::math::cpu_clock::CpuClock;
@@ -34,7 +34,10 @@ pub fn solve(
     let work = |link: &Arc<Link>| run(&built, foreign, keys, &mut recorded, link);
     let mut done = match ended(py, Link::default(), wanted.follower.as_ref(), work)? {
         (Ok(done), None) => done,
-        (Ok(done), Some(why)) => return Err(with_result(py, why, Run::new(py, built, done, recorded, None)?)),
+        (Ok(done), Some(why)) => {
+            let run = Py::new(py, Run::new(py, built, done, recorded, None)?)?;
+            return Err(with_result(py, why, run.into_any()));
+        }
         (Err(_), Some(why)) => return Err(why),
         (Err(why), None) => return Err(refused(why as Box<dyn std::error::Error>)),
     };
@@ -47,16 +50,6 @@ pub fn solve(
         return Err(incomplete(status.name(), &fact, &remedy, Py::new(py, run)?.into_any()));
     }
     Ok((run, sensitivities))
-}
-
-/// The exception with the run so far as its `result`, where it has none of its own and takes one.
-fn with_result(py: Python<'_>, why: PyErr, run: Run) -> PyErr {
-    let exception = why.value(py);
-    let has_own = exception.getattr("result").is_ok_and(|result| !result.is_none());
-    if !has_own && let Ok(run) = Py::new(py, run) {
-        exception.setattr("result", run).ok();
-    }
-    why
 }
 
 /// Why signals or a controller ended a run: fact and remedy.

@@ -1,10 +1,10 @@
 //! The class `Study`: a question, a scene and a list of changes; its run makes a report.
 
-use crate::error::{incomplete, input, refused};
+use crate::error::{incomplete, input, refused, with_result};
 use crate::law::Raised;
-use crate::solve::{Link, apart};
+use crate::solve::{Link, ended};
 use crate::threads;
-use crate::value::{mapping, toml_of};
+use crate::value::{mapping, plain, toml_of};
 use durometer::catalogue::{Launch, host};
 use durometer::math::threads::locked;
 use durometer::scene::Progress;
@@ -16,6 +16,7 @@ use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use durometer_commands::files::find;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -75,7 +76,7 @@ impl Study {
     }
 
     /// Runs every case that has no result in the folder `out` yet, `reports/<name>` by default, and writes the report. Ctrl-C keeps what is
-    /// finished: the next run goes on from there.
+    /// finished: the next run goes on from there, and `result` of the exception has the records so far, by case.
     ///
     /// `only`: cases whose id contains this text. `jobs`: cases at the same time. `progress`: True, or a function of the cases that are done,
     /// with the parts of those that run, and of all. `isolation`: "processes", or "threads", which laws in Python need. `check`: raise `RunError`
@@ -105,10 +106,20 @@ impl Study {
         };
         let (jobs, only) = (threads::number(jobs)?, only.map(Only::from));
         let choice = (only, redo, accept_build);
-        let done = apart(py, follower.as_ref(), |link| {
+        let (done, raised) = ended(py, Link::default(), follower.as_ref(), |link| {
             Raised::during_study(link, || self.work(&dir, jobs, choice, isolation, link))
         })?;
-        let failed = done.map_err(|e| refused(e as Box<dyn std::error::Error>))?;
+        let failed = match (done, raised) {
+            (Ok(Done::All(failed)), None) => failed,
+            (Ok(Done::Part(records)), Some(why)) => {
+                let of_cases = PyDict::new(py);
+                records.iter().try_for_each(|record| of_cases.set_item(&record.id, plain(py, record)?))?;
+                return Err(with_result(py, why, of_cases.into_any().unbind()));
+            }
+            (_, Some(why)) => return Err(why),
+            (Ok(Done::Part(_)), None) => None,
+            (Err(why), None) => return Err(refused(why as Box<dyn std::error::Error>)),
+        };
         let report = py.import("durometer.report")?.getattr("Report")?.call1((dir,))?;
         match failed {
             Some((fact, status)) if check => {
@@ -125,8 +136,16 @@ impl Study {
 
 type Failed = Box<dyn std::error::Error + Send + Sync>;
 
+/// How the work on the cases has ended.
+enum Done {
+    /// The report is written; which cases are not complete, and the status of the first
+    All(Option<(String, String)>),
+    /// It was stopped, with these results
+    Part(Vec<CaseRecord>),
+}
+
 impl Study {
-    /// Runs the cases and writes the report; returns which cases are not complete, and the status of the first.
+    /// Runs the cases and writes the report.
     fn work(
         &self,
         dir: &Path,
@@ -134,19 +153,19 @@ impl Study {
         (only, redo, accept_build): (Option<Only>, bool, bool),
         isolation: Isolation,
         link: &Arc<Link>,
-    ) -> Result<Option<(String, String)>, Failed> {
+    ) -> Result<Done, Failed> {
         let stop = link.stop.clone();
         let options = Options { jobs, redo, accept_build, only, isolation, ..Options::new(&stop) };
         let wanted = self.study.cases.iter().filter(|c| options.wants(&c.id)).count();
         let watch = Following { link, wanted: wanted as f64, shares: Mutex::default() };
         let records = run(&self.study, dir, &options, &watch)?;
         if stop.load(std::sync::atomic::Ordering::Relaxed) {
-            return Ok(None);
+            return Ok(Done::Part(records));
         }
         let summary = write(dir)?;
         let failed = summary.failed(&records);
         let fact = || format!("not complete: {}", failed.iter().map(|r| r.id.as_str()).collect::<Vec<_>>().join(", "));
-        Ok(failed.first().map(|first| (fact(), first.status.clone())))
+        Ok(Done::All(failed.first().map(|first| (fact(), first.status.clone()))))
     }
 }
 

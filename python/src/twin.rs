@@ -2,33 +2,70 @@
 
 use crate::array::array;
 use crate::error::{input, refused};
+use crate::value::{kind, mapping};
 use durometer::math::threads::locked;
 use durometer::reduction::inverse::{Target, reach};
 use durometer::reduction::{ReducedModel, Twin as Model};
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{IntoPyDict, PyDict};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 
 /// A reduced model from a study of kind "reduction", at an equilibrium.
 #[pyclass(module = "durometer", frozen)]
 pub struct Twin {
+    model: Arc<ReducedModel>,
     /// In a box: its lanes of numbers are aligned to 32 bytes
-    model: Box<Mutex<Model>>,
+    running: Box<Mutex<Model>>,
 }
 
 impl Twin {
-    fn get(&self) -> MutexGuard<'_, Model> {
-        locked(&self.model)
+    fn of(model: ReducedModel) -> PyResult<Self> {
+        let model = Arc::new(model);
+        Ok(Self { running: Box::new(Model::new(model.clone()).map_err(refused)?.into()), model })
+    }
+
+    /// Does work on the model, without the lock of the interpreter: whoever waits for the model does not hold up the thread that has it, and no code of
+    /// Python runs in the work but that of laws.
+    fn with<T: Send>(&self, py: Python<'_>, work: impl FnOnce(&mut Model) -> T + Send) -> T {
+        py.detach(|| work(&mut locked(&self.running)))
+    }
+
+    fn names_of_inputs(&self) -> Vec<&str> {
+        self.model.inputs.iter().map(|i| i.name.as_str()).collect()
+    }
+
+    fn names_of_quantities(&self) -> Vec<&str> {
+        self.model.quantities.iter().map(|q| q.name.as_str()).collect()
     }
 
     /// Values by the names of the quantities.
     fn by_quantity<'py>(&self, py: Python<'py>, values: fn(&Model) -> &[f64]) -> PyResult<Bound<'py, PyDict>> {
-        let (model, out) = (self.get(), PyDict::new(py));
-        let named = model.model().quantities.iter().zip(values(&model));
-        named.into_iter().try_for_each(|(q, value)| out.set_item(&q.name, value))?;
-        Ok(out)
+        let values = self.with(py, |model| values(model).to_vec());
+        self.names_of_quantities().into_iter().zip(values).into_py_dict(py)
     }
+}
+
+/// Numbers by names, each with the index of its name among those that are `known`.
+fn indexed(what: &str, known: &[&str], given: &Bound<'_, PyAny>) -> PyResult<Vec<(usize, f64)>> {
+    let one = |(name, value): (String, Bound<'_, PyAny>)| {
+        let Some(k) = known.iter().position(|known| *known == name) else {
+            return Err(input(&format!("there is no {what} {name}"), &format!("known: {}", known.join(", "))));
+        };
+        let number = value.extract::<f64>().map_err(|why| {
+            if !why.is_instance_of::<PyException>(value.py()) {
+                return why;
+            }
+            let fact = format!("the {what} {name} is of the type {}, and no number", kind(&value));
+            input(&fact, "give one number in SI units")
+        })?;
+        match number.is_finite() {
+            true => Ok((k, number)),
+            false => Err(input(&format!("the {what} {name} is {number}"), "give a finite number in SI units")),
+        }
+    };
+    mapping(&format!("the dictionary of {what} and value"), given)?.into_iter().map(one).collect()
 }
 
 #[pymethods]
@@ -36,32 +73,26 @@ impl Twin {
     /// Reads a file `.durom`; the model is at rest.
     #[new]
     fn new(path: PathBuf) -> PyResult<Self> {
-        let model = ReducedModel::read(&path).map_err(refused)?;
-        Ok(Self { model: Box::new(Model::new(model).map_err(refused)?.into()) })
+        Self::of(ReducedModel::read(&path).map_err(refused)?)
     }
 
     /// A model from the bytes of such a file.
     #[staticmethod]
     fn from_bytes(data: &[u8]) -> PyResult<Self> {
-        let model = ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?;
-        Ok(Self { model: Box::new(Model::new(model).map_err(refused)?.into()) })
+        Self::of(ReducedModel::from_bytes(Path::new("the bytes"), data).map_err(refused)?)
     }
 
     /// Name of each input → its range (least, largest) \[SI\].
     #[getter]
     fn ranges<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let (model, out) = (self.get(), PyDict::new(py));
-        model.model().inputs.iter().try_for_each(|i| out.set_item(&i.name, (i.range[0], i.range[1])))?;
-        Ok(out)
+        self.model.inputs.iter().map(|i| (&i.name, <(f64, f64)>::from(i.range))).into_py_dict(py)
     }
 
     /// Name of each input → its value at the present equilibrium \[SI\].
     #[getter]
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let (model, out) = (self.get(), PyDict::new(py));
-        let named = model.model().inputs.iter().zip(model.inputs());
-        named.into_iter().try_for_each(|(i, value)| out.set_item(&i.name, value))?;
-        Ok(out)
+        let values = self.with(py, |model| model.inputs().to_vec());
+        self.names_of_inputs().into_iter().zip(values).into_py_dict(py)
     }
 
     /// Name of each quantity → its value.
@@ -84,82 +115,70 @@ impl Twin {
 
     /// Whether the inputs are within the ranges that the model was made for.
     #[getter]
-    fn in_range(&self) -> bool {
-        self.get().in_range()
+    fn in_range(&self, py: Python<'_>) -> bool {
+        self.with(py, |model| model.in_range())
     }
 
     /// Length of a step in time \[s\] of a model that moves, else None.
     #[getter]
     fn dt(&self) -> Option<f64> {
-        self.get().dt()
+        self.model.dynamics.as_ref().map(|dynamics| dynamics.dt)
     }
 
     /// Time since the last rest \[s\] of a model that moves, else None.
     #[getter]
-    fn time(&self) -> Option<f64> {
-        self.get().time()
+    fn time(&self, py: Python<'_>) -> Option<f64> {
+        self.with(py, |model| model.time())
     }
 
     /// Goes to the equilibrium of these inputs \[SI\], or one step in time with them at its end; those that are not given keep their values. Returns the values of the quantities.
-    fn step<'py>(&self, py: Python<'py>, inputs: &Bound<'_, PyDict>) -> PyResult<Bound<'py, PyDict>> {
-        {
-            let mut model = self.get();
-            let mut values = model.inputs().to_vec();
-            for (name, value) in inputs.iter() {
-                let name: String = name.extract()?;
-                let Some(k) = model.model().inputs.iter().position(|i| i.name == name) else {
-                    let known: Vec<&str> = model.model().inputs.iter().map(|i| i.name.as_str()).collect();
-                    return Err(input(
-                        &format!("there is no input {name}"),
-                        &format!("the inputs are {}", known.join(", ")),
-                    ));
-                };
-                values[k] = value.extract()?;
-            }
-            model.step(&values).map_err(refused)?;
-        }
-        self.values(py)
+    fn step<'py>(&self, py: Python<'py>, inputs: &Bound<'_, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let given = indexed("input", &self.names_of_inputs(), inputs)?;
+        let values = self.with(py, |model| {
+            let mut all = model.inputs().to_vec();
+            given.iter().for_each(|(k, value)| all[*k] = *value);
+            model.step(&all).map(|_| model.values().to_vec())
+        });
+        self.names_of_quantities().into_iter().zip(values.map_err(refused)?).into_py_dict(py)
     }
 
     /// Goes to inputs in their ranges at which these quantities have these values, as near as a local search comes; true where it met all within
     /// `tolerance`, a share of their largest changes from rest.
     #[pyo3(signature = (targets, *, tolerance = 1e-4))]
-    fn reach(&self, targets: &Bound<'_, PyDict>, tolerance: f64) -> PyResult<bool> {
-        let mut model = self.get();
-        let mut all = vec![];
-        for (name, value) in targets.iter() {
-            let name: String = name.extract()?;
-            let Some(quantity) = model.model().quantities.iter().position(|q| q.name == name) else {
-                let known: Vec<&str> = model.model().quantities.iter().map(|q| q.name.as_str()).collect();
-                return Err(input(
-                    &format!("there is no quantity {name}"),
-                    &format!("the quantities are {}", known.join(", ")),
-                ));
-            };
-            let value: f64 = value.extract()?;
-            if !(value.is_finite() && tolerance > 0.0) {
-                return Err(input(
-                    &format!("{name} is to be {value} within {tolerance}"),
-                    "give a finite value, and a tolerance above zero",
-                ));
-            }
-            let size = model.model().size_at(quantity, value);
-            all.push(Target { quantity, value, tolerance: tolerance * size });
+    fn reach(&self, py: Python<'_>, targets: &Bound<'_, PyAny>, tolerance: f64) -> PyResult<bool> {
+        if tolerance.is_nan() || tolerance <= 0.0 {
+            return Err(input(&format!("tolerance is {tolerance}"), "give a share above zero, such as 1e-4"));
         }
-        Ok(reach(&mut model, &all).map_err(refused)?.met)
+        let target = |(quantity, value)| {
+            let tolerance = tolerance * self.model.size_at(quantity, value);
+            Target { quantity, value, tolerance }
+        };
+        let given = indexed("quantity", &self.names_of_quantities(), targets)?;
+        let targets: Vec<Target> = given.into_iter().map(target).collect();
+        Ok(self.with(py, |model| reach(model, &targets)).map_err(refused)?.met)
     }
 
-    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium, in the order of `values` and `inputs`.
+    /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium, in the order of `values` and `inputs`; not a number at
+    /// rest, before the first step.
     fn sensitivities(&self, py: Python<'_>) -> PyResult<Py<PyAny>> {
-        let mut model = self.get();
-        let shape = [model.values().len(), model.inputs().len()];
+        let shape = [self.model.quantities.len(), self.model.inputs.len()];
         let mut out = vec![0.0; shape[0] * shape[1]];
-        model.sensitivities(&mut out);
+        self.with(py, |model| model.sensitivities(&mut out));
         array(py, out, shape)
     }
 
     /// Back to rest.
-    fn reset(&self) {
-        self.get().reset();
+    fn reset(&self, py: Python<'_>) {
+        self.with(py, Model::reset);
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let (inputs, values) = self.with(py, |model| (model.inputs().to_vec(), model.values().to_vec()));
+        let listed = |names: Vec<&str>, values: Vec<f64>| {
+            let one = |(name, value): (&str, f64)| format!("{name} = {value:.6e}");
+            names.into_iter().zip(values).map(one).collect::<Vec<_>>().join(", ")
+        };
+        let at = listed(self.names_of_inputs(), inputs);
+        format!("<Twin at {at}: {}>", listed(self.names_of_quantities(), values))
     }
 }

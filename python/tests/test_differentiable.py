@@ -4,6 +4,7 @@ import importlib
 import random
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import durometer
@@ -239,3 +240,52 @@ def test_forward_derivatives_are_warned_of_too(scene: durometer.Scene, monkeypat
     monkeypatch.setattr(Found, "columns", COLUMNS[1:])
     with pytest.raises(durometer.InputError, match=f"{COLUMNS[0]} has no derivative"):
         of.pullback(of.start, numpy.array([1.0, 0.0]))
+
+
+def test_a_column_that_does_not_count_may_have_no_derivative(scene: durometer.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    from durometer._end_values import EndValues
+
+    class Found:
+        run = scene.run()
+        columns = COLUMNS
+        doubtful: list[tuple[str, str, float]] = []
+
+        def __getitem__(self, place: tuple[str, str]) -> numpy.ndarray:
+            return numpy.array([0.0, 2.0 if place[0] == COLUMNS[0] else float("nan")])
+
+    of = EndValues(scene, KEYS[:1], COLUMNS, "forward", None)
+    monkeypatch.setattr(of, "_solved", lambda numbers: Found())
+    assert of.pullback(of.start, numpy.array([3.0, 0.0])).tolist() == [6.0]
+    with pytest.raises(durometer.InputError, match=f"{COLUMNS[1]} has no derivative at the end of the run"):
+        of.pullback(of.start, numpy.array([3.0, 1.0]))
+    monkeypatch.setattr(Found, "columns", COLUMNS[:1])
+    assert of.pullback(of.start, numpy.array([3.0, 0.0])).tolist() == [6.0]
+    assert of.pullback(of.start, numpy.zeros(2)).tolist() == [0.0]
+
+
+def test_threads_take_values_of_one_function(scene: durometer.Scene) -> None:
+    from durometer._end_values import EndValues
+
+    class Quick:
+        """A scene whose run is its number."""
+
+        def __init__(self, number: float = 0.0) -> None:
+            self.number = number
+
+        def set_si(self, key: str, number: float) -> "Quick":
+            return Quick(number)
+
+        def run(self, threads: int | None) -> float:
+            return self.number
+
+    of = EndValues(scene, KEYS[:1], COLUMNS[:1], "adjoint", None)
+    of.scene = Quick()  # type: ignore[assignment]
+    numbers = range(20000)
+    usual = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(8) as threads:
+            found = list(threads.map(lambda number: of._solved(numpy.array([float(number)])), numbers))
+    finally:
+        sys.setswitchinterval(usual)
+    assert found == list(numbers)

@@ -192,3 +192,31 @@ def test_options_are_numbers_in_si_units_too() -> None:
     ogden = durometer.Fit.from_arrays(STRETCH, stress, "ogden", terms=1, nu=0.45)
     assert ogden.units["alpha1"] == "1"
     assert not [warning for warning in durometer.Fit.from_arrays(STRETCH, stress, "neo_hookean").warnings if "--nu" in warning]
+
+
+def test_the_progress_of_a_fit_is_told() -> None:
+    told: list[tuple[float, float]] = []
+    arguments = (STRETCH, 40e3 * (STRETCH - STRETCH**-2), "neo_hookean")
+    durometer.Fit.from_arrays(*arguments, nu=0.45, progress=lambda done, end: told.append((done, end)))
+    assert told and told == sorted(told) and told[-1] == (1.0, 1.0)
+    with pytest.raises(durometer.InputError, match="cannot be called"):
+        durometer.Fit.from_arrays(*arguments, nu=0.45, progress=5)
+
+
+def test_a_search_that_is_ended_leaves_its_best_values() -> None:
+    truth = durometer.Scene.from_toml(PULLED).set("mesh.grid.divisions", [16, 6, 6]).set("stage.0.dt", "0.25 s")
+    run = truth.run()
+    start = truth.set("laws.silicone.E", "20 kPa").set("laws.silicone.nu", 0.4)
+    curve = durometer.Curve(start, "t_s", run.times[1:], "xmin_reaction_x_N", run["xmin_reaction_x_N"][1:])
+    seen: list[float] = []
+
+    def told(t: float, end: float) -> None:
+        seen.append(t)
+        # The third forward solve comes after a better point than the first
+        if sum(after < before for before, after in zip(seen, seen[1:])) >= 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        durometer.Calibration.from_curves([curve], ["laws.silicone.E", "laws.silicone.nu"], progress=told)
+    best = caught.value.result
+    assert list(best) == ["laws.silicone.E", "laws.silicone.nu"] and abs(best["laws.silicone.E"] - 100e3) < 80e3

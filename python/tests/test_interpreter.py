@@ -106,3 +106,31 @@ def test_runs_of_several_threads_of_python_are_the_same(beam: durometer.Scene) -
     for thread in threads:
         thread.join()
     assert results == [expected] * 4
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_ctrl_c_ends_a_fit_and_a_gradient(tmp_path: Path) -> None:
+    # Each takes some seconds in all, and ends within a second
+    code = f"""
+import durometer, numpy, os, signal, sys, threading, time
+signal.signal(signal.SIGINT, signal.default_int_handler)
+stretch = numpy.linspace(1.01, 6, 400)
+stress = 4e4 * (stretch - stretch**-2) * (1 + 0.01 * stretch**2) * (1 + 0.01 * numpy.random.default_rng(0).standard_normal(400))
+run = durometer.Scene.from_toml({BEAM.replace("[4, 2, 2]", "[40, 8, 8]").replace('dt = "0.5 s"', 'dt = "1 s"')!r}).run(threads=1)
+keys = [f"mesh.grid.size.{{k}}" for k in range(3)] + ["effect.gravity.density"] + [f"effect.gravity.direction.{{k}}" for k in range(3)]
+for work in (
+    lambda: durometer.Fit.from_arrays(stretch, stress, "ogden", nu=0.499, terms=4),
+    lambda: run.gradient({{"xmax_z_m": 1.0}}, keys),
+):
+    start = time.monotonic()
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    try:
+        work()
+        time.sleep(1)
+        sys.exit("it was done before")
+    except KeyboardInterrupt:
+        print(time.monotonic() - start, flush=True)
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120)
+    seconds = [float(line) for line in told.stdout.split()]
+    assert told.returncode == 0 and len(seconds) == 2 and max(seconds) < 1.5, (told.stdout, told.stderr)

@@ -168,3 +168,16 @@ else:
 """
     told = subprocess.run([sys.executable, "-P", "-c", code], env=environment, capture_output=True, text=True, timeout=120)
     assert told.returncode == 0, told.stderr
+
+
+def test_a_live_view_is_gone_after_its_run(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(BEAM)
+    code = """
+import durometer, psutil
+for _ in range(2):
+    assert durometer.main(["simulate", "scene.toml", "--live", "--no-view", "--out", "out"]) == 0
+open_ports = [c for c in psutil.Process().net_connections() if c.status == psutil.CONN_LISTEN]
+assert not open_ports, open_ports
+"""
+    told = subprocess.run([sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert told.returncode == 0, told.stderr

@@ -104,3 +104,15 @@ def test_a_law_in_python_is_not_known_in_other_processes(tmp_path: Path) -> None
 def test_shipped_studies_are_known_by_name() -> None:
     study = durometer.Study.load("finger-convergence")
     assert study.kind == "convergence" and study.question and len(study.cases) > 10
+
+
+def test_a_study_that_is_ended_leaves_its_records(study: durometer.Study, tmp_path: Path) -> None:
+    def told(done: float, end: float) -> None:
+        if done >= 1.0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        study.run(tmp_path / "out", jobs=1, progress=told)
+    records = caught.value.result
+    assert 1 <= len(records) < 3 and all(record["id"] == case for case, record in records.items())
+    assert all(record["status"] == "Converged" for record in records.values())

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import MappingProxyType
 
 import durometer
 import numpy
@@ -31,12 +32,18 @@ unit = "m"
 """
 
 
-def test_a_twin_gives_the_numbers_of_the_program(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(BEAM)
-    (tmp_path / "study.toml").write_text(STUDY)
-    told = program("run", tmp_path / "study.toml", "--out", tmp_path / "out")
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("reduction")
+    (folder / "scene.toml").write_text(BEAM)
+    (folder / "study.toml").write_text(STUDY)
+    told = program("run", folder / "study.toml", "--out", folder / "out")
     assert told.returncode == 0, told.stderr
-    [file] = (tmp_path / "out" / "models").glob("*.durom")
+    [file] = (folder / "out" / "models").glob("*.durom")
+    return file
+
+
+def test_a_twin_gives_the_numbers_of_the_program(file: Path) -> None:
     twin = durometer.Twin(file)
     [name] = twin.ranges
     assert twin.ranges[name] == (0.0, 30.0) and twin.inputs == {name: 0.0}
@@ -44,14 +51,17 @@ def test_a_twin_gives_the_numbers_of_the_program(tmp_path: Path) -> None:
     command = [sys.executable, "-P", "-m", "durometer", "twin", str(file)]
     stepped = subprocess.run(command, input=line, capture_output=True, text=True, check=True)
     answer = json.loads(stepped.stdout.splitlines()[1])["quantities"]["xmax_z_m"]
-    values = twin.step({name: 12.5})
+    assert numpy.isnan(twin.sensitivities()).all()
+    values = twin.step(MappingProxyType({name: numpy.float32(12.5)}))
     assert values == {"xmax_z_m": answer["value"]} and twin.bars == {"xmax_z_m": answer["bar"]} and twin.in_range
     # Central differences with h = 1e-4 of the range
     slope = twin.sensitivities()
     assert slope.shape == (1, 1)
     ends = [twin.step({name: 12.5 + h})["xmax_z_m"] for h in (-3e-3, 3e-3)]
     assert abs(slope[0, 0] - (ends[1] - ends[0]) / 6e-3) < 1e-4 * abs(slope[0, 0])
+    assert repr(twin).startswith(f"<Twin at {name} = 1.25") and "xmax_z_m = " in repr(twin)
     twin.reset()
+    assert numpy.isnan(twin.sensitivities()).all()
     assert twin.reach({"xmax_z_m": values["xmax_z_m"]}) and abs(twin.inputs[name] - 12.5) < 0.1
     twin.step({name: 50.0})
     assert not twin.in_range and numpy.isinf(twin.bars["xmax_z_m"])
@@ -59,8 +69,49 @@ def test_a_twin_gives_the_numbers_of_the_program(tmp_path: Path) -> None:
     # At many addresses, which Python aligns to 16 bytes
     others = [durometer.Twin(file) for _ in range(20)]
     assert all(other.step({name: 12.5}) == values for other in others)
-    for wrong in ({"none": 1.0}, {name: float("nan")}):
+    for wrong in ({"none": 1.0}, {name: float("nan")}, {name: "12.5"}, {name: None}, {name: [1.0, 2.0]}, {1: 1.0}, [1.0], 1.0):
         with pytest.raises(durometer.InputError):
             twin.step(wrong)
+    for wrong in ({"none": 1.0}, {"xmax_z_m": "low"}, {"xmax_z_m": float("inf")}, [1.0]):
+        with pytest.raises(durometer.InputError):
+            twin.reach(wrong)
+    with pytest.raises(durometer.InputError, match="tolerance is 0"):
+        twin.reach({"xmax_z_m": 0.0}, tolerance=0.0)
+
+    class Ended:
+        def __float__(self) -> float:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        twin.step({name: Ended()})
     with pytest.raises(durometer.InputError):
         durometer.Twin.from_bytes(file.read_bytes()[:-1])
+
+
+#: Numbers whose value Python computes, in a thread that yields to the other one
+SHARED = """
+import sys
+import threading
+import time
+
+import durometer
+
+
+class Number:
+    def __float__(self):
+        time.sleep(1e-4)
+        return 12.5
+
+
+twin = durometer.Twin(sys.argv[1])
+[name] = twin.ranges
+steps = threading.Thread(target=lambda: [twin.step({name: Number()}) for _ in range(100)], daemon=True)
+steps.start()
+while steps.is_alive():
+    twin.values, twin.bars, twin.inputs
+assert twin.inputs == {name: 12.5}
+"""
+
+
+def test_threads_share_a_twin(file: Path) -> None:
+    subprocess.run([sys.executable, "-P", "-c", SHARED, str(file)], check=True, timeout=60)

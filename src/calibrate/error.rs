@@ -201,6 +201,8 @@ pub enum FitError {
          strain was read as stretch"
     )]
     NotPositive { cosine: f64 },
+    #[error("the fit was stopped; run it again")]
+    Interrupted,
     #[error("{solver} did not finish ({status}) on a problem with one minimum; please report the data file")]
     Solver { solver: &'static str, status: String },
     #[error(

@@ -305,6 +305,7 @@ impl Choice {
             stable: stable_points(options.stable, &self.modes, self.stretch),
             slack: vec![],
             held: None,
+            stop: options.stop.clone(),
         })
     }
 }

@@ -5,6 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A closed range of stretch λ \[–\], written `1..1.6`.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize)]
@@ -131,6 +133,8 @@ pub struct FitOptions {
     pub tolerance: f64,
     /// Ends of the range, about as many, with which the fit is repeated for its dependence on the range; 0: it is not repeated, in about a third of the time
     pub ranges: usize,
+    /// Set from outside to end the fit
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl FitOptions {
@@ -151,6 +155,7 @@ impl FitOptions {
             slack: SlackChoice::Auto,
             tolerance: 0.1,
             ranges: 24,
+            stop: None,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Pictures of a run of `durometer simulate`: fields for ParaView, and the page that shows the motion.
 
-use durometer::live::{self, Board, Listener, Shown};
+use durometer::live::{self, Board, Listener, Served, Shown};
 use durometer::math::cpu_clock::CpuClock;
 use durometer::report::files;
 use durometer::report::viewer::film::Film;
@@ -71,13 +71,12 @@ impl Drawing {
         }
     }
 
-    /// Shows the states in a live view too.
-    pub fn follow(&mut self, scene: &Scene, listener: Listener, shown: &Shown) -> Option<Arc<Board>> {
+    /// Shows the states in a live view too, which is served as long as the second value lives.
+    pub fn follow(&mut self, scene: &Scene, listener: Listener, shown: &Shown) -> Option<(Arc<Board>, Option<Served>)> {
         let film = self.film.as_ref()?;
         let board = live::board(scene, film, view::about_before(scene, shown.run), shown);
-        super::live::serve(listener, &board);
         self.board = Some(board.clone());
-        Some(board)
+        Some((board.clone(), super::live::serve(listener, board)))
     }
 
     pub fn add(&mut self, scene: &Scene, state: &State) {

@@ -1,6 +1,6 @@
 //! Flags of the live view, and its beginning and end.
 
-use durometer::live::{Board, Listener, LiveError, Relay};
+use durometer::live::{Board, Listener, LiveError, Relay, Served};
 use durometer::scene::Run;
 use durometer::solve::Status;
 use std::sync::Arc;
@@ -23,18 +23,20 @@ fn announce(address: &str, is_served: bool) {
     }
 }
 
-/// Serves the cases of a study at one address.
-pub fn relay(listener: Listener) -> Option<Arc<Relay>> {
+/// Serves the cases of a study at one address, as long as the second value lives.
+pub fn relay(listener: Listener) -> Option<(Arc<Relay>, Served)> {
     let address = listener.access().address();
     let relay = Relay::serve(listener);
     announce(&address, relay.is_some());
     relay
 }
 
-/// Serves a board.
-pub fn serve(listener: Listener, board: &Arc<Board>) {
+/// Serves a board, as long as what it returns lives.
+pub fn serve(listener: Listener, board: Arc<Board>) -> Option<Served> {
     let address = listener.access().address();
-    announce(&address, listener.serve(board.clone()));
+    let served = listener.serve(board);
+    announce(&address, served.is_some());
+    served
 }
 
 /// Tells the pages how the run has ended, and gives them time to take the last states.

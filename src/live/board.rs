@@ -1,6 +1,6 @@
 //! The newest of a run for its clients, and their commands for it.
 
-use super::news::{News, Seen, SignalState};
+use super::news::{Extent, News, Seen, SignalState};
 use super::thinned::Thinned;
 use crate::math::threads::locked;
 use crate::report::viewer::film::Film;
@@ -53,6 +53,9 @@ pub(super) enum Command {
         value: f64,
     },
 }
+
+/// A recorded row with its number in the run.
+pub(super) type Row = (usize, Arc<[f64]>);
 
 /// The state of a run that its clients see.
 struct Now {
@@ -236,9 +239,10 @@ impl Board {
         now.frames.binary_search_by_key(&number, |(k, _)| *k).ok().map(|k| now.frames[k].1.clone())
     }
 
-    /// The rows from a number on, each with its number.
-    pub(super) fn rows(&self, first: usize) -> Vec<(usize, Arc<[f64]>)> {
-        self.now().rows.from(first).cloned().collect()
+    /// The rows from a number on, each with its number, and which ones can be asked for at this moment.
+    pub(super) fn rows(&self, first: usize) -> (Extent, Vec<Row>) {
+        let now = self.now();
+        (now.news.rows, now.rows.from(first).cloned().collect())
     }
 
     /// A client that follows the run begins to listen.

@@ -22,5 +22,5 @@ pub use board::{Board, Opening};
 pub use hand::HandControl;
 pub use news::SignalState;
 pub use relay::Relay;
-pub use server::{Access, Listener, LiveError};
+pub use server::{Access, Listener, LiveError, Served};
 pub use view::{Shown, board, iterations};

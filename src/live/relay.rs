@@ -4,10 +4,10 @@
 
 use super::board::{Board, Opening};
 use super::response::STALLED_PART;
-use super::server::{Access, CONNECTIONS, Counted, Listener, PACE, Site};
+use super::server::{Access, CONNECTIONS, Counted, Listener, Served, Site};
 use crate::math::threads::locked;
 use std::io;
-use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -24,16 +24,16 @@ pub struct Relay {
 }
 
 impl Relay {
-    /// Serves a port in a thread of its own, until the process ends. None where the system gives no thread.
-    pub fn serve(listener: Listener) -> Option<Arc<Self>> {
+    /// Serves a port in a thread of its own. None where the system gives no thread.
+    pub fn serve(listener: Listener) -> Option<(Arc<Self>, Served)> {
         let board = Arc::new(Board::new(Opening::default()));
         board.open(WAITING.into());
         let access = listener.access().clone();
-        let (site, listener) = (Arc::new(Site::new(&access, board)), listener.socket());
+        let site = Arc::new(Site::new(&access, board));
         let relay = Arc::new(Self { access, cases: Mutex::default(), connections: AtomicUsize::new(0) });
-        let own = relay.clone();
-        let accept = move || own.accept(&listener, &site);
-        std::thread::Builder::new().name("live".into()).spawn(accept).ok().map(|_| relay)
+        let (own, waiting) = (relay.clone(), site.clone());
+        let served = listener.accept(site, move |client| own.take(client, &waiting))?;
+        Some((relay, served))
     }
 
     /// The address that the cases have in common.
@@ -52,25 +52,19 @@ impl Relay {
         locked(&self.cases)
     }
 
-    fn accept(self: Arc<Self>, listener: &TcpListener, site: &Arc<Site>) {
-        loop {
-            let Ok((client, _)) = listener.accept() else {
-                std::thread::sleep(PACE);
-                continue;
-            };
-            let Some(port) = self.cases().first().map(|(_, port)| *port) else {
-                Site::take(site, client);
-                continue;
-            };
-            let own = self.clone();
-            let serve = move || {
-                if let Some(_one) = Counted::below(&own.connections, CONNECTIONS) {
-                    hand_on(client, port).ok();
-                }
-            };
-            // Without a thread the connection is closed
-            std::thread::Builder::new().name("live relay".into()).spawn(serve).ok();
-        }
+    /// Hands a connection on to the case that is shown, or to the site that waits for one.
+    fn take(self: &Arc<Self>, client: TcpStream, waiting: &Arc<Site>) {
+        let Some(port) = self.cases().first().map(|(_, port)| *port) else {
+            return Site::take(waiting, client);
+        };
+        let own = self.clone();
+        let serve = move || {
+            if let Some(_one) = Counted::below(&own.connections, CONNECTIONS) {
+                hand_on(client, port).ok();
+            }
+        };
+        // Without a thread the connection is closed
+        std::thread::Builder::new().name("live relay".into()).spawn(serve).ok();
     }
 }
 

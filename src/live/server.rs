@@ -1,7 +1,7 @@
 //! The server of the live view: on the loopback interface, under a path with a random token.
 
 use super::board::{Board, Command};
-use super::news::Seen;
+use super::news::{Extent, Seen};
 use super::request::Request;
 use super::response::{Answer, begin_events, event};
 use crate::storage::{hexadecimal, sha256};
@@ -10,7 +10,8 @@ use serde_json::json;
 use std::io::{self, Read};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Connections at the same time. As many more wait for a place, further ones are closed at once.
@@ -84,24 +85,47 @@ impl Listener {
         &self.access
     }
 
-    pub(super) fn socket(self) -> TcpListener {
-        self.listener
+    /// Serves the board in threads of its own. None where the system gives no thread.
+    pub fn serve(self, board: Arc<Board>) -> Option<Served> {
+        let site = Arc::new(Site::new(&self.access, board));
+        let own = site.clone();
+        self.accept(site, move |stream| Site::take(&own, stream))
     }
 
-    /// Serves the board in threads of its own, until the process ends. False where the system gives no thread.
-    pub fn serve(self, board: Arc<Board>) -> bool {
-        let site = Arc::new(Site::new(&self.access, board));
-        let listener = self.listener;
+    /// Takes connections to a site in a thread of its own. None where the system gives no thread.
+    pub(super) fn accept(self, site: Arc<Site>, take: impl Fn(TcpStream) + Send + 'static) -> Option<Served> {
+        let port = self.listener.local_addr().ok()?.port();
+        let (own, listener) = (site.clone(), self.listener);
         let accept = move || {
-            loop {
+            while !own.is_closed() {
                 match listener.accept() {
-                    Ok((stream, _)) => Site::take(&site, stream),
+                    Ok((stream, _)) => take(stream),
                     // Too many open files, for example: those that are served end some time
                     Err(_) => std::thread::sleep(PACE),
                 }
             }
         };
-        std::thread::Builder::new().name("live".into()).spawn(accept).is_ok()
+        let thread = std::thread::Builder::new().name("live".into()).spawn(accept).ok()?;
+        Some(Served { port, site, thread: Some(thread) })
+    }
+}
+
+/// A port that is served as long as this lives.
+pub struct Served {
+    port: u16,
+    site: Arc<Site>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.site.closed.store(true, Ordering::SeqCst);
+        // The thread waits for a connection, and sees after this one that it is the last
+        if let Some(thread) =
+            self.thread.take().filter(|_| TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)).is_ok())
+        {
+            thread.join().ok();
+        }
     }
 }
 
@@ -126,6 +150,8 @@ pub(super) struct Site {
     connections: AtomicUsize,
     waiting: AtomicUsize,
     followers: AtomicUsize,
+    /// Clients that follow the run are sent away
+    closed: AtomicBool,
 }
 
 /// Counts one as long as it lives.
@@ -162,10 +188,15 @@ impl Site {
             connections: AtomicUsize::new(0),
             waiting: AtomicUsize::new(0),
             followers: AtomicUsize::new(0),
+            closed: AtomicBool::new(false),
         }
     }
 
-    /// Serves a connection in a thread of its own.
+    fn is_closed(&self) -> bool {
+        self.closed.load(Ordering::SeqCst)
+    }
+
+    /// Answers a connection in a thread of its own.
     pub fn take(site: &Arc<Self>, mut stream: TcpStream) {
         let own = site.clone();
         let serve = move || {
@@ -255,8 +286,10 @@ impl Site {
 
     fn rows(&self, query: &str) -> Answer {
         let first = query.strip_prefix("from=").and_then(|text| text.parse().ok()).unwrap_or(0);
-        let rows: Vec<_> = self.board.rows(first).iter().map(|(k, row)| json!([k, &row[..]])).collect();
-        Answer::found("application/json", json!(rows).to_string().into_bytes())
+        let (Extent { stride, count }, rows) = self.board.rows(first);
+        let rows: Vec<_> = rows.iter().map(|(k, row)| json!([k, &row[..]])).collect();
+        let answer = json!({ "stride": stride, "count": count, "rows": rows });
+        Answer::found("application/json", answer.to_string().into_bytes())
     }
 
     fn command(&self, request: &Request) -> Answer {
@@ -273,7 +306,7 @@ impl Site {
         }
     }
 
-    /// Sends events until the client has gone, or takes none any more.
+    /// Sends events until the client has gone or takes none any more, or the server has closed.
     fn follow(&self, stream: &mut TcpStream) -> io::Result<()> {
         let Some(_one) = Counted::below(&self.followers, FOLLOWERS) else {
             return Answer::refusal(503, "too many pages are open").send(stream);
@@ -281,11 +314,12 @@ impl Site {
         begin_events(stream)?;
         self.board.join();
         let (_follower, mut seen) = (Follower(&self.board), Seen::default());
-        loop {
+        while !self.is_closed() {
             let news = self.board.news(&mut seen, SILENCE);
             event(stream, news.map(|news| news.json().to_string()).as_deref())?;
             std::thread::sleep(PACE);
         }
+        Ok(())
     }
 }
 

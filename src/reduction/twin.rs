@@ -31,6 +31,8 @@ pub struct Twin {
     /// Whether they are within their ranges; of a model that moves, whether they always were, never changed faster than in the runs that it is made of, and
     /// no more time has passed than in these
     in_range: bool,
+    /// Whether a step has ended since the last rest, where the body is undeformed and need not be in equilibrium
+    stepped: bool,
     at: Position,
     /// Where the step began, and where its last part ended
     start: Position,
@@ -53,6 +55,7 @@ pub struct Twin {
 pub struct TwinState {
     inputs: Vec<f64>,
     in_range: bool,
+    stepped: bool,
     at: Position,
     /// Displacement coordinates, their rates, and what the points remember, of a model that moves
     motion: Option<State>,
@@ -114,6 +117,7 @@ impl Twin {
             shadow,
             inputs: vec![0.0; inputs],
             in_range: true,
+            stepped: false,
             start: rest.clone(),
             last: rest.clone(),
             trial: vec![0.0; inputs],
@@ -139,7 +143,7 @@ impl Twin {
     /// Back to rest.
     pub fn reset(&mut self) {
         self.at.clear();
-        self.in_range = true;
+        (self.in_range, self.stepped) = (true, false);
         self.memory.fill(0.0);
         self.inputs.iter_mut().zip(&self.model.inputs).for_each(|(u, i)| *u = 0.0_f64.clamp(i.range[0], i.range[1]));
         self.estimates.fill(0.0);
@@ -154,6 +158,7 @@ impl Twin {
         TwinState {
             inputs: self.inputs.clone(),
             in_range: self.in_range,
+            stepped: self.stepped,
             at: self.at.clone(),
             motion: self.equations.motion.as_ref().map(|m| m.state().clone()),
             memory: self.memory.clone(),
@@ -171,7 +176,7 @@ impl Twin {
     /// If the state is one of a model of other sizes.
     pub fn restore(&mut self, state: &TwinState) {
         self.inputs.copy_from_slice(&state.inputs);
-        self.in_range = state.in_range;
+        (self.in_range, self.stepped) = (state.in_range, state.stepped);
         self.at.take(&state.at);
         if let (Some(motion), Some(state)) = (&mut self.equations.motion, &state.motion) {
             motion.restore(state);
@@ -295,6 +300,7 @@ impl Twin {
         let time = self.time().unwrap_or(0.0);
         self.in_range =
             within && dynamics.is_none_or(|d| self.in_range && d.allows(&self.inputs, inputs) && d.covers(time));
+        self.stepped = true;
         self.inputs.copy_from_slice(inputs);
         self.read_quantities();
         self.estimate();
@@ -380,10 +386,10 @@ impl Twin {
     }
 
     /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium; of a model that moves, by the inputs at the end of its
-    /// last step, and not a number where none has ended.
+    /// last step. Not a number at rest, before the first step: the undeformed body need not be in equilibrium, and no cable is taut yet.
     pub fn sensitivities(&mut self, out: &mut [f64]) {
         let inputs = self.inputs.len();
-        if !self.equations.linearise_present(&self.inputs, &self.at) {
+        if !(self.stepped && self.equations.linearise_present(&self.inputs, &self.at)) {
             out.fill(f64::NAN);
             return;
         }

@@ -9,10 +9,11 @@ use super::build::Scene;
 use super::error_estimate::path_dependence;
 use super::parameter_key::ParameterKey;
 use super::recorder::{Energies, Moment};
-use super::sensitivity::{Parameters, check, parameters};
+use super::sensitivity::{check, parameter};
 use super::sensitivity_error::SensitivityError;
 use crate::solve::{Failure, Integrator, Step, adjoints};
 use crate::system::{Gradient, State, Want};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Derivatives of a scalar, in its unit per SI unit of the key.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,15 +43,22 @@ pub fn check_scalar(scene: &Scene) -> Result<(), SensitivityError> {
     Ok(())
 }
 
-/// Derivatives of Σ w J over the columns of a run, of weights w \[columns\], by keys; `last` is the last state and `memory` that of the recorders there.
+/// Derivatives of Σ w J over the columns of a run, of weights w \[columns\], by keys; `last` is the last state and `memory` that of the recorders there. Ended by `stop`, which
+/// is looked at between the keys.
 pub fn scalar_sensitivity(
     scene: &Scene,
     (last, memory): (&State, &[f64]),
     weights: &[f64],
     keys: &[ParameterKey],
+    stop: &AtomicBool,
 ) -> Result<ScalarSensitivity, SensitivityError> {
     check_scalar(scene)?;
-    let Parameters { mut parameters, differences } = parameters(scene, keys, false)?;
+    let goes_on = || if stop.load(Ordering::Relaxed) { Err(SensitivityError::Interrupted) } else { Ok(()) };
+    let parameters = keys.iter().map(|key| {
+        goes_on()?;
+        parameter(scene, key, false)
+    });
+    let parameters: Vec<_> = parameters.collect::<Result<_, _>>()?;
     let functional = functional(scene, last, memory, weights)?;
     let stopped = |why: Failure| SensitivityError::Stopped { t: last.t, why };
     let step = Step { system: &scene.system, integrator: Integrator::Static, past: last, dt: 1.0 };
@@ -73,10 +81,11 @@ pub fn scalar_sensitivity(
         .flat_map(|(_, own)| weights[own].to_vec())
         .collect();
     let mut found = ScalarSensitivity { values: Vec::new(), errors: Vec::new() };
-    for (parameter, difference) in parameters.iter_mut().zip(&differences) {
+    for (mut parameter, difference) in parameters {
+        goes_on()?;
         let own = parameter.change(&scene.system, &at, &last.lambda).map_err(|why| stopped(Failure::Eval(why)))?;
         let mut along = adjoint.along(&functional, &step, last, &own).map_err(stopped)?;
-        if let Some(scenes) = difference {
+        if let Some(scenes) = &difference {
             for (along, columns) in along.iter_mut().zip(scenes.columns(&now)) {
                 let wanted = differentiable.iter().zip(&columns).filter(|(weight, _)| **weight != 0.0);
                 *along += wanted.map(|(weight, column)| weight * column).sum::<f64>();

@@ -137,22 +137,29 @@ pub(super) fn parameters<'a>(
     keys: &[ParameterKey],
     by_differences: bool,
 ) -> Result<Parameters<'a>, SensitivityError> {
-    let mut found = Parameters { parameters: Vec::new(), differences: Vec::new() };
-    for key in keys {
-        let exact = key.law_constant().filter(|constant| !by_differences && is_exact(scene, constant));
-        let followed = match &exact {
-            None => Some(Followed::All),
-            Some(_) => others_follow_laws(scene).then_some(Followed::FollowingLaws),
-        };
-        let terms = exact.map_or(Ok(Vec::new()), |constant| law_terms(scene, &constant))?;
-        let difference = followed.map(|followed| SceneDifference::new(scene, key, followed)).transpose()?;
-        found.parameters.push(match &difference {
-            None => Parameter::exact(terms),
-            Some(scenes) => Parameter::with_difference(terms, scenes.system()),
-        });
-        found.differences.push(difference);
-    }
-    Ok(found)
+    let all = keys.iter().map(|key| parameter(scene, key, by_differences));
+    let (parameters, differences) = all.collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
+    Ok(Parameters { parameters, differences })
+}
+
+/// The parameter that one key is, with its scenes where it has a part by differences.
+pub(super) fn parameter<'a>(
+    scene: &'a Scene,
+    key: &ParameterKey,
+    by_differences: bool,
+) -> Result<(Parameter<'a>, Option<SceneDifference<'a>>), SensitivityError> {
+    let exact = key.law_constant().filter(|constant| !by_differences && is_exact(scene, constant));
+    let followed = match &exact {
+        None => Some(Followed::All),
+        Some(_) => others_follow_laws(scene).then_some(Followed::FollowingLaws),
+    };
+    let terms = exact.map_or(Ok(Vec::new()), |constant| law_terms(scene, &constant))?;
+    let difference = followed.map(|followed| SceneDifference::new(scene, key, followed)).transpose()?;
+    let parameter = match &difference {
+        None => Parameter::exact(terms),
+        Some(scenes) => Parameter::with_difference(terms, scenes.system()),
+    };
+    Ok((parameter, difference))
 }
 
 /// Refuses what the derivatives of states do not follow, whatever the key.

@@ -54,6 +54,8 @@ pub enum SensitivityError {
     NotScalar { part: String, why: &'static str },
     #[error("the column {column} has no derivative at t = {t} s; take another one")]
     Column { column: String, t: f64 },
+    #[error("the derivatives were stopped; run them again")]
+    Interrupted,
     #[error("there is no derivative at t = {t} s: {why}; end the run before, or take another stage")]
     Stopped { t: f64, why: Failure },
     #[error(

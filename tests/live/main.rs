@@ -7,9 +7,13 @@ mod recording;
 mod strangers;
 
 use client::{BY_HAND, Live, PATIENCE, ROOT, SIGNAL, folders, run, text};
+use durometer::live::{Access, Board, Listener, Opening};
 use serde_json::{Value, json};
+use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A page that pauses, steps and reads everything changes no bit; states and rows that it gets are those of the run.
@@ -38,7 +42,12 @@ fn a_live_run_has_the_bits_of_a_silent_one() {
     assert_eq!(live.command(&json!("resume")), 204);
     let last = events.until(|news| !news["ended"].is_null());
     assert_eq!((&last["ended"]["status"], &last["states"]["count"]), (&json!("Converged"), &json!(5)));
-    let rows: Vec<(usize, Vec<f64>)> = serde_json::from_slice(&live.get("rows?from=0").1).expect("rows");
+    let answer: Value = serde_json::from_slice(&live.get("rows?from=0").1).expect("rows");
+    assert_eq!(
+        (&answer["stride"], answer["count"].as_u64()),
+        (&json!(1), answer["rows"].as_array().map(|all| all.len() as u64))
+    );
+    let rows: Vec<(usize, Vec<f64>)> = serde_json::from_value(answer["rows"].clone()).expect("rows");
     let lines = rows.iter().map(|(_, row)| row.iter().map(ToString::to_string).collect::<Vec<_>>().join(","));
     let written = text(&silent, "scene.csv");
     assert_eq!(written.lines().skip(1).collect::<Vec<_>>(), lines.collect::<Vec<_>>());
@@ -182,6 +191,14 @@ fn a_browser_drives_a_run() {
         (&found["begins"], &found["stepped"]),
         (&json!("Paused at t = 0 of 1 s"), &json!("Paused at t = 0.25 of 1 s"))
     );
+    let number = |text: &str| {
+        let said = format!("“{text}” is no number; write one in mm, such as 1.5.");
+        (text.to_string(), json!(["1.5", said, "1.5 mm"]))
+    };
+    let mut typed: serde_json::Map<String, Value> = ["", "abc", "7 mm"].map(number).into_iter().collect();
+    typed.insert("1,5".into(), json!(["1.5", "", "1.5 mm"]));
+    typed.insert("99".into(), json!(["4", "The range is 0 mm to 4 mm; 4 mm is taken.", "4 mm"]));
+    assert_eq!(found["typed"], Value::Object(typed));
     assert_eq!((&found["clock"], &found["looksBack"]), (&json!("t = 0.25 s"), &json!("t = 0 s")));
     assert!(found["step"].as_str().is_some_and(|s| s.contains("step size 0.25 s, iteration")), "{}", found["step"]);
     assert!(
@@ -206,4 +223,28 @@ fn a_browser_drives_a_run() {
     let written = &durometer::report::viewer::page::read(&out.join("scene.html")).expect("a page")[0];
     assert_eq!(written.head["times"].as_array().map(Vec::len), Some(5));
     assert!(found["positions"].as_array().is_some_and(|p| p.len() == 3 * 26), "{}", found["positions"]);
+}
+
+/// A process that goes on after a run, such as a session of Python, keeps neither its port nor its states.
+#[test]
+fn a_board_is_served_as_long_as_the_guard_lives() {
+    let listener = Listener::open(0).expect("a free port");
+    let Access { port, token } = listener.access().clone();
+    let board = Arc::new(Board::new(Opening::default()));
+    let served = listener.serve(board.clone()).expect("a thread");
+    let connect = || TcpStream::connect(("127.0.0.1", port));
+    let mut page = connect().expect("it is served");
+    write!(page, "GET /{token}/events HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n").expect("it listens");
+    let mut first = [0; 15];
+    page.read_exact(&mut first).expect("an answer");
+    assert_eq!(&first, b"HTTP/1.1 200 OK");
+    drop(served);
+    assert!(connect().is_err());
+    // A page that follows is sent away, and nothing is left of the server
+    page.read_to_end(&mut vec![]).expect("the end");
+    let start = Instant::now();
+    while Arc::strong_count(&board) > 1 {
+        assert!(start.elapsed() < PATIENCE, "a thread has the board");
+        std::thread::sleep(Duration::from_millis(20));
+    }
 }

@@ -7,10 +7,11 @@
 
 use durometer::scene::overrides::apply;
 use durometer::scene::{
-    ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityRecorder, check_scalar, parse_scene,
-    scalar_sensitivity,
+    ParameterKey, Run, RunOptions, Scene, Sensitivities, SensitivityError, SensitivityRecorder, check_scalar,
+    parse_scene, scalar_sensitivity,
 };
 use durometer::solve::Status;
+use std::sync::atomic::AtomicBool;
 use toml::{Table, Value};
 
 const BEAM: &str = r#"
@@ -148,10 +149,13 @@ fn sizes(run: &Run, found: &Sensitivities) -> Vec<f64> {
 /// rounding of two solutions with a condition number of 1e6.
 fn check_adjoint(label: &str, scene: &Scene, run: &Run, found: &Sensitivities, sizes: &[f64]) {
     let memory = run.memories.last().expect("rows");
+    let one = vec![1.0; run.columns.len()];
+    let stopped = scalar_sensitivity(scene, (&run.last, memory), &one, &found.keys, &AtomicBool::new(true));
+    assert!(matches!(stopped, Err(SensitivityError::Interrupted)), "{label}");
     let table: Table = scene.text.parse().expect("a table");
     for (c, name) in found.columns.iter().enumerate() {
         let weights: Vec<f64> = run.columns.iter().map(|column| if column == name { 1.0 } else { 0.0 }).collect();
-        let adjoint = scalar_sensitivity(scene, (&run.last, memory), &weights, &found.keys);
+        let adjoint = scalar_sensitivity(scene, (&run.last, memory), &weights, &found.keys, &AtomicBool::new(false));
         let adjoint = adjoint.unwrap_or_else(|e| panic!("{label}: {name}: {e}"));
         for (k, key) in found.keys.iter().enumerate() {
             let value = key.value(&table).unwrap_or_else(|e| panic!("{e}"));

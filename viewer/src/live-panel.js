@@ -10,6 +10,15 @@ const svg = (name, attributes, text) => {
   return out;
 };
 
+/** Places of a slider, the first and the last at the ends of its range. */
+const STEPS = 500;
+
+/** The number that a text is, with a decimal point or comma; not a number for any other text. */
+const read = (text) => {
+  const plain = text.trim().replace("−", "-").replace(",", ".");
+  return plain === "" ? NaN : Number(plain);
+};
+
 export class LivePanel {
   constructor(settings, command) {
     Object.assign(this, { settings, command, signals: new Map() });
@@ -56,6 +65,7 @@ export class LivePanel {
   #signals(signals) {
     for (const signal of signals) {
       const known = this.signals.get(signal.name) ?? this.#signal(signal);
+      known.value = signal.value;
       // A value that is being typed stays; one that another page has set is shown
       if (document.activeElement !== known.text && document.activeElement !== known.slide) known.show(signal.value);
     }
@@ -66,26 +76,40 @@ export class LivePanel {
     const { words, unit: si } = column(name);
     const size = range ? Math.max(...range.map(Math.abs)) : Math.max(Math.abs(value), 1e-3);
     const { unit, factor } = scaled(si, size);
-    const set = (v) => Number.isFinite(v) && this.command({ set: { signal: name, value: range ? Math.min(range[1], Math.max(range[0], v)) : v } });
     const label = `${words}${unit ? ` [${unit}]` : ""}`;
-    const text = field(label, number(value * factor), (t) => {
-      const v = Number(t.replace("−", "-")) / factor;
-      if (known.slide) known.slide.value = v;
-      set(v);
+    const shown = (v) => `${number(v * factor)}${unit ? ` ${unit}` : ""}`;
+    const said = el("output", { class: "small", "aria-live": "polite" });
+    const set = (v) => {
+      known.value = v;
+      known.show(v);
+      this.command({ set: { signal: name, value: v } });
+    };
+    const text = field(label, "", (t) => {
+      const v = read(t) / factor;
+      const taken = range ? Math.min(range[1], Math.max(range[0], v)) : v;
+      if (!Number.isFinite(v)) {
+        said.textContent = `“${t}” is no number; write one${unit ? ` in ${unit}` : ""}, such as ${number(known.value * factor)}.`;
+        return known.show(known.value);
+      }
+      said.textContent = taken === v ? "" : `The range is ${shown(range[0])} to ${shown(range[1])}; ${shown(taken)} is taken.`;
+      set(taken);
     });
-    const slide = range && slider(label, [range[0], range[1], (range[1] - range[0]) / 500], value, (v) => {
-      text.value = number(v * factor);
-      set(v);
+    const slide = range && slider(label, [0, STEPS, 1], 0, (k) => {
+      said.textContent = "";
+      set(k === STEPS ? range[1] : range[0] + (k / STEPS) * (range[1] - range[0]));
     });
     const known = {
-      text, slide,
+      text, slide, value,
       show: (v) => {
         text.value = number(v * factor);
-        if (slide) slide.value = v;
+        if (!slide) return;
+        slide.value = Math.round(((v - range[0]) / (range[1] - range[0])) * STEPS);
+        slide.setAttribute("aria-valuetext", shown(v));
       },
     };
+    known.show(value);
     this.signals.set(name, known);
-    this.list.append(row(label, text), ...(slide ? [slide] : [el("p", { class: "small" }, "The scene declares no range; the key is `range`.")]));
+    this.list.append(row(label, text), ...(slide ? [slide] : [el("p", { class: "small" }, "The scene declares no range; the key is `range`.")]), said);
     return known;
   }
 

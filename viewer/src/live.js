@@ -4,6 +4,8 @@ import { LivePanel } from "./live-panel.js";
 
 /** Attempts to reach a run that does not answer any more. */
 const ATTEMPTS = 5;
+/** Time after which a page that was refused asks again [ms]. */
+const PAUSE = 2000;
 
 export class Live {
   /** `show` makes the view of the case when its first state is there. */
@@ -11,6 +13,10 @@ export class Live {
     Object.assign(this, { body, settings, show, app: null, news: null, failures: 0, gone: new Set(), rows: 0, follows: true, commands: [] });
     this.iterations = [];
     this.panel = new LivePanel(settings, (command) => this.command(command));
+    this.#listen();
+  }
+
+  #listen() {
     this.source = new EventSource("events");
     this.source.onmessage = (event) => this.#hear(JSON.parse(event.data));
     this.source.onerror = () => this.#fail();
@@ -33,11 +39,28 @@ export class Live {
     this.panel.end("This run has ended. The states that have come stay; load the page again to see the run that goes on now.");
   }
 
-  /** The browser tries again by itself; a run that has ended answers no more. */
+  /** The browser tries again by itself, but not where it was refused; a run that has ended answers no more. */
   #fail() {
+    if (!this.news?.ended && this.source.readyState === EventSource.CLOSED) return this.#again();
     this.failures += 1;
     if (this.news?.ended || this.failures >= ATTEMPTS) this.#close();
-    else this.panel.say("The run does not answer; trying again …");
+    else this.#say("The run does not answer; trying again …");
+  }
+
+  /** Says why the run refuses to be followed, as when too many pages are open, and asks again. */
+  async #again() {
+    const look = new AbortController();
+    const words = await fetch("events", { signal: look.signal }).then((answer) => (answer.ok ? "" : answer.text()), () => "");
+    look.abort();
+    this.#say(`The run cannot be followed now${words && `: ${words.trim()}`}. Trying again …`);
+    setTimeout(() => this.#listen(), PAUSE);
+  }
+
+  /** Words about the run, also while nothing is shown yet. */
+  #say(text) {
+    this.panel.say(text);
+    const opening = document.getElementById("state");
+    if (!this.app && opening) opening.textContent = text;
   }
 
   #close() {
@@ -63,9 +86,10 @@ export class Live {
         const { rows, states } = this.news;
         const [next] = this.#missing();
         if (rows.count > this.rows) {
-          const new_ = await (await fetch(`rows?from=${this.rows}`)).json();
-          this.body.takeRows(new_, rows);
-          this.rows = Math.max(this.rows, 1 + (new_.at(-1)?.[0] ?? -1));
+          // The answer may be newer than the message that made the page ask, and says itself which rows there are
+          const { rows: own, ...extent } = await (await fetch(`rows?from=${this.rows}`)).json();
+          this.body.takeRows(own, extent);
+          this.rows = extent.count;
         } else if (next !== undefined) {
           const answer = await fetch(`states/${next}`);
           if (answer.ok) this.body.take(next, this.body.read(await answer.arrayBuffer()), states);

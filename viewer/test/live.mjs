@@ -27,12 +27,28 @@ const until = (condition) => browser.run(`for (let k = 0; k < 1200 && !(${condit
 const words = () => browser.run("return live.panel.state.textContent");
 const press = (label) => browser.run(`document.querySelector('button[aria-label=${JSON.stringify(label)}]').click()`);
 
+/** Types a text into the field of the signal; what the field and the panel say then. */
+const type = (text) => browser.run(`const [field, said, slide] = ["input[type=text]", "output", "input[type=range]"].map((part) => document.querySelector(".signals " + part));
+  field.value = ${JSON.stringify(text)}; field.dispatchEvent(new Event("change"));
+  return [field.value, said.textContent, slide.getAttribute("aria-valuetext")]`);
+
 try {
+  // A page that finds no place says so, and comes in when others have gone
+  const crowd = new AbortController();
+  await Promise.all(Array.from({ length: 16 }, () => fetch(`${address}events`, { signal: crowd.signal })));
   await browser.open(address);
+  await until('document.getElementById("state")?.textContent.includes("too many pages are open")');
+  crowd.abort();
   await until("globalThis.viewer?.drawn && live.news.waiting");
+  found.errors = found.errors.filter((text) => !text.includes("503"));
   found.title = await browser.run("return document.title");
   found.begins = await words();
   await picture("paused");
+  found.typed = {};
+  for (const text of ["1,5", "", "abc", "7 mm", "99"]) found.typed[text] = await type(text);
+  await until("live.news.signals[0].value === live.news.signals[0].range[1]");
+  await type("0");
+  await until("live.news.signals[0].value === 0");
   // The slider, by its input event as a hand moves it
   await browser.run('const s = document.querySelector(".group input[type=range]"); s.value = s.max; s.dispatchEvent(new Event("input"))');
   await until("live.news.signals[0].value > 0");
@@ -49,6 +65,9 @@ try {
   await press("Take one step and pause");
   await until("live.body.states === 3 && live.news.waiting");
   found.looksBack = await browser.run("return viewer.clock.textContent");
+  // A message that is older than the rows that come after it
+  await browser.run("live.body.rows.clear(); live.rows = 0; live.source.onmessage({ data: JSON.stringify({ ...live.news, rows: { stride: 2, count: 1 } }) })");
+  await until("live.body.rows.size === 3");
   await browser.run("viewer.seek(viewer.times[1])");
   await press("Pause the run, or let it go on");
   await until("live.news.ended && live.source.readyState === 2");

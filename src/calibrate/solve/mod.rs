@@ -31,6 +31,8 @@ use offset::{OFFSET, Offset};
 use refit::{Held, Refit};
 use rows::Rows;
 use separable::Minimum;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Settings that are the same in all fits of a request.
 #[derive(Clone, Debug)]
@@ -46,9 +48,19 @@ pub struct LawSetting {
     pub slack: Vec<Offset>,
     /// Where some constants are held
     pub held: Option<Held>,
+    /// Set from outside to end the fit
+    pub stop: Option<Arc<AtomicBool>>,
 }
 
 impl LawSetting {
+    /// Refuses to go on where the fit is to end.
+    fn goes_on(&self) -> Result<(), FitError> {
+        match &self.stop {
+            Some(stop) if stop.load(Ordering::Relaxed) => Err(FitError::Interrupted),
+            _ => Ok(()),
+        }
+    }
+
     /// These settings with the strain offsets of these samples alone.
     pub fn of(&self, samples: &[Sample]) -> Self {
         let slack = self.slack.iter().filter(|o| samples.iter().any(|s| o.is_of(s))).copied().collect();
@@ -157,6 +169,7 @@ fn weighted(
     weight: &[f64],
     near: Option<&LawFit>,
 ) -> Result<LawFit, FitError> {
+    setting.goes_on()?;
     let rows = Rows::new(samples, weight, setting.model.nu)?;
     let bare = |values, check, active, at| LawFit {
         values,
@@ -190,7 +203,7 @@ fn weighted(
         FitTerms::Separable(family) => {
             let warm = near.map(|n| n.at.as_slice());
             let reach = samples.iter().map(|s| invariants(s.stretches(setting.model.nu)).0).fold(0.0, f64::max);
-            let found = separable::solve(family, setting.model.terms, &rows, reach, warm)?;
+            let found = separable::solve((family, setting.model.terms), &rows, reach, warm, || setting.goes_on())?;
             // + 0: a factor that vanished has no sign
             let factor = |(c, theta): (&f64, &f64)| [c * (family.factor)(*theta).0 + 0.0, *theta];
             let values = |m: &Minimum| m.factors.iter().zip(&m.shapes).flat_map(factor).collect();

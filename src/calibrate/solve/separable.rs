@@ -162,13 +162,13 @@ impl Hessian for Projected<'_> {
     }
 }
 
-/// `warm`: the only start, where a fit to nearly the same data is known.
+/// `warm`: the only start, where a fit to nearly the same data is known. `goes_on` is asked before each start.
 pub fn solve(
-    family: &ShapedTerm,
-    terms: usize,
+    (family, terms): (&ShapedTerm, usize),
     rows: &Rows,
     reach: f64,
     warm: Option<&[f64]>,
+    goes_on: impl Fn() -> Result<(), FitError>,
 ) -> Result<Separable, FitError> {
     let problem = Projected { family, rows, reach };
     let mirrored = problem.is_mirrored();
@@ -180,6 +180,7 @@ pub fn solve(
     let starts = warm.map_or_else(|| starts(&problem, terms), |x| vec![x.to_vec()]);
     let mut ends = Vec::new();
     for x in &starts {
+        goes_on()?;
         let x = search(family, rows, reach, x)?;
         ends.extend(finish(&problem, x, ROUNDING));
     }

@@ -1,6 +1,6 @@
 //! The live view of a case, from the process that computes it.
 
-use crate::live::{Access, Board, Listener, Shown, board};
+use crate::live::{Access, Board, Listener, Served, Shown, board};
 use crate::report::viewer::film::Film;
 use crate::report::viewer::shape::Limits;
 use crate::scene::{Run, Scene};
@@ -21,6 +21,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 pub(super) struct LiveCase {
     film: Film,
     board: Arc<Board>,
+    _served: Served,
 }
 
 impl LiveCase {
@@ -31,8 +32,9 @@ impl LiveCase {
         let film = Film::new(scene, chosen, &Limits::USUAL);
         let shown = Shown { run: id, from: None, recording: None, paused: false };
         let board = board(scene, &film, view::about_before(scene, id), &shown);
-        listener.serve(board.clone()).then(|| serves(port))?;
-        Some(Self { film, board })
+        let served = listener.serve(board.clone())?;
+        serves(port);
+        Some(Self { film, board, _served: served })
     }
 
     pub fn board(&self) -> &Arc<Board> {
