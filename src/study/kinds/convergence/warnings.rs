@@ -3,11 +3,12 @@
 use crate::report::names::title;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_steps};
-use crate::study::estimate::richardson::{Convergence, LEAST_RATIO};
+use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
+use crate::study::notes::notes;
 use crate::study::store::record::{Role, StoredCase};
 use crate::wording::{all, count};
 use std::collections::BTreeSet;
@@ -17,7 +18,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     let mut out = analysis::warnings(incomplete);
     let mut seen = vec![];
     for e in quantities.iter().flat_map(|q| &q.estimates) {
-        let low: Vec<String> = e.ratios.iter().filter(|r| **r < LEAST_RATIO).map(|r| format!("{r:.2}")).collect();
+        let low: Vec<String> = e.ratios.iter().filter(|r| is_small_ratio(**r)).map(|r| format!("{r:.2}")).collect();
         if !low.is_empty() && !seen.contains(&&e.family) {
             seen.push(&e.family);
             let (n, all) = (low.len(), e.ratios.len());
@@ -73,10 +74,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
         out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
     out.extend(without_estimate(cases.stored));
-    let mut notes: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.notes).collect();
-    notes.sort();
-    notes.dedup();
-    out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
+    out.extend(notes(cases.stored).iter().map(|note| format!("{}.", capital(note))));
     out
 }
 
