@@ -76,6 +76,14 @@ impl Axis {
         Self { lo: 10f64.powf(a), hi: 10f64.powf(b), log: true, step: 0.0, power: 0, offset: 0.0, label }
     }
 
+    /// A logarithmic axis with this share of its length, 0.6 at most, free above the values: room for text.
+    pub fn log_below(values: impl Iterator<Item = f64> + Clone, head: f64, label: &str) -> Self {
+        let top = values.clone().fold(0.0, f64::max);
+        let with = |k: u32| Self::log(values.clone().chain([top * 10f64.powf(0.05 * f64::from(k))]), label);
+        let is_free = |axis: &Self| axis.place(top) <= 1.0 - head.min(0.6);
+        (0..400).map(with).find(is_free).unwrap_or_else(|| with(0))
+    }
+
     /// Position in \[0, 1\].
     pub fn place(&self, v: f64) -> f64 {
         if self.log { (v / self.lo).ln() / (self.hi / self.lo).ln() } else { (v - self.lo) / (self.hi - self.lo) }
@@ -218,6 +226,18 @@ mod tests {
 
     fn names(axis: &Axis) -> Vec<String> {
         axis.ticks().into_iter().map(|t| t.1).filter(|name| !name.is_empty()).collect()
+    }
+
+    #[test]
+    fn the_head_of_an_axis_is_free_above_its_values() {
+        for (low, high) in [(0.01, 20.0), (1.0, 1.0), (3.0, 4.0)] {
+            let of = |head: f64| Axis::log_below([low, high].into_iter(), head, "error [%]");
+            for head in [0.1, 0.4, 0.6] {
+                assert!(of(head).place(high) <= 1.0 - head, "{low} to {high}, {head}: {}", of(head).place(high));
+            }
+            let plain = Axis::log([low, high].into_iter(), "error [%]");
+            assert_eq!([of(0.0).lo, of(0.0).hi], [plain.lo, plain.hi]);
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ use crate::mesh::{TetMesh, curved, structured};
 use crate::storage;
 use sha2::{Digest, Sha256};
 use std::path::Path;
+use toml::Value;
 
 /// More cells than this in one grid are a slip: no direct solver holds their matrix.
 const MOST_CELLS: f64 = 1e7;
@@ -98,30 +99,35 @@ pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMes
 /// The grid with so many times as many divisions along its edges, rounded, and at least as many as it takes; `None` where the cells grow
 /// from a place, because their layers are no numbers along an edge.
 pub fn scaled(spec: &GridSpec, factor: f64) -> Option<GridSpec> {
-    let times = |n: &mut usize, unit: usize, least: usize| {
-        let units = (factor * *n as f64 / unit as f64).round() as usize;
-        *n = (unit * units).max(least);
-    };
+    let wanted: Vec<f64> = divisions(spec).iter().map(|n| factor * *n as f64).collect();
+    let grows = matches!(spec, GridSpec::HalfSpace { .. } | GridSpec::HalfSphere { .. });
+    (!grows).then(|| with_divisions(spec, &wanted))
+}
+
+/// The grid with the numbers of divisions nearest to these that it takes.
+pub fn with_divisions(spec: &GridSpec, wanted: &[f64]) -> GridSpec {
     let mut out = spec.clone();
-    match &mut out {
-        GridSpec::HalfSpace { .. } | GridSpec::HalfSphere { .. } => return None,
-        GridSpec::Hole { divisions: [along, around, layers], .. } => {
-            times(around, 2, 2);
-            [along, layers].into_iter().for_each(|n| times(n, 1, 1));
-        }
-        GridSpec::Tube { divisions: [wall, around, along], .. } => {
-            times(around, 1, 3);
-            [wall, along].into_iter().for_each(|n| times(n, 1, 1));
-        }
-        GridSpec::Box { divisions, .. } | GridSpec::Plate { divisions, .. } => {
-            divisions.iter_mut().for_each(|n| times(n, 1, 1));
-        }
+    let divisions = match &mut out {
+        GridSpec::Box { divisions, .. }
+        | GridSpec::Plate { divisions, .. }
+        | GridSpec::Hole { divisions, .. }
+        | GridSpec::Tube { divisions, .. } => divisions.as_mut_slice(),
         GridSpec::Octant { divisions, .. }
         | GridSpec::Cylinder { divisions, .. }
         | GridSpec::Bow { divisions, .. }
-        | GridSpec::Bracket { divisions, .. } => divisions.iter_mut().for_each(|n| times(n, 1, 1)),
+        | GridSpec::Bracket { divisions, .. }
+        | GridSpec::HalfSpace { divisions, .. }
+        | GridSpec::HalfSphere { divisions, .. } => divisions.as_mut_slice(),
+    };
+    for (k, (n, wanted)) in divisions.iter_mut().zip(wanted).enumerate() {
+        let (unit, least) = match spec {
+            GridSpec::Hole { .. } if k == 1 => (2, 2),
+            GridSpec::Tube { .. } if k == 1 => (1, 3),
+            _ => (1, 1),
+        };
+        *n = (unit * (wanted / unit as f64).round() as usize).max(least);
     }
-    Some(out)
+    out
 }
 
 /// Divisions of a grid, as its key has them.
@@ -129,11 +135,16 @@ pub fn divisions(spec: &GridSpec) -> &[usize] {
     measures(spec).0
 }
 
+/// Divisions of a grid, as the value of their key.
+pub fn divisions_value(spec: &GridSpec) -> Value {
+    Value::from(divisions(spec).iter().map(|n| *n as i64).collect::<Vec<_>>())
+}
+
 /// Grids of the same proportions, coarse ones first: the divisions are exact multiples of those of the coarsest one. None where cells grow from
 /// a place.
 pub fn similar(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
     let own = divisions(spec).to_vec();
-    let common = own.iter().copied().reduce(greatest_common).unwrap_or_default().max(1);
+    let common = common_divisor(own.iter().copied()).max(1);
     let multiple = move |k: usize| {
         let grid = scaled(spec, k as f64 / common as f64)?;
         let is_exact = divisions(&grid).iter().zip(&own).all(|(n, own)| common * n == k * own);
@@ -142,8 +153,12 @@ pub fn similar(spec: &GridSpec) -> impl Iterator<Item = GridSpec> {
     (1..).map_while(multiple).flatten()
 }
 
-fn greatest_common(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { greatest_common(b, a % b) }
+/// Greatest common divisor of these numbers; zero of none.
+pub fn common_divisor(numbers: impl IntoIterator<Item = usize>) -> usize {
+    fn of_two(a: usize, b: usize) -> usize {
+        if b == 0 { a } else { of_two(b, a % b) }
+    }
+    numbers.into_iter().fold(0, of_two)
 }
 
 /// Number of cells of a grid, or somewhat more; exact integers are not needed, and would overflow.
@@ -237,6 +252,7 @@ mod tests {
         assert_eq!(multiples, [[5, 2, 2], [10, 4, 4], [15, 6, 6]]);
         let hole = GridSpec::Hole { radius: mm(1.0), half_edge: mm(5.0), thickness: mm(1.0), divisions: [4, 6, 1] };
         assert_eq!(of(&hole, 2f64.cbrt()), [5, 8, 1]);
+        assert_eq!(divisions(&with_divisions(&hole, &[5.2, 9.0, 1.0])), [5, 10, 1]);
         let tube = GridSpec::Tube { inner: mm(1.0), outer: mm(2.0), length: mm(9.0), divisions: [1, 4, 6] };
         assert_eq!(of(&tube, 0.5), [1, 3, 3]);
         let similar: Vec<_> = similar(&hole).take(2).map(|grid| divisions(&grid).to_vec()).collect();

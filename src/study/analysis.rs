@@ -1,6 +1,7 @@
 //! The frame that the analyses of all kinds of study share, around what only one kind finds.
 
 use crate::study::curve::{CHANGE, peak_words};
+use crate::study::notes::notes;
 use crate::study::store::record::{FamilyRecord, NOT_RUN, Quantity, Role, StoredCase, StudyRecord};
 use crate::wording::{NAMED, all, few};
 use serde::Serialize;
@@ -165,9 +166,9 @@ pub fn warnings(incomplete: &[(String, String)]) -> Vec<String> {
 
 /// Adds the notes of the cases, each once.
 pub fn add_notes(warnings: &mut Vec<String>, stored: &[StoredCase]) {
-    for note in stored.iter().flat_map(|c| &c.record.notes) {
-        if !warnings.contains(note) {
-            warnings.push(note.clone());
+    for note in notes(stored) {
+        if !warnings.contains(&note) {
+            warnings.push(note);
         }
     }
 }

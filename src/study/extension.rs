@@ -25,7 +25,7 @@ pub struct Extension {
     pub set: toml::Table,
     /// Cells, about
     pub cells: usize,
-    /// Cost of one case \[s\], by the law of growth of the family; none where it has no two sizes
+    /// Mean cost of a case over the variants \[s\], by the law of growth of the family; none where it has no two sizes
     pub cost_s: Option<Predicted>,
     /// In words: which mesh, and why
     pub sentence: String,

@@ -36,6 +36,7 @@ pub mod kind;
 pub mod kinds;
 pub mod listing;
 pub mod locking;
+pub mod notes;
 pub mod outcome;
 pub mod overlay;
 pub mod overridden;

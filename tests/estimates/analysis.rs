@@ -294,6 +294,34 @@ fn a_mesh_that_failed_is_not_proposed_again() {
     assert!(a.verdict.contains(&format!("is case sizes-length-{}: TimeBudget", proposed.member)), "{}", a.verdict);
 }
 
+/// The law of growth of the mesh that would help goes through the means over the variants: where one of two costs nine times as much, its cost is
+/// five times that of the other.
+#[test]
+fn the_cost_of_a_finer_mesh_is_the_mean_over_the_variants() {
+    let (mut study, mut cases) = study();
+    study.tolerance = 1e-3;
+    study.families.retain(|f| f.name == "sizes");
+    cases.retain(|c| c.record.family == "sizes");
+    for r in cases.iter_mut().map(|c| &mut c.record) {
+        r.provenance.scene = format!("[mesh]\ncells = {}\n", r.mesh.cells);
+    }
+    let cost = |cases: &[StoredCase]| {
+        let proposed = analyse(&study, cases).found.extension.expect("a finer mesh");
+        assert!(
+            proposed.sentence.contains("per case on average over the variants by the law"),
+            "{}",
+            proposed.sentence
+        );
+        proposed.cost_s.expect("four meshes").value
+    };
+    let equal = cost(&cases);
+    for r in cases.iter_mut().map(|c| &mut c.record).filter(|r| r.variant == "tension") {
+        (r.wall_s, r.cpu_s) = (9.0 * r.wall_s, 9.0 * r.cpu_s);
+    }
+    // Rounding of logarithms
+    assert!((cost(&cases) / equal - 5.0).abs() < 1e-9);
+}
+
 /// The edge of the coarse meshes is longer than similar meshes would have it: the two limits differ, and U(f*) holds both.
 #[test]
 fn meshes_that_are_not_similar_have_a_wider_uncertainty() {

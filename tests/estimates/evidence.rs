@@ -33,6 +33,8 @@ dt = "0.5 s"
 [[probe]]
 kind = "position"
 region = "xmax"
+[[probe]]
+kind = "energy"
 "#;
 const LAW: &str = "law = \"neo_hookean\"\nmu = \"100 kPa\"\n[provenance]\nmu_interval = [\"90 kPa\", \"110 kPa\"]\n";
 const STUDY: &str = r#"
@@ -121,6 +123,26 @@ fn a_disagreement_with_one_run_widens_the_reference() {
     let after = analyse(&results.study, &results.cases);
     assert!(of(&after).uncertainty > 0.025 * size, "{:?}", of(&after));
     assert!(after.warnings.iter().any(|w| w.contains("has grown to reach it")), "{:?}", after.warnings);
+}
+
+/// Energies have no estimate, and take nothing from the quantities that have one.
+#[test]
+fn a_column_without_an_estimate_leaves_those_of_the_others() {
+    let energy = |name: &str| format!("{{ name = \"{name}\", label = \"{name}\", symbol = \"W\", unit = \"J\" }}");
+    let own = "quantity = [{ name";
+    let study = STUDY.replace(own, &format!("quantity = [{}, {}, {{ name", energy("work_J"), energy("elastic_J")));
+    let (_keep, results) = results(&study);
+    for c in &results.cases {
+        let own = c.record.one_run.as_ref().expect("the study asks for it");
+        assert!(own.refused.is_none() && own.quantities.keys().eq(["xmax_x_m"]), "{own:?}");
+        assert_eq!(own.unestimated, ["work_J", "elastic_J"]);
+    }
+    let a = analyse(&results.study, &results.cases);
+    let wanted =
+        "No error estimate from one run of elastic_J and work_J: only quantities with a derivative by the state";
+    let found = a.warnings.iter().filter(|w| w.starts_with("No error estimate"));
+    assert!(found.clone().all(|w| w.starts_with(wanted)) && found.count() == 1, "{:?}", a.warnings);
+    assert_eq!(a.find("pull", "xmax_x_m").expect("listed").one_run.len(), 4);
 }
 
 /// Without the key no case has an estimate of its own.

@@ -186,7 +186,7 @@ impl<'a> ErrorEstimator<'a> {
         }
     }
 
-    /// Errors of these columns of the run, or of all that are functions of the state.
+    /// Errors of these columns of the run, or of all that have one.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let found = self.estimate_whole(run, columns);
         // A solution that was stopped may look like one that does not exist
@@ -272,14 +272,18 @@ impl<'a> ErrorEstimator<'a> {
         self.columns(&self.scene.columns(), names).map(|_| ())
     }
 
-    /// Indices of the named columns among `all`; of those that are functions of the state where none is named.
+    /// The columns that have an estimate: those with a derivative by the state.
+    pub fn estimated_columns(&self) -> Vec<String> {
+        self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect()
+    }
+
+    /// Indices of the named columns among `all`; of those that have an estimate where none is named.
     fn columns(&self, all: &[String], names: &[String]) -> Result<Vec<usize>, EstimateError> {
-        let of_state: Vec<String> =
-            self.scene.recorders().filter(|r| r.is_differentiable()).flat_map(|r| r.columns()).collect();
-        let names = if names.is_empty() { &of_state } else { names };
+        let estimated = self.estimated_columns();
+        let names = if names.is_empty() { &estimated } else { names };
         let index = |name: &String| {
-            let known = of_state.contains(name).then(|| all.iter().position(|c| c == name)).flatten();
-            known.ok_or_else(|| EstimateError::Column { name: name.clone(), known: of_state.clone() })
+            let known = estimated.contains(name).then(|| all.iter().position(|c| c == name)).flatten();
+            known.ok_or_else(|| EstimateError::Column { name: name.clone(), known: estimated.clone() })
         };
         names.iter().map(index).collect()
     }

@@ -24,7 +24,7 @@ pub enum EstimateError {
         "the scene has a mesh, laws, effects or recorders from Rust that are not known for the enriched mesh: {why}"
     )]
     Additions { why: String },
-    #[error("{name} is not estimated, only what is a function of the state; {}", hint(name, known))]
+    #[error("{name} is not estimated, only columns with a derivative by the state; {}", hint(name, known))]
     Column { name: String, known: Vec<String> },
     #[error(
         "the estimator has {states} states of a run with {rows} rows; hand each of them to `add`, from the start of the run on"

@@ -24,7 +24,7 @@ use crate::mesh::wall::{LEAST_CELLS, shows_bending};
 use crate::report::numbers::percent;
 use crate::study::estimate::least_squares::{Fit, least_squares};
 use crate::study::estimate::richardson::{
-    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, safety_factor,
+    CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO, ROUNDING, Triple, correction, is_small_ratio, safety_factor,
 };
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::locking;
@@ -366,8 +366,10 @@ fn region_objection(e: &Estimate, levels: &[Level]) -> Option<String> {
 /// The ratios of a family, where one of them is smaller than recommended.
 fn small_ratios(ratios: &[f64]) -> Option<String> {
     let list: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
-    let is_small = ratios.iter().any(|r| *r < LEAST_RATIO);
-    is_small.then(|| format!("size ratios {} (Roache recommends at least {LEAST_RATIO})", list.join(", ")))
+    ratios
+        .iter()
+        .any(|r| is_small_ratio(*r))
+        .then(|| format!("size ratios {} (Roache recommends at least {LEAST_RATIO})", list.join(", ")))
 }
 
 /// The limit with the mean length of the edges as h; its distance from f* is added to U(f*).

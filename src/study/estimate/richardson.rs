@@ -32,6 +32,11 @@ pub fn safety_factor(is_sane: bool) -> f64 {
 /// Safety factor where the order is assumed, and of differences where there is none.
 pub const CAUTIOUS_FACTOR: f64 = 3.0;
 
+/// Whether a ratio of sizes is below the recommended one by the two decimals with which it is shown.
+pub fn is_small_ratio(ratio: f64) -> bool {
+    (100.0 * ratio).round() / 100.0 < LEAST_RATIO
+}
+
 /// How three values approach their limit, judged by R = ε₂₁/ε₃₂.
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
@@ -136,6 +141,14 @@ mod tests {
     use super::*;
 
     /// Celik et al. 2008, table 1, first column: N = 18000, 8000, 4500 (plane, so h ~ N^{-1/2}), reattachment length.
+    /// A sentence that calls a ratio small shows one below the limit. No ratio here lies between two decimals.
+    #[test]
+    fn a_small_ratio_is_shown_below_the_limit() {
+        for ratio in (0..1000).map(|k| 1.25005 + 1e-4 * f64::from(k)) {
+            assert_eq!(is_small_ratio(ratio), format!("{ratio:.2}").as_str() < "1.30", "{ratio}");
+        }
+    }
+
     #[test]
     fn reproduces_the_worked_example_of_celik_2008() {
         let h = [18000.0, 8000.0, 4500.0].map(|n: f64| n.powf(-0.5));

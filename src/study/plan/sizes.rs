@@ -3,7 +3,7 @@
 use crate::mesh::generate::MeshStore;
 use crate::scene::spec::GridSpec;
 use crate::scene::{ElementSpec, SceneError, SceneSpec, request};
-use crate::scene::{divisions_of_grid, mesh_of_grid, similar_grids};
+use crate::scene::{divisions_of_grid, divisions_value, mesh_of_grid, similar_grids};
 use crate::study::plan::error::PlanError;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -110,8 +110,7 @@ fn grids(file: &Path, spec: &GridSpec, parts: u64) -> Result<BTreeMap<u64, Value
             continue;
         }
         last = cells;
-        let divisions = divisions_of_grid(&grid).iter().map(|n| Value::from(*n as i64));
-        out.insert(cells.round() as u64, Value::Array(divisions.collect()));
+        out.insert(cells.round() as u64, divisions_value(&grid));
     }
     Ok(out)
 }

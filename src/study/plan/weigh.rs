@@ -13,6 +13,7 @@ use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::Setting;
 use crate::study::plan::sizes::Choice;
 use crate::study::plan::steps::Steps;
+use crate::study::run::one_run::OneRunRecord;
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::wording::joined;
 
@@ -129,9 +130,9 @@ pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps
             (exact != 0.0).then(|| (q, e.bar / exact.abs() + steps.error(q)))
         });
         let Some((limited_by, error)) = errors.max_by(|a, b| a.1.total_cmp(&b.1)) else {
-            let refused = r.one_run.as_ref().and_then(|found| found.refused.clone());
+            let missing = r.one_run.as_ref().and_then(OneRunRecord::missing);
             let why =
-                refused.unwrap_or("the estimate of its error does not fit into the budget, or has no value".into());
+                missing.unwrap_or("the estimate of its error does not fit into the budget, or has no value".into());
             lost.push((choice.name.clone(), why));
             continue;
         };

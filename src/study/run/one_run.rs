@@ -2,6 +2,7 @@
 
 use crate::scene::{ErrorBounds, ErrorEstimator, EstimateError, Run};
 use crate::solve::Status;
+use crate::wording::all;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -13,12 +14,25 @@ pub struct OneRunRecord {
     pub quantities: BTreeMap<String, OneRunError>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+    /// Columns that were asked for and are none that an estimate is made of; they take nothing from the others
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unestimated: Vec<String>,
     /// Equations of the enriched space
     #[serde(default)]
     pub dofs: usize,
     /// CPU time of the estimate \[s\], which is part of no other time
     #[serde(default)]
     pub cpu_s: f64,
+}
+
+impl OneRunRecord {
+    /// Why columns that were asked for have no error, where it is known: the reason of the whole run, or their names.
+    pub fn missing(&self) -> Option<String> {
+        let are = if self.unestimated.len() == 1 { "is" } else { "are" };
+        let columns =
+            || format!("{} {are} not estimated, only columns with a derivative by the state", all(&self.unestimated));
+        self.refused.clone().or_else(|| (!self.unestimated.is_empty()).then(columns))
+    }
 }
 
 /// Error of the peak of a column \[unit of the column\].
@@ -41,9 +55,19 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
     if run.status != Status::Converged {
         return refused("the run is not complete".into());
     }
-    let found = match estimator.and_then(|e| e.estimate(run, columns)) {
-        Ok(found) => found,
+    let estimator = match estimator {
+        Ok(estimator) => estimator,
         Err(why) => return refused(why.to_string()),
+    };
+    let known = estimator.estimated_columns();
+    let (estimated, unestimated): (Vec<String>, Vec<String>) =
+        columns.iter().cloned().partition(|column| known.contains(column));
+    if estimated.is_empty() {
+        return OneRunRecord { unestimated, ..OneRunRecord::default() };
+    }
+    let found = match estimator.estimate(run, &estimated) {
+        Ok(found) => found,
+        Err(why) => return OneRunRecord { unestimated, ..refused(why.to_string()) },
     };
     let errors = found.quantities.iter().map(|q| {
         let ErrorBounds { correction, uncertainty, bar } = q.of_departure();
@@ -52,5 +76,6 @@ pub fn one_run(estimator: Result<ErrorEstimator, EstimateError>, run: &Run, colu
         (q.column.clone(), error)
     });
     let is_finite = |(_, e): &(String, OneRunError)| [e.correction, e.uncertainty, e.bar].iter().all(|x| x.is_finite());
-    OneRunRecord { quantities: errors.filter(is_finite).collect(), refused: None, dofs: found.dofs, cpu_s: found.cpu }
+    let quantities = errors.filter(is_finite).collect();
+    OneRunRecord { quantities, refused: None, unestimated, dofs: found.dofs, cpu_s: found.cpu }
 }

@@ -4,10 +4,13 @@
 //! oscillate by more than the tolerance whatever the next value is: its next size follows from its finest and
 //! second finest scene, whose `[mesh]` tables differ in the keys that set the size. The ratio is the one that brings the largest bar to the tolerance by the
 //! observed order (2 where there is none), from 1.3 to 2; more than that is another step. A grid keeps the proportions of its
-//! family. The cost is that of the power law through the family.
+//! family, and its kind counts its cells. The cost is that of the power law through the means over the variants of the family.
 
 use crate::math::units;
 use crate::report::numbers::{percent, seconds, thousands};
+use crate::scene::spec::GridSpec;
+use crate::scene::{MeshSpec, from_text};
+use crate::scene::{cells_of_grid, common_divisor, divisions_of_grid, divisions_value, grid_with_divisions};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
 use crate::study::estimate::growth::{Predicted, growth};
@@ -19,6 +22,7 @@ use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, NOT_RUN, Role, StoredCase};
 use std::collections::BTreeMap;
+use std::path::Path;
 use toml::{Table, Value};
 
 /// Largest ratio of sizes from one mesh to the next.
@@ -83,7 +87,8 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
         // Three meshes may leave an interval over decades
         let known = p.interval.filter(|[low, high]| *high < 100.0 * low);
         let interval = known.map_or(String::new(), |[a, b]| format!(" (95 %: {} to {})", seconds(a), seconds(b)));
-        format!(", {} per case by the law of growth{interval}", seconds(p.value))
+        let over = if best.meshes[0].len() > 1 { " on average over the variants" } else { "" };
+        format!(", {} per case{over} by the law of growth{interval}", seconds(p.value))
     });
     let more = if best.wanted > MOST_RATIO { ", and probably another one after it" } else { "" };
     let changes: Vec<String> = best.next.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
@@ -127,8 +132,8 @@ fn label(cells: usize) -> String {
 /// A family that can be refined.
 struct Candidate<'a> {
     family: &'a FamilyRecord,
-    /// Finest first, one record each
-    meshes: Vec<&'a CaseRecord>,
+    /// Finest first, the runs of each in all variants
+    meshes: Vec<Vec<&'a CaseRecord>>,
     /// Largest bar of its finest mesh in the quantities without a verdict \[–\]
     bar: f64,
     /// Ratio of sizes by which the bar would meet the tolerance
@@ -138,15 +143,16 @@ struct Candidate<'a> {
 
 impl<'a> Candidate<'a> {
     fn new(cases: &Cases<'a>, family: &'a FamilyRecord, open: &[&ByQuantity<MeshErrors>]) -> Option<Self> {
-        let mut meshes: Vec<&CaseRecord> = vec![];
+        let mut meshes: Vec<Vec<&CaseRecord>> = vec![];
         for c in cases.study.variants.iter().flat_map(|variant| cases.of(family, variant)) {
-            if !meshes.iter().any(|m| m.has_mesh_of(&c.record)) {
-                meshes.push(&c.record);
+            match meshes.iter_mut().find(|runs| runs[0].has_mesh_of(&c.record)) {
+                Some(runs) => runs.push(&c.record),
+                None => meshes.push(vec![&c.record]),
             }
         }
-        meshes.sort_by(|a, b| a.mesh.h_m.total_cmp(&b.mesh.h_m));
-        let [finest, second, ..] = meshes[..] else { return None };
-        if locking::alarm(finest).is_some() {
+        meshes.sort_by(|a, b| a[0].mesh.h_m.total_cmp(&b[0].mesh.h_m));
+        let [finest, second, ..] = &meshes[..] else { return None };
+        if finest.iter().any(|c| locking::alarm(c).is_some()) {
             return None;
         }
         let (mut bar, mut wanted, mut all) = (0.0_f64, LEAST_RATIO, false);
@@ -163,7 +169,7 @@ impl<'a> Candidate<'a> {
             all |= e.keeps_length;
         }
         let ratio = wanted.clamp(LEAST_RATIO, MOST_RATIO);
-        let next = Finer::new(second, finest, ratio, all)?;
+        let next = Finer::new(second[0], finest[0], ratio, all)?;
         let is_hopeless = |q: &&ByQuantity<MeshErrors>| {
             let allowed = |e: &Estimate| q.quantity.tolerance(cases.study.tolerance).allowed(e.extrapolated);
             q.estimate(&family.name).is_some_and(|e| left_by(e, ratio) > allowed(e))
@@ -201,8 +207,10 @@ impl<'a> Candidate<'a> {
         ))
     }
 
+    /// Mean cost of a case over the variants \[s\].
     fn cost(&self, cases: &Cases) -> Option<Predicted> {
-        let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m.mesh.cells as f64, cases.cost(m))).collect();
+        let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| cases.cost(c)).sum::<f64>() / runs.len() as f64;
+        let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m[0].mesh.cells as f64, mean(m))).collect();
         growth(&points).map(|law| law.predict(self.next.cells as f64))
     }
 }
@@ -246,11 +254,11 @@ impl Finer {
                     factor *= ratio.powi(3);
                     Value::Integer(round(*n as f64 * ratio.powi(3)) as i64)
                 }
-                ("divisions", Value::Array(now)) => {
-                    let before = coarse.get(key).and_then(Value::as_array);
-                    let (new, more) = divided(now, before, all, ratio)?;
-                    factor *= more;
-                    new
+                ("divisions", _) => {
+                    let (now, before) = (grid_of(finest)?, grid_of(second)?);
+                    let new = divided(&now, &before, all, ratio);
+                    factor *= cells_of_grid(&new) / cells_of_grid(&now);
+                    divisions_value(&new)
                 }
                 ("size", Value::String(length)) => {
                     let (number, unit, ..) = units::parts(length).ok()?;
@@ -265,31 +273,23 @@ impl Finer {
     }
 }
 
-/// Numbers of boxes times the ratio, in `all` directions or those in which they differ from the numbers `before`, and the factor on their product.
-/// Where the two meshes have the same proportions, the next one has them too and the ratio is at least this one; otherwise nearly.
-fn divided(now: &[Value], before: Option<&Vec<Value>>, all: bool, ratio: f64) -> Option<(Value, f64)> {
-    let numbers = |list: &[Value]| list.iter().map(Value::as_integer).collect::<Option<Vec<i64>>>();
-    let now = numbers(now)?;
-    let before = before.and_then(|list| numbers(list)).filter(|list| list.len() == now.len());
-    let is_left = |k: usize| !all && before.as_ref().is_some_and(|b| b[k] == now[k]);
-    let refined: Vec<usize> = (0..now.len()).filter(|k| !is_left(*k)).collect();
-    let pair = |k: usize| before.as_ref().map(|b| (now[k], b[k]));
-    let proportional = |w: &[usize]| pair(w[0]).zip(pair(w[1])).is_some_and(|((a, b), (c, d))| a * d == b * c);
+/// The grid with its divisions times the ratio, in `all` directions or those in which they differ from the grid `before`. Where the two grids have the
+/// same proportions, the next one has them too, as far as the grid takes them, and the ratio is at least this one; otherwise nearly.
+fn divided(now: &GridSpec, before: &GridSpec, all: bool, ratio: f64) -> GridSpec {
+    let [own, before] = [now, before].map(divisions_of_grid);
+    let is_left = |k: usize| !all && before[k] == own[k];
+    let refined: Vec<usize> = (0..own.len()).filter(|k| !is_left(*k)).collect();
+    let proportional = |w: &[usize]| own[w[0]] * before[w[1]] == before[w[0]] * own[w[1]];
     let scale = if refined.windows(2).all(proportional) {
-        let common = refined.iter().fold(0, |g, k| greatest_common_divisor(g, now[*k])) as f64;
+        let common = common_divisor(refined.iter().map(|k| own[*k])) as f64;
         // A product that is whole but for rounding is not rounded up
         (common * ratio - 1e-9).ceil() / common
     } else {
         ratio
     };
-    let finer = |n: i64| ((n as f64 * scale).round() as i64).max(n + 1);
-    let new: Vec<i64> = (0..now.len()).map(|k| if is_left(k) { now[k] } else { finer(now[k]) }).collect();
-    let factor = new.iter().zip(&now).map(|(m, n)| *m as f64 / *n as f64).product();
-    Some((Value::from(new), factor))
-}
-
-fn greatest_common_divisor(a: i64, b: i64) -> i64 {
-    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
+    let finer = |n: f64| (n * scale).max(n + 1.0);
+    let number = |k: usize| if is_left(k) { own[k] as f64 } else { finer(own[k] as f64) };
+    grid_with_divisions(now, &(0..own.len()).map(number).collect::<Vec<_>>())
 }
 
 /// Three significant digits.
@@ -300,11 +300,21 @@ fn round(x: f64) -> f64 {
     if unit < 1.0 { (rounded / unit).round() / (1.0 / unit).round() } else { rounded }
 }
 
+/// The table `[mesh]` of a case.
+fn mesh_table(case: &CaseRecord) -> Option<Table> {
+    let scene: Table = case.provenance.scene.parse().ok()?;
+    scene.get("mesh")?.as_table().cloned()
+}
+
+fn grid_of(case: &CaseRecord) -> Option<GridSpec> {
+    let text = toml::to_string(&mesh_table(case)?).ok()?;
+    from_text::<MeshSpec>(Path::new(&case.id), &text, "").ok()?.grid
+}
+
 /// The keys of `[mesh]` of a case, dotted.
 fn mesh_keys(case: &CaseRecord) -> Option<BTreeMap<String, Value>> {
-    let scene: Table = case.provenance.scene.parse().ok()?;
     let mut keys = BTreeMap::new();
-    flatten("", scene.get("mesh")?.as_table()?, &mut keys);
+    flatten("", &mesh_table(case)?, &mut keys);
     // A level of zero may be left out
     keys.entry("levels".into()).or_insert(Value::Integer(0));
     Some(keys)
@@ -335,9 +345,12 @@ mod tests {
         Some((toml::to_string(&found.set).expect("a table").trim().to_string(), found.cells))
     }
 
+    fn of_box(divisions: &str) -> String {
+        format!("grid = {{ kind = \"box\", size = [\"3 mm\", \"2 mm\", \"1 mm\"], divisions = {divisions} }}")
+    }
+
     #[test]
     fn a_finer_grid_has_the_proportions_of_its_family() {
-        let grid = |n: &str| format!("grid = {{ kind = \"box\", divisions = {n} }}");
         for (second, finest, ratio, expected) in [
             ("[18, 3, 3]", "[24, 4, 4]", 1.3, "[36, 6, 6]"),
             ("[18, 3, 3]", "[24, 4, 4]", 1.25, "[30, 5, 5]"),
@@ -348,8 +361,28 @@ mod tests {
             ("[3, 5, 2]", "[5, 7, 3]", 1.4, "[7, 10, 4]"),
             ("[8, 2, 1]", "[16, 3, 2]", 1.3, "[21, 4, 3]"),
         ] {
-            let (set, _) = next(&grid(second), &grid(finest), ratio, false).expect("a finer mesh");
+            let (set, _) = next(&of_box(second), &of_box(finest), ratio, false).expect("a finer mesh");
             assert_eq!(set, format!("\"mesh.grid.divisions\" = {expected}"), "{second} {finest} {ratio}");
+        }
+    }
+
+    /// One number of an octant or a bracket is that of two directions, layers that grow count together, and a hole takes even numbers round it.
+    #[test]
+    fn cells_of_a_finer_grid_are_counted_by_its_kind() {
+        let octant = "kind = \"octant\", inner = \"1 mm\", outer = \"2 mm\"";
+        let bracket = "kind = \"bracket\", edge = \"2 mm\", thickness = \"1 mm\"";
+        let ball = "kind = \"half_sphere\", radius = \"9 mm\", fine = \"1 mm\"";
+        let hole = "kind = \"hole\", radius = \"1 mm\", half_edge = \"5 mm\", thickness = \"1 mm\"";
+        for (kind, second, finest, ratio, all, expected) in [
+            (bracket, "[3, 3]", "[4, 4]", 1.5, false, ("[6, 6]", 3380)),
+            (octant, "[4, 2]", "[6, 3]", 2.0, false, ("[12, 6]", 8000)),
+            (octant, "[4, 2]", "[6, 2]", 2.0, false, ("[12, 2]", 4000)),
+            (ball, "[2, 3]", "[2, 4]", 2.0, false, ("[2, 8]", 4630)),
+            (hole, "[4, 3, 1]", "[8, 6, 2]", 1.5, false, ("[12, 10, 3]", 3750)),
+        ] {
+            let grid = |n: &str| format!("grid = {{ {kind}, divisions = {n} }}");
+            let (set, cells) = next(&grid(second), &grid(finest), ratio, all).expect("a finer mesh");
+            assert_eq!((set, cells), (format!("\"mesh.grid.divisions\" = {}", expected.0), expected.1), "{kind}");
         }
     }
 
@@ -360,10 +393,9 @@ mod tests {
         assert_eq!(of("cells = 9", "cells = 9\nlevels = 1"), ("\"mesh.levels\" = 2".into(), 8000));
         assert_eq!(of("size = \"2 mm\"", "size = \"1.5 mm\""), ("\"mesh.size\" = \"1 mm\"".into(), 3380));
         assert_eq!(of("size = \"4e-3 m\"", "size = \"3e-3m\"").0, "\"mesh.size\" = \"0.002 m\"");
-        let grid = |n: &str| format!("grid = {{ kind = \"box\", divisions = {n} }}");
-        let (set, cells) = of(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"));
+        let (set, cells) = of(&of_box("[4, 6, 1]"), &of_box("[6, 9, 1]"));
         assert_eq!((set.as_str(), cells), ("\"mesh.grid.divisions\" = [10, 15, 1]", 2780));
-        let thick = next(&grid("[4, 6, 1]"), &grid("[6, 9, 1]"), 2.0, true).expect("a finer mesh");
+        let thick = next(&of_box("[4, 6, 1]"), &of_box("[6, 9, 1]"), 2.0, true).expect("a finer mesh");
         assert_eq!(thick, ("\"mesh.grid.divisions\" = [12, 18, 2]".into(), 8000));
         assert!(next("file = \"a.msh\"", "file = \"b.msh\"", 1.5, false).is_none(), "files cannot be continued");
         assert!(next("seed = 1", "seed = 2", 1.5, false).is_none(), "another seed is no finer mesh");

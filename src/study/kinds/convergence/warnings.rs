@@ -3,20 +3,22 @@
 use crate::report::names::title;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_steps};
-use crate::study::estimate::richardson::{Convergence, LEAST_RATIO};
+use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
 use crate::study::kinds::convergence::findings::MeshErrors;
 use crate::study::kinds::convergence::members;
+use crate::study::notes::notes;
 use crate::study::store::record::{Role, StoredCase};
-use crate::wording::count;
+use crate::wording::{all, count};
+use std::collections::BTreeSet;
 
 /// One sentence each.
 pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out = analysis::warnings(incomplete);
     let mut seen = vec![];
     for e in quantities.iter().flat_map(|q| &q.estimates) {
-        let low: Vec<String> = e.ratios.iter().filter(|r| **r < LEAST_RATIO).map(|r| format!("{r:.2}")).collect();
+        let low: Vec<String> = e.ratios.iter().filter(|r| is_small_ratio(**r)).map(|r| format!("{r:.2}")).collect();
         if !low.is_empty() && !seen.contains(&&e.family) {
             seen.push(&e.family);
             let (n, all) = (low.len(), e.ratios.len());
@@ -71,15 +73,24 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     if let Some(why) = cases.no_limit() {
         out.push(format!("{}: the answer has no limit as h → 0.", capital(why)));
     }
-    let refused = |c: &StoredCase| c.record.one_run.as_ref().and_then(|o| o.refused.clone());
-    let mut refusals: Vec<String> = cases.stored.iter().filter_map(refused).collect();
-    refusals.sort();
-    refusals.dedup();
-    out.extend(refusals.iter().map(|why| format!("No error estimate from one run: {why}.")));
-    let mut notes: Vec<&String> = cases.stored.iter().flat_map(|c| &c.record.notes).collect();
-    notes.sort();
-    notes.dedup();
-    out.extend(notes.into_iter().map(|r| format!("{}.", capital(r))));
+    out.extend(without_estimate(cases.stored));
+    out.extend(notes(cases.stored).iter().map(|note| format!("{}.", capital(note))));
+    out
+}
+
+/// The runs without an estimate of their errors, and the columns without one in runs that may have those of others.
+fn without_estimate(stored: &[StoredCase]) -> Vec<String> {
+    let runs = || stored.iter().filter_map(|c| c.record.one_run.as_ref());
+    let refusals: BTreeSet<&String> = runs().filter_map(|run| run.refused.as_ref()).collect();
+    let columns: BTreeSet<&String> = runs().flat_map(|run| &run.unestimated).collect();
+    let mut out: Vec<String> =
+        refusals.into_iter().map(|why| format!("No error estimate from one run: {why}.")).collect();
+    if !columns.is_empty() {
+        let columns = all(&columns.into_iter().collect::<Vec<_>>());
+        out.push(format!(
+            "No error estimate from one run of {columns}: only quantities with a derivative by the state have one."
+        ));
+    }
     out
 }
 

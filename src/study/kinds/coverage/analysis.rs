@@ -75,7 +75,7 @@ pub fn analyse(study: &StudyRecord, coverage: &CoverageRecord, stored: &[StoredC
 
 /// Cases whose errors could not be estimated from their own runs.
 fn refusals(stored: &[StoredCase]) -> impl Iterator<Item = String> {
-    let why = |c: &StoredCase| c.record.one_run.as_ref()?.refused.clone();
+    let why = |c: &StoredCase| c.record.one_run.as_ref()?.missing();
     stored.iter().filter_map(move |c| Some(format!("{} has no estimate from its run: {}.", c.record.id, why(c)?)))
 }
 

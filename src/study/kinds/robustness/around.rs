@@ -12,7 +12,7 @@ use crate::material::registry;
 use crate::math::units;
 use crate::scene::spec::GridSpec;
 use crate::scene::{Headline, Length, MeshSpec, SceneError, SceneSpec, read_scene};
-use crate::scene::{cells_of_grid, divisions_of_grid, scaled_grid};
+use crate::scene::{cells_of_grid, divisions_value, scaled_grid};
 use crate::study::axis::AxisSpec;
 use crate::study::kind::{Around, StoredExpansion, stored};
 use crate::study::kinds::robustness::check::{Bound, CheckSpec, Moment};
@@ -206,8 +206,7 @@ fn sizes(mesh: &MeshSpec, factor: f64) -> Table {
             out.insert(format!("{path}.size"), shorter(size));
         }
         if let Some(grid) = grid.and_then(|grid| scaled_grid(grid, finer)) {
-            let divisions = divisions_of_grid(&grid).iter().map(|n| Value::from(*n as i64));
-            out.insert(format!("{path}.grid.divisions"), Value::Array(divisions.collect()));
+            out.insert(format!("{path}.grid.divisions"), divisions_value(&grid));
         }
     }
     if mesh.size.is_some() {

@@ -1,14 +1,13 @@
 //! Cost of a mesh: seconds against unknowns and against entries of the factor, with the exponent of growth.
 
-use crate::report::canvas::{
-    Area, At, Mark, PALETTE, RGB, SMALL, columns, figure, italic, line, mark, mm, page_width, text,
-};
+use crate::report::canvas::{Area, At, SMALL, columns, figure, italic, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::names::title;
 use crate::report::numbers::capital;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
+use crate::study::kinds::convergence::figures::look::{Look, looks};
 use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
@@ -22,6 +21,10 @@ const TALL: f64 = 50.0;
 const ROW: f64 = TALL + 19.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 60.0;
+
+/// From the top of a panel to its first line of text, and to the next one \[units\]
+const FIRST: i32 = 60;
+const NEXT: i32 = 85;
 
 /// One mesh of one formulation, over its variants.
 struct MeshCost {
@@ -72,22 +75,22 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     let each = (page_width() - LEFT - GAP * (columns - 1) as f64 - 3.0) / columns as f64;
     let bottom = TOP + TALL + ROW * (2 / columns - 1) as f64 + 13.5;
     let across = page_width() - LEFT;
-    let entry = |(k, name): (usize, &&str)| {
-        let (m, c) = style(k);
-        (Sample::Mark(m, c), title(name))
-    };
-    let entries: Vec<(Sample, String)> = formulations.iter().enumerate().map(entry).collect();
+    let names = formulations.iter().map(|name| title(name));
+    let named: Vec<(String, Look)> = names.zip(looks(&store.study.families, &formulations)).collect();
+    let entries: Vec<(Sample, String)> =
+        named.iter().map(|(name, (m, c))| (Sample::Mark(*m, *c), name.clone())).collect();
     let svg = figure(page_width(), bottom - 0.7 + 4.2 * legend_lines(&entries, across), "", |area| {
         let size: [(&str, Size); 2] = [("free degrees of freedom", |d| d.dofs), ("entries of the factor", |d| d.nnz)];
         for (k, (name, x)) in size.into_iter().enumerate() {
             let (left, top) = (LEFT + (k % columns) as f64 * (each + GAP), TOP + ROW * (k / columns) as f64);
             let frame = [mm(left), mm(top), mm(left + each), mm(top + TALL)];
             let label = if k == 0 { format!("{name} {}", italic("n")) } else { format!("{name} nnz({})", italic("L")) };
-            let y = Axis::log(dots.iter().flat_map(|d| d.seconds), &format!("{words} [s]"));
-            let plot = Plot { area, frame, x: Axis::log(dots.iter().map(x), &label), y };
             let symbol = if k == 0 { italic("n") } else { "nnz".into() };
             let lines: Vec<Option<Growth>> = (0..formulations.len()).map(|k| fits(k, x)).collect();
-            panel(&plot, &dots, x, &lines, &formulations, &symbol);
+            let head = f64::from(FIRST + NEXT * lines.iter().flatten().count() as i32) / f64::from(mm(TALL));
+            let y = Axis::log_below(dots.iter().flat_map(|d| d.seconds), head, &format!("{words} [s]"));
+            let plot = Plot { area, frame, x: Axis::log(dots.iter().map(x), &label), y };
+            panel(&plot, &dots, x, &lines, &named, &symbol);
             plot.axes(true);
             plot.title(letter(k, 2), if k == 0 { "Unknowns" } else { "Cholesky factor" });
         }
@@ -100,30 +103,25 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     Some(Figure { name: "cost-size".into(), svg, caption })
 }
 
-fn style(k: usize) -> (Mark, RGB) {
-    // The colours that the families of these elements have elsewhere
-    let marks = [Mark::Circle, Mark::Ring, Mark::Down, Mark::Cross, Mark::Square];
-    (marks[k % 5], [PALETTE[0], PALETTE[4], PALETTE[5], PALETTE[6], PALETTE[2]][k % 5])
-}
-
-fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<Growth>], names: &[&str], symbol: &str) {
+fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<Growth>], named: &[(String, Look)], symbol: &str) {
     plot.grid();
     let area: &Area = plot.area;
     let mut written = 0;
     for (k, growth) in lines.iter().enumerate() {
         let Some(g) = growth else { continue };
+        let (name, (_, color)) = &named[k];
         let own = || dots.iter().filter(|d| d.formulation == k).map(x);
         let (a, b) = (own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max));
         let at = |n: f64| plot.at(n, g.at(n));
-        line(area, &[at(a), at(b)], style(k).1, 7);
+        line(area, &[at(a), at(b)], *color, 7);
         let error = g.error.map_or(String::new(), |e| format!(" ± {e:.2}"));
-        let words = format!("{}: exponent of {symbol} {:.2}{error}", title(names[k]), g.q);
+        let words = format!("{name}: exponent of {symbol} {:.2}{error}", g.q);
         let [l, t, ..] = plot.frame;
-        text(area, &words, (l + 40, t + 60 + 85 * written), At::Left, SMALL, style(k).1);
+        text(area, &words, (l + 40, t + FIRST + NEXT * written), At::Left, SMALL, *color);
         written += 1;
     }
     for d in dots {
-        let (m, c) = style(d.formulation);
+        let (m, c) = named[d.formulation].1;
         let (low, high) = (plot.at(x(d), d.seconds[0]), plot.at(x(d), d.seconds[2]));
         if low.1 - high.1 > 4 {
             line(area, &[low, high], c, 4);

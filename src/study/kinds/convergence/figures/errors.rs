@@ -1,8 +1,8 @@
 //! Error against h with the fitted orders, and error against seconds with the Pareto front.
 
 use crate::report::canvas::{Area, At, GREY, INK, SMALL, dashed, figure, fill, italic, line, mark, mm, text};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
-use crate::report::measure::shortened;
+use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines};
+use crate::report::measure::width;
 use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
@@ -10,6 +10,7 @@ use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::{PANELS, first_of};
+use crate::study::kinds::convergence::figures::look::{Look, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
@@ -74,7 +75,7 @@ fn sheet(
     let mut entries: Vec<(Sample, String)> = (used.iter())
         .map(|k| {
             let f = &store.study.families[*k];
-            let (m, c) = style(*k);
+            let (m, c) = look(*k);
             (Sample::Mark(m, c), family_label(&f.name, &f.formulation))
         })
         .collect();
@@ -93,14 +94,13 @@ fn sheet(
     }))
 }
 
-/// Percent axis over what is resolved, four decades at most, with room at the top for `lines` of text.
-fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, bars: bool, lines: usize) -> Axis {
+/// Percent axis over what is resolved, four decades at most, with this share free at its head.
+fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, bars: bool, head: f64) -> Axis {
     let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
     let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.scale);
     let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
     let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
-    let room = (top / lowest).powf(0.065 * lines as f64);
-    Axis::log([lowest, tolerance, top, room * top].into_iter(), "error [%]")
+    Axis::log_below([lowest, tolerance, top].into_iter(), head, "error [%]")
 }
 
 /// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
@@ -118,7 +118,7 @@ pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
 
 fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     for d in dots {
-        let (shape, color) = style(d.family);
+        let (shape, color) = look(d.family);
         mark(plot.area, shape, plot.floored(x(d), d.error, color), 26, color);
     }
 }
@@ -153,6 +153,88 @@ fn parts_above(curve: &[(f64, f64)], edge: f64) -> Vec<Vec<(f64, f64)>> {
     parts
 }
 
+/// The number of a family in the study.
+fn number(store: &Results, family: &str) -> usize {
+    store.study.families.iter().position(|f| f.name == family).unwrap_or(0)
+}
+
+/// The fitted orders of the families that have one, in lines at the head of a panel.
+struct Orders {
+    /// Each with the mark of its family
+    words: Vec<(Look, String)>,
+    /// Width of an entry \[units\]
+    each: i32,
+    columns: usize,
+}
+
+impl Orders {
+    /// From the edge of a panel to the first mark, and from a mark to its words \[units\]
+    const EDGE: i32 = 60;
+    const WORDS: i32 = 45;
+    /// From the top of a panel to the first line, and to the next one \[units\]
+    const FIRST: i32 = 60;
+    const NEXT: i32 = 85;
+
+    fn new(store: &Results, q: &ByQuantity<MeshErrors>, wide: i32) -> Self {
+        let order = |e: &Estimate| {
+            let (_, p) = model(e, e.h_m[0])?;
+            Some((look(number(store, &e.family)), format!("{} = {p:.2}", italic("p"))))
+        };
+        let words: Vec<(Look, String)> = q.estimates.iter().filter_map(order).collect();
+        let longest = words.iter().map(|(_, words)| width(words, SMALL)).max().unwrap_or(0);
+        let each = Self::WORDS + longest + Self::EDGE;
+        Self { words, each, columns: ((wide - Self::EDGE) / each).max(1) as usize }
+    }
+
+    /// The share of a panel of this height that they take.
+    fn head(&self, tall: i32) -> f64 {
+        match self.words.len().div_ceil(self.columns) {
+            0 => 0.0,
+            lines => f64::from(Self::FIRST + Self::NEXT * lines as i32) / f64::from(tall),
+        }
+    }
+
+    fn draw(&self, area: &Area, [left, top, ..]: [i32; 4]) {
+        for (k, ((shape, color), words)) in self.words.iter().enumerate() {
+            let (line, column) = ((k / self.columns) as i32, (k % self.columns) as i32);
+            let (x, y) = (left + Self::EDGE + self.each * column, top + Self::FIRST + Self::NEXT * line);
+            mark(area, *shape, (x, y), 24, *color);
+            text(area, words, (x + Self::WORDS, y), At::Left, SMALL, INK);
+        }
+    }
+}
+
+/// The models of the families, where they are above the lower edge.
+fn models(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
+    let Some((reference, scale)) = q.reference.as_ref().map(|r| (r.value, r.scale)) else { return };
+    for e in &q.estimates {
+        let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
+        let hs = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0));
+        let curve: Vec<_> = hs
+            .filter_map(|h| Some((1e3 * h, 100.0 * (model(e, h)?.0 - reference) / scale)))
+            .filter(|(_, y)| y.abs() <= plot.y.hi)
+            .collect();
+        for part in parts_above(&curve, plot.y.lo) {
+            let path: Vec<_> = part.into_iter().map(|(h, y)| plot.at(h, y)).collect();
+            line(plot.area, &path, look(number(store, &e.family)).1, 7);
+        }
+    }
+}
+
+/// The scatter of the seeds about their mean, as it moves the error.
+fn scatter(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
+    for (n, r) in q.noise.iter().filter_map(|n| Some((n, q.reference.as_ref()?))) {
+        let color = look(number(store, &n.family)).1;
+        let off = (n.mean - r.value).abs();
+        let end = |sign: f64| (100.0 * (off + sign * 0.5 * n.scatter) / r.scale).clamp(plot.y.lo, plot.y.hi);
+        let (a, b) = (plot.at(1e3 * n.h_m, end(-1.0)), plot.at(1e3 * n.h_m, end(1.0)));
+        line(plot.area, &[a, b], color, 8);
+        for p in [a, b] {
+            line(plot.area, &[(p.0 - 30, p.1), (p.0 + 30, p.1)], color, 8);
+        }
+    }
+}
+
 pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
     let mut extra = vec![
@@ -166,53 +248,16 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let h = |d: &ErrorDot| 1e3 * d.record.mesh.h_m;
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
-        let lines = q.estimates.iter().filter(|e| model(e, e.h_m[0]).is_some()).count();
-        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, lines) };
+        let [l, t, r, b] = frame;
+        let orders = Orders::new(store, q, r - l);
+        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, orders.head(b - t)) };
         levels(&plot, q, tolerance);
-        let mut orders = vec![];
-        for e in &q.estimates {
-            let family = store.study.families.iter().position(|f| f.name == e.family).unwrap_or(0);
-            let Some((reference, scale)) = q.reference.as_ref().map(|r| (r.value, r.scale)) else { continue };
-            let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
-            let hs: Vec<f64> = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0)).collect();
-            let y: Vec<Option<(f64, f64)>> = hs.iter().map(|h| model(e, *h)).collect();
-            let curve: Vec<_> = (hs.iter().zip(&y))
-                .filter_map(|(h, y)| Some((1e3 * h, 100.0 * ((*y)?.0 - reference) / scale)))
-                .filter(|(_, y)| y.abs() <= plot.y.hi)
-                .collect();
-            for part in parts_above(&curve, plot.y.lo) {
-                let path: Vec<_> = part.into_iter().map(|(h, y)| plot.at(h, y)).collect();
-                line(area, &path, style(family).1, 7);
-            }
-            if let Some((_, p)) = y[0] {
-                orders.push((format!("{p:.2}, {}", family_label(&e.family, &e.formulation)), style(family).1));
-            }
-        }
-        // The scatter of the seeds about their mean, as it moves the error
-        for (n, r) in q.noise.iter().filter_map(|n| Some((n, q.reference.as_ref()?))) {
-            let family = store.study.families.iter().position(|f| f.name == n.family).unwrap_or(0);
-            let color = style(family).1;
-            let off = (n.mean - r.value).abs();
-            let end = |sign: f64| (100.0 * (off + sign * 0.5 * n.scatter) / r.scale).clamp(plot.y.lo, plot.y.hi);
-            let (a, b) = (plot.at(1e3 * n.h_m, end(-1.0)), plot.at(1e3 * n.h_m, end(1.0)));
-            line(area, &[a, b], color, 8);
-            for p in [a, b] {
-                line(area, &[(p.0 - 30, p.1), (p.0 + 30, p.1)], color, 8);
-            }
-        }
+        models(&plot, store, q);
+        scatter(&plot, store, q);
         marks(&plot, dots, h);
         plot.axes(true);
         plot.title(letter, &capital(&q.title()));
-        // Upper left: small h has small errors, so only the tolerance can lie there
-        let [l, t, r, b] = frame;
-        let taken = 40 + 85 * orders.len() as i32;
-        let tolerance = plot.at(plot.x.lo, tolerance).1 - t;
-        let is_crossed = (0..taken + 40).contains(&tolerance) && tolerance + 70 + taken < b - t;
-        let from = if is_crossed { tolerance + 70 } else { 60 };
-        for (k, (words, color)) in orders.iter().enumerate() {
-            let words = shortened(&format!("{} = {}", italic("p"), words), SMALL, r - l - 80);
-            text(area, &words, (l + 40, t + from + 85 * k as i32), At::Left, SMALL, *color);
-        }
+        orders.draw(area, frame);
     })?;
     let drawn = || analysis.quantities.iter().filter(|q| q.deciding && q.reference.is_some()).take(PANELS);
     let orders = if drawn().any(fits) { ", with the fitted order of each family that has one" } else { "" };
@@ -234,7 +279,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
     ];
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
-        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0) };
+        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0.0) };
         levels(&plot, q, tolerance);
         // Seeds show the scatter; a lucky one is no setting to choose
         let mut order: Vec<&ErrorDot> =
@@ -255,8 +300,8 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         // A bar below the axis has the arrow of its mark alone
         for d in dots.iter().filter(|d| d.bar > plot.y.lo) {
             let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
-            line(area, &[a, b], style(d.family).1, 4);
-            line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], style(d.family).1, 4);
+            line(area, &[a, b], look(d.family).1, 4);
+            line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], look(d.family).1, 4);
         }
         marks(&plot, dots, |d| d.cost);
         plot.axes(true);

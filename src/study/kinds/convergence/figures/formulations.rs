@@ -1,12 +1,13 @@
 //! Savings by the element: error of one line a formulation, over the number of cells (top) and over CPU seconds (bottom).
 
-use crate::report::canvas::{INK, Mark, Point, RGB, columns, figure, hollow, italic, line, mark, mm, page_width};
-use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines, style};
+use crate::report::canvas::{INK, Mark, Point, columns, figure, hollow, italic, line, mark, mm, page_width};
+use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines};
 use crate::report::numbers::capital;
 use crate::report::panels::{letter, row_height};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::convergence::figures::errors::levels;
+use crate::study::kinds::convergence::figures::look::look;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::Role;
 use crate::study::store::results::Results;
@@ -51,12 +52,6 @@ fn lines(store: &Results, q: &ByQuantity<MeshErrors>) -> Vec<FormulationCurve> {
         FormulationCurve { family, dots }
     });
     lines.filter(|l| l.dots.len() > 1).collect()
-}
-
-/// Full marks only: an open one is an alarm. The colours are those of the families elsewhere.
-fn look(family: usize) -> (Mark, RGB) {
-    let marks = [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Down];
-    (marks[family % marks.len()], style(family).1)
 }
 
 /// `None` unless two formulations ran on two meshes each.

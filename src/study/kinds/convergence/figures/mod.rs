@@ -5,6 +5,7 @@ pub mod cost;
 pub mod curves;
 pub mod errors;
 pub mod formulations;
+mod look;
 
 use crate::report::figure::{Drawn, drawn};
 use crate::study::analysis::Analysis;

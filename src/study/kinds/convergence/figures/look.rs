@@ -1,0 +1,50 @@
+//! Mark and colour of a family and of a formulation, the same in all figures of a report.
+
+use crate::report::canvas::{Mark, RGB};
+use crate::report::figure::style;
+use crate::study::store::study_record::{FamilyRecord, Role};
+
+/// A mark with its colour.
+pub type Look = (Mark, RGB);
+
+/// That of a family by its number in the study. Full marks only: an open one is an alarm.
+pub fn look(family: usize) -> Look {
+    let marks = [Mark::Circle, Mark::Square, Mark::Triangle, Mark::Diamond, Mark::Down];
+    (marks[family % marks.len()], style(family).1)
+}
+
+/// Those of formulations: of the first family of meshes of each, and others than those of the families where a formulation has none.
+pub fn looks(families: &[FamilyRecord], formulations: &[&str]) -> Vec<Look> {
+    let is_of = |f: &FamilyRecord, formulation: &str| f.formulation == formulation && f.role != Role::TimeStep;
+    let first = |formulation: &str| families.iter().position(|f| is_of(f, formulation));
+    let number = |(k, formulation): (usize, &&str)| first(formulation).unwrap_or(families.len() + k);
+    formulations.iter().enumerate().map(number).map(look).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_formulation_looks_like_its_first_family_of_meshes() {
+        let family = |name: &str, role: Role, formulation: &str| {
+            let (name, formulation) = (name.to_string(), formulation.to_string());
+            FamilyRecord { name, role, formulation, cases: vec![], members: vec![] }
+        };
+        let families = [
+            family("dt", Role::TimeStep, "tet4"),
+            family("sizes", Role::Sizes, "tet4"),
+            family("seeds", Role::Seeds, "tet4"),
+            family("element", Role::Element, "tet10"),
+        ];
+        let shown = |(mark, color): Look| (std::mem::discriminant(&mark), color);
+        let found = looks(&families, &["tet10", "tet4", "tet4_up"]).into_iter().map(shown);
+        assert_eq!(found.collect::<Vec<_>>(), [look(3), look(1), look(6)].map(shown));
+    }
+
+    #[test]
+    fn thirty_five_families_look_different() {
+        let all = (0..35).map(look).map(|(mark, color)| format!("{:?} {color:?}", std::mem::discriminant(&mark)));
+        assert_eq!(all.collect::<std::collections::BTreeSet<_>>().len(), 35);
+    }
+}
