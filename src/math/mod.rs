@@ -16,6 +16,7 @@ mod parts;
 pub mod pcg;
 pub mod random;
 pub mod ranked_set;
+pub mod rotation;
 pub mod signal;
 mod signal_rate;
 pub mod sparse;

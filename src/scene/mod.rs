@@ -179,3 +179,4 @@ pub use start::StartSpec;
 pub use starter::starter;
 pub use stored::{is_stored, keep};
 pub use winding::Winding;
+pub use wrinkles::{no_limit_at, wrinkle_notes};

@@ -94,8 +94,8 @@ impl<'a> StepSolver<'a> {
             moving.peek().is_some() && moving.all(|(node, _)| bodies.contains(node))
         };
         let anew = state.memory.is_empty();
-        // The acceleration of a step with an impact is that of the impact, and points away from the obstacle.
-        let accelerated = if anew { 0.0 } else { 0.5 };
+        // By BDF2 the acceleration of a step with an impact is that of the impact, and points away from the obstacle.
+        let accelerated = if anew && integrator == Integrator::Bdf2 { 0.0 } else { 0.5 };
         let approach = self.approach(integrator, state, t, (AHEAD, accelerated));
         let mut hit = self.points_near(&approach, state);
         hit.retain(|point| approach.passes(point) && (anew || point.gap >= point.reach()) && is_rigid(point));

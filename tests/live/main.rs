@@ -239,12 +239,11 @@ fn a_board_is_served_as_long_as_the_guard_lives() {
     page.read_exact(&mut first).expect("an answer");
     assert_eq!(&first, b"HTTP/1.1 200 OK");
     drop(served);
-    assert!(connect().is_err());
-    // A page that follows is sent away, and nothing is left of the server
+    // A page that follows is sent away, and nothing is left of the server; programs that other tests start hold its port for a moment
     page.read_to_end(&mut vec![]).expect("the end");
     let start = Instant::now();
-    while Arc::strong_count(&board) > 1 {
-        assert!(start.elapsed() < PATIENCE, "a thread has the board");
+    while Arc::strong_count(&board) > 1 || connect().is_ok() {
+        assert!(start.elapsed() < PATIENCE, "a thread has the board, or the port is open");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

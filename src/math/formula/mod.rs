@@ -160,7 +160,7 @@ mod tests {
             ("t t", "between \"t\" and \"t\" there is no operator"),
             ("2(t)", "between \"2\" and \"(\" there is no operator"),
             ("2 * (t", "a \"(\" has no \")\""),
-            ("(t, 2)", "a \",\" stands outside of the arguments of a function"),
+            ("(t, 2)", "a \",\" is outside of the arguments of a function"),
             ("t)", "a \")\" closes no bracket"),
             ("{t", "a \"{\" has no \"}\""),
             ("1.2.3", "\"1.2.3\" is no number"),

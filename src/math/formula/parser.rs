@@ -199,7 +199,7 @@ impl Parser<'_> {
 
     fn close(&mut self) -> Result<(), String> {
         self.symbol(")").map(|_| ()).ok_or_else(|| match self.tokens.get(self.at) {
-            Some(Token::Symbol(',')) => "a \",\" stands outside of the arguments of a function".into(),
+            Some(Token::Symbol(',')) => "a \",\" is outside of the arguments of a function".into(),
             Some(token) => {
                 format!("between {} and {} there is no operator", self.tokens[self.at - 1].words(), token.words())
             }

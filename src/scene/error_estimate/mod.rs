@@ -38,6 +38,7 @@ pub use refusal::{EstimateError, path_dependence};
 
 use super::extreme::extreme;
 use super::recorder::Energies;
+use super::wrinkles::no_limit_at;
 use super::{Run, Scene};
 use crate::math::cpu_clock::CpuClock;
 use crate::solve::{Integrator, Step};
@@ -196,7 +197,7 @@ impl<'a> ErrorEstimator<'a> {
 
     fn estimate_whole(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
-        if let Some(why) = self.scene.no_limit_at(&run.peak.x) {
+        if let Some(why) = no_limit_at(self.scene, &run.peak.x) {
             return Err(EstimateError::NoLimit { why });
         }
         let columns = self.columns(&run.columns, columns)?;

@@ -5,7 +5,7 @@ use crate::math::statistics::extent;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
-use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, path_dependence, wall};
+use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -101,7 +101,7 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         inputs: vec![],
         events: run.events.clone(),
         cut_regions: cut_regions(scene),
-        no_limit: scene.no_limit_at(&run.peak.x),
+        no_limit: no_limit_at(scene, &run.peak.x),
         refinement: Vec::new(),
         provenance: Provenance { scene: scene.text.clone(), build: Build::this(), ..Provenance::default() },
     }

@@ -2,7 +2,7 @@
 
 use crate::math::tensor::Vec3;
 use crate::mesh::Order;
-use crate::scene::{LinearWork, Run, Scene};
+use crate::scene::{LinearWork, Run, Scene, wrinkle_notes};
 use crate::solve::{Status, TurningPoint};
 use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
@@ -243,7 +243,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
             );
         }
     }
-    out.extend(scene.wrinkle_notes(&run.peak.x));
+    out.extend(wrinkle_notes(scene, &run.peak.x));
     out.extend(stretched(scene, run));
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {

@@ -21,7 +21,6 @@ pub use energy::Energy;
 pub use markers::Markers;
 pub use moment::ReactionMoment;
 pub use pose::Pose;
-pub(in crate::scene) use pose::nearest_vector;
 pub use position::Position;
 pub use reaction::Reaction;
 pub use stretch::Stretch;

@@ -16,6 +16,7 @@
 
 use super::mean::Mean;
 use super::part::Probe;
+use crate::math::rotation::nearest_vector;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::{Region, TetMesh, element, quadrature};
 use crate::scene::body::Body;
@@ -24,10 +25,8 @@ use crate::scene::error::SceneError;
 use crate::scene::quantity::Length;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
-use nalgebra::{Rotation3, UnitQuaternion};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use std::f64::consts::TAU;
 
 /// Least ratio of the second to the first principal moment of a region whose rotation is known.
 const FLAT: f64 = 1e-8;
@@ -244,17 +243,6 @@ impl Recorded {
 struct Rates {
     position: Vec<(u32, Vec3)>,
     spin: Vec<(u32, Vec3)>,
-}
-
-/// The rotation vector of R with as many whole rotations as bring it nearest to the one `before` \[rad\].
-pub(in crate::scene) fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
-    let base = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).scaled_axis();
-    // About what axis a whole rotation was, only the states before it know.
-    let axis = match base.norm() {
-        angle if angle > 1e-9 => base / angle,
-        _ => before.try_normalize(0.0).unwrap_or(Vec3::x()),
-    };
-    base + axis * (TAU * ((before - base).dot(&axis) / TAU).round())
 }
 
 /// J(r)⁻¹, by which the rotation vector changes with a rotation in space; none at a whole rotation.

@@ -1,0 +1,33 @@
+//! Rotation vectors: axis times angle.
+
+use super::tensor::{Mat3, Vec3};
+use nalgebra::{Rotation3, UnitQuaternion};
+use std::f64::consts::TAU;
+
+/// The rotation vector of R with as many whole rotations as bring it nearest to the one `before` \[rad\].
+pub fn nearest_vector(rotation: Mat3, before: Vec3) -> Vec3 {
+    let base = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)).scaled_axis();
+    // About what axis a whole rotation was, only the states before it know.
+    let axis = match base.norm() {
+        angle if angle > 1e-9 => base / angle,
+        _ => before.try_normalize(0.0).unwrap_or(Vec3::x()),
+    };
+    base + axis * (TAU * ((before - base).dot(&axis) / TAU).round())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rotations of 1 rad each about one axis add up, over any number of whole ones. Bound: rounding of the last angle.
+    #[test]
+    fn whole_rotations_are_counted() {
+        let axis = Vec3::new(1.0, -2.0, 2.0) / 3.0;
+        let mut vector = Vec3::zeros();
+        for k in 1..=100 {
+            let angle = f64::from(k);
+            vector = nearest_vector(Rotation3::new(axis * angle).into_inner(), vector);
+            assert!((vector - axis * angle).norm() < 1e-12 * angle.max(10.0), "{vector:?} after {k} rad");
+        }
+    }
+}
