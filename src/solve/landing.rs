@@ -122,8 +122,9 @@ impl<'a> StepSolver<'a> {
         for (dof, value) in step.targets(&State { t, ..state.clone() }) {
             motion[dof] = ahead * (value - state.x[dof]);
         }
-        // Multipliers that are dofs too are no motion.
-        let size = motion[..self.system.dofs.displacements as usize].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        // Multipliers that are dofs too are no motion; the limits of the other rules were found with them.
+        let dofs = if integrator == Integrator::Bdf2 { self.system.dofs.displacements as usize } else { motion.len() };
+        let size = motion[..dofs].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         Approach { slow: (SLOW * size).max(STILL * self.solver.equations.length), motion, size, dt }
     }
 
