@@ -207,6 +207,8 @@ fn a_browser_drives_a_run() {
         found["ended"]
     );
     assert_eq!((&found["states"], &found["disabled"]), (&json!(5), &json!(true)));
+    // The first state, and the last one of a run that keeps only every hundredth
+    assert_eq!(found["kept"], json!([0, 4]));
     assert_eq!(found["different"].as_array().map(Vec::len), Some(3), "{}", found["different"]);
     assert_eq!(text(&out, "scene.control.csv"), format!("t_s,{SIGNAL}\n0,0.004\n"));
     let rows = found["rows"].as_array().expect("rows").iter().map(|row| {

@@ -70,10 +70,10 @@ export class LiveCase extends Case {
     };
   }
 
-  /** Takes a state, and gives up those that the run keeps no longer. */
+  /** Takes a state, and gives up those that the run keeps no longer; it keeps the last one. */
   take(number, state, { stride, count }) {
     this.kept.set(number, state);
-    for (const k of this.kept.keys()) if (k !== number && (k % stride || k >= count)) this.kept.delete(k);
+    for (const k of this.kept.keys()) if (k !== number && k !== count - 1 && (k % stride || k >= count)) this.kept.delete(k);
     this.#arrange();
     const own = [...this.kept.keys()].sort((a, b) => a - b).indexOf(number);
     for (const [name, range] of this.ranges) {

@@ -81,6 +81,9 @@ try {
   await browser.run("viewer.seek(viewer.times[0])");
   await picture("back");
   found.disabled = await browser.run("return live.panel.pause.disabled");
+  // Of a run that keeps every hundredth state, the page keeps the last one too
+  await browser.run("const [first] = live.body.kept; live.body.take(...first, { stride: 100, count: live.body.states })");
+  found.kept = await browser.run("return [...live.body.kept.keys()].sort((a, b) => a - b)");
   found.different = Object.keys(shots).filter((name, k, all) => k > 0 && shots[name] !== shots[all[k - 1]]);
   console.log(JSON.stringify(found));
 } finally {
