@@ -1,40 +1,23 @@
 //! Choices in files: `{ kind = "…", … }`, or the name of the kind alone where none of its keys is required.
 //!
-//! An enum whose variants are the kinds derives `Deserialize` with `#[serde(remote = "Self")]` and is then named in
-//! [`by_kind!`]; [`registry!`] declares one whose kinds have a file each. Serde's own tag buffers the table and so loses the line
-//! of every mistake in it; here the table is read in place, which needs `kind` to be its first key: [`first`] moves it there.
+//! An enum whose variants are the kinds derives `Deserialize` without a tag; [`registry!`] declares one whose kinds have a file each. Serde's own
+//! tag buffers the table and so loses the line of every mistake in it; the [reader](super::reader) reads the table in place, with `kind` before
+//! its other keys.
 
 use super::error::hint;
-use serde::de::value::{MapAccessDeserializer, MapDeserializer};
+use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{
-    Deserialize, DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, IntoDeserializer, MapAccess,
-    VariantAccess, Visitor,
+    Deserialize, DeserializeSeed, Deserializer, EnumAccess, Error, Expected, IgnoredAny, MapAccess, VariantAccess,
+    Visitor,
 };
-use std::convert::Infallible;
 use std::fmt;
-use std::marker::PhantomData;
-use toml::Spanned;
-use toml::de::{DeTable, DeValue};
-
-/// Lets enums be chosen by `kind` in files.
-macro_rules! by_kind {
-    ($($name:ty),* $(,)?) => {$(
-        impl<'de> serde::Deserialize<'de> for $name {
-            fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                <$name>::deserialize($crate::scene::kind::ByKind(deserializer))
-            }
-        }
-    )*};
-}
-pub(crate) use by_kind;
 
 /// Declares a registry: an enum with a line for each kind, which names its specification and the name of the kind in files.
 macro_rules! registry {
     ($part:ident; $(#[$attribute:meta])* pub enum $registry:ident { $($kind:ident($spec:ident) = $name:literal,)* }) => {
         $(#[$attribute])*
         #[derive(Clone, Debug, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(remote = "Self")]
-        #[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+        #[schemars(tag = "kind", transform = crate::schema::kind_alone)]
         pub enum $registry {
             $(
                 #[allow(missing_docs)]
@@ -42,8 +25,6 @@ macro_rules! registry {
                 $kind($spec),
             )*
         }
-
-        $crate::scene::kind::by_kind!($registry);
 
         impl $registry {
             /// Every kind, as in files.
@@ -75,32 +56,14 @@ macro_rules! registry {
 }
 pub(crate) use registry;
 
-/// Moves `kind` to the front of every table below `table`.
-pub(super) fn first(table: &mut DeTable) {
-    if let Some((key, kind)) = table.remove_entry("kind") {
-        let rest = std::mem::take(table);
-        table.insert(key, kind);
-        table.extend(rest);
-    }
-    table.iter_mut().for_each(|(_, value)| below(value));
-}
+/// Reads an enum from the keys of a table, of which `kind` is the first.
+pub(super) struct ByKind<A>(pub(super) A);
 
-fn below(value: &mut Spanned<DeValue>) {
-    match value.get_mut() {
-        DeValue::Array(list) => list.iter_mut().for_each(below),
-        DeValue::Table(table) => first(table),
-        _ => {}
-    }
-}
+impl<'de, A: MapAccess<'de>> Deserializer<'de> for ByKind<A> {
+    type Error = A::Error;
 
-/// Reads an enum from a table with a `kind`, or from the name of a kind.
-pub(crate) struct ByKind<D>(pub(crate) D);
-
-impl<'de, D: Deserializer<'de>> Deserializer<'de> for ByKind<D> {
-    type Error = D::Error;
-
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, D::Error> {
-        self.0.deserialize_any(visitor)
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, A::Error> {
+        visitor.visit_map(self.0)
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -108,8 +71,8 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for ByKind<D> {
         _: &'static str,
         kinds: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, D::Error> {
-        self.0.deserialize_any(Choice { kinds, visitor })
+    ) -> Result<V::Value, A::Error> {
+        visitor.visit_enum(Chosen::of(self.0, kinds)?)
     }
 
     serde::forward_to_deserialize_any! {
@@ -118,56 +81,12 @@ impl<'de, D: Deserializer<'de>> Deserializer<'de> for ByKind<D> {
     }
 }
 
-struct Choice<V> {
-    kinds: &'static [&'static str],
-    visitor: V,
-}
+/// The expectation of one of these kinds.
+pub(super) struct Choice(pub(super) &'static [&'static str]);
 
-impl<'de, V: Visitor<'de>> Visitor<'de> for Choice<V> {
-    type Value = V::Value;
-
-    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(f, "a table with a `kind`, which is one of {}", self.kinds.join(", "))
-    }
-
-    fn visit_str<E: Error>(self, kind: &str) -> Result<V::Value, E> {
-        let kind = Kind(self.kinds).visit_str(kind)?;
-        let none: MapDeserializer<'de, std::iter::Empty<(&str, NoValue<E>)>, E> =
-            MapDeserializer::new(std::iter::empty());
-        self.visitor.visit_enum(Chosen { kind, keys: none })
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<V::Value, A::Error> {
-        if map.next_key::<String>()?.is_none_or(|key| key != "kind") {
-            let missing = format!("it has no `kind`; add kind = \"…\" with one of {}", self.kinds.join(", "));
-            return Err(A::Error::custom(missing));
-        }
-        let kind = map.next_value_seed(Kind(self.kinds))?;
-        self.visitor.visit_enum(Chosen { kind, keys: map })
-    }
-}
-
-/// The value of a key of a table without keys. With another type the compiler would make one more reader of every type below the kinds.
-struct NoValue<E>(Infallible, PhantomData<E>);
-
-impl<'de, E: Error> Deserializer<'de> for NoValue<E> {
-    type Error = E;
-
-    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, E> {
-        match self.0 {}
-    }
-
-    serde::forward_to_deserialize_any! {
-        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf option unit unit_struct
-        newtype_struct seq tuple tuple_struct map struct enum identifier ignored_any
-    }
-}
-
-impl<E: Error> IntoDeserializer<'_, E> for NoValue<E> {
-    type Deserializer = Self;
-
-    fn into_deserializer(self) -> Self {
-        self
+impl Expected for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "a name, or a table with a `kind`, which is one of {}", self.0.join(", "))
     }
 }
 
@@ -195,10 +114,26 @@ impl Visitor<'_> for Kind {
     }
 }
 
-/// A kind and the keys in its table.
-struct Chosen<A> {
+/// A kind and the other keys of its table.
+pub(super) struct Chosen<A> {
     kind: &'static str,
     keys: A,
+}
+
+impl<'de, A: MapAccess<'de>> Chosen<A> {
+    /// The kind that these keys name before all others.
+    pub(super) fn of(mut keys: A, kinds: &'static [&'static str]) -> Result<Self, A::Error> {
+        if keys.next_key::<String>()?.is_none_or(|key| key != "kind") {
+            let missing = format!("it has no `kind`; add kind = \"…\" with one of {}", kinds.join(", "));
+            return Err(A::Error::custom(missing));
+        }
+        Ok(Self { kind: keys.next_value_seed(Kind(kinds))?, keys })
+    }
+
+    /// The kind of this name, without keys.
+    pub(super) fn alone(name: &str, kinds: &'static [&'static str], none: A) -> Result<Self, A::Error> {
+        Ok(Self { kind: Kind(kinds).visit_str(name)?, keys: none })
+    }
 }
 
 impl<'de, A: MapAccess<'de>> EnumAccess<'de> for Chosen<A> {
@@ -206,13 +141,13 @@ impl<'de, A: MapAccess<'de>> EnumAccess<'de> for Chosen<A> {
     type Variant = Keys<A>;
 
     fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Keys<A>), A::Error> {
-        let kind: serde::de::value::StrDeserializer<A::Error> = self.kind.into_deserializer();
+        let kind: StrDeserializer<A::Error> = StrDeserializer::new(self.kind);
         Ok((seed.deserialize(kind)?, Keys(self.keys)))
     }
 }
 
 /// The keys of a kind, without `kind`.
-struct Keys<A>(A);
+pub(super) struct Keys<A>(A);
 
 impl<'de, A: MapAccess<'de>> VariantAccess<'de> for Keys<A> {
     type Error = A::Error;

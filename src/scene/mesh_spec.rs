@@ -1,6 +1,5 @@
 //! `[mesh]` of a scene.
 
-use super::kind::by_kind;
 use super::parts::selectors::SelectorSpec;
 use super::quantity::{Angle, Length, Quantity, Time};
 use super::shape::TurnSpec;
@@ -10,8 +9,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-by_kind!(GridSpec);
 
 /// `body` with its sizing (a mesh made by our mesher), or `file` with its unit, or `grid`.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -151,8 +148,8 @@ pub enum ElementSpec {
 
 /// A body of boxes that are cut into six tetrahedra each; its regions have fixed names.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", deny_unknown_fields, rename_all = "snake_case")]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum GridSpec {
     /// \[0, size\]: `xmin`, `xmax`, …, `zmax`
     Box {

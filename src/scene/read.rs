@@ -2,10 +2,9 @@
 
 use super::error::part;
 use super::error::{Line, Mistake, SceneError, explain};
-use super::kind;
 use super::overrides;
+use super::reader::Reader;
 use super::spec::SceneSpec;
-use super::tables::ByKeys;
 use crate::mesh::format::recognise;
 use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;
@@ -26,7 +25,7 @@ pub fn changed_scene(
     text: &str,
     changes: &[(String, toml::Value)],
 ) -> Result<(SceneSpec, String), SceneError> {
-    let mut table: toml::Table = text.parse().map_err(|e| mistake(file, text, "", &e, None))?;
+    let mut table: toml::Table = text.parse().map_err(|e| syntax(file, text, "", &e))?;
     if is_study(&table) {
         let scene = table.get("scene").and_then(toml::Value::as_str).map(|scene| file.with_file_name(scene));
         let scene = scene.map_or(String::new(), |scene| format!(", or give its scene, {}", scene.display()));
@@ -106,7 +105,7 @@ pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     })?;
     match text.parse() {
         Ok(table) => Ok((text, table)),
-        Err(e) => Err(mesh_instead(file).unwrap_or_else(|| mistake(file, &text, "", &e, None))),
+        Err(e) => Err(mesh_instead(file).unwrap_or_else(|| syntax(file, &text, "", &e))),
     }
 }
 
@@ -128,20 +127,29 @@ impl SceneSpec {
 
 /// A typed value from TOML. Within this crate only: every crate that calls it compiles the reader of all types below T again.
 pub(crate) fn from_text<T: DeserializeOwned>(file: &Path, text: &str, origin: &str) -> Result<T, SceneError> {
-    let mut table = DeTable::parse(text).map_err(|e| mistake(file, text, origin, &e, None))?;
+    let table = DeTable::parse(text).map_err(|e| syntax(file, text, origin, &e))?;
     let entries = entries(table.get_ref());
-    kind::first(table.get_mut());
-    let read = T::deserialize(ByKeys(toml::Deserializer::from(table)));
-    read.map_err(|e| {
-        let at = e.span().map_or(0, |s| s.start);
+    T::deserialize(Reader::from(table)).map_err(|e| {
+        let at = e.span.as_ref().map_or(0, |s| s.start);
         let place = entries.iter().filter(|(start, _)| *start <= at).max_by_key(|e| e.0);
-        mistake(file, text, origin, &e, place.and_then(|p| p.1.clone()))
+        mistake(file, text, origin, (&e.message, e.span), place.and_then(|p| p.1.clone()))
     })
 }
 
-fn mistake(file: &Path, text: &str, origin: &str, error: &toml::de::Error, place: Option<String>) -> SceneError {
-    let line = error.span().map(|span: Range<usize>| Line::of(text, span));
-    let mistake = Mistake { origin: origin.into(), line, place, what: explain(error.message()) };
+/// The refusal of a text that is no TOML.
+fn syntax(file: &Path, text: &str, origin: &str, error: &toml::de::Error) -> SceneError {
+    mistake(file, text, origin, (error.message(), error.span()), None)
+}
+
+fn mistake(
+    file: &Path,
+    text: &str,
+    origin: &str,
+    (message, span): (&str, Option<Range<usize>>),
+    place: Option<String>,
+) -> SceneError {
+    let line = span.map(|span| Line::of(text, span));
+    let mistake = Mistake { origin: origin.into(), line, place, what: explain(message) };
     SceneError::Syntax { file: file.into(), mistake: Box::new(mistake) }
 }
 

@@ -1,6 +1,5 @@
 //! Shapes of obstacles and rigid bodies of a scene.
 
-use super::kind::by_kind;
 use super::quantity::{Angle, Length};
 use crate::effect::contact::shape::Shape;
 use crate::math::tensor::{Mat3, Vec3};
@@ -11,12 +10,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-by_kind!(ShapeSpec);
-
 /// An obstacle: a shape in space, a rigid body of the scene, or another part of the surface. A rigid body has one of the shapes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum ShapeSpec {
     /// The half-space below the plane through `point`
     Floor {

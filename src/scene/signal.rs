@@ -1,7 +1,7 @@
 //! Signals in files: a constant `"15 mm"`, or a table with a `kind`.
 
 use super::control::{Input, Source};
-use super::kind::by_kind;
+use super::kind::ByKind;
 use super::quantity::Quantity;
 use super::signal_table::read_signal;
 use crate::math::formula::Formula;
@@ -9,12 +9,9 @@ use crate::math::signal::Signal;
 use crate::math::units::{self, Dimension, UnitError};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use std::fmt;
 use std::path::{Path, PathBuf};
-
-by_kind!(FunctionSpec);
 
 /// A signal before its dimension is known: a constant, or a function, which in files is a table with a `kind`.
 #[derive(Clone, Debug, JsonSchema)]
@@ -97,15 +94,15 @@ impl<'de> Visitor<'de> for TextOrTable {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SignalSpec, A::Error> {
-        let function = <FunctionSpec as Deserialize>::deserialize(MapAccessDeserializer::new(map))?;
+        let function = FunctionSpec::deserialize(ByKind(map))?;
         Ok(SignalSpec::Function(Box::new(function)))
     }
 }
 
 /// A function of time
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum FunctionSpec {
     /// From 0 to the amplitude and back, a(1 − cos 2πft)/2
     RaisedCosine {

@@ -2,7 +2,6 @@
 
 use super::builder::Builder;
 use super::error::{SceneError, content};
-use super::kind::by_kind;
 use super::protocol::{NamedSignal, between};
 use super::quantity::Time;
 use crate::math::signal::Signal;
@@ -12,8 +11,6 @@ use crate::system::EnergyRole;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::Path;
-
-by_kind!(IntegratorSpec);
 
 /// More steps than this in one stage are a slip of a unit.
 const MOST_STEPS: f64 = 1e7;
@@ -55,8 +52,8 @@ pub enum ContinuationSpec {
 
 /// Integrator of a stage in time
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum IntegratorSpec {
     /// Equilibria, without inertia and damping
     Static,

@@ -5,7 +5,6 @@
 
 use super::builder::Builder;
 use super::error::SceneError;
-use super::kind::by_kind;
 use super::quantity::{Angle, Length, Speed};
 use crate::math::random::SplitMix;
 use crate::math::signal::Clock;
@@ -17,12 +16,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-by_kind!(StartSpec);
-
 /// `[start]`: `random`, `collapsed`, `twisted` or `moving`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum StartSpec {
     /// Every node anywhere in the cube of this half-width around the middle of the body
     Random {

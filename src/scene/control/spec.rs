@@ -1,12 +1,9 @@
 //! Events as a scene file describes them.
 
-use crate::scene::kind::by_kind;
 use crate::scene::quantity::{Quantity, Time};
 use crate::scene::signal::SignalSpec;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-by_kind!(WhenSpec, ThenSpec);
 
 /// Something that happens once, or every time its condition comes true.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -25,8 +22,8 @@ pub struct EventSpec {
 
 /// A condition, looked at on the time grid.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum WhenSpec {
     /// At a time, and every so often after it
     At {
@@ -63,8 +60,8 @@ pub enum WhenSpec {
 
 /// An action.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum ThenSpec {
     /// The signal of this name is `to` from then on, its time counted from the event
     Switch {

@@ -15,7 +15,6 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::held_rim::HeldRim;
 use crate::scene::jump::{Impact, note_jump};
-use crate::scene::kind::by_kind;
 use crate::scene::protocol::extremes;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::scene::signal::SignalSpec;
@@ -24,8 +23,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
-
-by_kind!(CavityDriveSpec);
 
 /// Air or liquid behind the facets of a region, or within a skin; exactly one of the two.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -51,8 +48,8 @@ fn cavity() -> String {
 
 /// Drive of a cavity.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum CavityDriveSpec {
     /// Pressure above that of the surroundings
     Pressure {

@@ -9,7 +9,6 @@ use crate::mesh::error::point;
 use crate::mesh::polyline::{Helix, cut};
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::kind::by_kind;
 use crate::scene::quantity::{Angle, Force, Length};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::system::Effect;
@@ -17,8 +16,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
-
-by_kind!(FibreAlong);
 
 /// Points of the message about fibres that leave the body.
 const LISTED: usize = 5;
@@ -52,8 +49,8 @@ fn fibre() -> String {
 
 /// Lines of fibres at rest.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum FibreAlong {
     /// One fibre through the points of each list
     Polylines {

@@ -8,7 +8,6 @@ use crate::math::tensor::Vec3;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::kind::by_kind;
 use crate::scene::quantity::{Angle, Length, Modulus};
 use crate::scene::recorder::{Moment, Recorder};
 use crate::system::Effect;
@@ -16,8 +15,6 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-
-by_kind!(DirectionSpec);
 
 /// Families of fibres of the same constants.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -44,8 +41,8 @@ fn fibre_family() -> String {
 
 /// Directions of families at rest.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum DirectionSpec {
     /// The same everywhere; a family for each vector
     Constant {

@@ -1,7 +1,6 @@
 //! `[[constraint]]` of kind `cable`.
 
 use crate::scene::builder::Builder;
-use crate::scene::kind::by_kind;
 use crate::scene::parts::constraints::part::ConstraintPart;
 use crate::scene::parts::patch::note_radius;
 use crate::scene::quantity::{Force, GuideRadius, Length};
@@ -15,8 +14,6 @@ use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
 use std::borrow::Cow;
 use std::fmt;
 use std::path::PathBuf;
-
-by_kind!(CableDriveSpec);
 
 /// A cable along a path through the body.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -163,8 +160,8 @@ fn cable() -> String {
 
 /// Drive of a cable at the pull point.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(remote = "Self", rename_all = "snake_case", deny_unknown_fields)]
-#[schemars(!remote, tag = "kind", transform = crate::schema::kind_alone)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[schemars(tag = "kind", transform = crate::schema::kind_alone)]
 pub enum CableDriveSpec {
     /// Shortening of the cable
     Length {
