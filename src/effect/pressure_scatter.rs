@@ -30,6 +30,11 @@ pub struct PressureScatter {
     pub alarm: bool,
 }
 
+/// Share of the moduli below which deviatoric stresses are rounding of strains \[–\], where a body is only moved.
+const ROUNDING: f64 = 1e-12;
+/// Share of the pressures below which they are what Newton's method leaves \[–\], in hydrostatic compression.
+const LEFT: f64 = 1e-6;
+
 /// None where nothing is sheared, and where the law is not defined.
 pub fn pressure_scatter(effect: &dyn Stressed, x: &[f64]) -> Option<PressureScatter> {
     let points = effect.points();
@@ -38,13 +43,14 @@ pub fn pressure_scatter(effect: &dyn Stressed, x: &[f64]) -> Option<PressureScat
     // Per node: ∫ N_a p dV, ∫ N_a dV
     let mut nodes = vec![(0.0, 0.0); x.len() / 3];
     let mut pressures = Vec::with_capacity(points.blocks.len() * shape.len());
-    let (mut deviator, mut size) = (0.0, 0.0);
+    let (mut deviator, mut size, mut volume) = (0.0, 0.0, 0.0);
     for b in 0..points.blocks.len() {
         for (q, stress) in effect.stress(x, b).ok()?.into_iter().enumerate() {
             let tau = stress * points.deformation_gradient(x, b, q).transpose();
             let (p, w) = (tau.trace() / 3.0, points.weight(b, q));
             deviator += w * (tau - Mat3::identity() * p).norm_squared();
             size += w * p * p;
+            volume += w;
             for (k, n) in corners(b).zip(shape[q]) {
                 nodes[k].0 += w * n * p;
                 nodes[k].1 += w * n;
@@ -59,5 +65,6 @@ pub fn pressure_scatter(effect: &dyn Stressed, x: &[f64]) -> Option<PressureScat
     let (volumetric, shear) = (size / (2.0 * kappa), deviator / (4.0 * mu));
     let (scatter, share) = ((scatter / deviator).sqrt(), volumetric / (volumetric + shear));
     let alarm = effect.displacement_only() && nu >= COMPRESSIBLE && scatter > ALARM;
-    (deviator > 0.0).then_some(PressureScatter { scatter, share, alarm })
+    let rounding = (ROUNDING * (kappa + mu)).powi(2) * volume + LEFT.powi(2) * size;
+    (deviator > rounding).then_some(PressureScatter { scatter, share, alarm })
 }

@@ -178,5 +178,6 @@ pub use spec::SceneSpec;
 pub use start::StartSpec;
 pub use starter::starter;
 pub use stored::{is_stored, keep};
+pub use turning::half_turns;
 pub use winding::Winding;
 pub use wrinkles::{no_limit_at, wrinkle_notes};

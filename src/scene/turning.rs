@@ -5,13 +5,16 @@
 use super::builder::Builder;
 use super::error::SceneError;
 use super::jump::{Impact, note_jump};
+use super::protocol::NamedSignal;
 use super::quantity::Length;
 use super::signal::SignalSpec;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
+use crate::solve::Integrator;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::f64::consts::PI;
 
 /// A rotation by the right-hand rule, about an axis that stays where it is.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -24,6 +27,9 @@ pub struct TurningSpec {
     /// Angle of the rotation \[rad\]
     pub angle: SignalSpec,
 }
+
+/// 180° but for rounding \[rad\]
+const HALF_TURN: f64 = PI * (1.0 - 1e-9);
 
 /// A rotation whose angle is a function of time.
 pub(super) struct Turning {
@@ -41,8 +47,44 @@ impl TurningSpec {
         let axis = unit_vector(builder, place, "axis", self.axis)?;
         let angle = builder.signal(place, column.clone(), &self.angle, Dimension::ANGLE)?;
         note_jump(builder, &column, &angle, Impact::FromPlace);
+        check_steps(builder, place, &angle)?;
         Ok(Turning { axis, about: self.about.map(|x| x.0).into(), angle })
     }
+}
+
+/// Refuses a half turn or more within one step. The angle of a controller is known after the run only, see [`half_turns`].
+fn check_steps(builder: &Builder, place: &str, angle: &Signal) -> Result<(), SceneError> {
+    if angle.has_inputs() {
+        return Ok(());
+    }
+    let spans = builder.spans.iter().filter(|span| !matches!(span.integrator, Integrator::ArcLength { .. }));
+    for span in spans {
+        let change = |k: usize| (angle.at(span.point(k + 1)) - angle.at(span.point(k))).abs();
+        if let Some(k) = (0..span.steps()).find(|&k| change(k) >= HALF_TURN) {
+            let (by, dt) = (change(k), span.dt * 0.25 * PI / change(k));
+            let fact = format!(
+                "the angle changes by {:.0}° within the step at t = {:.6} s, and from 180° on a step cannot tell which way it turned",
+                by.to_degrees(),
+                span.point(k)
+            );
+            return Err(builder.content(place, fact, format!("let it turn more slowly, or take a dt of {dt:.2e} s")));
+        }
+    }
+    Ok(())
+}
+
+/// A note for each turn that a controller changed by 180° or more from one row to the next: [rows × signals] `values` of `signals`.
+pub fn half_turns(signals: &[NamedSignal], values: &[Vec<f64>]) -> Vec<String> {
+    let turns = signals.iter().enumerate().filter(|(_, s)| s.signal.has_inputs() && s.name.ends_with("_rad"));
+    let jumps = turns.filter_map(|(k, signal)| {
+        let row = values.windows(2).position(|two| (two[1][k] - two[0][k]).abs() >= HALF_TURN)?;
+        Some(format!(
+            "{} changes by 180° or more after row {}, and a step cannot tell which way it turned: let the controller change it in several steps",
+            signal.name,
+            row + 1
+        ))
+    });
+    jumps.collect()
 }
 
 impl Turning {

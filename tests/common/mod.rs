@@ -264,12 +264,17 @@ pub fn reaction(sums: &durometer::system::Assembled, nodes: &[u32]) -> Vec3 {
 
 /// A scene from its text on a mesh that is not in a file.
 pub fn scene(mesh: TetMesh, text: &str) -> Scene {
+    try_scene(mesh, text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// The same, or why it is refused.
+pub fn try_scene(mesh: TetMesh, text: &str) -> Result<Scene, String> {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene.toml");
     std::fs::write(&file, text).expect("a temporary file");
-    let (spec, text) = read_scene(&file, &[]).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let (spec, text) = read_scene(&file, &[]).map_err(|e| e.to_string())?;
     let body = Body { source: "block".into(), sha256: String::new(), ..Body::of_mesh(mesh) };
-    Scene::build(&file, spec, text, Arc::new(body)).unwrap_or_else(|e| panic!("{e}"))
+    Scene::build(&file, spec, text, Arc::new(body)).map_err(|e| e.to_string())
 }
 
 /// Runs a scene to its end.

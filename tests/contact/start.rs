@@ -1,6 +1,6 @@
 //! The words on a contact before it runs: its scales, the force that it begins with, and obstacles that its points do not see.
 
-use crate::common::scene;
+use crate::common::{column, scene, try_scene};
 use crate::setup::CUBE;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
@@ -10,6 +10,43 @@ use durometer::scene::Scene;
 fn cube(rest: &str) -> Scene {
     let text = format!("{CUBE}{rest}\n[[stage]]\nintegrator = \"implicit_euler\"\nduration = \"1 s\"\ndt = \"1 s\"\n");
     scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text)
+}
+
+/// An obstacle with a motion begins where its motion has it in a dynamic run: the cube ends at 10 mm, the box begins at 9 mm and is moved from there,
+/// or at 12 mm and is moved into the cube.
+#[test]
+fn an_obstacle_begins_where_its_motion_has_it() {
+    let built = |at: &str, displacement: &str, integrator: &str| {
+        let text = format!(
+            r#"{CUBE}
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[contact]]
+name = "wall"
+region = "xmax"
+obstacle = {{ kind = "box", min = ["{at}", "-20 mm", "-20 mm"], max = ["40 mm", "30 mm", "30 mm"] }}
+motion = {{ direction = [1, 0, 0], displacement = "{displacement}" }}
+response = "penalty"
+friction = 0
+[[stage]]
+integrator = "{integrator}"
+duration = "2 ms"
+dt = "1 ms"
+"#
+        );
+        try_scene(block(1, 1, 1, 0.01, 0.01, 0.01, Order::Linear), &text)
+    };
+    let apart = built("9 mm", "5 mm", "implicit_euler").expect("4 mm apart").run();
+    assert_eq!(column(&apart, "wall_force_x_N"), [0.0; 3]);
+    for (at, displacement, integrator, says) in [
+        ("12 mm", "-3 mm", "implicit_euler", "1.0000 mm inside of the obstacle at"),
+        ("12 mm", "-15 mm", "implicit_euler", "inside of the obstacle at"),
+        ("9 mm", "5 mm", "static", "1.0000 mm inside of the obstacle, at its given place"),
+    ] {
+        let told = built(at, displacement, integrator).err().expect("refused");
+        assert!(told.contains(says), "{told}");
+    }
 }
 
 /// A cube 1 µm above a floor, within 0.1 mm of a barrier of 1 MPa: it begins with −κ (d − d̂)(2 ln(d/d̂) + (d − d̂)/d) a unit of its area.

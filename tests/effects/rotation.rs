@@ -119,6 +119,8 @@ fn components_and_bad_input() {
         (nothing, "give `displacement`, `rotation` or `translation`"),
         (&twice, "constraint of its own"),
         (&flat, "no length"),
+        // 270° in one second are 33.75° a step of 0.125 s, 1440° are 180°.
+        (&rotation("zmax", "", [about[0], about[1], "1440 deg"]), "180° within the step at t = 0.000000 s"),
     ] {
         let told = build(&cylinder("tet4", 0.3, "displacement", constraint)).err().expect("refused");
         assert!(told.contains(says), "{told}");

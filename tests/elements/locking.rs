@@ -56,6 +56,10 @@ fn uniaxial_tension_has_no_scatter() {
         assert!(found.scatter < 1e-8 && !found.alarm, "{order:?}: {found:?}");
         assert!((found.share / ((1.0 - 2.0 * nu) / 3.0) - 1.0).abs() < 1e-4, "{order:?}: {found:?}");
         assert!(pressure_scatter(&*stressed, &vec![0.0; x.len()]).is_none(), "nothing is sheared at rest");
+        let moved: Vec<f64> = mesh.points.iter().flat_map(|_| [0.3, -2.0, 0.7]).collect();
+        assert!(pressure_scatter(&*stressed, &moved).is_none(), "{order:?}: rounding of a body that is only moved");
+        let pressed: Vec<f64> = mesh.points.iter().flat_map(|p| [0, 1, 2].map(|i| -0.01 * p[i])).collect();
+        assert!(pressure_scatter(&*stressed, &pressed).is_none(), "{order:?}: hydrostatic compression");
     }
 }
 

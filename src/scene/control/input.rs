@@ -19,6 +19,17 @@ pub enum Source {
     Controlled { initial: f64, range: Option<(f64, f64)> },
 }
 
+impl Source {
+    /// The value before the first step; 0 of a formula, whose columns are not recorded yet.
+    pub(super) fn initial(&self) -> f64 {
+        match self {
+            Self::Switched { own, .. } => own.at(0.0),
+            Self::Controlled { initial, .. } => *initial,
+            Self::Formula { .. } => 0.0,
+        }
+    }
+}
+
 /// A signal that an event switches to.
 #[derive(Clone, Debug)]
 pub struct Other {

@@ -2,7 +2,7 @@
 
 use super::input::{Input, Other, Source};
 use super::spec::{EventSpec, ThenSpec};
-use crate::math::signal::Signal;
+use crate::math::signal::{Ramp, Signal};
 use crate::math::units::Dimension;
 use crate::scene::signal::{SignalError, SignalSpec, Site};
 use std::path::Path;
@@ -16,6 +16,11 @@ pub(in crate::scene) struct SignalBuilder<'a> {
 impl<'a> SignalBuilder<'a> {
     pub(in crate::scene) fn new(specs: &'a [EventSpec]) -> Self {
         Self { specs, inputs: Vec::new() }
+    }
+
+    /// The values of the inputs before the first step.
+    pub(in crate::scene) fn initial(&self) -> Vec<Ramp> {
+        self.inputs.iter().map(|input| Ramp::constant(input.source.initial())).collect()
     }
 
     /// Name of event `e` for messages and the log.

@@ -2,7 +2,7 @@
 
 use crate::math::tensor::Vec3;
 use crate::mesh::Order;
-use crate::scene::{LinearWork, Run, Scene, wrinkle_notes};
+use crate::scene::{LinearWork, Run, Scene, half_turns, wrinkle_notes};
 use crate::solve::{Status, TurningPoint};
 use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
@@ -244,6 +244,7 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
         }
     }
     out.extend(wrinkle_notes(scene, &run.peak.x));
+    out.extend(half_turns(&scene.signals, &run.signals));
     out.extend(stretched(scene, run));
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {

@@ -11,7 +11,7 @@ use crate::mesh::TetMesh;
 use crate::mesh::error::point;
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
-use crate::scene::parts::contact::motion::carry;
+use crate::scene::parts::contact::motion::{carry, start};
 use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
 use crate::scene::parts::contact::record::{ContactSides, NamedContact};
 use crate::scene::parts::contact::scales::ContactScales;
@@ -207,18 +207,24 @@ fn build_obstacle(
     Ok(Obstacle { shape, origin, axes, body })
 }
 
-/// Refuses bodies that are inside of each other at rest, or touch where a barrier keeps them apart.
+/// Refuses bodies that are inside of each other at the start, or touch where a barrier keeps them apart.
 fn check_apart(builder: &Builder, place: &str, contact: &Contact, response: ResponseSpec) -> Result<(), SceneError> {
-    let rest = vec![0.0; 3 * builder.nodes];
-    let Some((b, gap)) = contact.deepest(&rest) else { return Ok(()) };
+    let Some((b, gap)) = contact.deepest(&start(builder)) else { return Ok(()) };
+    let is_static = builder.spans.first().is_some_and(|first| first.integrator.is_static());
+    let given = if is_static && contact.obstacle.body.is_some() {
+        ", at its given place, from which a static stage moves it"
+    } else {
+        ""
+    };
     let rounding = 1e-9 * builder.body.mesh.diagonal();
     let at = point(&contact.points[b].at);
     if gap < -rounding {
-        let fact = format!("the surface is {:.4} mm inside of the obstacle at {at}", -gap * 1e3);
+        let fact = format!("the surface is {:.4} mm inside of the obstacle{given} at {at}", -gap * 1e3);
         return Err(builder.content(place, fact, "move one of the two apart"));
     }
     if gap <= rounding && response == ResponseSpec::Barrier {
-        let fact = format!("the surface is in contact with the obstacle at {at}, and a barrier keeps them apart");
+        let fact =
+            format!("the surface is in contact with the obstacle{given} at {at}, and a barrier keeps them apart");
         return Err(builder.content(place, fact, "leave a gap, for example of `distance`, or take another response"));
     }
     Ok(())

@@ -5,7 +5,7 @@
 //! between: cos(Δθ/2) of its size.
 
 use crate::effect::contact::placement::AffineFrame;
-use crate::math::signal::Signal;
+use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
 use crate::scene::builder::Builder;
@@ -54,4 +54,16 @@ pub(in crate::scene) fn carry(
         }
     }
     Ok(frame)
+}
+
+/// The displacement \[dofs\] at the start, of a body at rest: a dynamic run starts with obstacles where their motions have them, a static one with those at
+/// their given places.
+pub(super) fn start(builder: &Builder) -> Vec<f64> {
+    let mut x = vec![0.0; 3 * builder.nodes];
+    if builder.spans.first().is_some_and(|first| !first.integrator.is_static()) {
+        let inputs = builder.signal_builder.initial();
+        let now = Clock { t: 0.0, inputs: &inputs };
+        builder.carried.iter().for_each(|(dof, signal)| x[*dof as usize] = signal.at(now));
+    }
+    x
 }

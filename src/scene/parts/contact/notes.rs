@@ -3,16 +3,17 @@
 use crate::effect::contact::NormalForces;
 use crate::mesh::Order;
 use crate::scene::builder::Builder;
+use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::{RIM, RigidBody};
 use crate::scene::shape::ShapeSpec;
 
 /// Notes that a contact with a barrier begins under pressure.
 pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {
-    let rest = vec![0.0; 3 * builder.nodes];
+    let start = start(builder);
     let (contact, reach) = (pressing.contact(), pressing.reach());
-    let Some((_, gap)) = contact.deepest(&rest).filter(|(_, gap)| *gap < reach) else { return };
+    let Some((_, gap)) = contact.deepest(&start).filter(|(_, gap)| *gap < reach) else { return };
     let force: f64 =
-        (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&rest, b)).map(|press| press.force).sum();
+        (0..contact.points.len()).flat_map(|b| pressing.normal_forces(&start, b)).map(|press| press.force).sum();
     builder.notes.push(format!(
         "{}: it starts within the reach of the barrier: gap {:.4} mm, distance {:.4} mm; it begins with a force of {force:.3e} N",
         contact.name,
