@@ -138,6 +138,22 @@ impl Signal {
 }
 
 impl Signal {
+    /// The changes over a step with which forces at its start and at its end, half of each, do work: that of the signal, and of a turn, on whose circle
+    /// forces turn along, those along the tangents at both ends. By the chord work would be too small by cos(Δθ/2) sin(Δθ/2)/(Δθ/2).
+    pub fn increments(&self, [start, end]: [Clock; 2]) -> [f64; 2] {
+        match self {
+            Self::Sum(terms) => terms.iter().fold([0.0; 2], |[a, b], term| {
+                let [of_start, of_end] = term.increments([start, end]);
+                [a + of_start, b + of_end]
+            }),
+            Self::Turn { angle, cosine, sine } => {
+                let angles = [angle.value(start), angle.value(end)];
+                angles.map(|theta| (angles[1] - angles[0]) * (sine * theta.cos() - cosine * theta.sin()))
+            }
+            _ => [self.value(end) - self.value(start); 2],
+        }
+    }
+
     /// Whether a part of it is decided during the run.
     pub fn has_inputs(&self) -> bool {
         match self {

@@ -373,9 +373,7 @@ fn frames(spec: &SceneSpec) -> (usize, usize) {
 fn note_limits(builder: &mut Builder, cables: &[NamedCable], cavities: &[NamedCavity], contacts: &[NamedContact]) {
     note_stability(builder);
     note_places(builder, cables);
-    if contacts.iter().all(|contact| contact.points().is_some()) {
-        note_vacuum(builder, cavities);
-    }
+    note_vacuum(builder, cavities, contacts);
     if cables.is_empty() && contacts.is_empty() && builder.tied.is_empty() {
         note_free_motions(builder);
     }

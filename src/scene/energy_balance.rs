@@ -8,6 +8,9 @@ use super::recorder::Energies;
 use crate::solve::AcceptedStep;
 use crate::system::{At, EnergyRole, State, System, Want};
 
+/// Share of a prescribed displacement up to which its change is that of its signal \[–\]
+const FOLLOWS: f64 = 1e-9;
+
 /// Integrals along the path.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct EnergyBalance {
@@ -86,8 +89,12 @@ impl EnergyBalance {
         self.g.copy_from_slice(&sums.g);
         for p in &system.prescribed {
             let dof = p.dof as usize;
-            let mean = 0.5 * (self.residual[dof] + sums.r[dof]);
-            self.energies.work += mean * (now.x[dof] - past.x[dof]);
+            let (from, to) = (p.signal.at(past.clock()), p.signal.at(now.clock()));
+            let moved = now.x[dof] - past.x[dof];
+            // The first static step brings what is prescribed from rest to its place, by whatever way.
+            let follows = (moved - (to - from)).abs() <= FOLLOWS * from.abs().max(to.abs());
+            let [first, second] = if follows { p.signal.increments([past.clock(), now.clock()]) } else { [moved; 2] };
+            self.energies.work += 0.5 * (self.residual[dof] * first + sums.r[dof] * second);
         }
         self.residual.copy_from_slice(&sums.r);
         if !step.integrator.is_static() {

@@ -20,6 +20,10 @@ pub enum Failure {
         residual: f64,
         node: u32,
     },
+    /// Too many iterations until the displacement no longer changes, or is where it is prescribed, at forces that balance: the node where they do worst
+    Inaccurate {
+        node: u32,
+    },
     /// No multiplier satisfies the one-sided constraints
     Complementarity,
     /// An effect lets the body move no further: how far the node is from what it must not pass \[m\]
@@ -57,6 +61,10 @@ impl fmt::Display for Failure {
             Self::NotConverged { residual, node } | Self::InFull { residual, node } => {
                 write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
             }
+            Self::Inaccurate { node } => write!(
+                f,
+                "the forces balance, worst at node {node}, but the displacement does not come to rest, or to where it is prescribed"
+            ),
             Self::Complementarity => write!(f, "no forces satisfy all one-sided constraints together"),
             Self::Jammed { effect, node, gap } => {
                 write!(f, "{effect}: node {node} is {gap:.3e} m from the obstacle and is pressed on")

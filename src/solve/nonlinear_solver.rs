@@ -100,6 +100,10 @@ impl NonlinearSolver {
 
     /// The failure at a state of this error.
     pub(super) fn not_converged(&self, system: &System, residual: f64) -> Failure {
-        Failure::NotConverged { residual, node: self.equations.worst_node(system) }
+        let node = self.equations.worst_node(system);
+        match residual <= self.settings.tolerance {
+            true => Failure::Inaccurate { node },
+            false => Failure::NotConverged { residual, node },
+        }
     }
 }

@@ -101,7 +101,7 @@ macro_rules! too_large {
 /// The remedy of a motion that drives the body.
 macro_rules! folds {
     () => {
-        "the body may buckle or fold under the motion that is given: try numerics.projection = true, a dynamic stage, or a finer mesh there"
+        "the body may buckle or fold under the motion that is given, or meets something too fast: a shorter dt, numerics.projection = true, a dynamic stage, or a finer mesh there may help"
     };
 }
 
@@ -174,7 +174,9 @@ impl Status {
                         let (effect, cell, node) = e.place();
                         Culprit { effect: Some(effect.into()), cell, node }
                     }
-                    Failure::NotConverged { node: k, .. } | Failure::InFull { node: k, .. } => node(*k),
+                    Failure::NotConverged { node: k, .. }
+                    | Failure::Inaccurate { node: k }
+                    | Failure::InFull { node: k, .. } => node(*k),
                     Failure::Jammed { effect, node: k, .. } => Culprit { effect: Some(effect.clone()), ..node(*k) },
                     Failure::Linear(_)
                     | Failure::Complementarity

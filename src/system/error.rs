@@ -23,9 +23,13 @@ pub enum EvalError {
     /// The two nodes of an edge coincide: its direction is undefined
     #[error("{effect}: nodes {} and {} coincide", .nodes[0], .nodes[1])]
     Coincident { effect: String, nodes: [u32; 2] },
-    /// A point of the surface is on the wrong side of an obstacle \[m\]
-    #[error("{effect}: the surface is {:.3e} m inside of the obstacle at node {node}", -.gap)]
+    /// A point of the surface is inside of an obstacle \[m\], or, with a gap that is not negative, has passed through it
+    #[error("{effect}: the surface {} the obstacle at node {node}", place_of_crossing(*.gap))]
     Crossed { effect: String, node: u32, gap: f64 },
+}
+
+fn place_of_crossing(gap: f64) -> String {
+    if gap < 0.0 { format!("is {:.3e} m inside of", -gap) } else { "passes within one step through".into() }
 }
 
 impl EvalError {

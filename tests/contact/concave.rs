@@ -165,6 +165,25 @@ fn a_point_beyond_the_end_of_a_groove_has_two_distances() {
     }
 }
 
+/// In the plane of a side, beyond the end of its sheet, no distance is that of a point inside: on the line of the concave edge of the tray, and in the planes of
+/// its floor and of its wall, in front of the solid, of the hollow, and next to them.
+#[test]
+fn a_point_in_the_plane_of_a_side_is_outside() {
+    let tray = shape(&tray());
+    for away in [1e-9, 1e-5, 0.5e-3, 30e-3] {
+        for y in [60e-3 + away, -60e-3 - away] {
+            for (x, z) in
+                [(40.0, 0.0), (40.0, -4.0), (40.0, 12.0), (45.0, 0.0), (-17.0, 0.0), (40.0, 1e-6), (40.0 - 1e-6, 0.0)]
+            {
+                let at = Vec3::new(1e-3 * x, y, 1e-3 * z);
+                let found = distances(&tray, &at);
+                let least = found[0];
+                assert!((least / away - 1.0).abs() < 1e-6 || (least - away).abs() < 1e-13, "{at:?}: {found:?}");
+            }
+        }
+    }
+}
+
 /// At convex edges, also where two sheets end, and everywhere else outside the nearest contact is the distance of the surface, and next to its surface away from
 /// concave edges there is no other one.
 #[test]

@@ -106,8 +106,8 @@ impl Sheets {
     pub(super) fn contacts(&self, surface: &TriMesh, y: &Vec3) -> Vec<(usize, Witness)> {
         let (nearest, (triangle, location)) = surface.project_local_point_and_get_location(to(y), false);
         let outside = if nearest.is_inside { from(nearest.point) } else { *y };
-        let seen: Vec<Seen> = self.all.iter().map(|sheet| sheet.see(&outside)).collect();
         let distance = (outside - from(nearest.point)).norm();
+        let seen: Vec<Seen> = self.all.iter().map(|sheet| sheet.see(&outside, distance + self.rounding)).collect();
         let nearest_ones = (0..seen.len()).filter(|&k| (seen[k].distance - distance).abs() <= self.rounding);
         let owner = nearest_ones.min_by_key(|&k| seen[k].end == End::Other);
         let contact = |(k, own): (usize, &Seen)| {
@@ -181,13 +181,15 @@ impl Sheet {
         Self { mesh, own, across, ends }
     }
 
-    /// The nearest point of y, which is not inside.
-    fn see(&self, y: &Vec3) -> Seen {
+    /// The nearest point of y, which is not inside. Where it is one of the whole surface, within `nearest` of y, y is in front of it: in the plane of a side,
+    /// beyond the end of its sheet, the triangles of this one alone have y on either side.
+    fn see(&self, y: &Vec3, nearest: f64) -> Seen {
         let (projection, (triangle, location)) = self.mesh.project_local_point_and_get_location(to(y), false);
         let (at, end) = (from(projection.point), self.end(triangle as usize, location));
-        let inside = end < End::Other && projection.is_inside;
+        let distance = (y - at).norm();
+        let inside = end < End::Other && projection.is_inside && distance > nearest;
         let witness = on_triangle(&self.mesh.triangle(triangle), y, &at, [true, inside], location);
-        Seen { at, distance: (y - at).norm(), end, triangle, witness }
+        Seen { at, distance, end, triangle, witness }
     }
 
     /// The distance of another point y from the same plane, or from the same edge or corner.

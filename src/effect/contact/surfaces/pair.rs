@@ -31,6 +31,11 @@ pub struct Surfaces {
 }
 
 impl Surfaces {
+    /// Whether a node is on one of them.
+    pub fn have(&self, node: u32) -> bool {
+        self.nodes.binary_search(&node).is_ok()
+    }
+
     /// Of surfaces of a mesh with nodes at `rest` \[m\].
     pub fn new(name: String, mut first: Surface, mut second: Option<Surface>, mut rest: Vec<Vec3>, reach: f64) -> Self {
         let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));

@@ -15,6 +15,7 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::held_rim::HeldRim;
 use crate::scene::jump::{Impact, note_jump};
+use crate::scene::parts::contact::NamedContact;
 use crate::scene::protocol::extremes;
 use crate::scene::recorder::{Headline, Moment, Recorder};
 use crate::scene::signal::SignalSpec;
@@ -176,9 +177,13 @@ fn check_shared(builder: &Builder, place: &str, wall: &Wall, before: &[NamedCavi
 }
 
 /// Notes a vacuum: nothing but a contact keeps the walls of a cavity apart.
-pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavity]) {
-    for NamedCavity { name, drive, .. } in cavities {
+pub(in crate::scene) fn note_vacuum(builder: &mut Builder, cavities: &[NamedCavity], contacts: &[NamedContact]) {
+    for NamedCavity { name, drive, facets, .. } in cavities {
         let Drive::Prescribed(pressure) = drive else { continue };
+        let nodes = || facets.iter().flat_map(|&f| builder.body.mesh.facet(f as usize)).copied();
+        if !facets.is_empty() && contacts.iter().any(|contact| contact.keeps_apart(nodes())) {
+            continue;
+        }
         let ((t, least), _) = extremes(pressure, &builder.spans);
         if !pressure.has_inputs() && least < 0.0 {
             let note = format!(

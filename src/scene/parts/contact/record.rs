@@ -113,6 +113,14 @@ impl NamedContact {
         }
     }
 
+    /// Whether it keeps the nodes apart, as those of its surfaces
+    pub(in crate::scene) fn keeps_apart(&self, mut nodes: impl Iterator<Item = u32>) -> bool {
+        match &self.of {
+            ContactSides::Points { .. } => false,
+            ContactSides::Surfaces { pressing, .. } => nodes.all(|node| pressing.surfaces.have(node)),
+        }
+    }
+
     /// Number of points
     pub fn point_count(&self) -> usize {
         match &self.of {
