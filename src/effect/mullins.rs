@@ -146,6 +146,11 @@ impl HistoryVariables for Mullins {
         Ok(())
     }
 
+    /// The energy of the first state is the largest one so far, and what came before it is not dissipated in the run.
+    fn begin(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError> {
+        self.advance(at, b, new)
+    }
+
     fn take_side(&self, at: &At, b: usize, history: &mut [f64]) -> Result<(), EvalError> {
         for (q, peak) in history.iter_mut().enumerate() {
             *peak = if self.law(at.x, (b, q), Want::Energy)?.1.psi >= *peak { 0.0 } else { MARK * *peak };

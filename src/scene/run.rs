@@ -111,6 +111,7 @@ impl Scene {
     pub(super) fn in_place(&self, mut state: State) -> State {
         if self.spans.first().is_some_and(|first| !first.integrator.is_static()) {
             place_in_motion(&self.system, &mut state);
+            self.system.begin(&mut state);
         }
         state
     }

@@ -181,6 +181,9 @@ pub(super) fn check(scene: &Scene) -> Result<(), SensitivityError> {
     if let Some(contact) = scene.contacts.iter().find(|c| c.points().is_none()) {
         return Err(SensitivityError::Surfaces { contact: contact.name.clone() });
     }
+    if scene.start().history.iter().any(|value| *value != 0.0) {
+        return Err(SensitivityError::Begun);
+    }
     match scene.cables.iter().find(|c| c.friction) {
         Some(cable) => Err(SensitivityError::Friction { cable: cable.name.clone() }),
         None => Ok(()),

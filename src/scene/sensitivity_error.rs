@@ -43,6 +43,10 @@ pub enum SensitivityError {
     #[error("the effect {effect} reads what came before a step and has no derivative by it; remove it")]
     Past { effect: String },
     #[error(
+        "the body begins away from rest with a memory of its softening, whose derivative is not followed; begin at rest, or remove the effect mullins"
+    )]
+    Begun,
+    #[error(
         "the {cable} has friction: its tensions depend on the path of loading, which the derivatives do not follow; remove its `friction`"
     )]
     Friction { cable: String },

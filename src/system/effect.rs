@@ -144,6 +144,10 @@ pub trait HistoryVariables {
     fn size(&self) -> usize;
     /// The variables of block `b` at the end of the accepted step `at`. `new` holds those at its start.
     fn advance(&self, at: &At, b: usize, new: &mut [f64]) -> Result<(), EvalError>;
+    /// The variables of block `b` of a body that begins at the state `at` in place of rest. `new` holds zeros.
+    fn begin(&self, _: &At, _b: usize, _new: &mut [f64]) -> Result<(), EvalError> {
+        Ok(())
+    }
     /// The variables of all blocks, one after the other, as [`Self::advance`] gives them.
     fn advance_all(&self, at: &At, new: &mut [f64], _caches: &mut Caches) -> Result<(), EvalError> {
         new.chunks_exact_mut(self.size()).enumerate().try_for_each(|(b, new)| self.advance(at, b, new))

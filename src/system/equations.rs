@@ -286,6 +286,24 @@ impl System {
         Ok(())
     }
 
+    /// Gives a state, with which a body begins in place of rest, the histories of one that begins so; zeros where an effect is not defined there, which stops
+    /// the first step.
+    pub fn begin(&self, state: &mut State) {
+        let mut all = vec![0.0; state.history.len()];
+        for (e, effect) in self.effects.iter().enumerate() {
+            let Some(variables) = effect.capabilities().history else { continue };
+            let State { t, x, v, a, history, inputs, .. } = &*state;
+            let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates: Default::default() };
+            let at = self.inputs_of(e, &at);
+            let own = &mut all[self.history_of(e)];
+            let mut blocks = own.chunks_exact_mut(variables.size()).enumerate();
+            if blocks.try_for_each(|(b, history)| variables.begin(&at, b, history)).is_err() {
+                own.fill(0.0);
+            }
+        }
+        state.history = all;
+    }
+
     /// The histories with which differences are taken about a state, [`HistoryVariables::take_side`](super::HistoryVariables::take_side).
     pub fn history_on_its_side(&self, at: &At) -> Result<Vec<f64>, EvalError> {
         let mut history = at.history.to_vec();

@@ -282,9 +282,10 @@ fn starts(file: &Path, spec: &SceneSpec, quantity: &Quantity) -> SuiteSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::from_text;
 
     fn mesh(text: &str) -> MeshSpec {
-        toml::from_str(text).unwrap_or_else(|e| panic!("{e}"))
+        from_text(Path::new("mesh.toml"), text, "").unwrap_or_else(|e| panic!("{e}"))
     }
 
     fn names(mesh: &MeshSpec) -> Vec<String> {
