@@ -132,7 +132,10 @@ impl<'de, A: MapAccess<'de>> Chosen<A> {
 
     /// The kind of this name, without keys.
     pub(super) fn alone(name: &str, kinds: &'static [&'static str], none: A) -> Result<Self, A::Error> {
-        Ok(Self { kind: Kind(kinds).visit_str(name)?, keys: none })
+        match kinds.iter().find(|kind| **kind == name) {
+            Some(kind) => Ok(Self { kind, keys: none }),
+            None => Err(A::Error::custom(format!("unknown name `{name}`; {}", hint(name, kinds)))),
+        }
     }
 }
 

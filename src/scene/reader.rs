@@ -157,6 +157,12 @@ fn wrong_type(value: &DeValue, expected: &dyn Expected) -> ReadError {
     ReadError::invalid_type(found, expected)
 }
 
+/// A mistake that a type finds in what it has read is at the place of the value.
+fn read<'de, S: DeserializeSeed<'de>>(seed: S, value: Spanned<DeValue<'de>>) -> Result<S::Value> {
+    let span = value.span();
+    seed.deserialize(Reader::from(value)).map_err(|e| e.at(span))
+}
+
 /// The elements of an array.
 struct Elements<'de>(<DeArray<'de> as IntoIterator>::IntoIter);
 
@@ -164,7 +170,7 @@ impl<'de> SeqAccess<'de> for Elements<'de> {
     type Error = ReadError;
 
     fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>> {
-        self.0.next().map(|value| seed.deserialize(Reader::from(value))).transpose()
+        self.0.next().map(|value| read(seed, value)).transpose()
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -198,7 +204,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
     }
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value> {
-        seed.deserialize(Reader::from(self.value.take().expect("serde asks for a value after its key")))
+        read(seed, self.value.take().expect("serde asks for a value after its key"))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -211,7 +217,7 @@ mod tests {
     use super::*;
     use serde::Deserialize;
 
-    fn read<T: serde::de::DeserializeOwned>(text: &str) -> Result<T> {
+    fn of<T: serde::de::DeserializeOwned>(text: &str) -> Result<T> {
         T::deserialize(Reader::from(DeTable::parse(text).expect(text)))
     }
 
@@ -229,7 +235,7 @@ mod tests {
             "seed = 0xffff_ffff_ffff_ffff\nsize = 3\nmade = 2026-11-29\nrest = { b = -inf, a = [1, { kind = true }] }";
         let rest = toml::from_str("b = -inf\na = [1, { kind = true }]").expect("TOML");
         let expected = Numbers { seed: u64::MAX, size: 3.0, made: "2026-11-29".into(), rest };
-        assert_eq!(read::<Numbers>(text).expect(text), expected);
+        assert_eq!(of::<Numbers>(text).expect(text), expected);
     }
 
     /// With the place of the value, of the key, or of the table that lacks one.
@@ -247,13 +253,13 @@ mod tests {
             ("x = [1, 2.0, \"3\"]".into(), "invalid type: string \"3\", expected f64", "\"3\""),
         ] {
             let e = match text.starts_with('x') {
-                true => read::<std::collections::BTreeMap<String, Vec<f64>>>(&text).expect_err(&text),
-                false => read::<Numbers>(&text).expect_err(&text),
+                true => of::<std::collections::BTreeMap<String, Vec<f64>>>(&text).expect_err(&text),
+                false => of::<Numbers>(&text).expect_err(&text),
             };
             assert!(e.message.contains(message), "{text}: {e}");
             assert_eq!(&text[e.span.expect("a place")], at);
         }
-        let e = read::<Numbers>(rest).expect_err("no size");
+        let e = of::<Numbers>(rest).expect_err("no size");
         assert!(e.message.contains("missing field `size`"), "{e}");
     }
 }

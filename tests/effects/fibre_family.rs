@@ -7,6 +7,7 @@ use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::Order;
 use durometer::mesh::curved::tube;
 use durometer::mesh::structured::block;
+use durometer::scene::Scene;
 use durometer::system::{At, BlockValues, Rates};
 
 const FAMILIES: [FibreFamily; 4] = [
@@ -66,8 +67,8 @@ fn stress_and_tangent_are_derivatives() {
     assert!(FAMILIES[1].eval(&Vec3::x(), &Mat3::from_diagonal(&Vec3::new(6.0, 0.4, 0.4)), Want::Energy).is_err());
 }
 
-/// A block in tension, x and y prescribed or free.
-fn tension(family: &str, held: &str) -> (f64, f64) {
+/// A block of 1 m whose end in x is moved, with these constants of Poisson and of fibres.
+fn block_in_tension(nu: f64, family: &str, to: &str, held: &str) -> Scene {
     let text = format!(
         r#"
 [mesh]
@@ -75,7 +76,7 @@ body = "block"
 [laws.rubber]
 law = "neo_hookean_split"
 E = "60 kPa"
-nu = 0.49999
+nu = {nu}
 [[effect]]
 kind = "elastic"
 region = "body"
@@ -100,7 +101,7 @@ components = "z"
 kind = "prescribed"
 region = "xmax"
 components = "x"
-displacement = {{ kind = "ramp", from = "0 m", to = "0.3 m", end = "1 s" }}
+displacement = {{ kind = "ramp", from = "0 m", to = "{to}", end = "1 s" }}
 {held}
 [[stage]]
 integrator = "static"
@@ -114,7 +115,12 @@ kind = "reaction"
 region = "ymax"
 "#
     );
-    let run = run(&scene(block(2, 1, 1, 1.0, 1.0, 1.0, Order::Quadratic), &text));
+    scene(block(2, 1, 1, 1.0, 1.0, 1.0, Order::Quadratic), &text)
+}
+
+/// A block in tension, x and y prescribed or free.
+fn tension(family: &str, held: &str) -> (f64, f64) {
+    let run = run(&block_in_tension(0.49999, family, "0.3 m", held));
     let last = |name: &str| *column(&run, name).last().expect("a row");
     (last("xmax_reaction_x_N"), last("ymax_reaction_y_N"))
 }
@@ -128,6 +134,23 @@ fn uniaxial_tension_along_the_fibres() {
     let e = l * l - 1.0;
     let exact = mu * (l - l.powi(-2)) + 2.0 * l * k1 * e * (k2 * e * e).exp();
     assert!((force / exact - 1.0).abs() < 1e-3, "{force} N, closed form {exact} N");
+}
+
+/// In a compressible body a growth of volume relieves the fibres: 1/E = 1/9K + 1/(3G + 4k₁) at small strains, here 1e-4. Fibres that are stiff against K are
+/// noted.
+#[test]
+fn fibres_in_a_compressible_body_are_relieved() {
+    for (nu, k1, noted) in [(0.4, 200e3, true), (0.4, 10e3, false), (0.4999, 200e3, false)] {
+        let family = format!(
+            "k1 = \"{k1} Pa\"\nk2 = 0\nkappa = 0\ndirection = {{ kind = \"constant\", vectors = [[1, 0, 0]] }}"
+        );
+        let scene = block_in_tension(nu, &family, "0.1 mm", "");
+        let (shear, bulk) = (60e3 / (2.0 + 2.0 * nu), 60e3 / (3.0 - 6.0 * nu));
+        let modulus = 1.0 / (1.0 / (9.0 * bulk) + 1.0 / (3.0 * shear + 4.0 * k1));
+        let found = column(&run(&scene), "xmax_reaction_x_N").last().expect("a row") / 1e-4;
+        assert!((found / modulus - 1.0).abs() < 1e-3, "{nu} {k1}: {found} Pa, closed form {modulus} Pa");
+        assert_eq!(scene.notes.iter().any(|note| note.contains("stiff against the bulk modulus")), noted, "{nu} {k1}");
+    }
 }
 
 /// Two families at ±35° to x in the plane, dispersed, stretched by λ₁ = 1.3 and λ₂ = 1.1: P_i = ∂ψ̂/∂λ_i of ψ̂(λ₁, λ₂) with

@@ -121,9 +121,15 @@ fn put_into_words(fit: &mut RelaxationFit) {
         answer += "; the long-term modulus is not determined";
     }
     let unit = &fit.unit;
+    // The strain that is held is not in the data of a relaxation.
+    let of = match (fit.experiment, unit.as_str()) {
+        (TestKind::Relaxation, "N") => "force at the held strain",
+        (TestKind::Relaxation, "Pa") => "stress at the held strain",
+        _ => "modulus",
+    };
     let mut constants = vec![
-        ["instantaneous modulus".to_string(), fit.instantaneous.words(unit)],
-        ["long-term modulus".into(), fit.long_term.words(unit)],
+        [format!("instantaneous {of}"), fit.instantaneous.words(unit)],
+        [format!("long-term {of}"), fit.long_term.words(unit)],
         ["long-term share".into(), fit.long_term_share.words("–")],
     ];
     for (k, term) in fit.terms.iter().enumerate() {

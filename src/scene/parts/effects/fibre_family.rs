@@ -13,6 +13,7 @@ use crate::scene::recorder::{Moment, Recorder};
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -132,6 +133,22 @@ impl FibreFamilySpec {
             }
         }
     }
+
+    /// Notes fibres that are stiff against the bulk modulus K of the material between them: in tension along them 1/E is 1/9K + 1/(3G + 4k₁ (1 − 3κ)²).
+    fn note_stiff(&self, builder: &mut Builder, place: &str) -> Result<(), SceneError> {
+        let cells: BTreeSet<u32> = builder.cells(place, &self.region)?.iter().copied().collect();
+        let between = builder.gathered.stressed.iter().filter(|of| of.points().cells.iter().any(|c| cells.contains(c)));
+        let bulk = between.map(|of| of.moduli().kappa).fold(f64::INFINITY, f64::min);
+        let added = 4.0 * self.k1.0 * (1.0 - 3.0 * self.kappa).powi(2);
+        if added >= bulk {
+            builder.notes.push(format!(
+                "{}: fibres that add up to {added:.3e} Pa are stiff against the bulk modulus {bulk:.3e} Pa of the material between them: growth of volume relieves \
+                 them, and they add less; take nearly incompressible constants, or the effect fibre",
+                self.name
+            ));
+        }
+        Ok(())
+    }
 }
 
 impl EffectPart for FibreFamilySpec {
@@ -162,7 +179,7 @@ impl EffectPart for FibreFamilySpec {
         let points = builder.gathered.points.iter().flat_map(|points| &points.cells);
         points.for_each(|&c| elastic[c as usize] = true);
         match builder.cells(&place, &self.region)?.iter().find(|&&c| !elastic[c as usize]) {
-            None => Ok(()),
+            None => self.note_stiff(builder, &place),
             Some(c) => {
                 let fact = format!("cell {c} of region \"{}\" has no elastic effect", self.region);
                 let remedy =

@@ -143,7 +143,9 @@ impl EffectPart for ViscoelasticSpec {
         for c in check_elastic_with(builder, &place, region, law)? {
             if let Some(other) = builder.gathered.relaxed.insert(c, number) {
                 let fact = format!("cell {c} of region \"{region}\" relaxes by effect {other} already");
-                return Err(builder.content(&place, fact, "put all terms into the `prony` of one effect"));
+                let remedy =
+                    "put all terms into the `prony` of one effect; of two laws on the same cells, one can relax";
+                return Err(builder.content(&place, fact, remedy));
             }
         }
         Ok(())
