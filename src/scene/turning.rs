@@ -63,7 +63,7 @@ fn check_steps(builder: &Builder, place: &str, angle: &Signal) -> Result<(), Sce
         if let Some(k) = (0..span.steps()).find(|&k| change(k) >= HALF_TURN) {
             let (by, dt) = (change(k), span.dt * 0.25 * PI / change(k));
             let fact = format!(
-                "the angle changes by {:.0}° within the step at t = {:.6} s, and from 180° on a step cannot tell which way it turned",
+                "the angle changes by {:.0}° within the step at t = {:.6} s, and from 180° on a step cannot tell in which direction it turned",
                 by.to_degrees(),
                 span.point(k)
             );
@@ -79,7 +79,7 @@ pub fn half_turns(signals: &[NamedSignal], values: &[Vec<f64>]) -> Vec<String> {
     let jumps = turns.filter_map(|(k, signal)| {
         let row = values.windows(2).position(|two| (two[1][k] - two[0][k]).abs() >= HALF_TURN)?;
         Some(format!(
-            "{} changes by 180° or more after row {}, and a step cannot tell which way it turned: let the controller change it in several steps",
+            "{} changes by 180° or more after row {}, and a step cannot tell in which direction it turned: let the controller change it in several steps",
             signal.name,
             row + 1
         ))

@@ -310,14 +310,14 @@ fn what_a_cavity_cannot_hold_is_refused() {
     };
     assert!(note(&vacuum) && !note(&of(&inner(PRESSURE)).expect("a scene")), "{:?}", vacuum.notes);
     // A contact of other parts of the surface keeps no wall of the cavity apart.
-    let touching = |region: &str| {
+    let contact_of = |region: &str| {
         let contact = format!(
             "\n[[contact]]\nname = \"itself\"\nregion = \"{region}\"\nobstacle = {{ kind = \"region\", region = \"{region}\" }}\n\
              response = \"barrier\"\nfriction = 0\ndistance = \"0.01 mm\"\n"
         );
         of(&(inner(&PRESSURE.replace("8 kPa", "-8 kPa")) + &contact)).expect("a scene")
     };
-    assert!(note(&touching("xmax")) && !note(&touching("inner")));
+    assert!(note(&contact_of("xmax")) && !note(&contact_of("inner")));
 }
 
 /// The public pneumatic finger and the surface that belongs to it.
