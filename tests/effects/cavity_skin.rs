@@ -317,7 +317,7 @@ fn what_a_cavity_cannot_hold_is_refused() {
         );
         of(&(inner(&PRESSURE.replace("8 kPa", "-8 kPa")) + &contact)).expect("a scene")
     };
-    assert!(note(&contact_of("xmax")) && !note(&contact_of("inner")));
+    assert!(note(&contact_of("root")) && !note(&contact_of("inner")));
 }
 
 /// The public pneumatic finger and the surface that belongs to it.

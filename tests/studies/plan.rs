@@ -50,14 +50,24 @@ right = { kind = "plane", point = ["100 mm", "0 mm", "0 mm"], normal = [1, 0, 0]
 /// Plans a scene; returns the exit code and plan.json, if there is one. It fails if it takes much longer than the budget: as much
 /// again, and the start of two programs on a busy machine.
 fn plan(scene: &str, more: &[&str], out: &Path) -> (Option<i32>, Option<serde_json::Value>, String) {
+    plan_within(BUDGET_S, scene, more, out)
+}
+
+/// The same within so many seconds.
+fn plan_within(
+    budget_s: f64,
+    scene: &str,
+    more: &[&str],
+    out: &Path,
+) -> (Option<i32>, Option<serde_json::Value>, String) {
     let start = Instant::now();
-    let budget = format!("{BUDGET_S} s");
+    let budget = format!("{budget_s} s");
     let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
     command.args(["plan", scene, "--tolerance", "5 %", "--budget", &budget, "--json", "--out"]).arg(out).args(more);
     let output = command.output().expect("the program starts");
     let taken = start.elapsed();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(taken < Duration::from_secs_f64(2.0 * BUDGET_S + 15.0), "{scene}: {taken:?} of {BUDGET_S} s\n{said}");
+    assert!(taken < Duration::from_secs_f64(2.0 * budget_s + 15.0), "{scene}: {taken:?} of {budget_s} s\n{said}");
     let plan = std::fs::read(out.join("plan.json")).ok();
     (output.status.code(), plan.map(|bytes| serde_json::from_slice(&bytes).expect("JSON")), said)
 }
@@ -159,7 +169,8 @@ fn grid(divisions: &str, size: &str) -> (tempfile::TempDir, String) {
 #[test]
 fn of_a_grid_elements_and_divisions_are_chosen() {
     let (folder, name) = grid("[20, 4, 4]", "[\"100 mm\", \"20 mm\", \"20 mm\"]");
-    let (code, plan, said) = plan(&name, &["--quantity", "xmax_reaction_x_N"], folder.path());
+    // Both elements are tried on a machine with other load too.
+    let (code, plan, said) = plan_within(4.0 * BUDGET_S, &name, &["--quantity", "xmax_reaction_x_N"], folder.path());
     assert_eq!(code, Some(0), "{said}");
     let plan = plan.expect("a small grid has its pilots in time");
     assert_eq!(plan["meshes"], "scaled");
