@@ -49,9 +49,9 @@ pub(super) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshError> {
         match section {
             "$MeshFormat" => format = Some(read_format(&mut at, file)?),
             "$PhysicalNames" => read_names(&mut at, &mut groups)?,
-            "$Entities" => {
+            "$Entities" | "$PartitionedEntities" => {
                 begin(&mut at, format);
-                read_entities(&mut at, &mut groups)?;
+                read_entities(&mut at, section == "$PartitionedEntities", &mut groups)?;
             }
             "$Nodes" => {
                 nodes = true;
@@ -155,7 +155,16 @@ fn read_names(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
     Ok(())
 }
 
-fn read_entities(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> {
+/// Entities, or their parts in the partitions of a mesh, each with the physical groups that it belongs to.
+fn read_entities(at: &mut Cursor, partitioned: bool, groups: &mut Groups) -> Result<(), MeshError> {
+    if partitioned {
+        at.long("the number of partitions")?;
+        let value = at.long("the number of ghost entities")?;
+        for _ in 0..at.count(value, 2, "the number of ghost entities")? {
+            at.int("the tag of a ghost entity")?;
+            at.int("the partition of a ghost entity")?;
+        }
+    }
     let mut counts = [0; 4];
     for count in &mut counts {
         let value = at.long("the number of entities")?;
@@ -164,6 +173,11 @@ fn read_entities(at: &mut Cursor, groups: &mut Groups) -> Result<(), MeshError> 
     for (dim, count) in counts.into_iter().enumerate() {
         for _ in 0..count {
             let tag = at.int("the tag of an entity")?;
+            if partitioned {
+                at.int("the dimension of the parent of an entity")?;
+                at.int("the parent of an entity")?;
+                list(at, "the partitions of an entity")?;
+            }
             for _ in 0..if dim == 0 { 3 } else { 6 } {
                 at.double("the box of an entity")?;
             }

@@ -118,11 +118,11 @@ fn cells_by_place(mesh: &TetMesh) -> Vec<Vec<[i64; 3]>> {
     cells
 }
 
-/// The same mesh in gmsh's older format, where a cell of two groups is written twice.
+/// The same mesh in gmsh's older format, where a cell of two groups is written twice, and in two partitions, whose parts of entities have the groups.
 #[test]
-fn msh_2_holds_the_same_mesh_and_groups() {
+fn msh_2_and_partitions_hold_the_same_mesh_and_groups() {
     let new = good("boxes.msh");
-    for name in ["boxes-2.2.msh", "boxes-2.2-binary.msh"] {
+    for name in ["boxes-2.2.msh", "boxes-2.2-binary.msh", "boxes-partitioned.msh"] {
         let old = good(name);
         assert_eq!(cells_by_place(&old), cells_by_place(&new), "{name}");
         let names = |mesh: &TetMesh| mesh.regions.keys().cloned().collect::<Vec<_>>();
