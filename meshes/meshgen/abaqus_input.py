@@ -15,6 +15,13 @@ ELEMENTS = {
     "S3": (2, 3), "STRI3": (2, 3), "M3D3": (2, 3), "SFM3D3": (2, 3), "R3D3": (2, 3), "S4": (3, 4), "M3D4": (3, 4), "SFM3D4": (3, 4),
     "R3D4": (3, 4), "T3D2": (1, 2), "B31": (1, 2), "CPS3": (2, 3), "CPS4": (3, 4), "CPS6": (9, 6), "M3D6": (9, 6), "SFM3D6": (9, 6), "STRI65": (9, 6),
 }  # fmt: skip
+# Beginnings of the names of elements without volume, which are passed over: bars, shells, planes, rigid bodies, springs and other links
+WITHOUT_VOLUME = (
+    "T2D", "T3D", "B2", "B3", "PIPE", "FRAME", "ELBOW", "S3", "S4", "S6", "S8", "S9", "STRI", "SAX", "DS3", "DS4", "DS6", "DS8", "DSAX", "CPE", "CPS",
+    "CAX", "CGAX", "CINPE", "CINPS", "CINAX", "COH2D", "COHAX", "DC1D", "DC2D", "DCAX", "DCC1D", "DCC2D", "DCCAX", "AC1D", "AC2D", "ACAX", "M3D", "MAX",
+    "MCL", "MGAX", "SFM", "R2D", "R3D", "RAX", "RB2D", "RB3D", "SPRING", "DASHPOT", "MASS", "ROTARYI", "HEATCAP", "JOINT", "CONN", "GAP", "DGAP",
+    "DCOUP", "DRAG", "ITS", "ITT", "ISL", "IRS", "LS3S", "LS6", "PSI", "F2D2", "F3D3", "FAX2", "FLINK", "ASI",
+)  # fmt: skip
 # Keywords whose data lines may be in the file of their INPUT=; the program knows the same
 WITH_INPUT = ("node", "element", "nset", "elset", "surface")
 
@@ -258,8 +265,9 @@ class Reader:
             rest = name[len(start) :]
             if name.startswith(start) and not rest[:1].isdigit():
                 return ELEMENTS[start]
-        if "C3D" in name:
-            raise self.fail(number, f"elements of the type {name} are not read", "write it with C3D4, C3D10, C3D6 or C3D8")
+        if not name.startswith(WITHOUT_VOLUME):
+            fact = f"elements of the type {name} are not read" if name else "*ELEMENT has no TYPE"
+            raise self.fail(number, fact, "write solids with C3D4, C3D10, C3D6 or C3D8, and leave elements without volume out")
         return None
 
     def data(self, words: list) -> None:

@@ -140,3 +140,11 @@ class Abaqus(Case):
     def test_generated_meshes(self):
         for keyword in ("NCOPY", "NGEN", "NFILL", "NMAP", "ELCOPY", "ELGEN"):
             self.refuse(f"line 7: *{keyword} is not read", f"{NODES}*{keyword.capitalize()}, x=1\n 1, 2, 3\n{TETS}")
+
+    def test_types_of_elements(self):
+        for name in ("SC6R", "SC8R", "SC8RT", "CSS8", "COH3D8", "CIN3D8", "Q3D8", "GK3D8", "AC3D8", "DC3D8", "EC3D8R", "CCL12", "VOXEL", "U1"):
+            self.refuse(f"line 10: elements of the type {name} are not read", f"{NODES}{TETS}*Element, type={name}, elset=layer\n 8, 1, 2, 3, 4, 5\n")
+        self.refuse("line 7: *ELEMENT has no TYPE", f"{NODES}{TETS.replace(', type=C3D4', '')}")
+        for name in ("S8R", "B32", "T3D2H", "M3D8R", "CAX4", "SPRINGA", "CONN3D2", "MASS", "GAPUNI", "DCOUP3D"):
+            blocks = self.read(f"{NODES}{TETS}*Element, type={name}\n 8, 1, 2\n")
+            self.assertEqual([len(rows) for kind, rows in blocks.cells if kind == 4], [2], name)
