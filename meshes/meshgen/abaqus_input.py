@@ -136,6 +136,7 @@ class Reader:
         self.content = content  # where the text of the file itself is read
         self.open: list = []  # the file that is read, after those that include it
         self.files = self.bytes = 0
+        self.number = 0  # of the line that is read
         self.model = Part()  # what is in no part and no instance: everything, or the sets of the assembly
         self.parts: dict = {}
         self.instances: dict = {}
@@ -149,7 +150,7 @@ class Reader:
         self.pending: list = []
 
     def fail(self, number: int, fact: str, hint: str = "the file is damaged, write it again") -> BadRequest:
-        return BadRequest(f"cannot read {self.path.name}: line {number}: {fact}", hint)
+        return BadRequest(f"cannot read {self.open[-1].name}: line {number}: {fact}", hint)
 
     def text(self, path: Path) -> str:
         """The text of a file; pipes and devices, which may have no end, are refused before they are opened."""
@@ -193,6 +194,7 @@ class Reader:
                     self.start(keyword, number)
                     keyword = ""
                 continue
+            self.number = number
             try:
                 self.data([word.strip() for word in line.rstrip(",").split(",")])
             except (ValueError, IndexError) as error:
@@ -288,7 +290,7 @@ class Reader:
             if self.frame:
                 origin, axes = self.frame
                 x, y, z = (origin + np.array([x, y, z]) @ axes).tolist()
-            scope.nodes[label] = [x, y, z]
+            self.define(scope.nodes, "node", label, [x, y, z])
             self.members.append(("", label))
         elif word == "element" and self.element:
             self.pending += [int(w) for w in words if w]
@@ -297,7 +299,7 @@ class Reader:
                 raise ValueError(f"{count} nodes are wanted")
             if len(self.pending) == count + 1:
                 label, *nodes = self.pending
-                scope.elements[label] = (kind, nodes)
+                self.define(scope.elements, "element", label, (kind, nodes))
                 self.members.append(("", label))
                 self.pending = []
         elif word == "element" and words[0].isdigit():
@@ -310,6 +312,12 @@ class Reader:
             self.members += [(instance, label) for label in labels]
         elif word == "surface":
             self.members.append((member_of(words[0]), words[1].upper() if len(words) > 1 else ""))
+
+    def define(self, known: dict, what: str, label: int, content: list | tuple) -> None:
+        """Add a node or an element. The same again changes nothing; another one of its label is refused."""
+        if known.setdefault(label, content) != content:
+            hint = "give every node and element of a part a label of its own, or each of the joined meshes a part"
+            raise self.fail(self.number, f"{what} {label} is defined before, and differently", hint)
 
 
 def member_of(word: str) -> int | str:

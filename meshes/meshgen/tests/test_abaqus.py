@@ -148,3 +148,17 @@ class Abaqus(Case):
         for name in ("S8R", "B32", "T3D2H", "M3D8R", "CAX4", "SPRINGA", "CONN3D2", "MASS", "GAPUNI", "DCOUP3D"):
             blocks = self.read(f"{NODES}{TETS}*Element, type={name}\n 8, 1, 2\n")
             self.assertEqual([len(rows) for kind, rows in blocks.cells if kind == 4], [2], name)
+
+    def test_labels_that_are_given_twice(self):
+        once, twice = self.read(NODES + TETS + SETS), self.read(NODES + TETS + SETS + NODES + TETS)
+        np.testing.assert_array_equal(once.points, twice.points)
+        np.testing.assert_array_equal(once.cells[0][1], twice.cells[0][1])
+        self.refuse("line 15: node 1 is defined before, and differently", NODES + TETS + SETS + NODES.replace(" 1, 0, 0, 0", " 1, 0, 0, 9"))
+        self.refuse("line 11: element 2 is defined before, and differently", NODES + TETS + "*Element, type=C3D4\n 2, 1, 3, 4, 5\n")
+        self.refuse("line 13: element 1 is defined before, and differently", NODES + TETS + "*Element, type=C3D10\n 1, 1, 2, 3, 4, 5,\n 6, 7, 8, 9,\n 10\n")
+        # Each part and instance has labels of its own, and one of an instance adds to those of its part
+        self.assertEqual(len(self.read(TWO + END).points), 10)
+        more = TWO.replace(" 0, 0, 5\n", " 0, 0, 5\n*Node\n 1, 7, 7, 7\n")
+        self.refuse("node 1 is defined before, and differently", more + END)
+        Path(self.path("more.txt")).write_text("** nodes\n 1, 7, 7, 7\n")
+        self.refuse("cannot read more.txt: line 2: node 1 is defined before", NODES + TETS + "*Node, input=more.txt\n")
