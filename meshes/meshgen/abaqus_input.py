@@ -79,10 +79,19 @@ class Instance:
     part: Part
     lines: list = field(default_factory=list)
 
+    def add(self, numbers: list) -> None:
+        """A data line. Coordinates of the translation at its end may be left out."""
+        if not self.lines and len(numbers) <= 3:
+            self.lines.append(numbers + [0.0] * (3 - len(numbers)))
+        elif len(self.lines) == 1 and len(numbers) == 7 and numbers[:3] != numbers[3:6]:
+            self.lines.append(numbers)
+        else:
+            raise ValueError("three coordinates of the translation are wanted, then two different points of the axis and the angle")
+
     def place(self, points: np.ndarray) -> np.ndarray:
         """The translation, then the rotation about an axis through two points [degrees]."""
         if self.lines:
-            points = points + np.array(self.lines[0][:3])
+            points = points + np.array(self.lines[0])
         if len(self.lines) > 1:
             a, b, angle = np.array(self.lines[1][:3]), np.array(self.lines[1][3:6]), np.radians(self.lines[1][6])
             u = (b - a) / np.linalg.norm(b - a)
@@ -198,7 +207,8 @@ class Reader:
             try:
                 self.data([word.strip() for word in line.rstrip(",").split(",")])
             except (ValueError, IndexError) as error:
-                raise self.fail(number, f"{line[:40]!r} does not fit *{(self.kind or ['?'])[0]} ({error})") from None
+                fact = f"{line[:40]!r} does not fit *{(self.kind or ['?'])[0]} ({error})"
+                raise self.fail(number, fact, "correct the line, or write the file again") from None
         if self.pending:
             raise self.fail(number, "the last element has too few nodes")
 
@@ -277,14 +287,14 @@ class Reader:
         word, given = self.kind or ("", {})
         scope = self.scope
         if word == "instance":
-            self.inside.lines.append([float(x) for x in words])
+            self.inside.add([real(x) for x in words])
         elif word == "system":
-            self.system.add([float(x or 0) for x in words])
+            self.system.add([real(x) for x in words])
         elif word == "node":
             label = int(words[0])
             if len(words) < 4:
                 raise ValueError("three coordinates are wanted")
-            x, y, z = (float(x or 0) for x in words[1:4])
+            x, y, z = (real(x) for x in words[1:4])
             if given.get("system", "").upper() == "C":
                 x, y = x * np.cos(np.radians(y)), x * np.sin(np.radians(y))
             if self.frame:
@@ -323,3 +333,11 @@ class Reader:
 def member_of(word: str) -> int | str:
     """A label, or the name of a set as it is spelled."""
     return int(word) if word.isdigit() else word.replace('"', "")
+
+
+def real(word: str) -> float:
+    """A number, also with the exponent of Fortran; one that is left out is zero."""
+    number = float(word.upper().replace("D", "E") or 0)
+    if not np.isfinite(number):
+        raise ValueError("a finite number is wanted")
+    return number

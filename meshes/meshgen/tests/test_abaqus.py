@@ -162,3 +162,17 @@ class Abaqus(Case):
         self.refuse("node 1 is defined before, and differently", more + END)
         Path(self.path("more.txt")).write_text("** nodes\n 1, 7, 7, 7\n")
         self.refuse("cannot read more.txt: line 2: node 1 is defined before", NODES + TETS + "*Node, input=more.txt\n")
+
+    def test_places_of_instances(self):
+        def shift(*lines: str) -> np.ndarray:
+            blocks = self.read(TWO.replace(" 0, 0, 5\n", "".join(f"{line}\n" for line in lines)) + END)
+            return blocks.points[5:] - blocks.points[:5]
+
+        for line, expected in (("20.", [20, 0, 0]), ("20.,", [20, 0, 0]), ("20., 3.", [20, 3, 0]), ("20., ,", [20, 0, 0]), (", 2.D1, 3", [0, 20, 3])):
+            np.testing.assert_array_equal(shift(line), [expected] * 5, line)
+        # Half a turn about the axis through (1, 0, 0) along z
+        np.testing.assert_allclose(shift(",", "1, , , 1, , 1, 180")[0], [2, 0, 0], atol=1e-12)
+        for lines in (["1, 2, 3, 4"], ["0, 0, 0, 0, 0, 1, 90"], ["1, 2, x"], ["1, 2, nan"], ["0", "1, 0, 0, 0, 0, 1"], ["0", "1, 0, 0, 1, 0, 0, 90"],
+                      ["0", "0, 0, 0, 0, 0, 1, 90, 1"], ["0", "0, 0, 0, 0, 0, 1, 90", "1"]):  # fmt: skip
+            with self.assertRaisesRegex(BadRequest, f"line {20 + len(lines)}: '{lines[-1]}' does not fit \\*instance"):
+                shift(*lines)
