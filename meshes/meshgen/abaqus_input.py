@@ -55,7 +55,8 @@ class Part:
     """Nodes and elements by their labels, sets and surfaces by their names in small letters.
 
     Members of sets are (instance, member): a label, a range of labels of which some may be missing, a name of a set, or NodesOf. The
-    instance is empty for what is in the same place. Surfaces have (member, face). `name` is as the file spells it."""
+    instance is empty for what is in the same place. Surfaces have (member, face): an empty face means those that are exposed, and none is for
+    nodes. `name` is as the file spells it."""
 
     name: str = ""
     nodes: dict = field(default_factory=dict)
@@ -244,6 +245,8 @@ class Reader:
             raise self.fail(number, f"*NODE, SYSTEM={given['system']} is not read", "write the nodes in rectangular or cylindrical coordinates")
         elif word == "system":
             self.system = System()
+        elif word == "surface" and ("combine" in given or "crop" in given):
+            raise self.fail(number, "surfaces made of others are not read", "list the elements of the surface with their faces")
         elif word == "nset" and given.get("elset"):
             self.members.append((given.get("instance", ""), NodesOf(given["elset"])))
         elif word == "include":
@@ -266,7 +269,7 @@ class Reader:
         Names that differ in capital letters only are one."""
         kind, option = SETS.get(word, ("", ""))
         name = given.get(option)
-        if not name or word == "surface" and given.get("type", "ELEMENT").upper() != "ELEMENT":
+        if not name or word == "surface" and given.get("type", "ELEMENT").upper() not in ("ELEMENT", "NODE"):
             return []
         self.spelling.setdefault(name.lower(), name)
         return getattr(self.scope, kind).setdefault(name.lower(), [])
@@ -321,7 +324,8 @@ class Reader:
                 labels = [range(first, last + 1, step)]
             self.members += [(instance, label) for label in labels]
         elif word == "surface":
-            self.members.append((member_of(words[0]), words[1].upper() if len(words) > 1 else ""))
+            is_of_nodes = given.get("type", "").upper() == "NODE"
+            self.members.append((member_of(words[0]), None if is_of_nodes else words[1].upper() if len(words) > 1 else ""))
 
     def define(self, known: dict, what: str, label: int, content: list | tuple) -> None:
         """Add a node or an element. The same again changes nothing; another one of its label is refused."""

@@ -176,3 +176,31 @@ class Abaqus(Case):
                       ["0", "0, 0, 0, 0, 0, 1, 90, 1"], ["0", "0, 0, 0, 0, 0, 1, 90", "1"]):  # fmt: skip
             with self.assertRaisesRegex(BadRequest, f"line {20 + len(lines)}: '{lines[-1]}' does not fit \\*instance"):
                 shift(*lines)
+
+    def test_surfaces_without_a_face(self):
+        # Both cells share the face of the nodes 2, 3 and 4
+        self.assertEqual(self.sizes(f"{NODES}{TETS}*Surface, name=a\n 1,\n*Surface, name=b\n 1\n 2, S1\n"), {"a": {2: 3}, "b": {2: 4}})
+        blocks = self.read(f"{NODES}{TETS}*Elset, elset=all, generate\n 1, 2\n*Surface, type=element, name=skin\n all,\n")
+        facets = next(rows for (kind, rows) in blocks.cells if kind == 2)
+        self.assertNotIn([1, 2, 3], np.sort(facets).tolist())
+        self.assertEqual(len(facets), 6)
+        # Cells of different instances share no face
+        self.assertEqual(self.sizes(TWO + "*Surface, name=skin\n P-1.all,\n P-2.1\n" + END)["skin"], {2: 6 + 3})
+        inside = "*Node\n 6, .2, .2, .2\n" + "".join(f"*Element, type=C3D4\n {i}, {n}, 6\n" for i, n in enumerate(("1, 2, 3", "1, 4, 2", "1, 3, 4", "2, 4, 3"), 3))
+        self.refuse("surface a holds no face", f"{NODES}{inside}*Element, type=C3D4\n 1, 1, 2, 3, 4\n 2, 2, 4, 3, 5\n 7, 1, 2, 4, 5\n 8, 1, 3, 2, 5\n"
+                    " 9, 1, 4, 3, 5\n*Surface, name=a\n 1,\n")  # fmt: skip
+
+    def test_surfaces_of_shells_and_nodes(self):
+        shells = f"{NODES}{TETS}*Element, type=S3, elset=skin\n 8, 1, 3, 2\n 9, 1, 2, 4\n"
+        for side in ("", ", SPOS", ", SNEG"):
+            self.assertEqual(self.sizes(f"{shells}*Surface, name=a\n skin{side}\n"), {"skin": {2: 2}, "a": {2: 2}}, side)
+        nodes = f"{SETS}*Surface, type=NODE, name=Tip\n Root, 1.\n 5,\n"
+        self.assertEqual(self.sizes(NODES + TETS + nodes), {"Root": 3, "all": {4: 2}, "Tip": 4})
+        for words, more in (
+            ("surface a names the face E1 of element 9, which has none", "*Surface, name=a\n skin, E1\n"),
+            ("surface a names the face SPOS of element 1, which has none", "*Surface, name=a\n 1, SPOS\n"),
+            ("surface a names the face S5 of element 1, which has none", "*Surface, name=a\n 1, S5\n"),
+            ("surface a holds no face", "*Element, type=S8R, elset=thick\n 10, 1, 2, 3, 4\n*Surface, name=a\n 10, SPOS\n"),
+            ("line 13: surfaces made of others are not read", "*Surface, name=a, combine=union\n b, c\n"),
+        ):
+            self.refuse(words, shells + more)
