@@ -1,5 +1,7 @@
 """Abaqus input as cells, sets and surfaces: instances in their places, and sets with all their members."""
 
+from collections import Counter
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,8 @@ FACES = {
     6: [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)],
     7: [(0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)],
 }
+FACES |= {17: FACES[5], 12: FACES[5], 18: FACES[6]}
+SIDES = ("", "SPOS", "SNEG")  # Faces of shells and membranes, which are facets themselves
 WORDS = {"node_sets": ("node", "node set"), "element_sets": ("element", "element set"), "surfaces": ("element", "surface")}
 
 
@@ -89,7 +93,7 @@ def read(path: Path, content: Path) -> Blocks:
     reader = Reader(path, content)
     reader.read(path)
     found = Sets(reader)
-    points, rows, facets = [], {}, {}  # rows: kind -> nodes; facets: corners -> names
+    points, rows = [], {}  # rows: kind -> nodes
     number, where = {}, {}  # scope -> node -> row of points; scope -> element -> (kind, row)
     for scope, instance in found.scopes.items():
         part, numbers, places = instance.part, number.setdefault(scope, {}), where.setdefault(scope, {})
@@ -107,19 +111,61 @@ def read(path: Path, content: Path) -> Blocks:
         node_sets.setdefault(region, []).extend(number[i][n] for i, n in found.labels("node_sets", scope, name, of) if n in number[i])
     for region, scope, of, name in found.all("element_sets"):
         sets.setdefault(region, []).extend(where[i][e] for i, e in found.labels("element_sets", scope, name, of))
-    for region, scope, of, faces in found.all("surfaces"):
-        for member, face in faces:
-            for i, label in found.labels("element_sets", scope, member, of):
-                add_facet(facets, region, found.scopes[i].part.elements[label], face, number[i])
+    facets = add_surfaces(found, rows, number, where, sets, node_sets)
     return blocks(np.array(points, float).reshape(-1, 3), rows, facets, sets, node_sets)
 
 
-def add_facet(facets: dict, name: str, element: tuple, face: str, number: dict) -> None:
-    """A face S1, S2, … of a solid element; shells and faces that it does not have are passed over."""
-    if element[0] not in FACES or not face[1:].isdigit() or not 0 < int(face[1:]) <= len(FACES[element[0]]):
-        return
-    corners = tuple(number[element[1][k]] for k in FACES[element[0]][int(face[1:]) - 1])
-    facets.setdefault(corners, set()).add(name)
+class Faces:
+    """The faces of the solid elements by their points. rows: kind -> points of its elements."""
+
+    def __init__(self, rows: dict):
+        self.rows = rows
+
+    def all(self, kind: int, row: int) -> list:
+        """Corners of the faces S1, S2, … of an element."""
+        return [tuple(self.rows[kind][row][k] for k in face) for face in FACES.get(kind, ())]
+
+    @cached_property
+    def count(self) -> Counter:
+        """In how many elements a face is, by its corners."""
+        return Counter(frozenset(face) for kind, list_ in self.rows.items() for row in range(len(list_)) for face in self.all(kind, row))
+
+    def named(self, kind: int, row: int, name: str) -> list:
+        """Corners of the face of a name, or without one of all faces that are exposed; empty where there is no such face."""
+        if not name:
+            return [face for face in self.all(kind, row) if self.count[frozenset(face)] == 1]
+        return [face for i, face in enumerate(self.all(kind, row), 1) if name == f"S{i}"]
+
+
+def add_surfaces(found: Sets, rows: dict, number: dict, where: dict, sets: dict, node_sets: dict) -> dict:
+    """Adds surfaces of nodes to `node_sets`, and those of shells, which are facets themselves, to `sets`; returns corners -> names of faces of solids."""
+    facets, faces = {}, Faces(rows)
+
+    def refuse(fact: str) -> BadRequest:
+        return BadRequest(f"cannot read {found.reader.path.name}: {fact}", "list faces of solids, or shells with SPOS or SNEG, or remove the surface")
+
+    for region, scope, of, members in found.all("surfaces"):
+        added = 0
+        for member, face in members:
+            for i, label in found.labels("node_sets" if face is None else "element_sets", scope, member, of):
+                if face is None:
+                    node_sets.setdefault(region, []).extend([number[i][label]] if label in number[i] else [])
+                    added += 1
+                    continue
+                kind, row = where[i][label]
+                if kind not in FACES and face in SIDES:
+                    sets.setdefault(region, []).append((kind, row))
+                    added += 1
+                    continue
+                corners = faces.named(kind, row, face)
+                if face and not corners:
+                    raise refuse(f"{of} names the face {face} of element {label}, which has none of that name")
+                for one in corners:
+                    facets.setdefault(one, set()).add(region)
+                added += len(corners)
+        if members and not added:
+            raise refuse(f"{of} holds no face")
+    return facets
 
 
 def blocks(points: np.ndarray, rows: dict, facets: dict, sets: dict, node_sets: dict) -> Blocks:

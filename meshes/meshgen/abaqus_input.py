@@ -15,6 +15,13 @@ ELEMENTS = {
     "S3": (2, 3), "STRI3": (2, 3), "M3D3": (2, 3), "SFM3D3": (2, 3), "R3D3": (2, 3), "S4": (3, 4), "M3D4": (3, 4), "SFM3D4": (3, 4),
     "R3D4": (3, 4), "T3D2": (1, 2), "B31": (1, 2), "CPS3": (2, 3), "CPS4": (3, 4), "CPS6": (9, 6), "M3D6": (9, 6), "SFM3D6": (9, 6), "STRI65": (9, 6),
 }  # fmt: skip
+# Beginnings of the names of elements without volume, which are passed over: bars, shells, planes, rigid bodies, springs and other links
+WITHOUT_VOLUME = (
+    "T2D", "T3D", "B2", "B3", "PIPE", "FRAME", "ELBOW", "S3", "S4", "S6", "S8", "S9", "STRI", "SAX", "DS3", "DS4", "DS6", "DS8", "DSAX", "CPE", "CPS",
+    "CAX", "CGAX", "CINPE", "CINPS", "CINAX", "COH2D", "COHAX", "DC1D", "DC2D", "DCAX", "DCC1D", "DCC2D", "DCCAX", "AC1D", "AC2D", "ACAX", "M3D", "MAX",
+    "MCL", "MGAX", "SFM", "R2D", "R3D", "RAX", "RB2D", "RB3D", "SPRING", "DASHPOT", "MASS", "ROTARYI", "HEATCAP", "JOINT", "CONN", "GAP", "DGAP",
+    "DCOUP", "DRAG", "ITS", "ITT", "ISL", "IRS", "LS3S", "LS6", "PSI", "F2D2", "F3D3", "FAX2", "FLINK", "ASI",
+)  # fmt: skip
 # Keywords whose data lines may be in the file of their INPUT=; the program knows the same
 WITH_INPUT = ("node", "element", "nset", "elset", "surface")
 
@@ -48,7 +55,8 @@ class Part:
     """Nodes and elements by their labels, sets and surfaces by their names in small letters.
 
     Members of sets are (instance, member): a label, a range of labels of which some may be missing, a name of a set, or NodesOf. The
-    instance is empty for what is in the same place. Surfaces have (member, face). `name` is as the file spells it."""
+    instance is empty for what is in the same place. Surfaces have (member, face): an empty face means those that are exposed, and none is for
+    nodes. `name` is as the file spells it."""
 
     name: str = ""
     nodes: dict = field(default_factory=dict)
@@ -72,10 +80,19 @@ class Instance:
     part: Part
     lines: list = field(default_factory=list)
 
+    def add(self, numbers: list) -> None:
+        """A data line. Coordinates of the translation at its end may be left out."""
+        if not self.lines and len(numbers) <= 3:
+            self.lines.append(numbers + [0.0] * (3 - len(numbers)))
+        elif len(self.lines) == 1 and len(numbers) == 7 and numbers[:3] != numbers[3:6]:
+            self.lines.append(numbers)
+        else:
+            raise ValueError("three coordinates of the translation are wanted, then two different points of the axis and the angle")
+
     def place(self, points: np.ndarray) -> np.ndarray:
         """The translation, then the rotation about an axis through two points [degrees]."""
         if self.lines:
-            points = points + np.array(self.lines[0][:3])
+            points = points + np.array(self.lines[0])
         if len(self.lines) > 1:
             a, b, angle = np.array(self.lines[1][:3]), np.array(self.lines[1][3:6]), np.radians(self.lines[1][6])
             u = (b - a) / np.linalg.norm(b - a)
@@ -129,6 +146,7 @@ class Reader:
         self.content = content  # where the text of the file itself is read
         self.open: list = []  # the file that is read, after those that include it
         self.files = self.bytes = 0
+        self.number = 0  # of the line that is read
         self.model = Part()  # what is in no part and no instance: everything, or the sets of the assembly
         self.parts: dict = {}
         self.instances: dict = {}
@@ -142,7 +160,7 @@ class Reader:
         self.pending: list = []
 
     def fail(self, number: int, fact: str, hint: str = "the file is damaged, write it again") -> BadRequest:
-        return BadRequest(f"cannot read {self.path.name}: line {number}: {fact}", hint)
+        return BadRequest(f"cannot read {self.open[-1].name}: line {number}: {fact}", hint)
 
     def text(self, path: Path) -> str:
         """The text of a file; pipes and devices, which may have no end, are refused before they are opened."""
@@ -186,10 +204,12 @@ class Reader:
                     self.start(keyword, number)
                     keyword = ""
                 continue
+            self.number = number
             try:
                 self.data([word.strip() for word in line.rstrip(",").split(",")])
             except (ValueError, IndexError) as error:
-                raise self.fail(number, f"{line[:40]!r} does not fit *{(self.kind or ['?'])[0]} ({error})") from None
+                fact = f"{line[:40]!r} does not fit *{(self.kind or ['?'])[0]} ({error})"
+                raise self.fail(number, fact, "correct the line, or write the file again") from None
         if self.pending:
             raise self.fail(number, "the last element has too few nodes")
 
@@ -225,6 +245,8 @@ class Reader:
             raise self.fail(number, f"*NODE, SYSTEM={given['system']} is not read", "write the nodes in rectangular or cylindrical coordinates")
         elif word == "system":
             self.system = System()
+        elif word == "surface" and ("combine" in given or "crop" in given):
+            raise self.fail(number, "surfaces made of others are not read", "list the elements of the surface with their faces")
         elif word == "nset" and given.get("elset"):
             self.members.append((given.get("instance", ""), NodesOf(given["elset"])))
         elif word == "include":
@@ -247,7 +269,7 @@ class Reader:
         Names that differ in capital letters only are one."""
         kind, option = SETS.get(word, ("", ""))
         name = given.get(option)
-        if not name or word == "surface" and given.get("type", "ELEMENT").upper() != "ELEMENT":
+        if not name or word == "surface" and given.get("type", "ELEMENT").upper() not in ("ELEMENT", "NODE"):
             return []
         self.spelling.setdefault(name.lower(), name)
         return getattr(self.scope, kind).setdefault(name.lower(), [])
@@ -258,8 +280,9 @@ class Reader:
             rest = name[len(start) :]
             if name.startswith(start) and not rest[:1].isdigit():
                 return ELEMENTS[start]
-        if "C3D" in name:
-            raise self.fail(number, f"elements of the type {name} are not read", "write it with C3D4, C3D10, C3D6 or C3D8")
+        if not name.startswith(WITHOUT_VOLUME):
+            fact = f"elements of the type {name} are not read" if name else "*ELEMENT has no TYPE"
+            raise self.fail(number, fact, "write solids with C3D4, C3D10, C3D6 or C3D8, and leave elements without volume out")
         return None
 
     def data(self, words: list) -> None:
@@ -267,20 +290,20 @@ class Reader:
         word, given = self.kind or ("", {})
         scope = self.scope
         if word == "instance":
-            self.inside.lines.append([float(x) for x in words])
+            self.inside.add([real(x) for x in words])
         elif word == "system":
-            self.system.add([float(x or 0) for x in words])
+            self.system.add([real(x) for x in words])
         elif word == "node":
             label = int(words[0])
             if len(words) < 4:
                 raise ValueError("three coordinates are wanted")
-            x, y, z = (float(x or 0) for x in words[1:4])
+            x, y, z = (real(x) for x in words[1:4])
             if given.get("system", "").upper() == "C":
                 x, y = x * np.cos(np.radians(y)), x * np.sin(np.radians(y))
             if self.frame:
                 origin, axes = self.frame
                 x, y, z = (origin + np.array([x, y, z]) @ axes).tolist()
-            scope.nodes[label] = [x, y, z]
+            self.define(scope.nodes, "node", label, [x, y, z])
             self.members.append(("", label))
         elif word == "element" and self.element:
             self.pending += [int(w) for w in words if w]
@@ -289,7 +312,7 @@ class Reader:
                 raise ValueError(f"{count} nodes are wanted")
             if len(self.pending) == count + 1:
                 label, *nodes = self.pending
-                scope.elements[label] = (kind, nodes)
+                self.define(scope.elements, "element", label, (kind, nodes))
                 self.members.append(("", label))
                 self.pending = []
         elif word == "element" and words[0].isdigit():
@@ -301,9 +324,24 @@ class Reader:
                 labels = [range(first, last + 1, step)]
             self.members += [(instance, label) for label in labels]
         elif word == "surface":
-            self.members.append((member_of(words[0]), words[1].upper() if len(words) > 1 else ""))
+            is_of_nodes = given.get("type", "").upper() == "NODE"
+            self.members.append((member_of(words[0]), None if is_of_nodes else words[1].upper() if len(words) > 1 else ""))
+
+    def define(self, known: dict, what: str, label: int, content: list | tuple) -> None:
+        """Add a node or an element. The same again changes nothing; another one of its label is refused."""
+        if known.setdefault(label, content) != content:
+            hint = "give every node and element of a part a label of its own, or each of the joined meshes a part"
+            raise self.fail(self.number, f"{what} {label} is defined before, and differently", hint)
 
 
 def member_of(word: str) -> int | str:
     """A label, or the name of a set as it is spelled."""
     return int(word) if word.isdigit() else word.replace('"', "")
+
+
+def real(word: str) -> float:
+    """A number, also with the exponent of Fortran; one that is left out is zero."""
+    number = float(word.upper().replace("D", "E") or 0)
+    if not np.isfinite(number):
+        raise ValueError("a finite number is wanted")
+    return number

@@ -140,3 +140,67 @@ class Abaqus(Case):
     def test_generated_meshes(self):
         for keyword in ("NCOPY", "NGEN", "NFILL", "NMAP", "ELCOPY", "ELGEN"):
             self.refuse(f"line 7: *{keyword} is not read", f"{NODES}*{keyword.capitalize()}, x=1\n 1, 2, 3\n{TETS}")
+
+    def test_types_of_elements(self):
+        for name in ("SC6R", "SC8R", "SC8RT", "CSS8", "COH3D8", "CIN3D8", "Q3D8", "GK3D8", "AC3D8", "DC3D8", "EC3D8R", "CCL12", "VOXEL", "U1"):
+            self.refuse(f"line 10: elements of the type {name} are not read", f"{NODES}{TETS}*Element, type={name}, elset=layer\n 8, 1, 2, 3, 4, 5\n")
+        self.refuse("line 7: *ELEMENT has no TYPE", f"{NODES}{TETS.replace(', type=C3D4', '')}")
+        for name in ("S8R", "B32", "T3D2H", "M3D8R", "CAX4", "SPRINGA", "CONN3D2", "MASS", "GAPUNI", "DCOUP3D"):
+            blocks = self.read(f"{NODES}{TETS}*Element, type={name}\n 8, 1, 2\n")
+            self.assertEqual([len(rows) for kind, rows in blocks.cells if kind == 4], [2], name)
+
+    def test_labels_that_are_given_twice(self):
+        once, twice = self.read(NODES + TETS + SETS), self.read(NODES + TETS + SETS + NODES + TETS)
+        np.testing.assert_array_equal(once.points, twice.points)
+        np.testing.assert_array_equal(once.cells[0][1], twice.cells[0][1])
+        self.refuse("line 15: node 1 is defined before, and differently", NODES + TETS + SETS + NODES.replace(" 1, 0, 0, 0", " 1, 0, 0, 9"))
+        self.refuse("line 11: element 2 is defined before, and differently", NODES + TETS + "*Element, type=C3D4\n 2, 1, 3, 4, 5\n")
+        self.refuse("line 13: element 1 is defined before, and differently", NODES + TETS + "*Element, type=C3D10\n 1, 1, 2, 3, 4, 5,\n 6, 7, 8, 9,\n 10\n")
+        # Each part and instance has labels of its own, and one of an instance adds to those of its part
+        self.assertEqual(len(self.read(TWO + END).points), 10)
+        more = TWO.replace(" 0, 0, 5\n", " 0, 0, 5\n*Node\n 1, 7, 7, 7\n")
+        self.refuse("node 1 is defined before, and differently", more + END)
+        Path(self.path("more.txt")).write_text("** nodes\n 1, 7, 7, 7\n")
+        self.refuse("cannot read more.txt: line 2: node 1 is defined before", NODES + TETS + "*Node, input=more.txt\n")
+
+    def test_places_of_instances(self):
+        def shift(*lines: str) -> np.ndarray:
+            blocks = self.read(TWO.replace(" 0, 0, 5\n", "".join(f"{line}\n" for line in lines)) + END)
+            return blocks.points[5:] - blocks.points[:5]
+
+        for line, expected in (("20.", [20, 0, 0]), ("20.,", [20, 0, 0]), ("20., 3.", [20, 3, 0]), ("20., ,", [20, 0, 0]), (", 2.D1, 3", [0, 20, 3])):
+            np.testing.assert_array_equal(shift(line), [expected] * 5, line)
+        # Half a turn about the axis through (1, 0, 0) along z
+        np.testing.assert_allclose(shift(",", "1, , , 1, , 1, 180")[0], [2, 0, 0], atol=1e-12)
+        for lines in (["1, 2, 3, 4"], ["0, 0, 0, 0, 0, 1, 90"], ["1, 2, x"], ["1, 2, nan"], ["0", "1, 0, 0, 0, 0, 1"], ["0", "1, 0, 0, 1, 0, 0, 90"],
+                      ["0", "0, 0, 0, 0, 0, 1, 90, 1"], ["0", "0, 0, 0, 0, 0, 1, 90", "1"]):  # fmt: skip
+            with self.assertRaisesRegex(BadRequest, f"line {20 + len(lines)}: '{lines[-1]}' does not fit \\*instance"):
+                shift(*lines)
+
+    def test_surfaces_without_a_face(self):
+        # Both cells share the face of the nodes 2, 3 and 4
+        self.assertEqual(self.sizes(f"{NODES}{TETS}*Surface, name=a\n 1,\n*Surface, name=b\n 1\n 2, S1\n"), {"a": {2: 3}, "b": {2: 4}})
+        blocks = self.read(f"{NODES}{TETS}*Elset, elset=all, generate\n 1, 2\n*Surface, type=element, name=skin\n all,\n")
+        facets = next(rows for (kind, rows) in blocks.cells if kind == 2)
+        self.assertNotIn([1, 2, 3], np.sort(facets).tolist())
+        self.assertEqual(len(facets), 6)
+        # Cells of different instances share no face
+        self.assertEqual(self.sizes(TWO + "*Surface, name=skin\n P-1.all,\n P-2.1\n" + END)["skin"], {2: 6 + 3})
+        inside = "*Node\n 6, .2, .2, .2\n" + "".join(f"*Element, type=C3D4\n {i}, {n}, 6\n" for i, n in enumerate(("1, 2, 3", "1, 4, 2", "1, 3, 4", "2, 4, 3"), 3))
+        self.refuse("surface a holds no face", f"{NODES}{inside}*Element, type=C3D4\n 1, 1, 2, 3, 4\n 2, 2, 4, 3, 5\n 7, 1, 2, 4, 5\n 8, 1, 3, 2, 5\n"
+                    " 9, 1, 4, 3, 5\n*Surface, name=a\n 1,\n")  # fmt: skip
+
+    def test_surfaces_of_shells_and_nodes(self):
+        shells = f"{NODES}{TETS}*Element, type=S3, elset=skin\n 8, 1, 3, 2\n 9, 1, 2, 4\n"
+        for side in ("", ", SPOS", ", SNEG"):
+            self.assertEqual(self.sizes(f"{shells}*Surface, name=a\n skin{side}\n"), {"skin": {2: 2}, "a": {2: 2}}, side)
+        nodes = f"{SETS}*Surface, type=NODE, name=Tip\n Root, 1.\n 5,\n"
+        self.assertEqual(self.sizes(NODES + TETS + nodes), {"Root": 3, "all": {4: 2}, "Tip": 4})
+        for words, more in (
+            ("surface a names the face E1 of element 9, which has none", "*Surface, name=a\n skin, E1\n"),
+            ("surface a names the face SPOS of element 1, which has none", "*Surface, name=a\n 1, SPOS\n"),
+            ("surface a names the face S5 of element 1, which has none", "*Surface, name=a\n 1, S5\n"),
+            ("surface a holds no face", "*Element, type=S8R, elset=thick\n 10, 1, 2, 3, 4\n*Surface, name=a\n 10, SPOS\n"),
+            ("line 13: surfaces made of others are not read", "*Surface, name=a, combine=union\n b, c\n"),
+        ):
+            self.refuse(words, shells + more)
