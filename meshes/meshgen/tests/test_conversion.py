@@ -260,6 +260,9 @@ class Conversion(Case):
         text = Path(self.path("good.vtu")).read_bytes()
         Path(self.path("cut.vtu")).write_bytes(text[: len(text) // 2])
         self.reject("not well formed", "cut.vtu", "vtu")
+        piece = text[text.index(b"<Piece") : text.index(b"</Piece>") + 8]
+        Path(self.path("pieces.vtu")).write_bytes(text.replace(piece, piece + b"\n<!-- <Piece> -->" + piece))
+        self.reject("it has 2 pieces, of which only one is read merge them", "pieces.vtu", "vtu")
         Path(self.path("wrong.vtu")).write_text("<VTKFile type=\"PolyData\"></VTKFile>")
         self.reject("cannot read", "wrong.vtu", "vtu")
         Path(self.path("latin.inp")).write_bytes("*NODE\n1, 0, 0, 0\n** Größe\n".encode("latin-1"))
