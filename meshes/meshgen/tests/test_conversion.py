@@ -164,6 +164,15 @@ class Conversion(Case):
         Path(self.path("main.inp")).write_text("*Heading\n*Include\n")
         self.reject("line 2: *INCLUDE names no file", "main.inp", "abaqus")
 
+    def test_files_of_windows(self):
+        node = CAE.index("*Node")
+        head = "** Prüfkörper\n*Heading\nGröße\n*Material, name=Weiß\n"
+        os.mkdir(self.path("sub"))
+        Path(self.path("sub/rest.inp")).write_bytes(("** für alle\n" + CAE[node:]).encode("latin-1"))
+        Path(self.path("main.inp")).write_bytes(f"{head}{CAE[:node]}*Include, input=.\\sub\\rest.inp\n".encode("latin-1"))
+        Path(self.path("one.inp")).write_text(CAE)
+        self.assertEqual(str(self.converted("main.inp", "abaqus")), str(self.converted("one.inp", "abaqus")))
+
     def test_included_files_without_an_end(self):
         def write(name: str, *included: str) -> None:
             Path(self.path(name)).write_text("*Heading\n" + "".join(f"*INCLUDE, INPUT={other}\n" for other in included))
@@ -305,8 +314,9 @@ class Conversion(Case):
         self.reject("it has 2 pieces, of which only one is read merge them", "pieces.vtu", "vtu")
         Path(self.path("wrong.vtu")).write_text("<VTKFile type=\"PolyData\"></VTKFile>")
         self.reject("cannot read", "wrong.vtu", "vtu")
-        Path(self.path("latin.inp")).write_bytes("*NODE\n1, 0, 0, 0\n** Größe\n".encode("latin-1"))
-        self.reject("UTF-8", "latin.inp", "abaqus")
+        for number, text in ((2, "*NODE, NSET=Größe\n1, 0, 0, 0\n"), (4, "*NODE\n*NSET, NSET=a\nGröße\n"), (2, "*PART, NAME=Größe\n")):
+            Path(self.path("latin.inp")).write_bytes(f"** Größe\n{text}".encode("latin-1"))
+            self.reject(f"line {number}: it is no text in UTF-8 save", "latin.inp", "abaqus")
         Path(self.path("empty.mesh")).write_text("MeshVersionFormatted 1\nDimension 3\nVertices\n1\n0 0 0 0\nEnd\n")
         self.reject("holds no cells", "empty.mesh", "medit")
         meshio.write(self.path("flat.vtu"), meshio.Mesh(CUBE[:, :3], {"polygon": [[0, 1, 2, 3, 4]]}))
