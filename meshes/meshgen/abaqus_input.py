@@ -172,9 +172,7 @@ class Reader:
             self.bytes += about.st_size
             if self.bytes > MOST_BYTES:
                 raise BadRequest(f"{self.path.name} and the files that it includes have more than {MOST_BYTES >> 20} MiB", "give a smaller mesh")
-            return source.read_text("utf-8-sig")
-        except UnicodeDecodeError as error:
-            raise BadRequest(f"cannot read {path.name}: it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
+            return source.read_text("utf-8-sig", "surrogateescape")
         except OSError as error:
             raise BadRequest(f"cannot read {path.name}: {error.strerror}", "give the included file too") from None
 
@@ -191,6 +189,10 @@ class Reader:
         self.lines(self.text(path))
         self.open.pop()
 
+    def named(self, name: str) -> Path:
+        """The file of a name, which may be written as on Windows; the program reads it in the same way."""
+        return self.path.parent / name.replace("\\", "/")
+
     def lines(self, text: str) -> None:
         """Keywords with their data lines."""
         keyword, number = "", 0
@@ -205,6 +207,7 @@ class Reader:
                     keyword = ""
                 continue
             self.number = number
+            self.legible((self.kind or [""])[0], line, number)
             try:
                 self.data([word.strip() for word in line.rstrip(",").split(",")])
             except (ValueError, IndexError) as error:
@@ -223,6 +226,7 @@ class Reader:
         word = " ".join(name.lower().split())
         if self.pending:
             raise self.fail(number, "the element before has too few nodes")
+        self.legible(word, line, number)
         self.kind = (word, given)
         self.members = self.set_of(word, given)
         if word in GENERATORS:
@@ -252,7 +256,7 @@ class Reader:
         elif word == "include":
             if not given.get("input"):
                 raise self.fail(number, "*INCLUDE names no file", "add INPUT= with its name")
-            self.read(self.path.parent / given["input"])
+            self.read(self.named(given["input"]))
         elif word == "element":
             self.element = self.element_kind(given.get("type", "").upper(), number)
         if word == "node":
@@ -261,7 +265,15 @@ class Reader:
             except ValueError as error:
                 raise self.fail(number, str(error), "give its origin, a point of its x-axis, and one off that axis") from None
         if word in WITH_INPUT and given.get("input"):
-            self.read(self.path.parent / given["input"])
+            self.read(self.named(given["input"]))
+
+    def legible(self, word: str, line: str, number: int) -> None:
+        """Refuse a line with a mesh or names in it that is no UTF-8. Comments, headings and materials, which are not used, may be in another code."""
+        if word in (*SETS, *PLACES, "include") and not line.isascii():
+            try:
+                line.encode()
+            except UnicodeEncodeError:
+                raise self.fail(number, "it is no text in UTF-8", "save the file as UTF-8") from None
 
     def set_of(self, word: str, given: dict) -> list:
         """The members of the set that a keyword names, which may be new; a list of no set without a name.

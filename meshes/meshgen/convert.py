@@ -4,6 +4,7 @@ Its reader, in the program, checks, divides and merges. Sets of nodes become phy
 
 import contextlib
 import gzip
+import re
 import tempfile
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -60,6 +61,8 @@ def load(path: Path, format: str):
 
     # XDMF names binary data from its own folder
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
+        if format == "vtu" and pieces(readable) > 1:
+            raise refuse(f"it has {pieces(readable)} pieces, of which only one is read", "merge them, for example in ParaView, and write one piece")
         try:
             # Not meshio.read, which prints what is wrong and exits
             return meshio._helpers.reader_map[format](nastran.bulk(path, readable) if format == "nastran" else readable)
@@ -72,6 +75,12 @@ def load(path: Path, format: str):
             raise refuse(f"it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
         except (Exception, SystemExit) as error:
             raise refuse(fault_of_xml(readable, format) or f"{type(error).__name__}: {str(error).strip() or 'no reason given'}") from None
+
+
+def pieces(path: Path) -> int:
+    """The number of pieces of a VTU file. Appended data, which may be binary, come behind them."""
+    head, _, _ = path.read_bytes().partition(b"<AppendedData")
+    return len(re.findall(rb"<Piece[\s>/]", re.sub(rb"<!--.*?-->", b"", head, flags=re.S)))
 
 
 def fault_of_xml(path: Path, format: str) -> str | None:

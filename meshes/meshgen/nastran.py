@@ -1,4 +1,4 @@
-"""Nastran bulk data as meshio reads it: from BEGIN BULK to ENDDATA, with keywords in capital letters."""
+"""Nastran bulk data as meshio reads it: from BEGIN BULK to ENDDATA, one entry a line, its fields divided by commas."""
 
 import io
 import re
@@ -6,8 +6,14 @@ from pathlib import Path
 
 from .errors import BadRequest
 
-# Cells on lines of wide fields, which meshio passes over
+# Cells on lines of wide fields
 WIDE = re.compile(r"C(TETRA|HEXA|PENTA|PYRAM?|TRIA\w|QUAD\w)\s*\*")
+# Cells -> numbers of nodes that they can have; other data of shells follow after the largest one
+NODES = {
+    "CTETRA": (4, 10), "CHEXA": (8, 20), "CPENTA": (6, 15), "CPYRAM": (5, 13), "CPYRA": (5, 13),
+    "CTRIA3": (3,), "CTRIAR": (3,), "CTRIA6": (6,), "CQUAD4": (4,), "CQUADR": (4,), "CQUAD8": (8,), "CSHEAR": (4,),
+}  # fmt: skip
+SHELLS = tuple(name for name, counts in NODES.items() if len(counts) == 1)
 
 
 def bulk(path: Path, content: Path) -> io.StringIO:
@@ -19,9 +25,88 @@ def bulk(path: Path, content: Path) -> io.StringIO:
     end = next((i for i, line in enumerate(lines) if i >= begin and line.lstrip().startswith("ENDDATA")), None)
     if end is None:
         raise BadRequest(f"cannot read {path.name}: its last line must be ENDDATA, so that a part is missing", "write or copy it again")
-    for number, line in enumerate(lines[begin:end], begin + 1):
+    written, points, used = [], {}, {}
+    for number, name, fields in entries(path, lines[begin:end], begin):
+        try:
+            fields = checked(name, fields)
+            if name == "GRID" and points.setdefault(fields[0], fields) != fields:
+                raise ValueError(f"node {fields[0]} is defined before, and differently")
+        except ValueError as error:
+            raise BadRequest(f"cannot read {path.name}: line {number}: {name}: {error}", "correct the entry, or write the file again") from None
+        if name in NODES:
+            used.update(dict.fromkeys(fields[2:], number))
+        written.append(",".join([name, *fields]))
+    lost = next((node for node in used if node not in points), None)
+    if lost:
+        raise BadRequest(f"cannot read {path.name}: line {used[lost]}: there is no GRID {lost}", "write the file again with all its nodes")
+    return io.StringIO("\n".join(["BEGIN BULK", *written, "ENDDATA", ""]))
+
+
+def entries(path: Path, lines: list, begin: int) -> list:
+    """(number of the line, name, fields) of every entry, with the lines by which it goes on."""
+    found = []
+    for number, line in enumerate(lines, begin + 1):
+        line = line.partition("$")[0].rstrip()
+        if not line or line.startswith(("//", "#")):
+            continue
         if line.startswith("INCLUDE"):
             raise BadRequest(f"cannot read {path.name}: line {number}: INCLUDE is not read", "write the mesh into one file")
         if WIDE.match(line):
             raise BadRequest(f"cannot read {path.name}: line {number}: elements in wide fields are not read", "write elements in fields of 8 columns")
-    return io.StringIO("\n".join(["BEGIN BULK", *lines[begin:end], "ENDDATA", ""]))
+        head, fields = divided(line)
+        if not head or head[0] in "+*":
+            if not found:
+                raise BadRequest(f"cannot read {path.name}: line {number} continues no entry", "write the file again")
+            found[-1][2].extend(fields)
+        else:
+            found.append((number, head.rstrip("*").rstrip(), fields))
+    return found
+
+
+def divided(line: str) -> tuple:
+    """The first field of a line and those with data: 8 of 8 columns or, after a star, 4 of 16, or divided by commas. Tabs lead to the next column of 8."""
+    if "," in line:
+        head, *fields = [field.strip() for field in line.split(",")]
+        count = 4 if "*" in head else 8
+        if len(fields) == count + 1:
+            fields.pop()  # The mark of a line that goes on
+        return head, fields + [""] * (count - len(fields))
+    line = line.expandtabs(8)
+    head = line[:8].strip()
+    width = 16 if "*" in head else 8
+    return head, [line[i : i + width].strip() for i in range(8, 72, width)]
+
+
+def checked(name: str, fields: list) -> list:
+    """The fields of an entry that meshio reads, in its spelling; others stay as they are."""
+    if name == "GRID":
+        label, system, *place = fields[:5]
+        return [whole(label), whole(system) if system else "", *(repr(real(x)) for x in place)]
+    if name == "GRDSET" and fields[1].strip("0"):
+        raise ValueError("nodes in a coordinate system of their own (CP) are not read, write all in the basic system")
+    if name not in NODES:
+        return fields
+    counts, nodes = NODES[name], fields[2:]
+    if name in SHELLS:
+        nodes = nodes[: counts[0]]
+    while nodes and not nodes[-1]:
+        nodes.pop()
+    if "" in nodes or len(nodes) not in counts:
+        raise ValueError(f"{len([n for n in nodes if n])} nodes, where {' or '.join(map(str, counts))} are wanted")
+    return [whole(fields[0]), whole(fields[1]) if fields[1] else "", *map(whole, nodes)]
+
+
+def whole(word: str) -> str:
+    """A whole number."""
+    if not word.isdecimal():
+        raise ValueError(f"{word!r} is not a whole number")
+    return str(int(word))
+
+
+def real(word: str) -> float:
+    """A number as Nastran writes it: 7., 7.E0, 7.D0 and 7.+0; one that is left out is zero."""
+    spelled = re.sub(r"(?<=[\d.])([+-])", r"E\1", word.replace("D", "E"))
+    try:
+        return float(spelled or 0)
+    except ValueError:
+        raise ValueError(f"{word!r} is not a number") from None

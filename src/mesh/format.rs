@@ -138,6 +138,7 @@ pub fn recognise(file: &Path) -> Result<Format, MeshError> {
         return refuse("this holds the data of an XDMF file".into(), "name the .xdmf file that belongs to it");
     }
     match ENDINGS.iter().find(|e| e.0 == ending(file)) {
+        Some(&(_, name @ "Abaqus input", reader)) if keyword(&text).is_some() => Ok(Format { name, reader }),
         // These say what they are at their beginning; other content under their name is something else.
         Some((_, name @ ("STEP" | "Abaqus input"), _)) => {
             refuse(format!("the content is not that of a file of {name}"), "check the path, or write it again")
@@ -205,10 +206,14 @@ fn marked(text: &str) -> Option<Format> {
     }
 }
 
-/// Comments and blank lines, then a keyword of Abaqus.
+/// Whether a keyword with which Abaqus input often begins comes first.
 fn is_abaqus(text: &str) -> bool {
-    let words =
-        ["*heading", "*node", "*part", "*preprint", "*parameter", "*include", "*assembly", "*element", "*system"];
+    let words = ["heading", "node", "part", "preprint", "parameter", "include", "assembly", "element", "system"];
+    keyword(text).is_some_and(|line| words.iter().any(|w| line.to_ascii_lowercase().starts_with(w)))
+}
+
+/// A keyword of Abaqus after comments and blank lines, without its star.
+fn keyword(text: &str) -> Option<&str> {
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with("**"));
-    lines.next().is_some_and(|line| words.iter().any(|w| line.to_ascii_lowercase().starts_with(w)))
+    lines.next()?.strip_prefix('*').filter(|line| line.starts_with(|c: char| c.is_ascii_alphabetic()))
 }

@@ -263,6 +263,7 @@ fn the_content_decides_about_the_format() {
     for (name, text, is) in [
         ("a.vtk", "<?xml version=\"1.0\"?>\n<!-- made by hand -->\n<VTKFile type=\"UnstructuredGrid\">", "XML VTK"),
         ("a.txt", "** a comment\n*Heading\n", "Abaqus input"),
+        ("b.inp", "** a comment\n*Material, name=rubber\n*Hyperelastic\n", "Abaqus input"),
         ("a.msh", "$MeshFormat\n4.0 0 8\n", "MSH, an old version"),
         ("a.vtk", "MeshVersionFormatted 2\n", "Medit"),
         ("a.dat", "ISO-10303-21;\nHEADER;", "STEP"),

@@ -164,6 +164,15 @@ class Conversion(Case):
         Path(self.path("main.inp")).write_text("*Heading\n*Include\n")
         self.reject("line 2: *INCLUDE names no file", "main.inp", "abaqus")
 
+    def test_files_of_windows(self):
+        node = CAE.index("*Node")
+        head = "** Prüfkörper\n*Heading\nGröße\n*Material, name=Weiß\n"
+        os.mkdir(self.path("sub"))
+        Path(self.path("sub/rest.inp")).write_bytes(("** für alle\n" + CAE[node:]).encode("latin-1"))
+        Path(self.path("main.inp")).write_bytes(f"{head}{CAE[:node]}*Include, input=.\\sub\\rest.inp\n".encode("latin-1"))
+        Path(self.path("one.inp")).write_text(CAE)
+        self.assertEqual(str(self.converted("main.inp", "abaqus")), str(self.converted("one.inp", "abaqus")))
+
     def test_included_files_without_an_end(self):
         def write(name: str, *included: str) -> None:
             Path(self.path(name)).write_text("*Heading\n" + "".join(f"*INCLUDE, INPUT={other}\n" for other in included))
@@ -234,6 +243,46 @@ class Conversion(Case):
             Path(self.path("other.bdf")).write_text(text.replace(old, new))
             self.reject(words, "other.bdf", "nastran")
 
+    def test_lines_of_nastran(self):
+        middles = [[0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0], [0, 0, 0.5], [0.5, 0, 0.5], [0, 0.5, 0.5]]
+        nodes = CUBE[[0, 1, 3, 4]].tolist() + middles
+        grids = "".join(f"GRID,{i},,{x},{y},{z}\n" for i, (x, y, z) in enumerate(nodes, 1))
+
+        def small(*words) -> str:
+            return "".join(f"{word:<8}" for word in words)
+
+        def read(text: str) -> convert.Blocks:
+            Path(self.path("a.bdf")).write_text(f"BEGIN BULK\n{text}ENDDATA\n")
+            return convert.read(Path(self.path("a.bdf")), "nastran")
+
+        expected = read(f"{grids}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n")
+        self.assertEqual([kind for kind, _ in expected.cells], [11])
+        np.testing.assert_array_equal(expected.points, nodes)
+        first, rest = ("CTETRA", 1, 1, 1, 2, 3, 4, 5, 6), (7, 8, 9, 10)
+        tabs = "".join("GRID\t{}\t\t{}\t{}\t{}\n".format(i, *x) for i, x in enumerate(nodes, 1))
+        powers = "".join("GRID,{},,{}D0,{}+0,{}E0\n".format(i, *x) for i, x in enumerate(nodes, 1))
+        wide = "".join("GRID*   {:<16}{:<16}{:<16}{:<16}\n        {:<16}\n".format(i, "", *x) for i, x in enumerate(nodes, 1))
+        for points in (grids, tabs, powers, powers.replace("D0", "-0"), wide):
+            for cell in (f"{small(*first)}\n{small('', *rest)}", f"{small(*first)}+A\n{small('+A', *rest)}", "CTETRA,1,1,1,2,3,4,5,6\n,7,8,9,10",
+                         "CTETRA,1,1,1,2,3,4,5,6,7,8,9,10", "CTETRA\t1\t1\t1\t2\t3\t4\t5\t6\n\t7\t8\t9\t10 $ the end"):  # fmt: skip
+                found = read(f"{points}$ cells\n\n{cell}\n")
+                np.testing.assert_array_equal(found.points, expected.points)
+                np.testing.assert_array_equal(found.cells[0][1], expected.cells[0][1])
+        for words, text in (
+            ("line 12: CTETRA: 8 nodes, where 4 or 10 are wanted", f"{grids}CTETRA,1,1,1,2,3,4\n,7,8,9,10\n"),
+            ("line 12: CTETRA: 5 nodes, where 4 or 10 are wanted", f"{grids}CTETRA,1,1,1,2,3,4,5\n"),
+            ("line 12: CTETRA: '2.5' is not a whole number", f"{grids}CTETRA,1,1,1,2.5,3,4\n"),
+            ("line 12: there is no GRID 11", f"{grids}CTETRA,1,1,1,2,3,11\n"),
+            ("line 12: GRID: '1.0.0' is not a number", f"{grids}GRID,11,,1.0.0,2.,3.\n"),
+            ("line 12: GRID: node 3 is defined before, and differently", f"{grids}GRID,3,,1.0,2.,3.\n"),
+            ("line 2: GRDSET: nodes in a coordinate system of their own (CP)", f"GRDSET,,5\n{grids}"),
+            ("line 2 continues no entry", f"+,1.\n{grids}"),
+        ):
+            with self.assertRaises(convert.BadRequest) as caught:
+                read(text)
+            self.assertIn(words, caught.exception.error)
+        self.assertEqual(len(read(f"GRDSET,,0\n{grids}CTETRA,1,1,1,2,3,4\nCTRIA3,2,3,1,2,3,0.,0.5\n").cells), 2)
+
     def test_names_of_groups(self):
         self.of_gmsh("a.med", "a.inp")
         for name, format in (("a.med", "gmsh"), ("a.inp", "abaqus")):
@@ -260,10 +309,14 @@ class Conversion(Case):
         text = Path(self.path("good.vtu")).read_bytes()
         Path(self.path("cut.vtu")).write_bytes(text[: len(text) // 2])
         self.reject("not well formed", "cut.vtu", "vtu")
+        piece = text[text.index(b"<Piece") : text.index(b"</Piece>") + 8]
+        Path(self.path("pieces.vtu")).write_bytes(text.replace(piece, piece + b"\n<!-- <Piece> -->" + piece))
+        self.reject("it has 2 pieces, of which only one is read merge them", "pieces.vtu", "vtu")
         Path(self.path("wrong.vtu")).write_text("<VTKFile type=\"PolyData\"></VTKFile>")
         self.reject("cannot read", "wrong.vtu", "vtu")
-        Path(self.path("latin.inp")).write_bytes("*NODE\n1, 0, 0, 0\n** Größe\n".encode("latin-1"))
-        self.reject("UTF-8", "latin.inp", "abaqus")
+        for number, text in ((2, "*NODE, NSET=Größe\n1, 0, 0, 0\n"), (4, "*NODE\n*NSET, NSET=a\nGröße\n"), (2, "*PART, NAME=Größe\n")):
+            Path(self.path("latin.inp")).write_bytes(f"** Größe\n{text}".encode("latin-1"))
+            self.reject(f"line {number}: it is no text in UTF-8 save", "latin.inp", "abaqus")
         Path(self.path("empty.mesh")).write_text("MeshVersionFormatted 1\nDimension 3\nVertices\n1\n0 0 0 0\nEnd\n")
         self.reject("holds no cells", "empty.mesh", "medit")
         meshio.write(self.path("flat.vtu"), meshio.Mesh(CUBE[:, :3], {"polygon": [[0, 1, 2, 3, 4]]}))
