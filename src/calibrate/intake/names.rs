@@ -234,6 +234,69 @@ pub fn is_time(name: &str) -> bool {
     has(&words(name), TIME)
 }
 
+/// True of the name of a frequency in radians: "Angular frequency", "ω", "Kreisfrequenz".
+pub fn is_angular(name: &str) -> bool {
+    const ANGULAR: &[&str] =
+        &["angular", "circular", "omega", "ω", "kreisfrequenz", "winkelfrequenz", "pulsation", "angulaire"];
+    has(&words(name), ANGULAR)
+}
+
+/// True of a name of tan δ: "tan delta", "tan_delta", "Tan(delta)", "tanδ", "Loss factor", "Verlustfaktor".
+pub fn is_tan_delta(name: &str) -> bool {
+    const ONE: &[&str] = &["tandelta", "tanδ", "tand", "verlustfaktor"];
+    const TWO: [(&[&str], &[&str]); 2] =
+        [(&["tan", "tangent", "tangens", "tangente"], &["delta", "δ", "d"]), (&["loss"], &["factor", "tangent"])];
+    let w = words(name);
+    let is_pair = |p: &[String]| TWO.iter().any(|(a, b)| a.contains(&p[0].as_str()) && b.contains(&p[1].as_str()));
+    has(&w, ONE) || w.windows(2).any(is_pair) || w == ["tan"]
+}
+
+/// True of a logarithmic strain, "True strain", "log. Dehnung", also of one across the load or of a volume.
+pub fn is_true(name: &str) -> bool {
+    has(&words(name), TRUE)
+}
+
+/// True of a stretch, "lateral stretch", also of one across the load.
+pub fn is_stretch(name: &str) -> bool {
+    has(&words(name), STRETCH)
+}
+
+/// Content of a column of volume.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum VolumeKind {
+    /// J \[–\]
+    Ratio,
+    /// J − 1 \[–\]
+    Change,
+}
+
+/// Of a column of volume; `None` where the name does not say, as in "Volume (%)".
+pub fn volume(name: &str) -> Option<VolumeKind> {
+    const CHANGE: &[&str] = &[
+        "change",
+        "strain",
+        "dilatation",
+        "reduction",
+        "decrease",
+        "änderung",
+        "volumenänderung",
+        "dehnung",
+        "variation",
+        "delta",
+        "dv",
+        "δv",
+    ];
+    const RATIO_WORDS: &[&str] = &["relative", "relatives", "relatif", "normalised", "normalized", "normiertes", "j"];
+    let w = words(name);
+    if has(&w, CHANGE) {
+        Some(VolumeKind::Change)
+    } else if has(&w, RATIO) || has(&w, RATIO_WORDS) || name.to_lowercase().contains("v/v0") {
+        Some(VolumeKind::Ratio)
+    } else {
+        None
+    }
+}
+
 /// True of names that count compression as positive: "Compressive stress", "Stauchung", "Druckkraft".
 pub fn is_compressive(name: &str) -> bool {
     words(name).iter().any(|w| ["compress", "druck", "stauch"].iter().any(|b| w.starts_with(b)))
