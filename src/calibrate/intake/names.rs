@@ -176,7 +176,7 @@ const NO_UNIT: &[&str] = &["-", "–", "1"];
 const ENDINGS: [&str; 5] = ["dehnung", "spannung", "kraft", "weg", "zeit"];
 
 /// Lower case, without the numbers that count directions: `λ1`, `stress_2`.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let name = name.to_lowercase();
     let parts = name.split(|c: char| !c.is_alphanumeric()).map(|w| w.trim_end_matches(char::is_numeric));
     parts.filter(|w| !w.is_empty()).map(String::from).collect()
