@@ -133,6 +133,11 @@ pub enum FitError {
     )]
     Sections { file: String, first: f64, second: f64 },
     #[error(
+        "{file}: column \"{column}\" is a true stress, which a law with a change of volume takes with the lateral strain, and {}; name that column with --lateral-column, or give the nominal stress",
+        if candidates.is_empty() { "no column holds it".into() } else { format!("any of these may hold it: {}", joined(candidates)) }
+    )]
+    TrueStress { file: String, column: String, candidates: Vec<String> },
+    #[error(
         "{file}: column \"{column}\" is a displacement: give the length that it stretches with --gauge-length, or gauge_length in card.toml \
          under [specimen]"
     )]

@@ -78,6 +78,7 @@ fn named(name: &str) -> Option<&'static str> {
     const PLAIN: &[&str] = &[
         "specimen",
         "sample",
+        "anfangs",
         "test",
         "piece",
         "proben",

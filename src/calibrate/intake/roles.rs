@@ -57,7 +57,7 @@ impl Role {
     }
 
     /// Whether a column of this name holds it.
-    fn names(self, name: &str) -> bool {
+    pub(super) fn names(self, name: &str) -> bool {
         let lower = name.to_lowercase();
         let symbol = lower.split(['[', '(', ' ', '_']).next().unwrap_or_default().to_string();
         let is = |symbols: &[&str]| symbols.contains(&symbol.as_str());
