@@ -534,6 +534,25 @@ fn dynamic_tables_are_read() {
     assert!((fit.long_term.value / 2e6 - 1.0).abs() < 1e-6 && fit.is_determined(), "{fit}");
 }
 
+/// Sweeps at two temperatures or amplitudes in one table are two tests; a temperature that is held to a degree is one.
+#[test]
+fn sweeps_under_several_conditions_are_refused() {
+    let fit = |name: &str, column: &str, held: [f64; 2]| {
+        let row = |w: f64, at: f64| vec![w, at, 2.0 + w * w / (1.0 + w * w), w / (1.0 + w * w)];
+        let sweep = |at: f64| spaced(0.01, 100.0, 20).into_iter().map(move |w| row(w, at));
+        let header = format!("Frequency (rad/s);{column};Storage modulus (MPa);Loss modulus (MPa)");
+        let path = table(name, &header, sweep(held[0]).chain(sweep(held[1])));
+        fit_relaxation(&RelaxationRequest::new(path, TestKind::Dynamic))
+    };
+    for (name, column, held) in
+        [("temperatures", "Temperature (°C)", [20.0, 40.0]), ("amplitudes", "Strain amplitude (%)", [0.1, 1.0])]
+    {
+        let message = fit(name, column, held).expect_err(name).to_string();
+        assert!(message.contains("several tests") && message.contains(column), "{message}");
+    }
+    assert!(fit("held", "Temperature (°C)", [20.0, 20.6]).is_ok());
+}
+
 /// One solid with τ = 0.1 s, G₀ = 3 MPa and G∞ = 2 MPa over ω, under names and units of rheometers: the name says whether 1/s are radians or cycles, and tan δ keeps its unit.
 #[test]
 fn names_of_a_dynamic_table_decide_its_units() {

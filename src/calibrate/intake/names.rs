@@ -234,6 +234,23 @@ pub fn is_time(name: &str) -> bool {
     has(&words(name), TIME)
 }
 
+/// A condition of a test that moduli depend on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Condition {
+    Temperature,
+    Amplitude,
+}
+
+/// The condition that a column records.
+pub fn condition(name: &str) -> Option<Condition> {
+    let w = words(name);
+    if has(&w, &["temperature", "temp", "temperatur", "température"]) {
+        Some(Condition::Temperature)
+    } else {
+        has(&w, &["amplitude", "dehnungsamplitude", "dehnungsamplituden"]).then_some(Condition::Amplitude)
+    }
+}
+
 /// True of the name of a frequency in radians: "Angular frequency", "ω", "Kreisfrequenz".
 pub fn is_angular(name: &str) -> bool {
     const ANGULAR: &[&str] =

@@ -1,6 +1,6 @@
 //! Columns by what they hold: time, strain, frequency, moduli, pressure, volume, for tests that are no tensile curve.
 
-use super::names::{self, StrainKind, VolumeKind};
+use super::names::{self, Condition, StrainKind, VolumeKind};
 use super::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
@@ -159,6 +159,15 @@ pub struct ReadTable {
     /// Line of each value
     pub lines: Vec<u64>,
     pub notes: Vec<String>,
+    /// Columns of temperature and amplitude, which are no content of a test but its conditions
+    pub conditions: Vec<ConditionColumn>,
+}
+
+/// A condition of the test in each line that it is recorded in, in the unit of the table.
+pub struct ConditionColumn {
+    pub name: String,
+    pub condition: Condition,
+    pub values: Vec<Option<f64>>,
 }
 
 /// Reads the wanted columns of a file.
@@ -179,8 +188,21 @@ pub fn read(path: &Path, wanted: &Wanted) -> Result<ReadTable, ColumnError> {
         let unit = if column.unit == "1" { String::new() } else { format!(" in {}", column.unit) };
         notes.push(format!("\"{}\" was read as {}{unit}", column.name, role.name()));
     }
+    let conditions = conditions(&lines[at].cells, &body);
     let lines = body.iter().map(|l| l.number).collect();
-    Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes })
+    Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes, conditions })
+}
+
+fn conditions(names: &[String], body: &[&Line]) -> Vec<ConditionColumn> {
+    let one = |(k, name): (usize, &String)| {
+        let condition = names::condition(name)?;
+        let cell = |l: &&Line| l.cells.get(k).cloned().unwrap_or_default();
+        let cells: Vec<String> = body.iter().map(cell).collect();
+        let decimal = Decimal::of(cells.iter().map(String::as_str)).ok()?;
+        let values = cells.iter().map(|c| table::number(c, decimal).ok()).collect();
+        Some(ConditionColumn { name: name.clone(), condition, values })
+    };
+    names.iter().enumerate().filter_map(one).collect()
 }
 
 struct Reader<'a> {
