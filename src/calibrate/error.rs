@@ -1,6 +1,7 @@
 //! Why a fit was refused: the fact and the remedy.
 
 use super::constant_format::stretch_text;
+use super::intake::dimensions::Unclear;
 use super::{Mode, UnknownMode};
 use crate::wording::{hint, joined, lines};
 use std::path::PathBuf;
@@ -132,10 +133,22 @@ pub enum FitError {
     )]
     Sections { file: String, first: f64, second: f64 },
     #[error(
+        "{file}: column \"{column}\" is a true stress, which a law with a change of volume takes with the lateral strain, and {}; name that column with --lateral-column, or give the nominal stress",
+        if candidates.is_empty() { "no column holds it".into() } else { format!("any of these may hold it: {}", joined(candidates)) }
+    )]
+    TrueStress { file: String, column: String, candidates: Vec<String> },
+    #[error(
         "{file}: column \"{column}\" is a displacement: give the length that it stretches with --gauge-length, or gauge_length in card.toml \
          under [specimen]"
     )]
     NoLength { file: String, column: String },
+    #[error(
+        "{file}: several lines above the table may give the {} of the test piece: {}; pass --{}, or give {key} in card.toml under [specimen]",
+        key.replace('_', " "),
+        joined(lines),
+        key.replace('_', "-")
+    )]
+    UnclearDimension { file: String, key: &'static str, lines: Vec<String> },
     #[error("{file}: --cycle {asked} asks for a loading that is not there: the table has {found}")]
     NoCycle { file: String, asked: usize, found: usize },
     #[error("{file}: --zero {asked}: the {mode} test has {rows} data points; give a number from 1 to half of them")]
@@ -230,4 +243,19 @@ pub enum FitError {
         if skipped.is_empty() { "" } else { "\n" }
     )]
     NoLaws { path: PathBuf, skipped: String },
+}
+
+impl FitError {
+    /// This refusal, or, where it misses a dimension that the lines above the table give differently, the one that names them.
+    pub(super) fn with_unclear(self, file: &str, unclear: &[Unclear]) -> Self {
+        let is_missed = |u: &&Unclear| match self {
+            Self::NoLength { .. } | Self::ErrorNeeds { flag: "gauge-length", .. } => u.key == "gauge_length",
+            Self::NoSection { .. } | Self::ErrorNeeds { flag: "area", .. } => u.key != "gauge_length",
+            _ => false,
+        };
+        match unclear.iter().find(is_missed) {
+            Some(Unclear { key, lines }) => Self::UnclearDimension { file: file.into(), key, lines: lines.clone() },
+            None => self,
+        }
+    }
 }

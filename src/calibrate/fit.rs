@@ -13,8 +13,8 @@ use super::result::interval_assumption;
 use super::solve::{LawFit, LawSetting, pattern_beyond, solve, solve_untested};
 use super::solve::{noise, offset};
 use super::{
-    AuditKind, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit, Mode, Model,
-    Otherwise, RangeRow, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
+    Mode, Model, Otherwise, RangeRow, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use crate::math::statistics::extent;
 use std::borrow::Cow;
@@ -23,7 +23,8 @@ use std::borrow::Cow;
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
     let model = Model::new(&request.options.law, request.options.terms)?;
-    let experiment = read(request)?;
+    let columns = ColumnChoice { compressible: model.form.compressible, ..request.columns.clone() };
+    let experiment = read(&FitRequest { columns, ..request.clone() })?;
     let poisson = poisson::of_request(request, model)?;
     fit_experiment(&experiment, &FitOptions { poisson, ..request.options.clone() })
 }

@@ -48,7 +48,7 @@ fn reason(error: &VolumeError) -> String {
                 "{file}: there is no column \"{name}\", which --{role}-column names; the nearest line of names has {found}"
             );
         }
-        _ => return error.to_string(),
+        _ => return with_own_flags(error.to_string()),
     };
     let (words, flags): (Vec<&str>, Vec<&str>) = (missing.iter())
         .map(|role| {
@@ -61,6 +61,14 @@ fn reason(error: &VolumeError) -> String {
         .unzip();
     let (words, flags) = (all(&words), all(&flags));
     format!("{file}: no line names a column of {words}; the nearest one has {}. Name it by {flags}", found.join(", "))
+}
+
+/// A message with the flags of `fit` for those of `volume`.
+fn with_own_flags(message: String) -> String {
+    [Role::Strain.name(), Role::Lateral.name()].into_iter().fold(message, |text, role| {
+        text.replace(&format!("--unit {role}="), &format!("--{role}-unit "))
+            .replace(&format!("--column {role}="), &format!("--{role}-column "))
+    })
 }
 
 /// Of a table that was read already: found before, or given by the options; with the model of this ratio.

@@ -482,6 +482,12 @@ fn bad_tables_are_refused_with_place_and_remedy() {
     refused(&relaxation(back), "the times do not increase in 19 lines: 3, 4, 5, 6, 7, 8, 9, 10 and 11 more");
     let unit = table("unit", "time [mm];stress [kPa]", times().into_iter().map(good));
     refused(&relaxation(unit.clone()), "\"mm\" is no unit of time");
+    // Another unit without other numbers would be wrong
+    let hours = table("hours", "Time (h);stress [kPa]", times().into_iter().map(good));
+    refused(&relaxation(hours), "\"h\" is no unit of time; convert the numbers to one such as s");
+    let moved =
+        table("moved", "time [s];Displacement (mm);stress [kPa]", times().into_iter().map(|t| vec![t, 1.0, 5.0]));
+    refused(&RelaxationRequest::new(moved, TestKind::History), "divide the displacement by the gauge length");
     let stated = RelaxationRequest { units: [(Role::Time, "min".into())].into(), ..relaxation(unit) };
     assert!((fit_relaxation(&stated).expect("in minutes").terms[0].tau.value / 60.0 - 1.0).abs() < 1e-6);
     let bare = table("bare", "time;stress [kPa]", times().into_iter().map(good));
@@ -526,6 +532,71 @@ fn dynamic_tables_are_read() {
         "{fit}"
     );
     assert!((fit.long_term.value / 2e6 - 1.0).abs() < 1e-6 && fit.is_determined(), "{fit}");
+}
+
+/// Sweeps at two temperatures or amplitudes in one table are two tests; a temperature that is held to a degree is one.
+#[test]
+fn sweeps_under_several_conditions_are_refused() {
+    let fit = |name: &str, column: &str, held: [f64; 2]| {
+        let row = |w: f64, at: f64| vec![w, at, 2.0 + w * w / (1.0 + w * w), w / (1.0 + w * w)];
+        let sweep = |at: f64| spaced(0.01, 100.0, 20).into_iter().map(move |w| row(w, at));
+        let header = format!("Frequency (rad/s);{column};Storage modulus (MPa);Loss modulus (MPa)");
+        let path = table(name, &header, sweep(held[0]).chain(sweep(held[1])));
+        fit_relaxation(&RelaxationRequest::new(path, TestKind::Dynamic))
+    };
+    for (name, column, held) in
+        [("temperatures", "Temperature (°C)", [20.0, 40.0]), ("amplitudes", "Strain amplitude (%)", [0.1, 1.0])]
+    {
+        let message = fit(name, column, held).expect_err(name).to_string();
+        assert!(message.contains("several tests") && message.contains(column), "{message}");
+    }
+    assert!(fit("held", "Temperature (°C)", [20.0, 20.6]).is_ok());
+}
+
+/// One solid with τ = 0.1 s, G₀ = 3 MPa and G∞ = 2 MPa over ω, under names and units of rheometers: the name says whether 1/s are radians or cycles, and tan δ keeps its unit.
+#[test]
+fn names_of_a_dynamic_table_decide_its_units() {
+    let of = |name: &str, header: &str, row: &dyn Fn(f64, f64, f64) -> Vec<f64>| {
+        let rows = spaced(0.06, 600.0, 25).into_iter().map(|w| {
+            let x = (w * 0.1).powi(2) / (1.0 + (w * 0.1).powi(2));
+            row(w, 2.0 + x, w * 0.1 / (1.0 + (w * 0.1).powi(2)))
+        });
+        RelaxationRequest::new(table(name, header, rows), TestKind::Dynamic)
+    };
+    let angular = |w: f64, storage: f64, loss: f64| vec![w, storage, loss];
+    let cycles = |w: f64, storage: f64, loss: f64| vec![w / TAU, storage, loss];
+    let percent = |w: f64, storage: f64, loss: f64| vec![w, storage, 100.0 * loss / storage];
+    let distance = |w: f64, storage: f64, loss: f64| vec![w, storage, 7.0, loss];
+    let exact = |request: &RelaxationRequest| {
+        let fit = fit_relaxation(request).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(fit.terms.len(), 1, "{fit}");
+        assert!((fit.terms[0].tau.value / 0.1 - 1.0).abs() < 1e-6, "{fit}");
+        assert!((fit.terms[0].g.value * 3.0 - 1.0).abs() < 1e-6, "{fit}");
+    };
+    for (k, name) in
+        ["Angular Frequency", "omega", "ω", "Kreisfrequenz", "Winkelfrequenz", "pulsation"].iter().enumerate()
+    {
+        exact(&of(&format!("angular-{k}"), &format!("{name} [1/s];G' [MPa];G'' [MPa]"), &angular));
+    }
+    exact(&of("below", "Kreisfrequenz;Speichermodul;Verlustmodul\n1/s;MPa;MPa", &angular));
+    exact(&of("cycles", "frequency [1/s];G' [MPa];G'' [MPa]", &cycles));
+    let mut contradiction = of("contradiction", "Angular frequency (Hz);G' (MPa);G'' (MPa)", &cycles);
+    let message = fit_relaxation(&contradiction).expect_err("radians or cycles").to_string();
+    assert!(message.contains("--unit frequency=rad/s or --unit frequency=Hz"), "{message}");
+    contradiction.units = [(Role::Frequency, "Hz".into())].into();
+    exact(&contradiction);
+    for (k, name) in ["Tan delta (%)", "Tan(delta) [%]", "tan δ (%)", "Verlustfaktor [%]"].iter().enumerate() {
+        exact(&of(&format!("percent-{k}"), &format!("omega [1/s];G' [MPa];{name}"), &percent));
+    }
+    exact(&of("distance", "omega [1/s];G' [MPa];Distance (mm);G'' [MPa]", &distance));
+    for (name, header, says) in [
+        ("no-loss", "omega [1/s];G' [MPa];Distance (mm)", "loss or tan_delta"),
+        ("angle", "omega [1/s];G' [MPa];Loss angle (°)", "loss or tan_delta"),
+        ("degrees", "omega [1/s];G' [MPa];tan_delta_deg", "\"deg\" is no unit of tan_delta"),
+    ] {
+        let message = fit_relaxation(&of(name, header, &angular)).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    }
 }
 
 /// A block of 1 cm pulled to 1.6 within 0.5 s and held for 4 s in steps of 10 ms, with these terms. Times, strains and nominal stresses [kPa].

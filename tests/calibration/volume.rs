@@ -207,6 +207,60 @@ fn every_volumetric_part_comes_back() {
     }
 }
 
+/// κ = 500 MPa from V/V0 as a number and in percent, and from its change: the name decides, and numbers that contradict it are refused, as is advice with another factor.
+#[test]
+fn the_name_tells_a_ratio_from_a_change() {
+    let law = Volumetric { kind: VolumetricKind::Quadratic, kappa: 500e6 };
+    let fit = |name: &str, header: &str, of: &dyn Fn(f64) -> f64, unit: Option<&str>| {
+        let rows = (0..20).map(|k| 1.0 - 0.0025 * f64::from(k)).map(|j| [-law.du(j) / 1e6, of(j)]);
+        let path = table(name, &format!("Pressure [MPa],{header}"), rows);
+        let units = unit.map(|u| (Role::Volume, u.to_string())).into_iter().collect();
+        let volumetric = Some("quadratic".to_string());
+        fit_volume(&VolumeRequest { units, volumetric, ..request(path, VolumeTest::Bulk) })
+    };
+    let ratio = |j: f64| j;
+    let percent = |j: f64| 100.0 * j;
+    let change = |j: f64| 100.0 * (j - 1.0);
+    for (name, header, of, unit) in [
+        ("j", "J", &ratio as &dyn Fn(f64) -> f64, Some("1")),
+        ("relative", "Relative volume [%]", &percent, None),
+        ("v-v0", "V/V0 [-]", &ratio, None),
+        ("relative-change", "Relative volume change [%]", &change, None),
+        ("volumetric-strain", "Volumetric strain [%]", &change, None),
+        ("delta-v", "ΔV/V0 volume [%]", &change, None),
+    ] {
+        let fit = fit(name, header, of, unit).unwrap_or_else(|e| panic!("{header}: {e}"));
+        assert!((fit.value.value / 500e6 - 1.0).abs() < 1e-9, "{header}: {fit}");
+    }
+    for (name, header, of, says) in [
+        ("bare-j", "J", &ratio as &dyn Fn(f64) -> f64, "such as --unit volume=1"),
+        ("not-change", "Volume change [%]", &percent, "the nearest V/V0 is 1.95"),
+        ("unsaid", "Volume [%]", &percent, "call it \"volume ratio\""),
+        ("not-ratio", "Volume ratio [%]", &(|j: f64| 100.0 * (1.001 - j)), "call it \"volume change\""),
+    ] {
+        let message = fit(name, header, of, None).expect_err(says).to_string();
+        assert!(message.contains(says), "gave: {message}\nnot: {says}");
+    }
+}
+
+/// Letters of another word make no true strain: "Analog 2" is a channel, "log. strain" is ln λ.
+#[test]
+fn true_strains_have_a_word_of_their_own() {
+    let column = |e: f64, is_true: bool| if is_true { e.ln_1p() } else { e };
+    for (name, header, is_true) in [
+        ("analog", "Lateral strain (Analog 2) [%]", false),
+        ("logger", "Lateral strain logger [%]", false),
+        ("log", "Lateral log. strain [%]", true),
+        ("true", "True lateral strain [%]", true),
+    ] {
+        let rows = (0..20).map(|k| 0.02 * f64::from(k));
+        let rows = rows.map(|e| [100.0 * e, 100.0 * column((1.0 + e).powf(-0.43) - 1.0, is_true)]);
+        let path = table(&format!("letters-{name}"), &format!("strain [%],{header}"), rows);
+        let fit = fit_volume(&request(path, VolumeTest::Lateral)).unwrap_or_else(|e| panic!("{header}: {e}"));
+        assert!((fit.value.value - 0.43).abs() < 1e-9, "{header}: {fit}");
+    }
+}
+
 /// (table, what the message must say)
 #[test]
 fn bad_tables_of_volume_are_refused() {

@@ -41,7 +41,10 @@ fn utf16(text: &str, big: bool, mark: bool) -> Vec<u8> {
 }
 
 pub fn cases() -> Vec<Case> {
-    [bluehill(), bluehill_compression(), testxpert(), test_suite(), trapezium()].into_iter().flatten().collect()
+    [bluehill(), bluehill_compression(), headers(), testxpert(), test_suite(), trapezium()]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn bluehill() -> Vec<Case> {
@@ -109,6 +112,42 @@ fn bluehill() -> Vec<Case> {
             &raw("Flexure strain (%),Flexure stress (MPa)", &|_, l| format!("{},{}", 100.0 * (l - 1.0), nominal(l))),
             Refused(&["no column of"]),
         ),
+    ]
+}
+
+/// Lines above the table that name dimensions of jaws, grips and the whole piece, or of the piece after the test.
+fn headers() -> Vec<Case> {
+    let under = |head: &str| {
+        lines(&format!("{head}\nExtension (mm);Load (N)"), &stretches(), |_, l| format!("{};{}", travel(l), force(l)))
+    };
+    let measured = |c: Case| c.with(|choice| choice.strain_measurement = Some("extensometer".into()));
+    let read = |name: &str, head: &str| measured(case(name, &under(head), Read));
+    let two = under("Gauge length;33 mm\nWidth 1;6 mm\nWidth 2;6.4 mm\nThickness;3 mm");
+    vec![
+        read("jaws above the piece", "Gauge length;33 mm\nJaw face width;50 mm\nWidth;6 mm\nThickness;3 mm"),
+        read(
+            "the piece after the test",
+            "Gauge length;33 mm\nFinal width;4 mm\nFinal thickness;2 mm\nWidth;6 mm\nThickness;3 mm",
+        ),
+        read("the whole piece", "Specimen length;115 mm\nGauge length;33 mm\nWidth;6 mm\nThickness;3 mm"),
+        read(
+            "the whole piece, overall",
+            "Overall specimen length;115 mm\nGage length;33 mm\nWidth;6 mm\nThickness;3 mm",
+        ),
+        read("grips", "Einspannlänge;65 mm\nMesslänge;33 mm\nProbenbreite;6 mm\nProbendicke;3 mm"),
+        read("equal twice", "L0;33 mm\nMesslänge;33,0 mm\nSpecimen width (mm);6\nb0;6 mm\nThickness;3 mm"),
+        measured(case(
+            "two widths",
+            &two,
+            Refused(&["the width of the test piece: \"Width 1: 6 mm\"", "\"Width 2: 6.4 mm\"", "pass --width"]),
+        )),
+        measured(case("two widths and a request", &two, Read))
+            .with(|c| c.dimensions.set("width", "6 mm").expect("a length")),
+        measured(case(
+            "the whole piece alone",
+            &under("Specimen length;115 mm\nWidth;6 mm\nThickness;3 mm"),
+            Refused(&["--gauge-length"]),
+        )),
     ]
 }
 

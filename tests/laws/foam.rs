@@ -162,6 +162,36 @@ fn the_error_of_the_ratio_is_in_the_intervals() {
     assert!(wide.to_string().contains("of which the Poisson's ratio: "), "{wide}");
 }
 
+/// True stress over the section under load, λ_t² of the undeformed one, is the same test; without the lateral strain it is refused, whatever ν is stated.
+#[test]
+fn a_true_stress_takes_the_lateral_strain() {
+    let nominal = press("nominal", ONE, NU, [0.0; 2], 1);
+    let text = std::fs::read_to_string(&nominal.data).expect("read");
+    let written = |name: &str, head: &str, row: &dyn Fn(f64, f64, f64) -> String| {
+        let one = |line: &str| {
+            let x: Vec<f64> = line.split(',').map(|c| c.parse().expect("a number")).collect();
+            row(x[0], x[1] / (1.0 + x[2] / 100.0).powi(2), x[2])
+        };
+        let rows: Vec<String> = text.lines().skip(1).map(one).collect();
+        let path = nominal.data.with_file_name(name);
+        std::fs::write(&path, format!("{head}\n{}\n", rows.join("\n"))).expect("written");
+        FitRequest { data: path, ..nominal.clone() }
+    };
+    let head = "compressive strain [%],compressive true stress [kPa]";
+    let measured = written("true.csv", &format!("{head},lateral strain [%]"), &|e, p, t| format!("{e},{p},{t}"));
+    let r = fitted(&measured);
+    for (e, truth) in r.parameters.iter().zip(ONE) {
+        assert!((e.value / truth - 1.0).abs() < 1e-5, "{e:?} not {truth}\n{r}");
+    }
+    let mut bare = written("true-bare.csv", head, &|e, p, _| format!("{e},{p}"));
+    bare.options.partner = Some(Partner::Nu(NU));
+    let message = fit(&bare).expect_err("no lateral strain").to_string();
+    assert!(message.contains("is a true stress") && message.contains("--lateral-column"), "{message}");
+    let unit = written("no-unit.csv", &format!("{head},lateral strain"), &|e, p, t| format!("{e},{p},{t}"));
+    let message = fit(&unit).expect_err("no unit").to_string();
+    assert!(message.contains("--lateral-unit %") && !message.contains("--unit"), "{message}");
+}
+
 /// Poisson's ratio is never assumed, and what makes no sense is refused.
 #[test]
 fn a_foam_without_its_ratio_is_refused() {
@@ -178,6 +208,9 @@ fn a_foam_without_its_ratio_is_refused() {
     refused(&bare, "needs Poisson's ratio: a column of lateral strain next to the strain, or --nu");
     refused(&bare, "no line names a column of lateral strain");
     refused(&bare, "Name it by --lateral-column");
+    let path = measured.data.with_file_name("unit.csv");
+    std::fs::write(&path, text.replace("lateral strain [%]", "lateral strain")).expect("written");
+    refused(&FitRequest { data: path, ..measured.clone() }, "pass --lateral-unit … such as --lateral-unit %");
     let mut kappa = measured.clone();
     kappa.options.partner = Some(Partner::Kappa(1e6));
     refused(&kappa, "--kappa does not give it");

@@ -2,6 +2,7 @@
 
 use super::dimensions::Dimensions;
 use super::names::{self, Ranked, SURE, StrainKind, StressKind};
+use super::roles::Role;
 use super::table::{Decimal, Line, is_number};
 use crate::calibrate::{FitError, Mode};
 use crate::math::units::Dimension;
@@ -53,6 +54,9 @@ pub struct ColumnChoice {
     pub positive: Option<Sign>,
     /// The same of the stress alone, where the table counts the two differently
     pub stress_positive: Option<Sign>,
+    /// The law has a change of volume, which a true stress has to be freed of by the lateral strain
+    #[serde(skip)]
+    pub compressible: bool,
     /// The mode was asked for as compression
     #[serde(skip)]
     pub compression: bool,
@@ -85,6 +89,7 @@ impl ColumnChoice {
             test: self.test.or(other.test),
             positive: self.positive.or(other.positive),
             stress_positive: self.stress_positive.or(other.stress_positive),
+            compressible: self.compressible || other.compressible,
             compression: self.compression || other.compression,
             dimensions: self.dimensions.or(other.dimensions),
             strain_measurement: text(&self.strain_measurement, &other.strain_measurement),
@@ -116,6 +121,8 @@ pub struct Columns {
     /// \[m\], \[N\]: for who needs what the machine recorded
     pub displacement: Option<(usize, f64)>,
     pub force: Option<(usize, f64)>,
+    /// Strain across the load, where a true stress needs it
+    pub lateral: Option<Column<StrainKind>>,
     /// Assumptions for the audit log
     pub notes: Vec<String>,
 }
@@ -248,7 +255,39 @@ pub fn resolve(file: &str, header: &Line, choice: &ColumnChoice, mode: Option<Mo
     let force = own(p.kind == StressKind::Force, p.at, p.factor)
         .or_else(|| raw(Dimension::FORCE, &|n| names::stress(n).is_some_and(|r| r.1 == StressKind::Force)));
     let specimen = (0..cells.len()).find(|&i| names::is_specimen(&cells[i]));
-    Ok(Columns { displacement, force, axes, mode, time, specimen, notes })
+    let of_true = axes.iter().find(|(_, p)| p.kind == StressKind::True).filter(|_| choice.compressible);
+    let lateral = of_true.map(|(_, p)| lateral_column(file, cells, &p.name, choice)).transpose()?;
+    Ok(Columns { displacement, force, axes, mode, time, specimen, lateral, notes })
+}
+
+/// The column of the strain across the load, without which a true stress gives no nominal one of a law with a change of volume.
+fn lateral_column(
+    file: &str,
+    cells: &[String],
+    stress: &str,
+    choice: &ColumnChoice,
+) -> Result<Column<StrainKind>, FitError> {
+    let by_name = || (0..cells.len()).filter(|i| Role::Lateral.names(&cells[*i])).collect();
+    let found = choice.lateral.as_ref().map_or_else(by_name, |name| named(cells, name));
+    let [at] = found[..] else {
+        let candidates = found.iter().map(|i| numbered(cells, *i)).collect();
+        return Err(FitError::TrueStress { file: file.into(), column: stress.into(), candidates });
+    };
+    let name = cells[at].clone();
+    let kind = match () {
+        () if names::is_stretch(&name) => StrainKind::Stretch,
+        () if names::is_true(&name) => StrainKind::True,
+        () => StrainKind::Engineering,
+    };
+    let bare = names::is_unitless(&name) || kind == StrainKind::Stretch;
+    let own = choice.lateral_unit.clone().or_else(|| names::unit(&name)).or_else(|| bare.then(|| "1".into()));
+    let (flag, example) = ("lateral-unit", "%");
+    let unit = own.ok_or_else(|| FitError::NoUnit { file: file.into(), column: name.clone(), flag, example })?;
+    let Some(factor) = names::strain_factor(&unit) else {
+        let (wanted, example) = ("1, %, ‰, mm/mm, µε", "lateral strain (%)");
+        return Err(FitError::Unit { file: file.into(), column: name, unit, wanted, example, flag });
+    };
+    Ok(Column { at, name, kind, unit, stated: true, factor })
 }
 
 /// A name with its place, `"Load (N)" (#3)`.

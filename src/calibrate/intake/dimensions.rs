@@ -37,6 +37,78 @@ pub(super) fn symbol(name: &str) -> Option<&'static str> {
     }
 }
 
+/// A dimension that several lines of a header give differently.
+#[derive(Clone, Debug)]
+pub struct Unclear {
+    pub key: &'static str,
+    pub lines: Vec<String>,
+}
+
+/// The dimension of the part that is stretched that a line of a header names as a whole. Any other word makes it another one: "Jaw face width", "Final width", "Specimen length".
+fn named(name: &str) -> Option<&'static str> {
+    const NAMES: [(&str, &[&str]); 5] = [
+        ("thickness", &["thickness", "gauge thickness", "dicke", "probendicke", "prüfkörperdicke", "anfangsdicke"]),
+        ("width", &["width", "gauge width", "breite", "probenbreite", "prüfkörperbreite", "anfangsbreite"]),
+        ("diameter", &["diameter", "durchmesser", "probendurchmesser", "prüfkörperdurchmesser", "anfangsdurchmesser"]),
+        (
+            "gauge_length",
+            &[
+                "gauge length",
+                "gage length",
+                "extensometer gauge length",
+                "extensometer gage length",
+                "messlänge",
+                "anfangsmesslänge",
+            ],
+        ),
+        (
+            "area",
+            &[
+                "cross section",
+                "cross section area",
+                "cross sectional area",
+                "querschnitt",
+                "querschnittsfläche",
+                "probenquerschnitt",
+                "anfangsquerschnitt",
+            ],
+        ),
+    ];
+    /// Words that do not change what is meant
+    const PLAIN: &[&str] = &[
+        "specimen",
+        "sample",
+        "anfangs",
+        "test",
+        "piece",
+        "proben",
+        "probe",
+        "parallel",
+        "narrow",
+        "of",
+        "the",
+        "initial",
+        "original",
+        "undeformed",
+        "nominal",
+        "measured",
+        "mean",
+        "average",
+    ];
+    const UNITS: &[&str] = &["m", "cm", "mm", "um", "µm", "in", "inch", "inches"];
+    const SYMBOLS: &[&str] = &["a", "b", "d", "l", "s"];
+    let words = names::words(name);
+    let is_plain = |w: &&String| [PLAIN, UNITS, SYMBOLS].iter().any(|list| list.contains(&w.as_str()));
+    let left: Vec<&str> = words.iter().filter(|w| !is_plain(w)).map(String::as_str).collect();
+    let left = left.join(" ");
+    // "Section width" is that of the part that is stretched
+    let left = left.strip_prefix("section ").unwrap_or(&left);
+    NAMES.into_iter().find(|(_, known)| known.contains(&left)).map(|(key, _)| key)
+}
+
+/// Values of one dimension that differ by no more are the same \[–\]
+const SAME: f64 = 1e-3;
+
 /// Cross-sections from different dimensions have to agree within this part \[–\]
 const AGREE: f64 = 0.01;
 
@@ -88,33 +160,33 @@ impl Dimensions {
         Ok(found)
     }
 
-    /// Those of the lines above a table, `Specimen Thickness (mm);3`: lines that are not understood are ignored.
-    pub fn of_header(header: &[(String, String)]) -> Self {
-        let mut found = Self::default();
-        for (name, value) in header {
-            let lower = name.to_lowercase();
-            let is = |words: &[&str]| words.iter().any(|w| lower.contains(w));
-            let key = match () {
-                () if is(&["thickness", "dicke"]) => "thickness",
-                () if is(&["width", "breite"]) => "width",
-                () if is(&["diameter", "durchmesser"]) => "diameter",
-                () if is(&["gauge length", "gage length", "specimen length", "messlänge", "einspannlänge"]) => {
-                    "gauge_length"
-                }
-                () if is(&["cross-section", "cross section", "querschnitt"]) => "area",
-                () => match symbol(name) {
-                    Some(key) => key,
-                    None => continue,
-                },
-            };
+    /// Those of the lines above a table, `Specimen Thickness (mm);3`: lines that are not understood are ignored. A dimension that several lines give differently is not
+    /// known, and comes with these lines.
+    pub fn of_header(header: &[(String, String)]) -> (Self, Vec<Unclear>) {
+        let read = |(name, value): &(String, String)| {
+            let key = named(name).or_else(|| symbol(name))?;
             let text = names::unit(name).map_or_else(|| value.clone(), |u| format!("{value} {}", names::spelled(&u)));
             let mut one = Self::default();
-            if one.set(key, &text).is_ok() || one.set(key, &text.replace(',', ".")).is_ok() {
-                let slot = found.slot(key).expect("a key of the list");
-                *slot = slot.or(*one.slot(key).expect("a key of the list"));
+            one.set(key, &text).or_else(|_| one.set(key, &text.replace(',', "."))).ok()?;
+            Some((key, (*one.slot(key)?)?, format!("\"{name}: {value}\"")))
+        };
+        let all: Vec<(&'static str, f64, String)> = header.iter().filter_map(read).collect();
+        let (mut found, mut unclear) = (Self::default(), vec![]);
+        for (key, _) in Self::KEYS {
+            let own: Vec<_> = all.iter().filter(|one| one.0 == key).collect();
+            let Some((_, first, _)) = own.first() else { continue };
+            if own.iter().all(|(_, value, _)| (value / first - 1.0).abs() <= SAME) {
+                *found.slot(key).expect("a key of the list") = Some(*first);
+            } else {
+                unclear.push(Unclear { key, lines: own.iter().map(|one| one.2.clone()).collect() });
             }
         }
-        found
+        (found, unclear)
+    }
+
+    /// Whether a dimension is known.
+    pub fn has(mut self, key: &str) -> bool {
+        self.slot(key).is_some_and(|value| value.is_some())
     }
 
     /// Dimensions that others give differently by more than 0.1 %: key, this value and theirs as text.
@@ -127,7 +199,7 @@ impl Dimensions {
                 Dimension::COMPLIANCE => format!("{:.6} mm/N", 1e3 * x),
                 _ => format!("{:.6} mm", 1e3 * x),
             };
-            ((a / b - 1.0).abs() > 1e-3).then(|| (key, text(a), text(b)))
+            ((a / b - 1.0).abs() > SAME).then(|| (key, text(a), text(b)))
         };
         Self::KEYS.into_iter().filter_map(one).collect()
     }

@@ -80,7 +80,7 @@ impl Experiment {
         meaning::turn_compression(&mut columns, body, decimal, &choice);
         log_intake(&mut audit, &names, delimiter, decimal, &columns);
         let mode = whole_file_mode(&columns, mode, card.as_ref(), &header, &mut audit);
-        let of_header = Dimensions::of_header(&header);
+        let (of_header, unclear) = Dimensions::of_header(&header);
         for (key, asked, own) in choice.dimensions.contradictions(of_header) {
             let message = format!("{key} = {asked} as requested or by the card, the header says {own}");
             audit.add(AuditKind::Intake, message, vec![]);
@@ -90,7 +90,8 @@ impl Experiment {
         if let (Some(instrument), Some(_)) = (instrument, dimensions.compliance) {
             return Err(FitError::Compliance { file: file.into(), instrument: instrument.into() });
         }
-        let conversion = Conversion::new(file, &columns, dimensions, &mut audit)?;
+        let conversion =
+            Conversion::new(file, &columns, dimensions, &mut audit).map_err(|e| e.with_unclear(file, &unclear))?;
         let whole = Whole { file, names: &lines[at], body, columns: &columns, decimal, dimensions: of_header };
         let parts = whole.divide(&mut audit)?;
         let mut read = samples::Table::default();

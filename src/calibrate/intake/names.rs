@@ -176,7 +176,7 @@ const NO_UNIT: &[&str] = &["-", "–", "1"];
 const ENDINGS: [&str; 5] = ["dehnung", "spannung", "kraft", "weg", "zeit"];
 
 /// Lower case, without the numbers that count directions: `λ1`, `stress_2`.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let name = name.to_lowercase();
     let parts = name.split(|c: char| !c.is_alphanumeric()).map(|w| w.trim_end_matches(char::is_numeric));
     parts.filter(|w| !w.is_empty()).map(String::from).collect()
@@ -232,6 +232,86 @@ pub fn stress(name: &str) -> Ranked<StressKind> {
 
 pub fn is_time(name: &str) -> bool {
     has(&words(name), TIME)
+}
+
+/// A condition of a test that moduli depend on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Condition {
+    Temperature,
+    Amplitude,
+}
+
+/// The condition that a column records.
+pub fn condition(name: &str) -> Option<Condition> {
+    let w = words(name);
+    if has(&w, &["temperature", "temp", "temperatur", "température"]) {
+        Some(Condition::Temperature)
+    } else {
+        has(&w, &["amplitude", "dehnungsamplitude", "dehnungsamplituden"]).then_some(Condition::Amplitude)
+    }
+}
+
+/// True of the name of a frequency in radians: "Angular frequency", "ω", "Kreisfrequenz".
+pub fn is_angular(name: &str) -> bool {
+    const ANGULAR: &[&str] =
+        &["angular", "circular", "omega", "ω", "kreisfrequenz", "winkelfrequenz", "pulsation", "angulaire"];
+    has(&words(name), ANGULAR)
+}
+
+/// True of a name of tan δ: "tan delta", "tan_delta", "Tan(delta)", "tanδ", "Loss factor", "Verlustfaktor".
+pub fn is_tan_delta(name: &str) -> bool {
+    const ONE: &[&str] = &["tandelta", "tanδ", "tand", "verlustfaktor"];
+    const TWO: [(&[&str], &[&str]); 2] =
+        [(&["tan", "tangent", "tangens", "tangente"], &["delta", "δ", "d"]), (&["loss"], &["factor", "tangent"])];
+    let w = words(name);
+    let is_pair = |p: &[String]| TWO.iter().any(|(a, b)| a.contains(&p[0].as_str()) && b.contains(&p[1].as_str()));
+    has(&w, ONE) || w.windows(2).any(is_pair) || w == ["tan"]
+}
+
+/// True of a logarithmic strain, "True strain", "log. Dehnung", also of one across the load or of a volume.
+pub fn is_true(name: &str) -> bool {
+    has(&words(name), TRUE)
+}
+
+/// True of a stretch, "lateral stretch", also of one across the load.
+pub fn is_stretch(name: &str) -> bool {
+    has(&words(name), STRETCH)
+}
+
+/// Content of a column of volume.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum VolumeKind {
+    /// J \[–\]
+    Ratio,
+    /// J − 1 \[–\]
+    Change,
+}
+
+/// Of a column of volume; `None` where the name does not say, as in "Volume (%)".
+pub fn volume(name: &str) -> Option<VolumeKind> {
+    const CHANGE: &[&str] = &[
+        "change",
+        "strain",
+        "dilatation",
+        "reduction",
+        "decrease",
+        "änderung",
+        "volumenänderung",
+        "dehnung",
+        "variation",
+        "delta",
+        "dv",
+        "δv",
+    ];
+    const RATIO_WORDS: &[&str] = &["relative", "relatives", "relatif", "normalised", "normalized", "normiertes", "j"];
+    let w = words(name);
+    if has(&w, CHANGE) {
+        Some(VolumeKind::Change)
+    } else if has(&w, RATIO) || has(&w, RATIO_WORDS) || name.to_lowercase().contains("v/v0") {
+        Some(VolumeKind::Ratio)
+    } else {
+        None
+    }
 }
 
 /// True of names that count compression as positive: "Compressive stress", "Stauchung", "Druckkraft".

@@ -149,8 +149,9 @@ impl<'a> Whole<'a> {
             parts.push(Part { label: Some(label), lines: own[..length].iter().collect() });
             let Some(next) = self.body.get(end) else { break };
             let header: Vec<_> = own[length..].iter().map(|l| pair(&l.cells)).collect();
-            let other = Dimensions::of_header(&header);
-            if other != Dimensions::default() && other.or(self.dimensions) != self.dimensions {
+            let (other, unclear) = Dimensions::of_header(&header);
+            let is_other = other != Dimensions::default() && other.or(self.dimensions) != self.dimensions;
+            if is_other || unclear.iter().any(|u| self.dimensions.has(u.key)) {
                 return Err(FitError::OtherDimensions { file: self.file.into(), line: next.number });
             }
             let named = header.iter().find(|(key, value)| names::is_specimen(key) && !value.is_empty());

@@ -1,6 +1,6 @@
 //! Columns by what they hold: time, strain, frequency, moduli, pressure, volume, for tests that are no tensile curve.
 
-use super::names::{self, StrainKind};
+use super::names::{self, Condition, StrainKind, VolumeKind};
 use super::table::{self, Decimal, Line};
 use crate::math::units::Dimension;
 use crate::storage::{self, DATA_LIMIT};
@@ -57,19 +57,20 @@ impl Role {
     }
 
     /// Whether a column of this name holds it.
-    fn names(self, name: &str) -> bool {
+    pub(super) fn names(self, name: &str) -> bool {
         let lower = name.to_lowercase();
         let symbol = lower.split(['[', '(', ' ', '_']).next().unwrap_or_default().to_string();
         let is = |symbols: &[&str]| symbols.contains(&symbol.as_str());
         let tells = |any: &[&str]| any.iter().any(|w| lower.contains(w));
-        let tan = tells(&["tan", "loss factor", "loss_factor", "verlustfaktor"]);
-        let loss = is(&["e''", "g''", "e\"", "g\"", "e″", "g″"]) || (tells(&["loss", "verlust"]) && !tan);
+        let tan = names::is_tan_delta(name);
+        let is_angle = tells(&["angle", "winkel"]);
+        let loss = is(&["e''", "g''", "e\"", "g\"", "e″", "g″"]) || (tells(&["loss", "verlust"]) && !tan && !is_angle);
         let storage = is(&["e'", "g'", "e′", "g′"]) || tells(&["storage", "speicher"]);
         match self {
             Self::Time => names::is_time(name) || is(&["t"]),
             Self::Strain => names::strain(name).is_some(),
             Self::Stress => names::stress(name).is_some() || (tells(&["modul"]) && !loss && !storage),
-            Self::Frequency => tells(&["freq", "fréq", "omega", "kreisfrequenz"]) || is(&["f", "ω"]),
+            Self::Frequency => tells(&["freq", "fréq", "omega", "pulsation"]) || is(&["f", "ω"]),
             Self::Storage => storage,
             Self::Loss => loss,
             Self::TanDelta => tan,
@@ -79,8 +80,10 @@ impl Role {
         }
     }
 
-    fn example(self) -> &'static str {
+    /// A unit of a column of this name.
+    fn example(self, name: &str) -> &'static str {
         match self {
+            Self::Volume if names::volume(name) == Some(VolumeKind::Ratio) => "1",
             Self::Time => "s",
             Self::Strain | Self::Lateral | Self::Volume => "%",
             Self::Stress | Self::Storage | Self::Loss | Self::Pressure => "MPa",
@@ -115,10 +118,12 @@ pub enum ColumnError {
     Ambiguous { file: String, role: &'static str, candidates: Vec<String> },
     #[error("{file}: column \"{column}\" has no unit; pass --unit {role}=… such as --unit {role}={example}")]
     NoUnit { file: String, column: String, role: &'static str, example: &'static str },
+    #[error("{file}: column \"{column}\": \"{unit}\" is no unit of {role}; {remedy}")]
+    Unit { file: String, column: String, unit: String, role: &'static str, remedy: String },
     #[error(
-        "{file}: column \"{column}\": \"{unit}\" is no unit of {role}; wanted is one such as {example}: pass --unit {role}={example}"
+        "{file}: column \"{column}\" is an angular frequency by its name, and one in cycles by its unit; pass --unit frequency=rad/s or --unit frequency={unit}"
     )]
-    Unit { file: String, column: String, unit: String, role: &'static str, example: &'static str },
+    Angular { file: String, column: String, unit: String },
     #[error("{file}: the decimal mark of \"{cell}\" is not clear; write the numbers with more digits, or with a point")]
     Decimal { file: String, cell: String },
     #[error("{file}: {} cells are no numbers: {}; remove or mend these lines", cells.len(), first(cells))]
@@ -154,6 +159,15 @@ pub struct ReadTable {
     /// Line of each value
     pub lines: Vec<u64>,
     pub notes: Vec<String>,
+    /// Columns of temperature and amplitude, which are no content of a test but its conditions
+    pub conditions: Vec<ConditionColumn>,
+}
+
+/// A condition of the test in each line that it is recorded in, in the unit of the table.
+pub struct ConditionColumn {
+    pub name: String,
+    pub condition: Condition,
+    pub values: Vec<Option<f64>>,
 }
 
 /// Reads the wanted columns of a file.
@@ -174,8 +188,21 @@ pub fn read(path: &Path, wanted: &Wanted) -> Result<ReadTable, ColumnError> {
         let unit = if column.unit == "1" { String::new() } else { format!(" in {}", column.unit) };
         notes.push(format!("\"{}\" was read as {}{unit}", column.name, role.name()));
     }
+    let conditions = conditions(&lines[at].cells, &body);
     let lines = body.iter().map(|l| l.number).collect();
-    Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes })
+    Ok(ReadTable { sha256: storage::sha256(&bytes), file, columns, lines, notes, conditions })
+}
+
+fn conditions(names: &[String], body: &[&Line]) -> Vec<ConditionColumn> {
+    let one = |(k, name): (usize, &String)| {
+        let condition = names::condition(name)?;
+        let cell = |l: &&Line| l.cells.get(k).cloned().unwrap_or_default();
+        let cells: Vec<String> = body.iter().map(cell).collect();
+        let decimal = Decimal::of(cells.iter().map(String::as_str)).ok()?;
+        let values = cells.iter().map(|c| table::number(c, decimal).ok()).collect();
+        Some(ConditionColumn { name: name.clone(), condition, values })
+    };
+    names.iter().enumerate().filter_map(one).collect()
 }
 
 struct Reader<'a> {
@@ -279,11 +306,13 @@ impl Reader<'_> {
     ) -> Result<(f64, String, Option<Dimension>), ColumnError> {
         let bare = |c: &String| c.trim_matches(['(', ')', '[', ']']).trim().to_string();
         let last = || name.rsplit(['_', ' ']).next().filter(|w| *w != name).map(String::from);
-        let in_name = match role {
-            // "Tan(delta)" has no unit
-            Role::TanDelta => None,
-            _ if names::is_unitless(name) => Some("1".into()),
-            _ => names::unit(name).or_else(|| last().filter(|u| factor(role, u).is_some())),
+        let is_own = |u: &String| factor(role, u).is_some() || names::factor(u, Dimension::ANGLE).is_some();
+        // The brackets of "Tan(delta)" hold no unit
+        let plain = ["(delta)", "(Delta)", "(δ)"].iter().fold(name.to_string(), |n, part| n.replace(part, ""));
+        let in_name = if names::is_unitless(&plain) {
+            Some("1".into())
+        } else {
+            names::unit(&plain).or_else(|| last().filter(is_own))
         };
         let own = in_name.or_else(|| below.map(bare).filter(|u| !u.is_empty()));
         let stated = self.wanted.units.get(&role).cloned().or(own);
@@ -291,7 +320,7 @@ impl Reader<'_> {
             file: self.file(),
             column: name.into(),
             role: role.name(),
-            example: role.example(),
+            example: role.example(name),
         };
         let bare_number = self.wanted.unitless.contains(&role)
             || role == Role::TanDelta
@@ -303,9 +332,19 @@ impl Reader<'_> {
             column: name.into(),
             unit: unit.clone(),
             role: role.name(),
-            example: role.example(),
+            remedy: remedy(role, name, &unit),
         })?;
-        Ok((factor, unit, dimension))
+        if !(names::is_angular(name) && dimension == Some(Dimension::FREQUENCY)) {
+            return Ok((factor, unit, dimension));
+        }
+        match (unit.ends_with("Hz"), self.wanted.units.contains_key(&role)) {
+            (true, false) => Err(ColumnError::Angular { file: self.file(), column: name.into(), unit }),
+            (true, true) => Ok((factor, unit, dimension)),
+            (false, _) => {
+                let unit = unit.strip_prefix("1/").map_or_else(|| format!("rad {unit}"), |time| format!("rad/{time}"));
+                Ok((factor, unit, Some(Dimension::ANGULAR_VELOCITY)))
+            }
+        }
     }
 
     /// The numbers of every column in SI units.
@@ -338,6 +377,17 @@ impl Reader<'_> {
 /// `sigma` of `sigma (kPa)` or `sigma [kPa]`.
 fn without_unit(cell: &str) -> &str {
     cell.split(['(', '[']).next().unwrap_or_default().trim()
+}
+
+/// The remedy for a unit that a content does not have: another unit would give other numbers, so that the numbers have to change with it.
+fn remedy(role: Role, name: &str, unit: &str) -> String {
+    if role == Role::Strain && names::factor(unit, Dimension::LENGTH).is_some() {
+        return "divide the displacement by the gauge length, and give the strain".into();
+    }
+    let (example, role) = (role.example(name), role.name());
+    format!(
+        "convert the numbers to one such as {example}, or, if that is no unit but a note, pass --unit {role}=… with the unit of the numbers"
+    )
 }
 
 /// Factor to SI and dimension of a unit for a content.

@@ -1,9 +1,9 @@
 //! Rows of a table as samples: what a cell holds becomes a stretch and a nominal stress.
 //!
 //! λ = 1 + e, eˣ of true strain, 1 + u/L of a displacement; P = σ/λ of true stress, as an incompressible piece has the area A/λ
-//! under load, F/A of a force. In simple shear γ = e or u/L, and σ₁₂ = P₁₂.
+//! under load, and σλ_t² by the lateral stretch λ_t where the law has a change of volume; F/A of a force. In simple shear γ = e or u/L, and σ₁₂ = P₁₂.
 
-use super::columns::Columns;
+use super::columns::{Column, Columns};
 use super::names::{StrainKind, StressKind};
 use super::table::{self, Decimal, Line};
 use super::{
@@ -49,10 +49,15 @@ impl<'a> Conversion<'a> {
                 StrainKind::Stretch | StrainKind::Engineering => {}
             }
             match p.kind {
-                StressKind::True => log(format!(
-                    "\"{}\" became nominal stress by P = σ/λ, as the test piece is taken for incompressible",
-                    p.name
-                )),
+                StressKind::True => log(match &columns.lateral {
+                    Some(lateral) => {
+                        format!("\"{}\" became nominal stress by P = σλ_t² with \"{}\"", p.name, lateral.name)
+                    }
+                    None => format!(
+                        "\"{}\" became nominal stress by P = σ/λ, as the test piece is taken for incompressible",
+                        p.name
+                    ),
+                }),
                 StressKind::Force => {
                     let (area, how) = dimensions.section(file, &p.name)?;
                     made.area = area;
@@ -76,10 +81,11 @@ impl<'a> Conversion<'a> {
     }
 
     /// λ and P \[–, Pa\] of the numbers of a direction. The cross-section under load follows the stretch without the machine.
-    fn point(&self, axis: usize, x: f64, y: f64, mode: Mode) -> Result<(f64, f64), String> {
+    /// `section`: the one under load over the undeformed one, where it is measured.
+    fn point(&self, axis: usize, x: f64, y: f64, mode: Mode, section: Option<f64>) -> Result<(f64, f64), String> {
         const PASSES: usize = 8;
         let measured = self.stretch(axis, x, mode)?;
-        let mut point = (measured, self.stress(axis, y, mode, measured)?);
+        let mut point = (measured, self.stress(axis, y, mode, section.unwrap_or(measured.recip()))?);
         for _ in 0..if self.compliance > 0.0 { PASSES } else { 0 } {
             let stretch = mode.stretch(mode.strain(measured) - self.compliance * point.1);
             if !(stretch > 0.0 && stretch.is_finite()) {
@@ -87,7 +93,7 @@ impl<'a> Conversion<'a> {
                     "stretch {stretch} without the compliance of the machine is not positive and finite"
                 ));
             }
-            point = (stretch, self.stress(axis, y, mode, stretch)?);
+            point = (stretch, self.stress(axis, y, mode, section.unwrap_or(stretch.recip()))?);
         }
         Ok(point)
     }
@@ -119,12 +125,30 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// P \[Pa\] of a number of the stress column at λ.
-    fn stress(&self, axis: usize, y: f64, mode: Mode, stretch: f64) -> Result<f64, String> {
+    /// Section under load over the undeformed one, λ_t², by a number of the column of lateral strain.
+    fn section(&self, lateral: &Column<StrainKind>, x: f64, mode: Mode) -> Result<f64, String> {
+        if mode != Mode::Uniaxial {
+            return Err(format!("a lateral strain gives no nominal stress of a true one in {mode} tests"));
+        }
+        let x = x * lateral.factor;
+        let stretch = match lateral.kind {
+            StrainKind::Stretch => x,
+            StrainKind::True => x.exp(),
+            StrainKind::Engineering | StrainKind::Displacement => 1.0 + x,
+        };
+        if stretch > 0.0 && stretch.is_finite() {
+            Ok(stretch * stretch)
+        } else {
+            Err(format!("lateral stretch {stretch} is not positive and finite"))
+        }
+    }
+
+    /// P \[Pa\] of a number of the stress column with the section under load over the undeformed one.
+    fn stress(&self, axis: usize, y: f64, mode: Mode, section: f64) -> Result<f64, String> {
         let p = &self.columns.axes[axis].1;
         let y = y * p.factor;
         let stress = match p.kind {
-            StressKind::True if mode != Mode::SimpleShear => y / stretch,
+            StressKind::True if mode != Mode::SimpleShear => y * section,
             StressKind::Nominal | StressKind::True => y,
             StressKind::Force => y / self.area,
         };
@@ -235,7 +259,9 @@ impl Table {
             if (mode == Mode::Biaxial) != (columns.axes.len() == 2) {
                 return Err(FitError::BiaxialRow { file: file.into(), line: line.number });
             }
-            match convert(conversion, &numbers, mode) {
+            let section =
+                columns.lateral.as_ref().map(|t| conversion.section(t, read(t.at, &t.name)?, mode)).transpose();
+            match section.and_then(|section| convert(conversion, &numbers, mode, section)) {
                 Ok(converted) => {
                     for (k, &(stretch, stress)) in converted.iter().enumerate() {
                         let second = if mode == Mode::Biaxial { converted[1 - k].0 } else { 1.0 };
@@ -279,6 +305,11 @@ fn is_number_at(line: &Line, i: usize, decimal: Decimal) -> bool {
 }
 
 /// λ and P of each direction.
-fn convert(conversion: &Conversion, numbers: &[(f64, f64)], mode: Mode) -> Result<Vec<(f64, f64)>, String> {
-    numbers.iter().enumerate().map(|(k, (x, y))| conversion.point(k, *x, *y, mode)).collect()
+fn convert(
+    conversion: &Conversion,
+    numbers: &[(f64, f64)],
+    mode: Mode,
+    section: Option<f64>,
+) -> Result<Vec<(f64, f64)>, String> {
+    numbers.iter().enumerate().map(|(k, (x, y))| conversion.point(k, *x, *y, mode, section)).collect()
 }

@@ -17,6 +17,10 @@ pub enum RelaxationError {
     Times { file: String, lines: Vec<u64> },
     #[error("{file}: the frequency is not positive in {} lines: {}; remove them", lines.len(), first(lines))]
     Frequency { file: String, lines: Vec<u64> },
+    #[error(
+        "{file}: the table holds several tests: one frequency has {first} and {second} in column \"{column}\", with other moduli; divide it into one file for each, and fit them one by one"
+    )]
+    Conditions { file: String, column: String, first: f64, second: f64 },
     #[error("{file}: the {what} is not positive in {} lines: {}; {remedy}", lines.len(), first(lines))]
     Sign { file: String, what: &'static str, lines: Vec<u64>, remedy: &'static str },
     #[error(

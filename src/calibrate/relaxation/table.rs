@@ -2,8 +2,8 @@
 
 use super::error::RelaxationError;
 use super::response::{Driven, Record, TestKind};
-use crate::calibrate::intake::names::{self, StrainKind, StressKind};
-use crate::calibrate::intake::roles::{self, ReadColumn, ReadTable, Role, Wanted};
+use crate::calibrate::intake::names::{self, Condition, StrainKind, StressKind};
+use crate::calibrate::intake::roles::{self, ConditionColumn, ReadColumn, ReadTable, Role, Wanted};
 use crate::calibrate::read_law_table;
 use crate::calibrate::same_data;
 use crate::material::{Law, Want, law_from_table};
@@ -28,6 +28,13 @@ pub enum TermChoice {
 /// Delay of the first data point after the loading, in first time steps of the table, from which on the loading does not begin at zero of its time. Times that are
 /// spaced evenly in the logarithm are so late only with more than a hundred a decade \[–\]
 const LATE: f64 = 50.0;
+
+/// Frequencies up to this ratio are one in a sweep \[–\]
+const SAME_FREQUENCY: f64 = 1.05;
+/// Temperatures of one test differ by less, in the unit of the table
+const DEGREES: f64 = 5.0;
+/// Amplitudes of one test differ by a smaller factor \[–\]
+const TIMES: f64 = 1.5;
 
 /// Request for a fit of a Prony series.
 #[derive(Clone, PartialEq, Debug)]
@@ -137,8 +144,11 @@ fn read_one(request: &RelaxationRequest, path: &Path) -> Result<Record, Relaxati
     // Shares do not depend on the unit of a stress; those of a law do
     let unitless: &[Role] = if request.law.is_none() { &[Role::Stress] } else { &[] };
     let wanted = Wanted { all, one, columns: &request.columns, units: &request.units, unitless };
-    let ReadTable { file, sha256, mut columns, lines, mut notes } = roles::read(path, &wanted)?;
+    let ReadTable { file, sha256, mut columns, lines, mut notes, conditions } = roles::read(path, &wanted)?;
     let reader = Reader { file: &file, request };
+    if request.kind == TestKind::Dynamic {
+        reader.check_conditions(&columns[&Role::Frequency].values, &conditions)?;
+    }
     let numbers = reader.order(&mut columns, lines, &mut notes)?;
     let record = match request.kind {
         TestKind::Dynamic => reader.dynamic(columns, &numbers)?,
@@ -169,6 +179,32 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn file(&self) -> String {
         self.file.into()
+    }
+
+    /// Refuses a table in which one frequency was measured at clearly different temperatures or amplitudes.
+    fn check_conditions(&self, frequency: &[f64], conditions: &[ConditionColumn]) -> Result<(), RelaxationError> {
+        let mut order: Vec<usize> = (0..frequency.len()).collect();
+        order.sort_by(|a, b| frequency[*a].total_cmp(&frequency[*b]));
+        let near = |w: &&[usize]| frequency[w[1]] <= SAME_FREQUENCY * frequency[w[0]];
+        for column in conditions {
+            let differs = |w: &[usize]| {
+                let (first, second) = (column.values[w[0]]?, column.values[w[1]]?);
+                let is_other = match column.condition {
+                    Condition::Temperature => (first - second).abs() > DEGREES,
+                    Condition::Amplitude => first.abs().max(second.abs()) > TIMES * first.abs().min(second.abs()),
+                };
+                is_other.then_some((first, second))
+            };
+            if let Some((first, second)) = order.windows(2).filter(near).find_map(differs) {
+                return Err(RelaxationError::Conditions {
+                    file: self.file(),
+                    column: column.name.clone(),
+                    first,
+                    second,
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Refuses times that do not increase and frequencies that are not positive; leaves out what precedes the loading.

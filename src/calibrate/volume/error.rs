@@ -15,6 +15,10 @@ pub enum VolumeError {
     TooFewRows { file: String, rows: usize },
     #[error("{file}: the {what} is not above −100 % in {} lines: {}; check its kind and unit", lines.len(), first(lines))]
     Impossible { file: String, what: &'static str, lines: Vec<u64> },
+    #[error(
+        "{file}: column \"{column}\" has no volume near the undeformed one: the nearest V/V0 is {nearest:.4}; check its unit; {remedy}"
+    )]
+    FarVolume { file: String, column: String, nearest: f64, remedy: &'static str },
     #[error("{file}: the {what} does not vary, so that nothing follows from it; check the column")]
     Constant { file: String, what: &'static str },
     #[error("{file}: {fact}; {remedy}")]

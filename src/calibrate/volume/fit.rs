@@ -6,7 +6,7 @@ use super::request::{VolumeRequest, VolumeTest};
 use super::result::{Data, VolumeFit, words};
 use crate::calibrate::StretchRange;
 use crate::calibrate::intake::columns::Sign;
-use crate::calibrate::intake::names::{self, StrainKind};
+use crate::calibrate::intake::names::{self, StrainKind, VolumeKind};
 use crate::calibrate::intake::roles::{self, ReadColumn, Role, Wanted};
 use crate::calibrate::same_data;
 use crate::material::{Volumetric, VolumetricKind};
@@ -15,6 +15,8 @@ use crate::material::{Volumetric, VolumetricKind};
 const ROWS: usize = 4;
 /// Change below which a column is constant, of a stretch, a volume over that at rest, or a pressure over itself \[–\]
 const LEAST_CHANGE: f64 = 1e-9;
+/// A test of volume has a data point whose volume differs by no more from the undeformed one \[–\]
+const NEAR: f64 = 0.5;
 
 /// Reads the tables and fits Poisson's ratio or the bulk modulus.
 pub fn fit_volume(request: &VolumeRequest) -> Result<VolumeFit, VolumeError> {
@@ -108,7 +110,11 @@ fn read(request: &VolumeRequest, path: &std::path::Path) -> Result<Table, Volume
             let (x, y) = (checked(x, "strain")?, checked(y, "lateral strain")?);
             x.into_iter().zip(y).filter(|p| range.contains(p.0)).unzip()
         }
-        VolumeTest::Bulk => (checked(x, "volume")?, table.columns[&y].values.clone()),
+        VolumeTest::Bulk => {
+            let volumes = checked(x, "volume")?;
+            check_volume(&file, &table.columns[&x], &volumes)?;
+            (volumes, table.columns[&y].values.clone())
+        }
     };
     if x.len() < ROWS {
         return Err(VolumeError::TooFewRows { file, rows: x.len() });
@@ -148,16 +154,27 @@ fn parts(request: &VolumeRequest) -> Result<Vec<VolumetricKind>, VolumeError> {
 
 /// Stretches, or volumes over the undeformed one.
 fn ratios(column: &ReadColumn, role: Role) -> Vec<f64> {
-    let lower = column.name.to_lowercase();
     let is_ratio = match role {
-        Role::Volume => lower.contains("ratio") || lower.contains("v/v0") || lower.starts_with('j'),
-        _ => lower.contains("stretch") || names::strain(&column.name).is_some_and(|r| r.1 == StrainKind::Stretch),
+        Role::Volume => names::volume(&column.name) == Some(VolumeKind::Ratio),
+        _ => names::is_stretch(&column.name) || names::strain(&column.name).is_some_and(|r| r.1 == StrainKind::Stretch),
     };
-    let is_true = ["true", "log", "hencky"].iter().any(|w| lower.contains(w));
-    let one = |v: &f64| match (is_ratio, is_true) {
+    let one = |v: &f64| match (is_ratio, names::is_true(&column.name)) {
         (true, _) => *v,
         (_, true) => v.exp(),
         _ => 1.0 + v,
     };
     column.values.iter().map(one).collect()
+}
+
+/// Refuses volumes none of which is near the undeformed one: a ratio was taken for a change, or a change for a ratio.
+fn check_volume(file: &str, column: &ReadColumn, ratios: &[f64]) -> Result<(), VolumeError> {
+    let nearest = ratios.iter().copied().min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs())).unwrap_or(1.0);
+    if (nearest - 1.0).abs() <= NEAR {
+        return Ok(());
+    }
+    let remedy = match names::volume(&column.name) {
+        Some(VolumeKind::Ratio) => "if its numbers are changes, call it \"volume change\"",
+        _ => "if its numbers are V/V0, call it \"volume ratio\"",
+    };
+    Err(VolumeError::FarVolume { file: file.into(), column: column.name.clone(), nearest, remedy })
 }
