@@ -1,7 +1,6 @@
 //! Why a fit was refused: the fact and the remedy.
 
 use super::constant_format::stretch_text;
-use super::intake::dimensions::Unclear;
 use super::{Mode, UnknownMode};
 use crate::wording::{hint, joined, lines};
 use std::path::PathBuf;
@@ -243,6 +242,13 @@ pub enum FitError {
         if skipped.is_empty() { "" } else { "\n" }
     )]
     NoLaws { path: PathBuf, skipped: String },
+}
+
+/// A dimension that several lines of a header give differently.
+#[derive(Clone, Debug)]
+pub struct Unclear {
+    pub key: &'static str,
+    pub lines: Vec<String>,
 }
 
 impl FitError {

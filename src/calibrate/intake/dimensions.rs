@@ -6,6 +6,7 @@
 use super::accuracy::SharedError;
 use super::names;
 use crate::calibrate::FitError;
+use crate::calibrate::error::Unclear;
 use crate::math::units::{self, Dimension};
 
 /// Undeformed; what is `None` is not known.
@@ -35,13 +36,6 @@ pub(super) fn symbol(name: &str) -> Option<&'static str> {
         "S0" | "A0" | "S₀" | "A₀" => Some("area"),
         _ => None,
     }
-}
-
-/// A dimension that several lines of a header give differently.
-#[derive(Clone, Debug)]
-pub struct Unclear {
-    pub key: &'static str,
-    pub lines: Vec<String>,
 }
 
 /// The dimension of the part that is stretched that a line of a header names as a whole. Any other word makes it another one: "Jaw face width", "Final width", "Specimen length".
