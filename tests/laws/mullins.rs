@@ -213,6 +213,7 @@ law = "yeoh"
 C10 = "20 kPa"
 C20 = "0.5 kPa"
 nu = 0.45
+volumetric = "quadratic"
 [[effect]]
 kind = "elastic"
 region = "body"
