@@ -8,8 +8,11 @@ use std::process::Command;
 const OTHERS: [&str; 3] = ["src/main.rs", "src/cli/", "src/catalogue/files/"];
 
 fn main() {
-    let source = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo"));
-    let root = source.parent().expect("the folder of the workspace");
+    let package = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR").expect("set by cargo"));
+    // Of the library, or of its unit tests
+    let root =
+        package.ancestors().find(|folder| folder.join("src/lib.rs").is_file()).expect("the folder of the workspace");
+    let source = root.join("src");
     let mut files = vec![root.join("Cargo.toml"), root.join("Cargo.lock")];
     collect(&source, &mut files);
     let mut files: Vec<(String, PathBuf)> = files.into_iter().map(|file| (name(root, &file), file)).collect();

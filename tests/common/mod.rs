@@ -5,6 +5,7 @@
 
 pub mod cook;
 pub mod disk;
+pub mod elastic_block;
 pub mod field;
 pub mod formulation;
 pub mod made;
@@ -19,6 +20,7 @@ pub mod tools;
 
 use durometer::effect::Elastic;
 use durometer::material::{Law, registry};
+use durometer::math;
 use durometer::math::random::SplitMix;
 use durometer::math::signal::{Clock, Signal};
 use durometer::math::tensor::Vec3;

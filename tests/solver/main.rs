@@ -11,6 +11,7 @@ mod fast_paths;
 mod hard_cases;
 mod instability;
 mod iterative;
+mod multigrid;
 mod random_scenes;
 mod robust;
 mod stages;

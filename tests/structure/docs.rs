@@ -1,6 +1,7 @@
 //! The documentation agrees with the code: the reference names every key of the files, links resolve, command lines
 //! parse, example scenes and studies are read.
 
+use crate::source::rust_files;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -350,6 +351,7 @@ fn command_lines_parse() {
 fn calls_of_tests_name_tests_that_exist() {
     let program = regex::Regex::new(r"--test (\w+)").expect("a pattern");
     let module = regex::Regex::new(r"(?:^| )((?:\w+::)+)").expect("a pattern");
+    let library = rust_files("src");
     let (mut all, mut calls) = (Vec::new(), 0);
     pages(root(), &mut all);
     for page in all {
@@ -362,16 +364,19 @@ fn calls_of_tests_name_tests_that_exist() {
             for name in programs.iter().filter(|name| !name.chars().all(|c| c.is_ascii_digit() || c == 'N')) {
                 let place = root().join("tests").join(name);
                 assert!(
-                    place.join("main.rs").is_file() || place.with_extension("rs").is_file(),
+                    place.join("main.rs").is_file() || place.with_extension("rs").is_file() || *name == "units",
                     "{}: {call}",
                     page.display()
                 );
                 calls += 1;
             }
-            for name in module.captures_iter(call).filter(|_| !call.contains("--lib")).filter_map(|found| found.get(1))
-            {
-                let file = format!("{}.rs", name.as_str().trim_end_matches(':').replace("::", "/"));
-                let is_there = programs.iter().any(|program| root().join("tests").join(program).join(&file).is_file());
+            for name in module.captures_iter(call).filter_map(|found| found.get(1)) {
+                let name = name.as_str().trim_end_matches("::");
+                let file = format!("{}.rs", name.replace("::", "/"));
+                let is_there = programs.iter().any(|program| match *program {
+                    "units" => library.iter().any(|source| source.module.join("::").ends_with(name)),
+                    program => root().join("tests").join(program).join(&file).is_file(),
+                });
                 assert!(is_there, "{}: {call}: there is no {file}", page.display());
             }
         }

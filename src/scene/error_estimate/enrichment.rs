@@ -405,7 +405,7 @@ mod tests {
     /// All solutions in the enriched space end where `stop` is set, those on the smooth surface through curved facets too.
     #[test]
     fn solutions_end_where_they_are_stopped() {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../studies/coverage/scenes/sphere-volume.toml");
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");
         let scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
         let mut enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
         enriched.stop = Some(Arc::new(AtomicBool::new(true)));
