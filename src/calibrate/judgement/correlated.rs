@@ -88,21 +88,15 @@ impl Products {
 
 /// Σᵢⱼ uᵢuⱼᵀρ^|i−j| over the pairs of each curve.
 fn spread(u: &DMatrix<f64>, curves: &[Vec<usize>], rho: f64) -> DMatrix<f64> {
-    let p = u.ncols();
-    let mut sum = u.transpose() * u;
-    let mut before = vec![0.0; p];
-    for curve in curves {
-        before.fill(0.0);
-        for k in curve {
-            for a in 0..p {
-                for b in 0..p {
-                    sum[(a, b)] += u[(*k, a)] * before[b] + before[a] * u[(*k, b)];
-                }
-            }
-            (0..p).for_each(|a| before[a] = rho * (before[a] + u[(*k, a)]));
+    // Row j: Σᵢ uᵢρ^(j−i) over the rows before it
+    let mut before = DMatrix::<f64>::zeros(u.nrows(), u.ncols());
+    for (mut to, from) in before.column_iter_mut().zip(u.column_iter()) {
+        for pair in curves.iter().flat_map(|curve| curve.windows(2)) {
+            to[pair[1]] = rho * (to[pair[0]] + from[pair[0]]);
         }
     }
-    sum
+    let one_sided = before.tr_mul(u);
+    u.tr_mul(u) + one_sided.transpose() + one_sided
 }
 
 /// Rows over the sizes of their errors.

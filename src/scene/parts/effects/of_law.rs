@@ -3,19 +3,19 @@
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 
-/// Refuses a cell of the region that is not elastic with this law.
+/// The cells of the region. Refuses one in which not exactly one elastic effect has this law: the history of an effect is that of one solid.
 pub fn check_elastic_with(builder: &Builder, place: &str, region: &str, law: &str) -> Result<Vec<u32>, SceneError> {
-    let mut elastic = vec![false; builder.body.mesh.cell_count()];
+    let mut elastic = vec![0; builder.body.mesh.cell_count()];
     for other in builder.gathered.laws.iter().filter(|other| other.name == law) {
-        builder.cells(place, &other.region)?.iter().for_each(|&c| elastic[c as usize] = true);
+        builder.cells(place, &other.region)?.iter().for_each(|&c| elastic[c as usize] += 1);
     }
     let cells = builder.cells(place, region)?.to_vec();
-    match cells.iter().find(|c| !elastic[**c as usize]) {
-        None => Ok(cells),
-        Some(c) => {
-            let fact = format!("cell {c} of region \"{region}\" has no elastic effect with the law \"{law}\"");
-            let remedy = "give `law` and `region` of an [[effect]] of kind \"elastic\"";
-            Err(builder.content(place, fact, remedy))
-        }
-    }
+    let Some(&c) = cells.iter().find(|c| elastic[**c as usize] != 1) else { return Ok(cells) };
+    let (fact, remedy) = if elastic[c as usize] == 0 {
+        ("no elastic effect", "give `law` and `region` of an [[effect]] of kind \"elastic\"")
+    } else {
+        ("several elastic effects", "give the one that is added a law of another name with the same constants")
+    };
+    let fact = format!("cell {c} of region \"{region}\" has {fact} with the law \"{law}\"");
+    Err(builder.content(place, fact, remedy))
 }
