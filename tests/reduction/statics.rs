@@ -251,7 +251,7 @@ fn inputs_are_found_for_targets() {
 }
 
 /// 10 000 random inputs, half of them up to twice the ranges away: each step ends, with finite numbers or with a reason, and
-/// says whether it is in range; replayed, they give the same bits.
+/// says whether it is in range; the first 2 000 of them, replayed, give the same bits.
 #[test]
 fn any_input_ends_and_is_replayed() {
     let (_, _, _, model) = trained();
@@ -261,7 +261,7 @@ fn any_input_ends_and_is_replayed() {
         centre + random.around(2.0 * half)
     };
     let inputs: Vec<[f64; 2]> = (0..10_000).map(|_| [draw(0), draw(1)]).collect();
-    let run = || {
+    let run = |inputs: &[[f64; 2]]| {
         let mut twin = Twin::new(model.clone()).expect("a law of the library");
         let step = |u: &[f64; 2]| {
             let done = twin.step(u);
@@ -276,9 +276,9 @@ fn any_input_ends_and_is_replayed() {
         };
         inputs.iter().map(step).collect::<Vec<_>>()
     };
-    let first = run();
+    let first = run(&inputs);
     assert!(first.iter().filter(|(done, _)| done.is_ok()).count() > 9_500);
-    assert_eq!(first, run());
+    assert_eq!(first[..2_000], run(&inputs[..2_000]));
     let mut twin = Twin::new(model.clone()).expect("a law of the library");
     assert_eq!(twin.step(&[f64::NAN, 0.0]), Err(StepError::NotFinite(0)));
     assert_eq!(twin.step(&[0.0]), Err(StepError::Count { given: 1, wanted: 2 }));
