@@ -147,6 +147,39 @@ fn hostile_and_ambiguous_tables_are_refused_or_doubted() {
     check(hostile::cases(), 45);
 }
 
+/// A remark within a table does not end it: the rows below belong to the same specimen, however many tables follow. Rows of results above the next column names are
+/// named.
+#[test]
+fn a_remark_does_not_end_a_table() {
+    let names = "stretch,stress (Pa)";
+    let table = table(names, |l| (l, nominal(l)));
+    let rows = table.lines().count() - 1;
+    let (above, below) = table.split_at(table.match_indices('\n').nth(12).expect("twelve rows").0 + 1);
+    let text = format!("{above}Pause\n{below}Results\n1,2\n{table}End\n");
+    let read = Experiment::parse("test.csv", text.as_bytes(), None, &ColumnChoice::default(), Some(Mode::Uniaxial));
+    let e = read.expect("two tables");
+    assert_eq!((e.specimens.len(), e.raw.len()), (2, 2 * rows), "{}", log_of(&e));
+    let log = log_of(&e);
+    assert!(log.contains("1 rows of numbers belong to the title"), "{log}");
+    assert!(log.contains("Pause"), "{log}");
+}
+
+/// Specimens are those of the rows: a line of text above the first row names none.
+#[test]
+fn a_line_of_text_is_no_specimen() {
+    let parse = |labels: [&str; 2]| {
+        let row = |k: usize, l: f64| format!("{},{l},{}", labels[k / 15], nominal(l));
+        let text = lines("Specimen,stretch,stress (Pa)\n,begin,", &stretches(), row);
+        let choice = ColumnChoice::default();
+        Experiment::parse("test.csv", text.as_bytes(), None, &choice, Some(Mode::Uniaxial)).expect("a table")
+    };
+    let one = parse(["A", "A"]);
+    assert!(!log_of(&one).contains("each of which is a specimen"), "{}", log_of(&one));
+    let two = parse(["A", "B"]);
+    assert!(log_of(&two).contains("holds 2 values, each of which is a specimen: A, B"), "{}", log_of(&two));
+    assert_eq!(two.specimens.len(), 2);
+}
+
 /// A doubt about slack is no warning of a fit that has slack as an unknown.
 #[test]
 fn a_fitted_slack_is_no_doubt() {

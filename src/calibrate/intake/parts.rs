@@ -77,13 +77,14 @@ impl<'a> Whole<'a> {
         }
         let all = || vec![Part { label: None, lines: self.body.iter().collect() }];
         let Some(at) = self.columns.specimen else { return Ok(all()) };
-        let rows: Vec<&Line> = self.body.iter().filter(|l| self.is_row(l)).collect();
+        let rows: Vec<&'a Line> = self.body.iter().filter(|l| self.is_row(l)).collect();
+        let label = |line: &'a Line| line.cells.get(at).map_or("", String::as_str);
+        let Some(first) = rows.first() else { return Ok(all()) };
         let mut order: Vec<&'a str> = Vec::new();
         let mut of: HashMap<&'a str, Vec<&'a Line>> = HashMap::new();
         for line in self.body {
-            let label = line.cells.get(at).map_or("", String::as_str);
             // Lines that are no rows stay with the first specimen, where they are logged
-            let label = if self.is_row(line) { label } else { order.first().copied().unwrap_or(label) };
+            let label = label(if self.is_row(line) { line } else { first });
             of.entry(label).or_insert_with(|| {
                 order.push(label);
                 vec![]
@@ -140,12 +141,22 @@ impl<'a> Whole<'a> {
         let mut from = 0;
         for end in starts.iter().copied().chain([self.body.len()]) {
             let own = &self.body[from..end];
-            // Lines from the first one without numbers on belong to the next table
-            let length = if end == self.body.len() {
-                own.len()
-            } else {
-                own.iter().position(|l| is_title(&l)).unwrap_or(own.len())
+            // The title of the next table begins with the first line without numbers below which fewer rows are left than a specimen has
+            let begins = |k: &usize| {
+                end < self.body.len()
+                    && is_title(&&own[*k])
+                    && own[*k..].iter().filter(|l| self.is_row(l)).count() < ROWS
             };
+            let length = (0..own.len()).find(begins).unwrap_or(own.len());
+            let rows: Vec<u64> = own[length..].iter().filter(|l| self.is_row(l)).map(|l| l.number).collect();
+            if !rows.is_empty() {
+                let message = format!(
+                    "{} rows of numbers belong to the title above the column names of line {}",
+                    rows.len(),
+                    self.body[end].number
+                );
+                audit.add(AuditKind::LeftOut, message, rows);
+            }
             parts.push(Part { label: Some(label), lines: own[..length].iter().collect() });
             let Some(next) = self.body.get(end) else { break };
             let header: Vec<_> = own[length..].iter().map(|l| pair(&l.cells)).collect();
