@@ -22,6 +22,7 @@ pub mod generate;
 mod geometry;
 pub mod graded;
 pub mod grid_file;
+pub mod interface;
 mod locator;
 mod msh;
 mod msh2;

@@ -70,7 +70,7 @@ fn scene(problem: &Problem, n: usize, nu: f64, formulation: (&str, &str)) -> Sce
     parse_scene(&text(problem, n, nu, formulation)).expect("a scene")
 }
 
-fn estimate(scene: &Scene, enrichment: Enrichment, columns: &[&str]) -> ErrorEstimate {
+pub fn estimate(scene: &Scene, enrichment: Enrichment, columns: &[&str]) -> ErrorEstimate {
     let mut estimator = ErrorEstimator::with(scene, enrichment).expect("an estimate");
     let mut add = |state: &State| estimator.add(state);
     let run = scene.run_with(RunOptions { on_state: Some(&mut add), ..RunOptions::default() });

@@ -8,6 +8,7 @@ mod coverage;
 mod coverage_of_estimates;
 mod error_estimate;
 mod evidence;
+mod interfaces;
 mod meshes_of_a_family;
 mod one_run_limits;
 mod refine;

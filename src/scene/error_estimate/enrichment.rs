@@ -7,16 +7,18 @@ use crate::effect::pressure_hosts;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;
 use crate::mesh::enrich::Enriched;
+use crate::mesh::interface::{Interface, interfaces};
 use crate::mesh::smooth_surface::{Smoothed, on_smooth_surface};
-use crate::mesh::{Order, TetMesh};
+use crate::mesh::{Order, Region, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
 use crate::scene::patches::Patches;
 use crate::scene::regions::regions;
-use crate::scene::spec::{EffectSpec, ElementSpec};
+use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, NonlinearSolver, Status, Step};
 use crate::system::{State, Want};
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -108,6 +110,37 @@ fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
     }
 }
 
+/// \[cells\] the solid of each: cells of one have the same laws, and are held by the same rigid inserts. Regions whose border runs through cells are left
+/// out, since faces along it are on no surface of the body.
+fn solids(scene: &Scene) -> Vec<u32> {
+    let mut regions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for effect in &scene.spec.effects {
+        if let Some((region, _)) = effect.resists() {
+            regions.entry(effect.law().unwrap_or("springs")).or_default().push(region);
+        }
+    }
+    for constraint in &scene.spec.constraints {
+        if let ConstraintSpec::Rigid(rigid) = constraint {
+            regions.entry("rigid").or_default().push(&rigid.region);
+        }
+    }
+    let mut solids = vec![0; scene.body.mesh.cell_count()];
+    for names in regions.values() {
+        let own: Vec<&Region> = names.iter().filter_map(|name| scene.regions.get(*name)).collect();
+        if own.iter().any(|region| region.depends_on_mesh) {
+            continue;
+        }
+        let mut inside = vec![false; solids.len()];
+        own.iter().flat_map(|region| &region.cells).for_each(|&c| inside[c as usize] = true);
+        let mut numbers = HashMap::new();
+        for (solid, is_inside) in solids.iter_mut().zip(inside) {
+            let next = numbers.len() as u32;
+            *solid = *numbers.entry((*solid, is_inside)).or_insert(next);
+        }
+    }
+    solids
+}
+
 fn is_mixed(effect: &EffectSpec) -> bool {
     matches!(effect, EffectSpec::Elastic(elastic) if elastic.formulation.is_mixed())
 }
@@ -127,6 +160,8 @@ pub(super) struct EnrichedScene {
     pub scene: Scene,
     enrichment: Enrichment,
     map: Enriched,
+    /// The mesh of the run with facets between its solids, and those of them
+    whole: Arc<(TetMesh, Vec<Interface>)>,
     /// \[effects\] whether the run has pressures in it
     mixed_in_run: Vec<bool>,
     /// Set to stop its solutions
@@ -136,21 +171,23 @@ pub(super) struct EnrichedScene {
 impl EnrichedScene {
     pub fn new(scene: &Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         // The regions of the run itself: picked again by place they would be others on smaller cells
-        let own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
+        let mut own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
+        let between = interfaces(&mut own, &solids(scene));
         let mut map = match enrichment {
             Enrichment::Split => Enriched::by_splitting(&own),
             Enrichment::Raise => Enriched::by_raising(&own),
         };
         leave_out_nodes_beyond(scene, &mut map);
-        Self::on(scene, enrichment, map)
+        Self::on(scene, enrichment, map, Arc::new((own, between)))
     }
 
-    /// The same with its new boundary nodes on the smooth surface through those of the run.
+    /// The same with its new nodes on the boundary and between solids on the smooth surfaces through those of the run.
     pub fn on_smooth_surface(&self, scene: &Scene) -> SmoothSurface {
-        match on_smooth_surface(&scene.body.mesh, &self.map) {
+        let (mesh, interfaces) = &*self.whole;
+        match on_smooth_surface(mesh, interfaces, &self.map) {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
-            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, *map)
+            Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, *map, self.whole.clone())
                 .map_or(SmoothSurface::Folded, |moved| {
                     SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }), part)
                 }),
@@ -169,11 +206,16 @@ impl EnrichedScene {
             wider.dedup();
             map.mesh.regions.get_mut(name)?.nodes = wider;
         }
-        let wider = Self::on(scene, self.enrichment, map).ok()?;
+        let wider = Self::on(scene, self.enrichment, map, self.whole.clone()).ok()?;
         Some(Self { stop: self.stop.clone(), ..wider })
     }
 
-    fn on(scene: &Scene, enrichment: Enrichment, map: Enriched) -> Result<Self, EstimateError> {
+    fn on(
+        scene: &Scene,
+        enrichment: Enrichment,
+        map: Enriched,
+        whole: Arc<(TetMesh, Vec<Interface>)>,
+    ) -> Result<Self, EstimateError> {
         let Body { paths, source, sha256, notes, warnings, .. } = &*scene.body;
         let body = Body {
             mesh: map.mesh.clone(),
@@ -206,6 +248,7 @@ impl EnrichedScene {
                 enrichment,
                 scene: fine,
                 map,
+                whole,
                 mixed_in_run: scene.spec.effects.iter().map(is_mixed).collect(),
                 stop: None,
             }),
