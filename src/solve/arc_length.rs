@@ -85,7 +85,7 @@ impl<'a> StepStrategy<'a> for ArcLengthSteps<'a> {
     ) -> (Stability, Option<TurningPoint>) {
         let tracer = self.tracer.as_ref().expect("begin makes it");
         let turn = tracer.turning_point(&mut steps.solver);
-        if let Some(turn) = turn {
+        if let Some(turn) = &turn {
             self.limit = Some(self.limit.map_or(turn.t, |known: f64| known.max(turn.t)));
         }
         self.done = now.t == self.span.end;

@@ -16,6 +16,7 @@ use super::nonlinear_solver::NonlinearSolver;
 use super::rigid_motions::hold;
 use super::{Failure, Integrator, Solution, Step, tangent};
 use crate::math::linear::LinearError;
+use crate::math::signal::Ramp;
 use crate::math::vector::{dot, norm};
 use crate::system::{ConstraintKind, State, System, Want};
 use nalgebra::{DMatrix, DVector};
@@ -42,7 +43,7 @@ enum PathStepEnd {
 }
 
 /// A state where the loads are largest or least along the path.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct TurningPoint {
     /// Time of the loads \[s\]
     pub t: f64,
@@ -50,6 +51,8 @@ pub struct TurningPoint {
     pub highest: bool,
     /// The node that moves most there
     pub node: u32,
+    /// The inputs of its signals there
+    pub inputs: Vec<Ramp>,
 }
 
 /// An accepted point of the path.
@@ -220,7 +223,8 @@ impl<'a> PathTracer<'a> {
         let change = self.difference(&a.x, &c.x);
         let most = (0..change.len()).max_by(|i, j| change[*i].abs().total_cmp(&change[*j].abs()))?;
         let t = better(solved.map_or(b.t, |point| point.state.t));
-        Some(TurningPoint { t, highest, node: self.system.dofs.free[most] / 3 })
+        let inputs = b.inputs.clone();
+        Some(TurningPoint { t, highest, node: self.system.dofs.free[most] / 3, inputs })
     }
 
     /// Whether the loads no longer change beyond the last point: those after half of a step of the first length and after a whole one are the same.

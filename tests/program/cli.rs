@@ -744,3 +744,63 @@ fn the_plugins_finger_runs_with_its_cable_and_root_box() {
     let shortest = length.iter().fold(f64::INFINITY, |m, l| m.min(*l));
     assert!((length[0] - shortest - 0.015).abs() < 1e-9, "the cable is shortened by its amplitude");
 }
+
+/// A balloon under more pressure than it carries: the largest load is a number of its signal, whether that is a function of time, is computed from a column of
+/// the run, or was switched by an event.
+#[test]
+fn the_largest_load_is_stated_whatever_sets_it() {
+    let scene = r#"
+        [mesh]
+        grid = { kind = "octant", inner = "10 mm", outer = "11 mm", divisions = [2, 1] }
+        element = "tet10"
+
+        [laws.rubber]
+        law = "neo_hookean"
+        E = "100 kPa"
+        nu = 0.49
+
+        [[effect]]
+        kind = "elastic"
+        region = "body"
+        law = "rubber"
+        formulation = "mixed"
+
+        HELD
+
+        [[constraint]]
+        kind = "cavity"
+        name = "gas"
+        region = "inner"
+        drive = { kind = "pressure", signal = SIGNAL }
+
+        [[stage]]
+        integrator = "static"
+        duration = "1 s"
+        dt = "0.1 s"
+    "#;
+    let held = ["x", "y", "z"]
+        .map(|axis| format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{axis}min\"\ncomponents = \"{axis}\"\n"));
+    let scene = scene.replace("HELD", &held.concat());
+    let ramp = "{ kind = \"ramp\", from = \"0 Pa\", to = \"10 kPa\", end = \"1 s\" }";
+    let formula = "{ kind = \"expression\", formula = \"10000 * t + 0 * gas_volume_m3\", unit = \"Pa\" }";
+    let event = format!(
+        "[[event]]\nname = \"go\"\nwhen = {{ kind = \"at\", t = \"0.2 s\" }}\n\
+         then = [{{ kind = \"switch\", signal = \"gas_imposed_pressure_Pa\", to = {ramp} }}]\n"
+    );
+    let slow = ramp.replace("10 kPa", "1 kPa");
+    let (_keep, out) = folder();
+    let largest = |signal: &str, more: &str| {
+        let file = Path::new(&out).join("balloon.toml");
+        std::fs::write(&file, scene.replace("SIGNAL", signal) + more).expect("a file");
+        let record = json(&call(&["simulate", &file.display().to_string(), "--out", &out, "--json"], 3));
+        assert_eq!(record["status"], "NoEquilibrium");
+        record["solver"]["stop"]["limit"]["gas_imposed_pressure_Pa"].as_f64().expect("a number")
+    };
+    let by_time = largest(ramp, "");
+    // Closed form of an incompressible one (Green & Zerna, Theoretical Elasticity, 1968): 0.11801 μ = 3960 Pa, μ = E/2(1 + ν)
+    assert!((by_time / 3960.0 - 1.0).abs() < 0.01, "{by_time}");
+    for (signal, more) in [(formula, ""), (&slow, &event)] {
+        let other = largest(signal, more);
+        assert!((other / by_time - 1.0).abs() < 1e-3, "{signal}: {other} {by_time}");
+    }
+}

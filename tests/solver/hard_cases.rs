@@ -114,9 +114,10 @@ fn static_scenes() -> Vec<(Case, Arc<Body>)> {
     loaded.collect()
 }
 
-/// `None` if it is refused or has no answer.
+/// `None` if it is refused or has no answer, however long it takes.
 fn ended(case: &Case, text: &str, body: Arc<Body>) -> Option<Run> {
-    let spec = SceneSpec::from_text(&case.scene_file, text, "").unwrap_or_else(|e| panic!("{}: {e}", case.id));
+    let mut spec = SceneSpec::from_text(&case.scene_file, text, "").unwrap_or_else(|e| panic!("{}: {e}", case.id));
+    spec.numerics.time_budget = None;
     let scene = Scene::build(&case.scene_file, spec, text.into(), body).unwrap_or_else(|e| panic!("{}: {e}", case.id));
     let run = scene.run();
     (run.status == Status::Converged).then_some(run)

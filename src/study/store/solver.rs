@@ -1,9 +1,10 @@
 //! Work of the solver in a case, and where it stopped, for the record and for `summary.json`.
 
+use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
 use crate::mesh::Order;
 use crate::scene::{LinearWork, Run, Scene, half_turns, wrinkle_notes};
-use crate::solve::{Status, TurningPoint};
+use crate::solve::TurningPoint;
 use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
 use crate::wording::count;
@@ -140,7 +141,11 @@ pub struct StopRecord {
 
 impl SolverRecord {
     pub fn new(scene: &Scene, run: &Run) -> Self {
-        let turning = |p: &TurningPoint| TurningRecord { t_s: p.t, highest: p.highest, signals: signals(scene, p.t) };
+        let turning = |p: &TurningPoint| TurningRecord {
+            t_s: p.t,
+            highest: p.highest,
+            signals: signals(scene, Clock { t: p.t, inputs: &p.inputs }),
+        };
         Self {
             shifted_steps: run.totals.regularised,
             projected_steps: run.totals.projected,
@@ -156,16 +161,23 @@ impl SolverRecord {
             collapsed_cavities: run.collapsed.iter().map(Into::into).collect(),
             linear: LinearRecord::new(run),
             turning_points: run.findings.turning_points.iter().map(turning).collect(),
-            stop: stop(scene, &run.status),
+            stop: stop(scene, run),
         }
     }
 }
 
-fn signals(scene: &Scene, t: f64) -> BTreeMap<String, f64> {
-    scene.signals.iter().map(|s| (s.name.clone(), s.signal.at(t))).collect()
+fn signals(scene: &Scene, now: Clock) -> BTreeMap<String, f64> {
+    scene.signals.iter().map(|s| (s.name.clone(), s.signal.at(now))).collect()
 }
 
-fn stop(scene: &Scene, status: &Status) -> Option<StopRecord> {
+/// The signals at the limit of the loads, with the inputs of the step that did not come through; none where the run ended otherwise.
+fn limit(scene: &Scene, run: &Run) -> BTreeMap<String, f64> {
+    let at = |t| signals(scene, Clock { t, inputs: &run.last.inputs });
+    run.status.limit().map(at).unwrap_or_default()
+}
+
+fn stop(scene: &Scene, run: &Run) -> Option<StopRecord> {
+    let status = &run.status;
     let mesh = &scene.body.mesh;
     let culprit = status.culprit();
     let node = |k: &u32| mesh.points.get(*k as usize).copied();
@@ -179,7 +191,7 @@ fn stop(scene: &Scene, status: &Status) -> Option<StopRecord> {
         cell: culprit.cell,
         node: culprit.node,
         place_m: place.map(Into::into),
-        limit: status.limit().map(|t| signals(scene, t)).unwrap_or_default(),
+        limit: limit(scene, run),
     })
 }
 
@@ -190,8 +202,7 @@ pub fn detail(scene: &Scene, run: &Run) -> Option<String> {
     }
     let status = &run.status;
     status.t()?;
-    let limit = status.limit().map(|t| signals(scene, t)).unwrap_or_default();
-    let values: Vec<String> = limit.iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect();
+    let values: Vec<String> = limit(scene, run).iter().map(|(name, value)| format!("{name} = {value:.6e}")).collect();
     let stated = if values.is_empty() { String::new() } else { format!(" (largest loads: {})", values.join(", ")) };
     let pulling = run.pulling.as_ref().map_or(String::new(), |told| format!("; {told}"));
     Some(format!("{status}{stated}{pulling}"))
