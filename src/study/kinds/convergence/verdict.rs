@@ -193,8 +193,14 @@ pub fn conclude(
     let shown = |id: &&String| cases.stored.iter().any(|c| c.record.id == **id && variant.is_some_and(|v| c.is_of(v)));
     let case = s.cases.iter().find(shown).unwrap_or(&s.cases[0]).clone();
     let which = if deciding.len() == quantities.len() { "" } else { " of those that decide" };
+    let unstable = unstable(cases, s);
+    let (on, is) = if unstable.is_empty() {
+        ("", "can be trusted within")
+    } else {
+        ("On an unstable branch of equilibria, ", "is within the tolerance of")
+    };
     let mut words = format!(
-        "{} can be trusted within {}: error bar {} in the worst quantity{which} ({}), {} per case.",
+        "{on}{} {is} {}: error bar {} in the worst quantity{which} ({}), {} per case.",
         s.label,
         percent(tolerance),
         percent(s.worst),
@@ -208,7 +214,7 @@ pub fn conclude(
     }
     words += &input_words(quantities, s);
     words += &locked(cases, s);
-    words += &unstable(cases, s);
+    words += &unstable;
     words += &about_sizes(cases, settings, tolerance);
     words += &insensitive(quantities, s);
     let recommendation = Recommendation {
@@ -290,7 +296,7 @@ fn unstable(cases: &Cases, setting: &MeshSetting) -> String {
         return String::new();
     }
     format!(
-        " But states of {} are unstable (negative eigenvalues of the tangent): the body may leave them for another branch, which \
+        " States of {} are unstable (negative eigenvalues of the tangent): the body may leave them for another branch, which \
          the error bar does not cover.",
         unstable.join(", ")
     )
