@@ -1,14 +1,10 @@
 //! The documentation agrees with the code: the reference names every key of the files, links resolve, command lines
 //! parse, example scenes and studies are read.
 
-use crate::source::rust_files;
+use crate::source::{root, rust_files};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 fn text(path: impl AsRef<Path>) -> String {
     let path = root().join(path);
@@ -197,7 +193,7 @@ fn the_reference_names_every_law_constant_and_body() {
     let laws = durometer::material::LAWS;
     let keys = laws.iter().flat_map(|l| l.keys.iter().map(|k| k.name)).chain(laws.iter().map(|l| l.info.name));
     assert_eq!(missing(keys.map(str::to_string).collect()), Vec::<String>::new(), "not in docs/reference");
-    let bodies: BTreeSet<String> = durometer::mesh::generate::body::names(root()).into_iter().collect();
+    let bodies: BTreeSet<String> = durometer::mesh::generate::body::names(&root()).into_iter().collect();
     assert!(bodies.contains("finger"));
     let (described, reference) = (code_words(&text("meshes/README.md")), code_words(&reference()));
     for body in bodies {
@@ -248,7 +244,7 @@ fn anchor(heading: &str) -> String {
 #[test]
 fn every_relative_link_leads_somewhere() {
     let mut all = Vec::new();
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     assert!(all.len() > 10);
     let mut broken = Vec::new();
     for page in &all {
@@ -322,7 +318,7 @@ fn calls(page: &str) -> Vec<Vec<String>> {
 fn command_lines_parse() {
     let mut pages_with_calls = 0;
     let mut all = Vec::new();
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     let names = all.iter().map(|page| page.strip_prefix(root()).expect("a page of the project").to_string_lossy());
     for page in names {
         let page = page.as_ref();
@@ -353,7 +349,7 @@ fn calls_of_tests_name_tests_that_exist() {
     let module = regex::Regex::new(r"(?:^| )((?:\w+::)+)").expect("a pattern");
     let library = rust_files("src");
     let (mut all, mut calls) = (Vec::new(), 0);
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     for page in all {
         let text = text(&page);
         let code = text.split('`').skip(1).step_by(2);
@@ -467,7 +463,7 @@ fn example_scenes_and_studies_are_read() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mut scenes, mut studies) = (0, 0);
     let mut all = Vec::new();
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     for page in all {
         let markdown = text(&page);
         let page = page.display();
@@ -606,7 +602,7 @@ fn listings_in_toml_have_known_keys() {
     study["anyOf"] = kinds.into();
     let valid = [scene, study].map(|schema| jsonschema::validator_for(&schema).expect("a schema"));
     let (mut all, mut checked, mut wrong) = (Vec::new(), [0, 0], Vec::new());
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     for page in all {
         for block in blocks(&text(&page), "toml") {
             let table: toml::Table = block.parse().unwrap_or_else(|e| panic!("{}: {e}\n{block}", page.display()));

@@ -1,9 +1,9 @@
 //! The gallery, `docs/gallery.md`, says what the published results say. `DUROMETER_BLESS=1 cargo test --test structure gallery::` writes it anew.
 
+use crate::source::root;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::Path;
 
 /// Published studies with the picture that shows what they are about, in the order of the page.
 const PICTURES: [(&str, &str); 20] = [
@@ -34,10 +34,6 @@ const HEAD: &str = "# Gallery
 Every published study with the first sentence of its verdict, the files that make it, and its cost: the CPU time of all cases, as its `summary.json` states it. Most were run on a shared machine with
 two cores ([performance](performance.md)). Every one of them runs anew by `durometer run NAME`, with its meshes from the program.
 ";
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 /// Longest sentence that keeps what is in parentheses \[bytes\].
 const LONGEST: usize = 360;

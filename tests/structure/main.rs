@@ -97,6 +97,15 @@ fn every_module_has_its_place_in_the_order() {
     }
 }
 
+/// A program of tests that was compiled in one worktree and runs in another checks the files of the second.
+#[test]
+fn these_tests_read_the_files_of_the_worktree_that_they_run_in() {
+    let of_compilation = ["CARGO", "MANIFEST", "DIR"].join("_");
+    let others = rust_files("tests/structure").into_iter().filter(|source| source.name != "tests/structure/source.rs");
+    let wrong: Vec<String> = others.filter(|s| s.text.contains(&of_compilation)).map(|s| s.name).collect();
+    assert_none(&wrong, "take `root()` of tests/structure/source.rs");
+}
+
 /// Two files that use each other are one subject in two files, or share a third one. A parent may use its children;
 /// a child that uses an item defined in its parent's `mod.rs` while the parent uses the child closes a cycle.
 /// A re-export alone is no use (see [`Names::edges`]).
