@@ -223,6 +223,39 @@ fn the_explanation_has_a_section_for_every_effect_probe_law_and_integrator() {
     }
 }
 
+/// Names of the laws in code style on lines of a page.
+fn laws_on<'a>(lines: impl Iterator<Item = &'a str>) -> BTreeSet<String> {
+    let words: BTreeSet<String> = lines.flat_map(code_words).collect();
+    words.into_iter().filter(|word| durometer::material::LAWS.iter().any(|law| law.info.name == word)).collect()
+}
+
+/// The lists of laws that pages have are those of the registry.
+#[test]
+fn lists_of_laws_are_complete() {
+    let those = |of: fn(&durometer::material::LawEntry) -> bool| -> BTreeSet<String> {
+        durometer::material::LAWS.iter().filter(|law| of(law)).map(|law| law.info.name.to_string()).collect()
+    };
+    let terms = |law: &durometer::material::LawEntry| law.fit.is_some_and(|form| form.term_counts.len() > 1);
+    for (page, head, expected) in [
+        ("docs/reference/commands.md", "| `--law LAW` | required; ", those(|law| law.fit.is_some())),
+        ("docs/reference/commands.md", "| `--terms TERMS` | number of terms: ", those(terms)),
+        ("docs/explanation/effects.md", "- **Laws.** ", those(|law| law.info.isochoric)),
+    ] {
+        let page_text = text(page);
+        let line = page_text.lines().filter(|line| line.starts_with(head));
+        assert_eq!(laws_on(line), expected, "{page}: {head}");
+    }
+    for (page, head, expected) in [
+        ("docs/explanation/laws.md", "| law | any rotation ", those(|_| true)),
+        ("docs/explanation/calibration.md", "| law | constants (linear in bold) ", those(|law| law.fit.is_some())),
+    ] {
+        let page_text = text(page);
+        let table =
+            page_text.lines().skip_while(|line| !line.starts_with(head)).take_while(|line| line.starts_with('|'));
+        assert_eq!(laws_on(table.filter_map(|row| row.split('|').nth(1))), expected, "{page}: {head}");
+    }
+}
+
 fn pages(folder: &Path, out: &mut Vec<PathBuf>) {
     let skipped = ["target", ".git", ".venv", "reports", "node_modules"];
     for entry in std::fs::read_dir(folder).expect("a folder of the project").flatten() {
@@ -619,6 +652,10 @@ fn listings_in_toml_have_known_keys() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Numbers in words, from zero.
+const NUMBERS: &str = "no one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen \
+    eighteen nineteen twenty";
+
 /// The draft of a paper cites what its bibliography has, and all of it; its numbers are those of the verification and of published verdicts.
 #[test]
 fn the_paper_quotes_the_evidence() {
@@ -650,7 +687,9 @@ fn the_paper_quotes_the_evidence() {
         assert!(paper.contains(said), "the paper no longer says: {said}");
         assert!(evidence.contains(known), "the evidence no longer says: {known}");
     }
-    assert!(paper.contains("thirteen constitutive laws") && durometer::material::LAWS.len() == 13);
+    let number = NUMBERS.split(' ').nth(durometer::material::LAWS.len()).expect("a number in words");
+    let laws = format!("{number} constitutive laws");
+    assert!(paper.contains(&laws), "docs/paper/paper.md: the program has {laws}");
     // Two pages of the journal
     let words = paper.split("# Summary").nth(1).unwrap_or_default().split_whitespace().count();
     assert!((250..=1000).contains(&words), "{words}");
