@@ -413,6 +413,20 @@ fn calls_of_tests_name_tests_that_exist() {
     assert!(calls > 50, "{calls}");
 }
 
+/// The complete check knows the flags that contributors read of, and installs nothing of the system without looking at them.
+#[test]
+fn the_complete_check_has_the_flags_that_contributors_read_of() {
+    let (page, script) = (text("CONTRIBUTING.md"), text(".ci/run"));
+    let calls: Vec<&str> = page.split('`').filter_map(|code| code.strip_prefix(".ci/run ")).collect();
+    assert!(!calls.is_empty());
+    for flag in calls.iter().flat_map(|call| call.split(' ')) {
+        assert!(script.contains(&format!("\n{flag}) ")), ".ci/run does not know {flag}");
+    }
+    let tools = script.split("\ntools() {\n").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
+    assert!(tools.trim_start().starts_with("[ -n \"$all_tools\" ] || return 0"), "{tools}");
+    assert_eq!(script.matches("apt-get ").count(), tools.matches("apt-get ").count(), "apt-get outside of tools()");
+}
+
 #[test]
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
