@@ -413,6 +413,31 @@ fn calls_of_tests_name_tests_that_exist() {
     assert!(calls > 50, "{calls}");
 }
 
+/// The names of the methods of a trait in a file.
+fn methods_of(file: &str, name: &str) -> BTreeSet<String> {
+    let tree = syn::parse_file(&text(file)).expect("a source file");
+    let of = tree.items.into_iter().find_map(|item| match item {
+        syn::Item::Trait(of) if of.ident == name => Some(of.items),
+        _ => None,
+    });
+    let methods = of.unwrap_or_else(|| panic!("{name} has moved")).into_iter().filter_map(|item| match item {
+        syn::TraitItem::Fn(method) => Some(method.sig.ident.to_string()),
+        _ => None,
+    });
+    methods.collect()
+}
+
+/// Who adds a probe reads of every method that it may have, by its name.
+#[test]
+fn contributors_read_of_every_method_of_a_probe() {
+    let page = text("CONTRIBUTING.md");
+    let paragraph = page.split("\n\n").find(|paragraph| paragraph.starts_with("`Probe` has ")).expect("a paragraph");
+    let mut expected = methods_of("src/scene/parts/probes/part.rs", "Probe");
+    expected.extend(methods_of("src/scene/recorder.rs", "Recorder"));
+    expected.extend(["Probe", "Recorder"].map(String::from));
+    assert_eq!(code_words(paragraph), expected);
+}
+
 /// The complete check knows the flags that contributors read of, and installs nothing of the system without looking at them.
 #[test]
 fn the_complete_check_has_the_flags_that_contributors_read_of() {
