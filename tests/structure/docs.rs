@@ -413,6 +413,23 @@ fn calls_of_tests_name_tests_that_exist() {
     assert!(calls > 50, "{calls}");
 }
 
+/// Files, and functions of the tests, that contributors are sent to.
+#[test]
+fn contributors_are_sent_to_files_and_functions_that_exist() {
+    let page = text("CONTRIBUTING.md");
+    let code: Vec<&str> =
+        page.split('`').skip(1).step_by(2).filter(|code| !code.contains(['<', '*', ' ', '\n'])).collect();
+    let folders = ["src/", "tests/", "examples/", "meshes/", "viewer/", ".ci/"];
+    let files = code.iter().filter(|code| folders.iter().any(|folder| code.starts_with(folder)));
+    let files: Vec<PathBuf> = files.map(|file| root().join(file)).collect();
+    let absent: Vec<&PathBuf> = files.iter().filter(|file| !file.exists()).collect();
+    assert!(files.len() > 20 && absent.is_empty(), "{absent:?} of {}", files.len());
+    let tests = text("tests/effects/every_kind.rs");
+    for name in ["effect_kind", "momentum_balances"] {
+        assert!(code.contains(&name) && tests.contains(&format!("fn {name}(")), "{name}");
+    }
+}
+
 /// The names of the methods of a trait in a file.
 fn methods_of(file: &str, name: &str) -> BTreeSet<String> {
     let tree = syn::parse_file(&text(file)).expect("a source file");
