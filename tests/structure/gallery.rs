@@ -115,7 +115,7 @@ fn every_published_study_is_in_the_gallery() {
     let published = folders.filter(|e| e.path().join("summary.json").is_file());
     let published: BTreeSet<String> = published.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
     let shown: BTreeSet<String> = PICTURES.iter().map(|(name, _)| (*name).to_string()).collect();
-    assert_eq!(published, shown);
+    assert_eq!(published, shown, "give each published study a line with its picture in PICTURES of this file");
 }
 
 /// The README quotes verdicts and costs.
