@@ -2,6 +2,7 @@
 //! parse, example scenes and studies are read.
 
 use crate::source::{root, rust_files};
+use durometer::scene::spec::{ConstraintSpec, EffectSpec, ProbeSpec, SelectorSpec};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -202,24 +203,57 @@ fn the_reference_names_every_law_constant_and_body() {
     }
 }
 
+/// Variants of an enum in a source, in snake case.
+fn variants(source: &str, name: &str) -> BTreeSet<String> {
+    let head = format!("pub enum {name} {{");
+    let lines = source.lines().skip_while(|line| *line != head).take_while(|line| *line != "}");
+    let names = lines.filter_map(|line| line.strip_prefix("    ")).filter(|line| line.starts_with(char::is_uppercase));
+    names.map(|line| snake(line.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default())).collect()
+}
+
 #[test]
 fn the_explanation_has_a_section_for_every_effect_probe_law_and_integrator() {
-    let spec = sources();
-    let sections = [("EffectSpec", "effects"), ("ConstraintSpec", "effects"), ("ProbeSpec", "probes")];
-    for (registry, page) in sections.into_iter().chain([("IntegratorSpec", "integrators")]) {
-        let words = code_words(&text(format!("docs/explanation/{page}.md")));
-        let variants = keys_of(&spec, &[registry]);
-        assert!(variants.len() > 2);
-        for line in spec.lines().skip_while(|l| !l.contains(&format!("enum {registry} "))).take_while(|l| *l != "}") {
-            let name: String = line.trim().chars().take_while(|c| c.is_alphanumeric()).collect();
-            if line.starts_with("    ") && !line.starts_with("     ") && name.starts_with(char::is_uppercase) {
-                assert!(words.contains(&snake(&name)), "{} is not in docs/explanation/{page}.md", snake(&name));
-            }
-        }
+    let laws: Vec<&str> = durometer::material::LAWS.iter().map(|law| law.info.name).collect();
+    for (kinds, page) in [
+        (EffectSpec::KINDS, "effects"),
+        (ConstraintSpec::KINDS, "effects"),
+        (ProbeSpec::KINDS, "probes"),
+        (laws.as_slice(), "laws"),
+    ] {
+        let page = format!("docs/explanation/{page}.md");
+        let headings: BTreeSet<String> =
+            text(&page).lines().filter(|line| line.starts_with('#')).flat_map(code_words).collect();
+        let missing: Vec<&&str> = kinds.iter().filter(|kind| !headings.contains(**kind)).collect();
+        assert!(missing.is_empty(), "{page} has no section with the heading `KIND` of {missing:?}");
     }
-    let words = code_words(&text("docs/explanation/laws.md"));
-    for law in durometer::material::LAWS {
-        assert!(words.contains(law.info.name), "{} is not in docs/explanation/laws.md", law.info.name);
+    // One section serves the three forms of implicit Euler
+    let words = code_words(&text("docs/explanation/integrators.md"));
+    let integrators = variants(&sources(), "IntegratorSpec");
+    assert!(integrators.len() > 4, "{integrators:?}");
+    let missing: Vec<&String> = integrators.iter().filter(|kind| !words.contains(*kind)).collect();
+    assert!(missing.is_empty(), "docs/explanation/integrators.md has no {missing:?}");
+}
+
+/// The table of the reference with this head has a row for each kind that a scene file can choose, and no other.
+#[test]
+fn the_reference_has_a_row_for_every_kind() {
+    let integrators = variants(&sources(), "IntegratorSpec");
+    let integrators: Vec<&str> = integrators.iter().map(String::as_str).collect();
+    for (kinds, page, head) in [
+        (EffectSpec::KINDS, "effects", "| `kind` | keys |"),
+        (ConstraintSpec::KINDS, "constraints", "| `kind` | keys |"),
+        (ProbeSpec::KINDS, "probes", "| `kind` | keys | columns |"),
+        (SelectorSpec::KINDS, "mesh", "| `kind` of a selector | keys | contains |"),
+        (integrators.as_slice(), "stages", "| `integrator` | keys |"),
+    ] {
+        let page = format!("docs/reference/{page}.md");
+        let text = text(&page);
+        let rows = text.lines().skip_while(|line| *line != head).skip(2).take_while(|line| line.starts_with('|'));
+        let first = rows.map(|row| row.split('|').nth(1).unwrap_or_default().trim().trim_matches('`'));
+        // `"static"` and `{ kind = "newmark", … }`
+        let name = |cell: &str| cell.split('"').nth(1).unwrap_or(cell).to_string();
+        let rows: BTreeSet<String> = first.map(name).collect();
+        assert_eq!(rows, kinds.iter().map(ToString::to_string).collect::<BTreeSet<_>>(), "{page}, {head}");
     }
 }
 
@@ -469,42 +503,43 @@ fn the_complete_check_has_the_flags_that_contributors_read_of() {
     assert_eq!(script.matches("apt-get ").count(), tools.matches("apt-get ").count(), "apt-get outside of tools()");
 }
 
+/// What a command answers to `--help`.
+fn help(command: &[String]) -> String {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    let output = program.args(command).arg("--help").output().expect("it runs");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The commands below one, by the list in its help; itself if it has none.
+fn commands(command: &[String]) -> Vec<Vec<String>> {
+    let help = help(command);
+    let list = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.trim().is_empty());
+    let names = list.filter_map(|line| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
+    let below: Vec<Vec<String>> = names
+        .filter(|name| *name != "help")
+        .flat_map(|name| commands(&[command, &[name.to_string()]].concat()))
+        .collect();
+    if below.is_empty() { vec![command.to_vec()] } else { below }
+}
+
 #[test]
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
-    let of_store = ["store verify", "store gc", "store export", "store import"];
-    for command in [
-        "run",
-        "studies",
-        "new",
-        "cases",
-        "robustness",
-        "simulate",
-        "plan",
-        "mesh",
-        "fit",
-        "motion",
-        "check",
-        "report",
-        "schema",
-        "doctor",
-    ]
-    .into_iter()
-    .chain(of_store)
-    {
-        let words = command.split(' ').chain(["--help"]);
-        let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(words).output().expect("it runs");
-        let help = String::from_utf8_lossy(&output.stdout).into_owned();
-        let section: String = page
-            .split("\n## ")
-            .find(|s| s.starts_with(&format!("`durometer {command}")))
-            .unwrap_or_else(|| panic!("the reference has no section on {command}"))
-            .into();
-        for flag in help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
+    let commands = commands(&[]);
+    assert!(commands.len() > 25, "{commands:?}");
+    for command in commands {
+        // Commands below one may share its section
+        let heads = (1..=command.len()).rev().map(|n| format!("`durometer {}", command[..n].join(" ")));
+        let of = |head: String| {
+            page.split("\n## ").find(|s| s.strip_prefix(&head).is_some_and(|rest| rest.starts_with([' ', '`'])))
+        };
+        let section = heads.filter_map(of).next();
+        let section = section.unwrap_or_else(|| panic!("the reference has no section on {command:?}"));
+        for flag in help(&command).split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
             let flag = flag.trim_end_matches([',', '.', ':', '=', ']']);
             assert!(
                 flag == "--help" || section.contains(flag),
-                "{command}: {flag} is not in its section of the reference"
+                "{command:?}: {flag} is not in its section of the reference"
             );
         }
     }
