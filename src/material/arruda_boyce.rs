@@ -13,7 +13,7 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
@@ -110,7 +110,7 @@ impl Isochoric for ArrudaBoyce {
     }
 }
 
-impl Strain for ArrudaBoyce {
+impl InvariantEnergy for ArrudaBoyce {
     const SECOND: bool = false;
 
     #[inline(always)]

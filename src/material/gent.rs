@@ -8,7 +8,7 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
@@ -95,7 +95,7 @@ impl Isochoric for Gent {
     }
 }
 
-impl Strain for Gent {
+impl InvariantEnergy for Gent {
     const SECOND: bool = false;
 
     #[inline(always)]

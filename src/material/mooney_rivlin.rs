@@ -10,7 +10,7 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::of_invariants;
@@ -91,7 +91,7 @@ impl Isochoric for MooneyRivlin {
     }
 }
 
-impl Strain for MooneyRivlin {
+impl InvariantEnergy for MooneyRivlin {
     const SECOND: bool = true;
 
     #[inline(always)]

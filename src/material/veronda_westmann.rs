@@ -12,7 +12,7 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
@@ -95,7 +95,7 @@ impl Isochoric for VerondaWestmann {
     }
 }
 
-impl Strain for VerondaWestmann {
+impl InvariantEnergy for VerondaWestmann {
     const SECOND: bool = true;
 
     #[inline(always)]

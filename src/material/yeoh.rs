@@ -10,7 +10,7 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::of_invariants;
@@ -88,7 +88,7 @@ impl Isochoric for Yeoh {
     }
 }
 
-impl Strain for Yeoh {
+impl InvariantEnergy for Yeoh {
     const SECOND: bool = false;
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
 use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
-use durometer::material::isochoric::{Parametric, Partials, Strain};
+use durometer::material::isochoric::{InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
 use durometer::material::split::{Isochoric, Part, Split, required};
 use durometer::material::volumetric::CHOICES;
@@ -82,7 +82,7 @@ impl Isochoric for Demiray {
     }
 }
 
-impl Strain for Demiray {
+impl InvariantEnergy for Demiray {
     const SECOND: bool = false;
 
     fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {
