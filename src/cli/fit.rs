@@ -7,18 +7,15 @@ use super::softening;
 use durometer::calibrate::softening::fit_softening;
 use durometer::calibrate::{
     Accuracy, Cycle, Decimal, Dimensions, FitRequest, Loss, Mode, Partner, Sign, SlackChoice, StrainKind, StressKind,
-    StretchRange, UnknownMode, Weighting, compare, fit,
+    StretchRange, UnknownMode, Weighting, compare, fit, fittable_laws,
 };
+use durometer::material::{FitForm, LawEntry};
 use durometer::math::units::{self, Dimension};
 use durometer::report::ReportError;
+use durometer::wording::joined;
 use std::path::PathBuf;
 
-/// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
-///
-/// The table is a CSV with a column of stretch, strain or displacement and one of stress or force, units in the header, in
-/// card.toml next to it, or by the flags. Nothing is changed silently: the audit log lists conversions and unusual data points.
-#[derive(clap::Args)]
-#[command(after_help = "\
+const EXAMPLES: &str = "\
 Examples:
   durometer fit data/treloar-1944/treloar-1944.csv --law neo_hookean --mode uniaxial --range 1..1.6 --nu 0.49
   durometer fit data/treloar-1944/treloar-1944.csv --law ogden --terms 3 --modes uniaxial,equibiaxial,planar
@@ -33,11 +30,29 @@ Examples:
   durometer fit foam.csv --law hyperfoam --terms 2 --mode uniaxial --positive compression
   durometer fit foam.csv --law hyperfoam --mode uniaxial --nu 0 --accuracy poisson=0.02
 
-A scene includes the result with:  [laws.rubber]  include = \"law.toml\"  and the keys that the output names
-Laws: neo_hookean, mooney_rivlin (--terms 2, 3, 5), yeoh (1 to 3), ogden (1 to 4), gent, arruda_boyce, veronda_westmann; of foams
-hyperfoam (1 to 3), whose Poisson's ratio is that of a column of lateral strain or --nu.
+A scene includes the result with:  [laws.rubber]  include = \"law.toml\"  and the keys that the output names";
 
-Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (the output names them).")]
+/// Examples, the laws that can be fitted with their numbers of terms, and exit codes.
+fn after_help() -> String {
+    let line = |law: &LawEntry, form: &FitForm| {
+        let terms =
+            if form.term_counts.len() > 1 { format!("--terms {}", joined(form.term_counts)) } else { String::new() };
+        let poisson = "of foams: Poisson's ratio is that of a column of lateral strain or --nu";
+        let note = if form.compressible { poisson } else { "" };
+        format!("  {:20}{terms:22}{note}", law.info.name).trim_end().to_string()
+    };
+    let laws = fittable_laws().into_iter().filter_map(|law| Some(line(law, law.fit.as_ref()?)));
+    let laws = laws.collect::<Vec<_>>().join("\n");
+    let codes = "Exit codes: 0 done, 2 bad input, 3 the data do not determine every constant (the output names them).";
+    format!("{EXAMPLES}\n\nLaws:\n{laws}\n\n{codes}")
+}
+
+/// Fit a law to tensile data (CSV) and write law.toml, which a scene can include
+///
+/// The table is a CSV with a column of stretch, strain or displacement and one of stress or force, units in the header, in
+/// card.toml next to it, or by the flags. Nothing is changed silently: the audit log lists conversions and unusual data points.
+#[derive(clap::Args)]
+#[command(after_help = after_help())]
 pub struct Args {
     /// Tensile data (CSV); several files are specimens of the same test
     #[arg(required = true)]

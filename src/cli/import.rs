@@ -6,7 +6,7 @@ use durometer::math::units::{Decimals, shown};
 use durometer::mesh::TetMesh;
 use durometer::mesh::format::{has_name, recognise};
 use durometer::mesh::quality::Quality;
-use durometer::scene::{Held, Import, Imported, Scene, SceneSpec, limits_of_mesh, starter};
+use durometer::scene::{Fixture, Import, Imported, Scene, SceneSpec, limits_of_mesh, starter};
 use durometer::solve::Status;
 use durometer::storage;
 use durometer::wording::{self, few};
@@ -115,9 +115,9 @@ fn mesh(import: &Import, imported: &Imported) {
     for (name, region) in &mesh.regions {
         say!("region       {name}: {}", extent(mesh, region));
     }
-    match &imported.held {
-        Held::Region(name) => say!("fixture      region {name}, by its name"),
-        Held::Slabs(slabs) => {
+    match &imported.fixture {
+        Fixture::Region(name) => say!("fixture      region {name}, by its name"),
+        Fixture::Slabs(slabs) => {
             say!("fixture      the wider end of each component along its longest axis ({})", slabs.len())
         }
     }

@@ -55,6 +55,6 @@ pub use membrane::{Membrane, MembraneExtremes};
 pub use mixed::{AddPressure, MixedElastic, cofactor_by_rows, pressure_hosts};
 pub use mullins::Mullins;
 pub use open_cavity::OpenCavityPressure;
-pub use stiffness_damping::{Stiffness, StiffnessDamping};
+pub use stiffness_damping::{Stiffness, StiffnessDamping, Undamped};
 pub use stress::{HistoryStress, PointStress, StressAtState, Stressed};
 pub use viscoelastic::Viscoelastic;

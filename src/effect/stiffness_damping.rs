@@ -24,6 +24,17 @@ pub enum Stiffness {
     Last,
 }
 
+/// Why the stiffness of an effect is not damped.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Undamped {
+    /// A pressure, whose rate is not damped
+    #[error("stiffness damping of a mixed formulation is not defined")]
+    SecondField,
+    /// Means of positions: the blocks of the effect are lists of means, and those of the damping lists of nodes
+    #[error("stiffness damping of the effect {effect}, which acts on means of positions, is not defined")]
+    OnMeans { effect: String },
+}
+
 /// Damping of some effects that store energy.
 pub struct StiffnessDamping {
     beta: f64,
@@ -39,12 +50,24 @@ pub struct StiffnessDamping {
 }
 
 impl StiffnessDamping {
-    /// None if one of the effects has a second field (pressure), whose rate is not damped. β in s, on the nodes at `points`.
-    pub fn new(damped: Vec<Arc<dyn Effect>>, beta: f64, stiffness: Stiffness, points: &[Vec3]) -> Option<Self> {
+    /// β in s, on the nodes at `points`.
+    ///
+    /// # Errors
+    ///
+    /// One of the effects has a second field or acts on means.
+    pub fn new(
+        damped: Vec<Arc<dyn Effect>>,
+        beta: f64,
+        stiffness: Stiffness,
+        points: &[Vec3],
+    ) -> Result<Self, Undamped> {
+        if let Some(on_means) = damped.iter().find(|effect| effect.capabilities().means.is_some()) {
+            return Err(Undamped::OnMeans { effect: on_means.name().into() });
+        }
         let list = |e: usize| (0..damped[e].blocks().len()).map(move |b| (e, b));
         let source: Vec<(usize, usize)> = (0..damped.len()).flat_map(list).collect();
         if source.iter().any(|&(e, b)| !damped[e].blocks().scalars(b).is_empty()) {
-            return None;
+            return Err(Undamped::SecondField);
         }
         let blocks = Blocks::new(source.iter().map(|&(e, b)| damped[e].blocks().nodes(b)));
         let distance = |i: u32, j: u32| (points[i as usize] - points[j as usize]).norm();
@@ -53,7 +76,7 @@ impl StiffnessDamping {
             pairs.fold(f64::INFINITY, |least, (i, j)| least.min(distance(i, j)))
         };
         let sizes = (0..blocks.len()).map(|b| size(blocks.nodes(b))).collect();
-        Some(Self { beta, stiffness, damped, blocks, source, sizes, rest: vec![0.0; 3 * points.len()] })
+        Ok(Self { beta, stiffness, damped, blocks, source, sizes, rest: vec![0.0; 3 * points.len()] })
     }
 }
 

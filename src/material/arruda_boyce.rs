@@ -13,13 +13,13 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::{invariants, of_invariants, tau};
 use super::response::LawError;
-use super::split::{Isochoric, Split, required};
+use super::split::{Isochoric, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::CHOICES;
 use crate::math::units::Dimension;
 
@@ -52,7 +52,7 @@ pub static INFO: LawInfo = LawInfo {
     formula: "ψ = μ Σ c_n λ_m^{2−2n} (Ī₁ⁿ − 3ⁿ) + U(J), n = 1 … 5, c = 1/2, 1/20, 11/1050, 19/7000, 519/673750",
     source: "Arruda & Boyce 1993; modified invariant: Holzapfel 2000, ch. 6",
     limits: "J > 0; the series is too soft near Ī₁ = 3λ_m², where the chains lock",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 0,
     choices: CHOICES,
     survives_inversion: false,
@@ -67,7 +67,7 @@ pub const ENTRY: LawEntry = Split::<ArrudaBoyce>::entry(KEYS, &[200e3, 30e3, 2.5
 const FIT: FitForm = FitForm {
     formula: "P = 2μ g Σ n c_n (I₁/λ_m²)^{n−1}, n = 1 … 5, c = 1/2, 1/20, 11/1050, 19/7000, 519/673750, g = λ − λ⁻² uniaxial, λ − λ⁻⁵ equibiaxial, λ − λ⁻³ planar",
     source: "Arruda & Boyce, J. Mech. Phys. Solids 41 (1993)",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[1],
     default_count: 1,
     compressible: false,
@@ -110,7 +110,7 @@ impl Isochoric for ArrudaBoyce {
     }
 }
 
-impl Strain for ArrudaBoyce {
+impl InvariantEnergy for ArrudaBoyce {
     const SECOND: bool = false;
 
     #[inline(always)]

@@ -8,13 +8,13 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::{invariants, of_invariants, tau};
 use super::response::LawError;
-use super::split::{Isochoric, Split, required};
+use super::split::{Isochoric, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::CHOICES;
 use crate::math::units::Dimension;
 
@@ -38,7 +38,7 @@ pub static INFO: LawInfo = LawInfo {
     formula: "ψ = −½μJ_m ln(1 − (Ī₁ − 3)/J_m) + U(J)",
     source: "Gent 1996; modified invariant: Holzapfel 2000, ch. 6",
     limits: "J > 0; locks at Ī₁ − 3 = J_m and is not defined beyond",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 0,
     choices: CHOICES,
     survives_inversion: false,
@@ -53,7 +53,7 @@ pub const ENTRY: LawEntry = Split::<Gent>::entry(KEYS, &[200e3, 35e3, 20.0]).wit
 const FIT: FitForm = FitForm {
     formula: "P = μ g/(1 − i/J_m), i = I₁ − 3, g = λ − λ⁻² uniaxial, λ − λ⁻⁵ equibiaxial, λ − λ⁻³ planar",
     source: "Gent, Rubber Chem. Technol. 69 (1996)",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[1],
     default_count: 1,
     compressible: false,
@@ -95,7 +95,7 @@ impl Isochoric for Gent {
     }
 }
 
-impl Strain for Gent {
+impl InvariantEnergy for Gent {
     const SECOND: bool = false;
 
     #[inline(always)]

@@ -31,8 +31,8 @@ pub struct Partials {
     pub w22: f64,
 }
 
-/// A part given by its derivatives.
-pub trait Strain {
+/// An isochoric part W(Ī₁, Ī₂), given by its derivatives.
+pub trait InvariantEnergy {
     /// Depends on Ī₂; without it the second invariant is not computed
     const SECOND: bool;
     /// At i = Ī₁ − 3 ≥ 0 and k = Ī₂ − 3 ≥ 0 \[–\] (k = 0 where it does not depend on it)
@@ -40,8 +40,8 @@ pub trait Strain {
 }
 
 /// A part with constants of its own.
-pub trait Parametric: Strain {
-    /// ∂/∂θ of [`Strain::partials`], where the values of the part change by `rates` per unit of θ
+pub trait Parametric: InvariantEnergy {
+    /// ∂/∂θ of [`InvariantEnergy::partials`], where the values of the part change by `rates` per unit of θ
     fn partials_along(&self, rates: &[f64], i: f64, k: f64) -> Result<Partials, LawError>;
 }
 
@@ -52,7 +52,7 @@ pub struct Along<'a, W> {
     pub rates: &'a [f64],
 }
 
-impl<W: Parametric> Strain for Along<'_, W> {
+impl<W: Parametric> InvariantEnergy for Along<'_, W> {
     const SECOND: bool = W::SECOND;
 
     fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError> {
@@ -62,7 +62,7 @@ impl<W: Parametric> Strain for Along<'_, W> {
 
 /// ψ = W + U, P and A at F.
 #[inline(always)]
-pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+pub fn response<W: InvariantEnergy>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
     let (psi, g, factors) = scalars(part, u, f)?;
     let mut r = Response::energy(psi);
     if want >= Want::Residual {
@@ -78,7 +78,7 @@ pub fn response<W: Strain>(part: &W, u: &Volumetric, f: &Mat3, want: Want) -> Re
 
 /// ψ = W + U, P and A at [`LANES`] deformation gradients, given by rows; where one is refused, its lane and why.
 #[inline(always)]
-pub fn lanes<W: Strain>(
+pub fn lanes<W: InvariantEnergy>(
     part: &W,
     u: &Volumetric,
     f: &[Lanes; 9],
@@ -105,7 +105,7 @@ type Factors<S> = [S; 10];
 
 /// ψ, G by rows, and the factors of the tensors in P and A.
 #[inline(always)]
-fn scalars<W: Strain>(part: &W, u: &Volumetric, f: &Mat3) -> Result<(f64, Row9, Factors<f64>), LawError> {
+fn scalars<W: InvariantEnergy>(part: &W, u: &Volumetric, f: &Mat3) -> Result<(f64, Row9, Factors<f64>), LawError> {
     let k = Invariants::of_positive(f)?;
     // With c = J^{1/3}, d = c − 1 and x = J − 1 = d³ + 3d² + 3d: J^{−2/3} I₁ − 3 = c⁻²{[I₁ − 3 − 2x] + d²(3 + 2d)}; Ī₂(F) = Ī₁(cof F), where
     // c² and d(2 + d) take the places of c and d
@@ -140,7 +140,7 @@ struct Directions<S> {
 
 impl<S: Real> Directions<S> {
     #[inline(always)]
-    fn new<W: Strain>(f: &[S; 9], g: &[S; 9], [third, i2, ..]: &Factors<S>) -> Self {
+    fn new<W: InvariantEnergy>(f: &[S; 9], g: &[S; 9], [third, i2, ..]: &Factors<S>) -> Self {
         let mut d1 = *f;
         (0..9).for_each(|n| d1[n] = f[n] - g[n] * *third);
         let mut d2 = [S::of(0.0); 9];
@@ -157,7 +157,7 @@ impl<S: Real> Directions<S> {
 
     /// P = c₁d₁ + c₂d₂ + U′J G
     #[inline(always)]
-    fn stress<W: Strain>(&self, g: &[S; 9], [_, _, pressure, c1, c2, ..]: &Factors<S>) -> [S; 9] {
+    fn stress<W: InvariantEnergy>(&self, g: &[S; 9], [_, _, pressure, c1, c2, ..]: &Factors<S>) -> [S; 9] {
         let mut p = self.d1;
         for n in 0..9 {
             p[n] = self.d1[n] * *c1 + g[n] * *pressure;
@@ -170,7 +170,7 @@ impl<S: Real> Directions<S> {
 
     /// The dyads with G, d₁ or d₂ on the right.
     #[inline(always)]
-    fn tangent<W: Strain>(&self, f: &[S; 9], g: &[S; 9], factors: &Factors<S>, a: &mut [[S; 9]; 9]) {
+    fn tangent<W: InvariantEnergy>(&self, f: &[S; 9], g: &[S; 9], factors: &Factors<S>, a: &mut [[S; 9]; 9]) {
         let [third, _, _, c1, c2, ww, xx, k11, k12, k22] = *factors;
         let Self { d1, d2 } = self;
         let (g1, g2) = (S::of(-2.0 / 3.0) * c1, S::of(-4.0 / 3.0) * c2);
@@ -197,7 +197,7 @@ struct AllLanes<'a, W> {
     part: PhantomData<W>,
 }
 
-impl<W: Strain> Kernel for AllLanes<'_, W> {
+impl<W: InvariantEnergy> Kernel for AllLanes<'_, W> {
     #[inline(always)]
     fn run(self) {
         let d = Directions::new::<W>(self.f, &self.g, &self.factors);
@@ -266,7 +266,7 @@ mod tests {
         second: bool,
     }
 
-    impl Strain for Invariant {
+    impl InvariantEnergy for Invariant {
         const SECOND: bool = true;
 
         fn partials(&self, i: f64, k: f64) -> Result<Partials, LawError> {

@@ -10,12 +10,12 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::of_invariants;
 use super::response::LawError;
-use super::split::{Isochoric, Split, required};
+use super::split::{Isochoric, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::CHOICES;
 use super::{moduli, split};
 use crate::math::units::Dimension;
@@ -37,7 +37,7 @@ pub static INFO: LawInfo = LawInfo {
     formula: "ψ = C10 i + C01 k + C11 ik + C20 i² + C02 k² + U(J), i = Ī₁ − 3, k = Ī₂ − 3",
     source: "Rivlin & Saunders 1951; modified invariants: Holzapfel 2000, ch. 6",
     limits: "J > 0; negative terms lose stability at some stretch",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 3,
     choices: CHOICES,
     survives_inversion: false,
@@ -52,7 +52,7 @@ pub const ENTRY: LawEntry = Split::<MooneyRivlin>::entry(KEYS, &[200e3, 12e3, 5e
 const FIT: FitForm = FitForm {
     formula: "P = 2(1 − λ⁻³)(λψ₁ + ψ₂) uniaxial, 2(λ − λ⁻⁵)(ψ₁ + λ²ψ₂) equibiaxial, 2(λ − λ⁻³)(ψ₁ + ψ₂) planar, ψ₁ = C10 + C11 k + 2 C20 i, ψ₂ = C01 + C11 i + 2 C02 k, i = I₁ − 3, k = I₂ − 3",
     source: "Rivlin & Saunders, Phil. Trans. R. Soc. A 243 (1951)",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[2, 3, 5],
     default_count: 2,
     compressible: false,
@@ -91,7 +91,7 @@ impl Isochoric for MooneyRivlin {
     }
 }
 
-impl Strain for MooneyRivlin {
+impl InvariantEnergy for MooneyRivlin {
     const SECOND: bool = true;
 
     #[inline(always)]

@@ -11,7 +11,7 @@
 //! none. Near incompressibility (κ ≫ μ) use a mixed formulation.
 
 use super::entry::LawEntry;
-use super::isochoric::{Partials, Strain};
+use super::isochoric::{InvariantEnergy, Partials};
 use super::law::{Law, LawInfo};
 use super::moduli::Moduli;
 use super::parameter::Choice;
@@ -93,7 +93,7 @@ struct NeoHooke {
     mu: f64,
 }
 
-impl Strain for NeoHooke {
+impl InvariantEnergy for NeoHooke {
     const SECOND: bool = false;
 
     #[inline(always)]

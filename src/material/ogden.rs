@@ -22,7 +22,7 @@ use super::law::LawInfo;
 use super::parameter::{Choice, Chosen, LawSpecError, Parameter, Values};
 use super::response::{LawError, Response, Want};
 use super::spectral::{Sums, ValanisLandel, power_quotient};
-use super::split::{Part, Split, required};
+use super::split::{Part, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::{CHOICE, Volumetric};
 use super::{moduli, spectral};
 use crate::math::tensor::Mat3;
@@ -63,7 +63,7 @@ pub static INFO: LawInfo = LawInfo {
     formula: "ψ = Σ (μ_n/α_n)(λ̄₁^{α_n} + λ̄₂^{α_n} + λ̄₃^{α_n} − 3) + U(J), λ̄ᵢ = J^{−1/3} λᵢ",
     source: "Ogden 1972; modified stretches: Holzapfel 2000, ch. 6",
     limits: "J > 0; terms of opposite signs may lose stability at some stretch",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 2 * (TERMS - 1),
     choices: &[
         CHOICE,
@@ -88,7 +88,7 @@ pub const ENTRY: LawEntry = Split::<Ogden>::entry(KEYS, &[200e3, 10e3, 3.0, -8e3
 const FIT: FitForm = FitForm {
     formula: "P = Σ μ_n (λ^{α_n − 1} − λ₃^{α_n}/λ), λ₃ = λ^{−1/2} uniaxial, λ⁻² equibiaxial, λ⁻¹ planar; μ_n α_n ≥ 0",
     source: "Ogden, Proc. R. Soc. A 326 (1972)",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[1, 2, 3, 4],
     default_count: 3,
     compressible: false,

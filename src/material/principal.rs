@@ -9,7 +9,7 @@
 //!
 //! Source: Ogden, *Non-linear Elastic Deformations*, 1984, ch. 6; Treloar, *The Physics of Rubber Elasticity*, 3rd ed. 1975, ch. 5.
 
-use super::isochoric::{Partials, Strain};
+use super::isochoric::{InvariantEnergy, Partials};
 
 /// Derivatives of one term with factor 1.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub fn invariants(s: [f64; 3]) -> (f64, f64) {
 }
 
 /// Derivatives of a law of the invariants; not a number where the law is not defined.
-pub fn of_invariants(law: &impl Strain, s: [f64; 3]) -> PrincipalDerivatives {
+pub fn of_invariants(law: &impl InvariantEnergy, s: [f64; 3]) -> PrincipalDerivatives {
     let (i, k) = invariants(s);
     let nan = Partials { w1: f64::NAN, ..Partials::default() };
     let w = law.partials(i, k).unwrap_or(nan);

@@ -13,6 +13,16 @@ use super::volumetric::{Volumetric, VolumetricKind};
 use crate::math::lanes::Lanes;
 use crate::math::tensor::Mat3;
 
+/// The parameters of a law with the `keys` ν, κ and its constants, in this order: all but ν, from which κ follows.
+pub const fn law_parameters(keys: &'static [Parameter]) -> &'static [Parameter] {
+    keys.split_at(1).1
+}
+
+/// Those of them that are fitted to tests of an incompressible material: the constants.
+pub const fn fitted_parameters(keys: &'static [Parameter]) -> &'static [Parameter] {
+    keys.split_at(2).1
+}
+
 /// An isochoric part W with its constants.
 pub trait Part: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// Of the whole law; its parameters begin with κ

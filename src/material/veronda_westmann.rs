@@ -12,13 +12,13 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms, ShapedTerm};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::moduli;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::{invariants, of_invariants, tau};
 use super::response::LawError;
-use super::split::{Isochoric, Split, required};
+use super::split::{Isochoric, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::CHOICES;
 use crate::math::units::Dimension;
 
@@ -39,7 +39,7 @@ pub static INFO: LawInfo = LawInfo {
     formula: "ψ = C1(e^{β(Ī₁ − 3)} − 1) − ½C1β(Ī₂ − 3) + U(J)",
     source: "Veronda & Westmann 1970; split form: FEBio theory manual",
     limits: "J > 0; the second term is negative, stability is lost at some stretch for small β",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 0,
     choices: CHOICES,
     survives_inversion: false,
@@ -54,7 +54,7 @@ pub const ENTRY: LawEntry = Split::<VerondaWestmann>::entry(KEYS, &[200e3, 60e3,
 const FIT: FitForm = FitForm {
     formula: "P = 2(1 − λ⁻³)(λψ₁ + ψ₂) uniaxial, 2(λ − λ⁻⁵)(ψ₁ + λ²ψ₂) equibiaxial, 2(λ − λ⁻³)(ψ₁ + ψ₂) planar, ψ₁ = C1βe^{βi}, ψ₂ = −½C1β, i = I₁ − 3",
     source: "Veronda & Westmann, J. Biomech. 3 (1970)",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[1],
     default_count: 1,
     compressible: false,
@@ -95,7 +95,7 @@ impl Isochoric for VerondaWestmann {
     }
 }
 
-impl Strain for VerondaWestmann {
+impl InvariantEnergy for VerondaWestmann {
     const SECOND: bool = true;
 
     #[inline(always)]

@@ -10,12 +10,12 @@
 
 use super::entry::LawEntry;
 use super::fit_form::{FitForm, FitTerms};
-use super::isochoric::{Parametric, Partials, Strain};
+use super::isochoric::{InvariantEnergy, Parametric, Partials};
 use super::law::LawInfo;
 use super::parameter::{Chosen, LawSpecError, Parameter, Values};
 use super::principal::of_invariants;
 use super::response::LawError;
-use super::split::{Isochoric, Split, required};
+use super::split::{Isochoric, Split, fitted_parameters, law_parameters, required};
 use super::volumetric::CHOICES;
 use super::{moduli, split};
 use crate::math::units::Dimension;
@@ -35,7 +35,7 @@ pub static INFO: LawInfo = LawInfo {
     formula: "ψ = C10 i + C20 i² + C30 i³ + U(J), i = Ī₁ − 3",
     source: "Yeoh 1993; modified invariant: Holzapfel 2000, ch. 6",
     limits: "J > 0; C20 < 0 may lose stability at some stretch",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 2,
     choices: CHOICES,
     survives_inversion: false,
@@ -50,7 +50,7 @@ pub const ENTRY: LawEntry = Split::<Yeoh>::entry(KEYS, &[200e3, 18e3, -1e3, 0.3e
 const FIT: FitForm = FitForm {
     formula: "P = 2ψ₁(λ − λ⁻²) uniaxial, 2ψ₁(λ − λ⁻⁵) equibiaxial, 2ψ₁(λ − λ⁻³) planar, ψ₁ = C10 + 2 C20 i + 3 C30 i², i = I₁ − 3",
     source: "Yeoh, Rubber Chem. Technol. 66 (1993)",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[1, 2, 3],
     default_count: 3,
     compressible: false,
@@ -88,7 +88,7 @@ impl Isochoric for Yeoh {
     }
 }
 
-impl Strain for Yeoh {
+impl InvariantEnergy for Yeoh {
     const SECOND: bool = false;
 
     #[inline(always)]

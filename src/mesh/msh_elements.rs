@@ -41,14 +41,14 @@ pub(super) fn kind(file: &Path, number: i64) -> Result<&'static Kind, MeshError>
     KINDS.iter().find(|k| k.0 == number).ok_or_else(|| MeshError::Format {
         file: file.into(),
         fact: format!("element type {number} is not known"),
-        remedy: "save tetrahedra of order 1 or 2 only".into(),
+        remedy: "save tetrahedra of order 1 or 2, or hexahedra, wedges or pyramids of order 1, which split = true of [mesh] divides".into(),
     })
 }
 
 /// Names of physical groups by (dimension, tag).
 pub(super) type Names = BTreeMap<(usize, i64), String>;
 
-/// Most physical groups of one element: each of its elements is listed in all of them.
+/// Most physical groups of one element or entity. An element is an entry in the list of each of its groups: memory is the product of both numbers.
 const MOST_GROUPS: usize = 256;
 
 /// Refuses an element or entity in too many groups.

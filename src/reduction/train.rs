@@ -316,7 +316,7 @@ pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64
 }
 
 /// Share of the median error that is added to an estimate, which may vanish.
-pub(super) const FLOOR: f64 = 0.2;
+const FLOOR: f64 = 0.2;
 
 /// Share of further errors that a bar is to contain, and the confidence that it does.
 pub const COVERED: f64 = 0.95;
@@ -342,14 +342,18 @@ fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>,
     if failed > left_out(all.len()) {
         return Err(ReductionError::NoEquilibrium { failed, states: all.len() });
     }
-    let bar = |k: usize| {
-        let mut sizes: Vec<f64> = all.iter().map(|row| row[k].0.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let floor = (FLOOR * sizes[sizes.len() / 2]).max(f64::MIN_POSITIVE);
-        let ratio = |row: &Vec<(f64, f64)>| row[k].0.abs() / (row[k].1.abs() + floor);
-        let mut ratios: Vec<f64> = all.iter().map(ratio).collect();
-        ratios.sort_by(f64::total_cmp);
-        Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
-    };
-    Ok((0..model.quantities.len()).map(bar).collect())
+    let samples: Vec<&[_]> = all.iter().map(std::slice::from_ref).collect();
+    Ok((0..model.quantities.len()).map(|k| bar(&samples, k)).collect())
+}
+
+/// The bar of quantity k by its errors and their estimates in independent samples, \[samples\]\[states\]\[quantities\]. It holds for a sample where it
+/// contains the errors of all of its states.
+pub(super) fn bar(samples: &[&[Vec<(f64, f64)>]], k: usize) -> Bar {
+    let mut sizes: Vec<f64> = samples.iter().copied().flatten().map(|row| row[k].0.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let floor = (FLOOR * sizes[sizes.len() / 2]).max(f64::MIN_POSITIVE);
+    let ratio = |row: &Vec<(f64, f64)>| row[k].0.abs() / (row[k].1.abs() + floor);
+    let mut ratios: Vec<f64> = samples.iter().map(|rows| rows.iter().map(ratio).fold(0.0, f64::max)).collect();
+    ratios.sort_by(f64::total_cmp);
+    Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
 }

@@ -13,7 +13,7 @@ use super::inputs::{Input, signals};
 use super::model::{Bar, Origin, ReducedModel, TimeEstimate};
 use super::points::{Points, Sums};
 use super::sampling::{Selection, select_for, stored};
-use super::train::{FLOOR, Projected, assemble, check_names, left_out, project};
+use super::train::{Projected, assemble, bar, check_names, left_out, project};
 use super::twin::Twin;
 use crate::math::vector::dot;
 use crate::scene::Scene;
@@ -314,15 +314,6 @@ fn calibrated(model: &ReducedModel, held_back: &[Vec<FullState>]) -> Result<Vec<
     if failed > left_out(all.len()) {
         return Err(ReductionError::NoEquilibrium { failed, states: all.len() });
     }
-    let bar = |k: usize| {
-        let mut sizes: Vec<f64> = all.iter().flatten().map(|row| row[k].0.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let floor = (FLOOR * sizes[sizes.len() / 2]).max(f64::MIN_POSITIVE);
-        let ratio = |row: &Vec<(f64, f64)>| row[k].0.abs() / (row[k].1.abs() + floor);
-        let of_run = |run: &Vec<Vec<(f64, f64)>>| run.iter().map(ratio).fold(0.0, f64::max);
-        let mut ratios: Vec<f64> = all.iter().map(of_run).collect();
-        ratios.sort_by(f64::total_cmp);
-        Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
-    };
-    Ok((0..model.quantities.len()).map(bar).collect())
+    let samples: Vec<&[_]> = all.iter().map(Vec::as_slice).collect();
+    Ok((0..model.quantities.len()).map(|k| bar(&samples, k)).collect())
 }

@@ -36,7 +36,7 @@ pub type LawSource = Box<dyn Fn() -> Box<dyn Law>>;
 /// Results of effects for later parts, for the system, for probes and for the record.
 #[derive(Default)]
 pub(super) struct Gathered {
-    /// Effects that store energy, by their region
+    /// Effects with a stiffness, by their region: see [`Gathered::offer_stiffness`]
     pub(super) stored: Vec<(String, Arc<dyn Effect>)>,
     /// Quadrature points of their cells
     pub(super) points: Vec<Arc<CellPoints>>,
@@ -78,8 +78,9 @@ pub(super) struct ElasticLaw {
 }
 
 impl Gathered {
-    /// Shares an effect that stores energy.
-    pub(super) fn store(&mut self, region: &str, effect: impl Effect + 'static) -> Box<dyn Effect> {
+    /// Shares an effect that holds the cells of a region together: `stiffness_damping` of this region damps its tangent, and a scene that has one
+    /// is not refused as one without elasticity. Other effects that store energy, such as membranes and fibres, need not be shared.
+    pub(super) fn offer_stiffness(&mut self, region: &str, effect: impl Effect + 'static) -> Box<dyn Effect> {
         let shared: Arc<dyn Effect> = Arc::new(effect);
         self.stored.push((region.into(), shared.clone()));
         Box::new(shared)

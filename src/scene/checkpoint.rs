@@ -58,13 +58,15 @@ pub enum CheckpointError {
     Damaged { file: PathBuf, fact: String },
 }
 
-const FORMAT: &str = "durometer state 7";
+const FORMAT: &str = "durometer state 8";
+/// SHA-256 of the sources of the library, with the versions of all dependencies: another build may compute other bits.
+const BUILD: &str = env!("DUROMETER_SOURCE_SHA256");
 /// Numbers that are written at a time.
 const PIECE: usize = 8192;
 
 #[derive(Serialize, Deserialize)]
 struct Head {
-    version: String,
+    build: String,
     t_s: f64,
     scene_sha256: String,
     mesh_sha256: String,
@@ -135,7 +137,7 @@ impl Checkpoint {
     pub fn write(&self, file: &Path, scene: &Scene) -> Result<(), CheckpointError> {
         let arrays = self.arrays();
         let head = Head {
-            version: env!("CARGO_PKG_VERSION").into(),
+            build: BUILD.into(),
             t_s: self.state.t,
             scene_sha256: identity(scene),
             mesh_sha256: scene.body.sha256.clone(),
@@ -184,8 +186,8 @@ impl Checkpoint {
         let (head, payload) = split_line(rest).ok_or_else(|| damaged("it has no second line"))?;
         let head: Head = serde_json::from_slice(head).map_err(|_| damaged("its second line is not that of a state"))?;
         let elsewhere = |what, hint| CheckpointError::Elsewhere { file: file.into(), what, hint };
-        if head.version != env!("CARGO_PKG_VERSION") {
-            return Err(elsewhere("version of this program", ""));
+        if head.build != BUILD {
+            return Err(elsewhere("build of this program", ""));
         }
         if head.mesh_sha256 != scene.body.sha256 {
             return Err(elsewhere("mesh", ""));

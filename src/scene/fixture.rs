@@ -19,8 +19,8 @@ const FLAT: f64 = 1e-5;
 const LEAST_AREA: f64 = 0.02;
 /// Areas that differ by less than this share are equal \[–\]
 const EQUAL: f64 = 1e-6;
-/// The nodes that are held.
-pub enum Held {
+/// Where an imported body is held.
+pub enum Fixture {
     /// A region of the file
     Region(String),
     /// A slab at the end of each component
@@ -40,7 +40,7 @@ pub struct Slab {
 
 /// A region whose name says that the body is held there and that all components have nodes of, else slabs at ends. `of_cells` are the
 /// components by [`crate::mesh::parts::parts`].
-pub(super) fn held(mesh: &TetMesh, of_cells: &[u32]) -> Held {
+pub(super) fn fixture(mesh: &TetMesh, of_cells: &[u32]) -> Fixture {
     let mut component = vec![0u32; mesh.points.len()];
     let mut nodes: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (c, &part) in of_cells.iter().enumerate() {
@@ -55,7 +55,7 @@ pub(super) fn held(mesh: &TetMesh, of_cells: &[u32]) -> Held {
                 && (inside.len() as f64) < MOST * mesh.points.len() as f64
                 && inside.len() > 2
             {
-                return Held::Region(name.clone());
+                return Fixture::Region(name.clone());
             }
         }
     }
@@ -64,7 +64,7 @@ pub(super) fn held(mesh: &TetMesh, of_cells: &[u32]) -> Held {
     let of =
         |part: u32| -> Vec<[u32; 3]> { skin.iter().map(|&f| corners(mesh, f)).filter(|c| is_of(part, c)).collect() };
     let end = |(part, nodes): (&u32, &Vec<u32>)| flat_end(mesh, &of(*part), nodes).unwrap_or_else(|| slab(mesh, nodes));
-    Held::Slabs(nodes.iter().map(end).collect())
+    Fixture::Slabs(nodes.iter().map(end).collect())
 }
 
 /// The corners of a facet.
@@ -154,9 +154,9 @@ mod tests {
         for divisions in [4, 7] {
             let mut mesh = block(divisions, 2, 2, 0.4, 0.2, 0.1, Order::Linear);
             let one = vec![0; mesh.cell_count()];
-            let slab = |mesh: &TetMesh| match held(mesh, &one) {
-                Held::Slabs(mut slabs) => slabs.remove(0),
-                Held::Region(name) => panic!("{name}"),
+            let slab = |mesh: &TetMesh| match fixture(mesh, &one) {
+                Fixture::Slabs(mut slabs) => slabs.remove(0),
+                Fixture::Region(name) => panic!("{name}"),
             };
             mesh.regions.clear();
             let inside = |mesh: &TetMesh, s: &Slab| {

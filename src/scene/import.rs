@@ -2,7 +2,7 @@
 
 use super::body::Body;
 use super::error::{SceneError, part};
-use super::fixture::{Held, held};
+use super::fixture::{Fixture, fixture};
 use super::mesh_file::plausible_unit;
 use super::mesh_spec::{ElementSpec, MeshSpec};
 use super::quantity::Length;
@@ -38,7 +38,7 @@ pub struct Imported {
     pub body: Body,
     /// Number of parts of the mesh that share no node
     pub components: usize,
-    pub held: Held,
+    pub fixture: Fixture,
 }
 
 impl Import {
@@ -89,11 +89,11 @@ impl Import {
         };
         let body = body.map_err(without_place)?;
         let of_cells = parts(&body.mesh);
-        let held = held(&body.mesh, &of_cells);
+        let fixture = fixture(&body.mesh, &of_cells);
         let mut components = of_cells;
         components.sort_unstable();
         components.dedup();
-        Ok(Imported { body, components: components.len(), held })
+        Ok(Imported { body, components: components.len(), fixture })
     }
 }
 

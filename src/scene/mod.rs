@@ -146,7 +146,7 @@ pub use error_estimate::{
 };
 pub use extreme::{Extreme, ExtremeKind, extreme};
 pub use features::{Features, Reading};
-pub use fixture::Held;
+pub use fixture::Fixture;
 pub use grid::{
     cells as cells_of_grid, common_divisor, divisions as divisions_of_grid, divisions_value, grid as mesh_of_grid,
     scaled as scaled_grid, similar as similar_grids, with_divisions as grid_with_divisions,

@@ -1,6 +1,6 @@
 //! The starter scene of an imported body: example values named as such, and its weight as load.
 
-use super::fixture::Held;
+use super::fixture::Fixture;
 use super::import::{Import, Imported};
 use crate::math::tensor::Vec3;
 use crate::math::units::shown;
@@ -38,9 +38,9 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let is_shape = import.spec.cells.is_some();
     let mut out = mesh_table(import, &quoted(&name), &quoted(&path), is_shape || mesh.order == Order::Quadratic);
     let mut line = |text: String| writeln!(out, "{text}").expect("a string");
-    let fixed: Vec<String> = match &imported.held {
-        Held::Region(region) => vec![region.clone()],
-        Held::Slabs(slabs) => {
+    let fixed: Vec<String> = match &imported.fixture {
+        Fixture::Region(region) => vec![region.clone()],
+        Fixture::Slabs(slabs) => {
             line("\n[mesh.regions]".into());
             let named = |k: usize| if slabs.len() == 1 { "held".to_string() } else { format!("held_{}", k + 1) };
             for (k, slab) in slabs.iter().enumerate() {

@@ -51,12 +51,12 @@ impl Convergence {
         let confirmed = self.was_below || self.is_last(iterations) || error.exact <= self.tolerance;
         self.was_below = below;
         let converged = below && (confirmed || self.at_rounding == AtRounding::Accept);
-        converged || self.is_linearised && iterations > 0
+        converged || (self.is_linearised && iterations > 0)
     }
 
     /// Whether a state that [`Convergence::accepts`] is accurate in its displacements too: the `correction` that it still asks for,
-    /// as a share of the largest displacement, is small, or no longer falls because the forces are rounding. It does not depend on the mesh, which the sum
-    /// of the forces of all blocks does. A state without an estimate has to come from an iteration.
+    /// as a share of the largest displacement, is small, or no longer falls because the forces are rounding. The limit of this share does not depend on the
+    /// mesh; the sum of the forces of all blocks does. A state without an estimate has to come from an iteration.
     ///
     /// By a tangent that `is_shifted` for want of a factor, corrections d fall slowly, to a sum of d/(1 − q) with the ratio q of the last two: this is what has
     /// to be small, and such a state is not accepted because d hardly falls.
@@ -75,7 +75,7 @@ impl Convergence {
             let is_known = last.is_finite() && correction * last <= self.accuracy * (last - correction);
             return is_known || correction <= ROUNDED * self.accuracy || self.is_linearised;
         }
-        correction <= self.accuracy || error.is_rounding && correction > STALLED * last || self.is_linearised
+        correction <= self.accuracy || (error.is_rounding && correction > STALLED * last) || self.is_linearised
     }
 }
 

@@ -3,8 +3,11 @@
 
 use crate::common;
 use crate::common::{Random, body, column, elastic, hold, law, newton, nodes, run, scene};
-use durometer::effect::{Elastic, Inertia, Lumping, Mass, MassDamping, Stiffness, StiffnessDamping};
+use durometer::effect::{
+    Cable, CableTension, Elastic, Guide, Inertia, Lumping, Mass, MassDamping, Stiffness, StiffnessDamping, Undamped,
+};
 use durometer::material::Law;
+use durometer::math::signal::Signal;
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::structured::block;
 use durometer::mesh::{Order, TetMesh};
@@ -282,4 +285,15 @@ kind = "energy"
         println!("energy balance, {body:?}, {damping:?}: {coarse:.2e} of the work at 1 ms, {fine:.2e} at 0.5 ms");
         assert!(coarse <= 0.05 && coarse / fine >= 1.8, "{coarse:e}, {fine:e}");
     }
+}
+
+/// The blocks of a cable are lists of its guides, which the damping would take for nodes.
+#[test]
+fn an_effect_on_means_is_not_damped() {
+    let mesh = block(1, 1, 1, 0.1, 0.1, 0.1, Order::Linear);
+    let guides = [0, 1].map(|k| Guide { point: mesh.points[k], weights: vec![(k as u32, 1.0)] });
+    let cable = Arc::new(Cable::through("pull".into(), None, guides.into()));
+    let damped: Arc<dyn Effect> = Arc::new(CableTension { cable, tension: Signal::Constant(1.0) });
+    let refused = StiffnessDamping::new(vec![damped], 0.02, Stiffness::Initial, &mesh.points).err();
+    assert_eq!(refused, Some(Undamped::OnMeans { effect: "pull".into() }));
 }

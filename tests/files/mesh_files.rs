@@ -328,7 +328,7 @@ fn every_bad_file_is_refused_with_its_message() {
         ("type-count.vtk", ": 2 cells but 1 cell types; write the file again".into()),
         ("unknown-node.msh", ": element 2 refers to node 9, which the file does not define; write the file again".into()),
         ("unknown-node.vtk", ": cell 1 refers to node 8, which the file does not define; write the file again".into()),
-        ("unknown-type.msh", ": element type 99 is not known; save tetrahedra of order 1 or 2 only".into()),
+        ("unknown-type.msh", ": element type 99 is not known; save tetrahedra of order 1 or 2, or hexahedra, wedges or pyramids of order 1, which split = true of [mesh] divides".into()),
         ("truncated-2.msh", format!(", line 5: the file ends where the nodes (5 announced) should follow; {CUT}")),
         ("unknown-node-2.msh", ": element 2 refers to node 5, which the file does not define; write the file again".into()),
         ("utf-16.vtk", ": this is text in UTF-16; save it as UTF-8".into()),

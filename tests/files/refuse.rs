@@ -1,5 +1,5 @@
 //! Every refusal has a small bad file in `tests/bad/scenes/` and next to it the message it must give, compared exactly.
-//! `DUROMETER_BLESS=1 cargo test --test files refuse::` writes the messages anew: read them before you commit them.
+//! `DUROMETER_BLESS=1 cargo test --release --test files refuse::` writes the messages anew: read them before you commit them.
 #![cfg(unix)]
 
 use std::os::unix::fs::PermissionsExt;
@@ -8,6 +8,8 @@ use std::process::{Command, Output};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 const SCENES: &str = "tests/bad/scenes";
+const REMEDY: &str = "`DUROMETER_BLESS=1 cargo test --release --test files refuse::` writes messages that were changed on purpose, such as a list \
+    with a new kind: read them before you commit them";
 
 const BODY: &str = r#"
 version = 1
@@ -98,7 +100,7 @@ fn every_bad_file_is_refused_with_its_message() {
         assert!(!said.contains(ROOT), "{name}: a message must not depend on the machine: {said}");
         compare(&name, &said, &mut wrong);
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "{REMEDY}\n{}", wrong.join("\n"));
 }
 
 /// Every message file belongs to a bad file or to a command below.
@@ -164,7 +166,7 @@ fn every_bad_command_is_refused_with_its_message() {
         }
         compare(name, &said, &mut wrong);
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "{REMEDY}\n{}", wrong.join("\n"));
     assert!(!Path::new(ROOT).join("target/none").exists(), "a refused command leaves nothing behind");
 }
 

@@ -147,10 +147,10 @@ fn hostile_and_ambiguous_tables_are_refused_or_doubted() {
     check(hostile::cases(), 45);
 }
 
-/// A remark within a table does not end it: the rows below belong to the same specimen, however many tables follow. Rows of results above the next column names are
+/// A note within a table does not end it: the rows below belong to the same specimen, however many tables follow. Rows of results above the next column names are
 /// named.
 #[test]
-fn a_remark_does_not_end_a_table() {
+fn a_note_does_not_end_a_table() {
     let names = "stretch,stress (Pa)";
     let table = table(names, |l| (l, nominal(l)));
     let rows = table.lines().count() - 1;

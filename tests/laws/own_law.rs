@@ -3,9 +3,9 @@
 use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
 use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
-use durometer::material::isochoric::{Parametric, Partials, Strain};
+use durometer::material::isochoric::{InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
-use durometer::material::split::{Isochoric, Part, Split, required};
+use durometer::material::split::{Isochoric, Part, Split, fitted_parameters, law_parameters, required};
 use durometer::material::volumetric::CHOICES;
 use durometer::material::{
     Chosen, FitForm, FitTerms, LawEntry, LawError, LawInfo, LawProperty, LawSpecError, Parameter, Response, ShapedTerm,
@@ -39,7 +39,7 @@ static INFO: LawInfo = LawInfo {
     formula: "ψ = (μ/2b)(e^{b(Ī₁ − 3)} − 1) + U(J)",
     source: "Demiray 1972",
     limits: "J > 0",
-    parameters: KEYS.split_at(1).1,
+    parameters: law_parameters(KEYS),
     optional: 0,
     choices: CHOICES,
     survives_inversion: false,
@@ -50,7 +50,7 @@ static INFO: LawInfo = LawInfo {
 const FIT: FitForm = FitForm {
     formula: "P = μ g e^{b(I₁ − 3)}",
     source: "Demiray 1972",
-    parameters: KEYS.split_at(2).1,
+    parameters: fitted_parameters(KEYS),
     term_counts: &[1],
     default_count: 1,
     compressible: false,
@@ -82,7 +82,7 @@ impl Isochoric for Demiray {
     }
 }
 
-impl Strain for Demiray {
+impl InvariantEnergy for Demiray {
     const SECOND: bool = false;
 
     fn partials(&self, i: f64, _: f64) -> Result<Partials, LawError> {

@@ -114,6 +114,7 @@ fn a_study_makes_models_that_the_program_steps() {
     let record: Value = serde_json::from_slice(&derived).expect("JSON");
     assert_eq!(record["training"], 24);
     assert_eq!(record["models"].as_array().map(Vec::len), Some(2));
+    medians_are_those_of_the_errors(&record);
 
     // Nothing is made again where nothing has changed; a lost model is
     let again = durometer(at, &["report", "out"], "");
@@ -175,6 +176,19 @@ fn a_study_makes_models_that_the_program_steps() {
     };
     assert_eq!(of("out")[0][0]["name"], "xmax_x_m");
     assert_eq!(of("out"), of("fresh"));
+}
+
+/// The states that were held back are of an even number, so that a median is the mean of the two in the middle.
+fn medians_are_those_of_the_errors(record: &Value) {
+    for model in record["models"].as_array().expect("models") {
+        for quantity in model["quantities"].as_array().expect("quantities") {
+            let errors = quantity["errors"].as_array().expect("errors").iter();
+            let mut sizes: Vec<f64> = errors.map(|e| e[0].as_f64().expect("an error").abs()).collect();
+            sizes.sort_by(f64::total_cmp);
+            assert!(sizes.len() == 20 && quantity["largest"] == sizes[19], "{quantity}");
+            assert_eq!(quantity["median"], 0.5 * (sizes[9] + sizes[10]), "{quantity}");
+        }
+    }
 }
 
 /// A program that ends with the test, also where an assertion fails.

@@ -1,11 +1,9 @@
 //! Licences and sources of every dependency, as `deny.toml` allows them; `cargo deny check` looks at duplicates and advisories too.
 
+use crate::source::root;
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::path::Path;
 use std::process::Command;
-
-const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 #[test]
 fn every_dependency_has_an_allowed_licence_and_comes_from_the_registry() {
@@ -37,7 +35,7 @@ fn own_packages_have_the_licence_of_the_project() {
 }
 
 fn allowed() -> BTreeSet<String> {
-    let text = std::fs::read_to_string(Path::new(ROOT).join("deny.toml")).expect("the rules");
+    let text = std::fs::read_to_string(root().join("deny.toml")).expect("the rules");
     let rules: toml::Table = text.parse().expect("a table");
     let list = rules["licenses"]["allow"].as_array().expect("a list");
     list.iter().map(|name| name.as_str().expect("a name").to_string()).collect()
@@ -47,7 +45,7 @@ fn packages() -> Vec<Value> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let mut command = Command::new(cargo);
     // Dependencies of other systems are fetched, which a build for this one does not need
-    command.args(["metadata", "--format-version", "1", "--locked"]).current_dir(ROOT);
+    command.args(["metadata", "--format-version", "1", "--locked"]).current_dir(root());
     let output = command.output().expect("cargo starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let read: Value = serde_json::from_slice(&output.stdout).expect("JSON");
@@ -127,7 +125,7 @@ fn tests_ask_for_no_feature_that_the_program_does_not() {
         let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
         let mut command = Command::new(cargo);
         command.args(["tree", "--locked", "--prefix", "none", "--format", "{p} {f}", "--edges", edges]);
-        let output = command.current_dir(ROOT).output().expect("cargo starts");
+        let output = command.current_dir(root()).output().expect("cargo starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         text.lines().map(|line| line.trim_end_matches(" (*)").trim_end().to_string()).collect::<BTreeSet<_>>()

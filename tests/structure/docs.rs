@@ -1,14 +1,11 @@
 //! The documentation agrees with the code: the reference names every key of the files, links resolve, command lines
 //! parse, example scenes and studies are read.
 
-use crate::source::rust_files;
+use crate::source::{root, rust_files};
+use durometer::scene::spec::{ConstraintSpec, EffectSpec, ProbeSpec, SelectorSpec};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 fn text(path: impl AsRef<Path>) -> String {
     let path = root().join(path);
@@ -197,7 +194,7 @@ fn the_reference_names_every_law_constant_and_body() {
     let laws = durometer::material::LAWS;
     let keys = laws.iter().flat_map(|l| l.keys.iter().map(|k| k.name)).chain(laws.iter().map(|l| l.info.name));
     assert_eq!(missing(keys.map(str::to_string).collect()), Vec::<String>::new(), "not in docs/reference");
-    let bodies: BTreeSet<String> = durometer::mesh::generate::body::names(root()).into_iter().collect();
+    let bodies: BTreeSet<String> = durometer::mesh::generate::body::names(&root()).into_iter().collect();
     assert!(bodies.contains("finger"));
     let (described, reference) = (code_words(&text("meshes/README.md")), code_words(&reference()));
     for body in bodies {
@@ -206,24 +203,90 @@ fn the_reference_names_every_law_constant_and_body() {
     }
 }
 
+/// Variants of an enum in a source, in snake case.
+fn variants(source: &str, name: &str) -> BTreeSet<String> {
+    let head = format!("pub enum {name} {{");
+    let lines = source.lines().skip_while(|line| *line != head).take_while(|line| *line != "}");
+    let names = lines.filter_map(|line| line.strip_prefix("    ")).filter(|line| line.starts_with(char::is_uppercase));
+    names.map(|line| snake(line.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default())).collect()
+}
+
 #[test]
 fn the_explanation_has_a_section_for_every_effect_probe_law_and_integrator() {
-    let spec = sources();
-    let sections = [("EffectSpec", "effects"), ("ConstraintSpec", "effects"), ("ProbeSpec", "probes")];
-    for (registry, page) in sections.into_iter().chain([("IntegratorSpec", "integrators")]) {
-        let words = code_words(&text(format!("docs/explanation/{page}.md")));
-        let variants = keys_of(&spec, &[registry]);
-        assert!(variants.len() > 2);
-        for line in spec.lines().skip_while(|l| !l.contains(&format!("enum {registry} "))).take_while(|l| *l != "}") {
-            let name: String = line.trim().chars().take_while(|c| c.is_alphanumeric()).collect();
-            if line.starts_with("    ") && !line.starts_with("     ") && name.starts_with(char::is_uppercase) {
-                assert!(words.contains(&snake(&name)), "{} is not in docs/explanation/{page}.md", snake(&name));
-            }
-        }
+    let laws: Vec<&str> = durometer::material::LAWS.iter().map(|law| law.info.name).collect();
+    for (kinds, page) in [
+        (EffectSpec::KINDS, "effects"),
+        (ConstraintSpec::KINDS, "effects"),
+        (ProbeSpec::KINDS, "probes"),
+        (laws.as_slice(), "laws"),
+    ] {
+        let page = format!("docs/explanation/{page}.md");
+        let headings: BTreeSet<String> =
+            text(&page).lines().filter(|line| line.starts_with('#')).flat_map(code_words).collect();
+        let missing: Vec<&&str> = kinds.iter().filter(|kind| !headings.contains(**kind)).collect();
+        assert!(missing.is_empty(), "{page} has no section with the heading `KIND` of {missing:?}");
     }
-    let words = code_words(&text("docs/explanation/laws.md"));
-    for law in durometer::material::LAWS {
-        assert!(words.contains(law.info.name), "{} is not in docs/explanation/laws.md", law.info.name);
+    // One section serves the three forms of implicit Euler
+    let words = code_words(&text("docs/explanation/integrators.md"));
+    let integrators = variants(&sources(), "IntegratorSpec");
+    assert!(integrators.len() > 4, "{integrators:?}");
+    let missing: Vec<&String> = integrators.iter().filter(|kind| !words.contains(*kind)).collect();
+    assert!(missing.is_empty(), "docs/explanation/integrators.md has no {missing:?}");
+}
+
+/// The table of the reference with this head has a row for each kind that a scene file can choose, and no other.
+#[test]
+fn the_reference_has_a_row_for_every_kind() {
+    let integrators = variants(&sources(), "IntegratorSpec");
+    let integrators: Vec<&str> = integrators.iter().map(String::as_str).collect();
+    for (kinds, page, head) in [
+        (EffectSpec::KINDS, "effects", "| `kind` | keys |"),
+        (ConstraintSpec::KINDS, "constraints", "| `kind` | keys |"),
+        (ProbeSpec::KINDS, "probes", "| `kind` | keys | columns |"),
+        (SelectorSpec::KINDS, "mesh", "| `kind` of a selector | keys | contains |"),
+        (integrators.as_slice(), "stages", "| `integrator` | keys |"),
+    ] {
+        let page = format!("docs/reference/{page}.md");
+        let text = text(&page);
+        let rows = text.lines().skip_while(|line| *line != head).skip(2).take_while(|line| line.starts_with('|'));
+        let first = rows.map(|row| row.split('|').nth(1).unwrap_or_default().trim().trim_matches('`'));
+        // `"static"` and `{ kind = "newmark", … }`
+        let name = |cell: &str| cell.split('"').nth(1).unwrap_or(cell).to_string();
+        let rows: BTreeSet<String> = first.map(name).collect();
+        assert_eq!(rows, kinds.iter().map(ToString::to_string).collect::<BTreeSet<_>>(), "{page}, {head}");
+    }
+}
+
+/// Names of the laws in code style on lines of a page.
+fn laws_on<'a>(lines: impl Iterator<Item = &'a str>) -> BTreeSet<String> {
+    let words: BTreeSet<String> = lines.flat_map(code_words).collect();
+    words.into_iter().filter(|word| durometer::material::LAWS.iter().any(|law| law.info.name == word)).collect()
+}
+
+/// The lists of laws that pages have are those of the registry.
+#[test]
+fn lists_of_laws_are_complete() {
+    let those = |of: fn(&durometer::material::LawEntry) -> bool| -> BTreeSet<String> {
+        durometer::material::LAWS.iter().filter(|law| of(law)).map(|law| law.info.name.to_string()).collect()
+    };
+    let terms = |law: &durometer::material::LawEntry| law.fit.is_some_and(|form| form.term_counts.len() > 1);
+    for (page, head, expected) in [
+        ("docs/reference/commands.md", "| `--law LAW` | required; ", those(|law| law.fit.is_some())),
+        ("docs/reference/commands.md", "| `--terms TERMS` | number of terms: ", those(terms)),
+        ("docs/explanation/effects.md", "- **Laws.** ", those(|law| law.info.isochoric)),
+    ] {
+        let page_text = text(page);
+        let line = page_text.lines().filter(|line| line.starts_with(head));
+        assert_eq!(laws_on(line), expected, "{page}: {head}");
+    }
+    for (page, head, expected) in [
+        ("docs/explanation/laws.md", "| law | any rotation ", those(|_| true)),
+        ("docs/explanation/calibration.md", "| law | constants (linear in bold) ", those(|law| law.fit.is_some())),
+    ] {
+        let page_text = text(page);
+        let table =
+            page_text.lines().skip_while(|line| !line.starts_with(head)).take_while(|line| line.starts_with('|'));
+        assert_eq!(laws_on(table.filter_map(|row| row.split('|').nth(1))), expected, "{page}: {head}");
     }
 }
 
@@ -248,7 +311,7 @@ fn anchor(heading: &str) -> String {
 #[test]
 fn every_relative_link_leads_somewhere() {
     let mut all = Vec::new();
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     assert!(all.len() > 10);
     let mut broken = Vec::new();
     for page in &all {
@@ -322,7 +385,7 @@ fn calls(page: &str) -> Vec<Vec<String>> {
 fn command_lines_parse() {
     let mut pages_with_calls = 0;
     let mut all = Vec::new();
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     let names = all.iter().map(|page| page.strip_prefix(root()).expect("a page of the project").to_string_lossy());
     for page in names {
         let page = page.as_ref();
@@ -353,7 +416,7 @@ fn calls_of_tests_name_tests_that_exist() {
     let module = regex::Regex::new(r"(?:^| )((?:\w+::)+)").expect("a pattern");
     let library = rust_files("src");
     let (mut all, mut calls) = (Vec::new(), 0);
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     for page in all {
         let text = text(&page);
         let code = text.split('`').skip(1).step_by(2);
@@ -384,42 +447,99 @@ fn calls_of_tests_name_tests_that_exist() {
     assert!(calls > 50, "{calls}");
 }
 
+/// Files, and functions of the tests, that contributors are sent to.
+#[test]
+fn contributors_are_sent_to_files_and_functions_that_exist() {
+    let page = text("CONTRIBUTING.md");
+    let code: Vec<&str> =
+        page.split('`').skip(1).step_by(2).filter(|code| !code.contains(['<', '*', ' ', '\n'])).collect();
+    let folders = ["src/", "tests/", "examples/", "meshes/", "viewer/", ".ci/"];
+    let files = code.iter().filter(|code| folders.iter().any(|folder| code.starts_with(folder)));
+    let files: Vec<PathBuf> = files.map(|file| root().join(file)).collect();
+    let absent: Vec<&PathBuf> = files.iter().filter(|file| !file.exists()).collect();
+    assert!(files.len() > 20 && absent.is_empty(), "{absent:?} of {}", files.len());
+    let tests = text("tests/effects/every_kind.rs");
+    for name in ["effect_kind", "momentum_balances"] {
+        assert!(code.contains(&name) && tests.contains(&format!("fn {name}(")), "{name}");
+    }
+}
+
+/// The names of the methods of a trait in a file.
+fn methods_of(file: &str, name: &str) -> BTreeSet<String> {
+    let tree = syn::parse_file(&text(file)).expect("a source file");
+    let of = tree.items.into_iter().find_map(|item| match item {
+        syn::Item::Trait(of) if of.ident == name => Some(of.items),
+        _ => None,
+    });
+    let methods = of.unwrap_or_else(|| panic!("{name} has moved")).into_iter().filter_map(|item| match item {
+        syn::TraitItem::Fn(method) => Some(method.sig.ident.to_string()),
+        _ => None,
+    });
+    methods.collect()
+}
+
+/// Who adds a probe reads of every method that it may have, by its name.
+#[test]
+fn contributors_read_of_every_method_of_a_probe() {
+    let page = text("CONTRIBUTING.md");
+    let paragraph = page.split("\n\n").find(|paragraph| paragraph.starts_with("`Probe` has ")).expect("a paragraph");
+    let mut expected = methods_of("src/scene/parts/probes/part.rs", "Probe");
+    expected.extend(methods_of("src/scene/recorder.rs", "Recorder"));
+    expected.extend(["Probe", "Recorder"].map(String::from));
+    assert_eq!(code_words(paragraph), expected);
+}
+
+/// The complete check knows the flags that contributors read of, and installs nothing of the system without looking at them.
+#[test]
+fn the_complete_check_has_the_flags_that_contributors_read_of() {
+    let (page, script) = (text("CONTRIBUTING.md"), text(".ci/run"));
+    let calls: Vec<&str> = page.split('`').filter_map(|code| code.strip_prefix(".ci/run ")).collect();
+    assert!(!calls.is_empty());
+    for flag in calls.iter().flat_map(|call| call.split(' ')) {
+        assert!(script.contains(&format!("\n{flag}) ")), ".ci/run does not know {flag}");
+    }
+    let tools = script.split("\ntools() {\n").nth(1).and_then(|rest| rest.split("\n}\n").next()).expect("the function");
+    assert!(tools.trim_start().starts_with("[ -n \"$all_tools\" ] || return 0"), "{tools}");
+    assert_eq!(script.matches("apt-get ").count(), tools.matches("apt-get ").count(), "apt-get outside of tools()");
+}
+
+/// What a command answers to `--help`.
+fn help(command: &[String]) -> String {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    let output = program.args(command).arg("--help").output().expect("it runs");
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The commands below one, by the list in its help; itself if it has none.
+fn commands(command: &[String]) -> Vec<Vec<String>> {
+    let help = help(command);
+    let list = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.trim().is_empty());
+    let names = list.filter_map(|line| line.strip_prefix("  ")?.split(' ').next().filter(|name| !name.is_empty()));
+    let below: Vec<Vec<String>> = names
+        .filter(|name| *name != "help")
+        .flat_map(|name| commands(&[command, &[name.to_string()]].concat()))
+        .collect();
+    if below.is_empty() { vec![command.to_vec()] } else { below }
+}
+
 #[test]
 fn every_flag_is_in_the_reference() {
     let page = text("docs/reference/commands.md");
-    let of_store = ["store verify", "store gc", "store export", "store import"];
-    for command in [
-        "run",
-        "studies",
-        "new",
-        "cases",
-        "robustness",
-        "simulate",
-        "plan",
-        "mesh",
-        "fit",
-        "motion",
-        "check",
-        "report",
-        "schema",
-        "doctor",
-    ]
-    .into_iter()
-    .chain(of_store)
-    {
-        let words = command.split(' ').chain(["--help"]);
-        let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(words).output().expect("it runs");
-        let help = String::from_utf8_lossy(&output.stdout).into_owned();
-        let section: String = page
-            .split("\n## ")
-            .find(|s| s.starts_with(&format!("`durometer {command}")))
-            .unwrap_or_else(|| panic!("the reference has no section on {command}"))
-            .into();
-        for flag in help.split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
+    let commands = commands(&[]);
+    assert!(commands.len() > 25, "{commands:?}");
+    for command in commands {
+        // Commands below one may share its section
+        let heads = (1..=command.len()).rev().map(|n| format!("`durometer {}", command[..n].join(" ")));
+        let of = |head: String| {
+            page.split("\n## ").find(|s| s.strip_prefix(&head).is_some_and(|rest| rest.starts_with([' ', '`'])))
+        };
+        let section = heads.filter_map(of).next();
+        let section = section.unwrap_or_else(|| panic!("the reference has no section on {command:?}"));
+        for flag in help(&command).split_whitespace().filter(|w| w.starts_with("--") && w.len() > 3) {
             let flag = flag.trim_end_matches([',', '.', ':', '=', ']']);
             assert!(
                 flag == "--help" || section.contains(flag),
-                "{command}: {flag} is not in its section of the reference"
+                "{command:?}: {flag} is not in its section of the reference"
             );
         }
     }
@@ -467,7 +587,7 @@ fn example_scenes_and_studies_are_read() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (mut scenes, mut studies) = (0, 0);
     let mut all = Vec::new();
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     for page in all {
         let markdown = text(&page);
         let page = page.display();
@@ -606,7 +726,7 @@ fn listings_in_toml_have_known_keys() {
     study["anyOf"] = kinds.into();
     let valid = [scene, study].map(|schema| jsonschema::validator_for(&schema).expect("a schema"));
     let (mut all, mut checked, mut wrong) = (Vec::new(), [0, 0], Vec::new());
-    pages(root(), &mut all);
+    pages(&root(), &mut all);
     for page in all {
         for block in blocks(&text(&page), "toml") {
             let table: toml::Table = block.parse().unwrap_or_else(|e| panic!("{}: {e}\n{block}", page.display()));
@@ -622,6 +742,10 @@ fn listings_in_toml_have_known_keys() {
     assert!(checked[0] > 40 && checked[1] > 6, "{checked:?}");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
+
+/// Numbers in words, from zero.
+const NUMBERS: &str = "no one two three four five six seven eight nine ten eleven twelve thirteen fourteen fifteen sixteen seventeen \
+    eighteen nineteen twenty";
 
 /// The draft of a paper cites what its bibliography has, and all of it; its numbers are those of the verification and of published verdicts.
 #[test]
@@ -654,7 +778,9 @@ fn the_paper_quotes_the_evidence() {
         assert!(paper.contains(said), "the paper no longer says: {said}");
         assert!(evidence.contains(known), "the evidence no longer says: {known}");
     }
-    assert!(paper.contains("thirteen constitutive laws") && durometer::material::LAWS.len() == 13);
+    let number = NUMBERS.split(' ').nth(durometer::material::LAWS.len()).expect("a number in words");
+    let laws = format!("{number} constitutive laws");
+    assert!(paper.contains(&laws), "docs/paper/paper.md: the program has {laws}");
     // Two pages of the journal
     let words = paper.split("# Summary").nth(1).unwrap_or_default().split_whitespace().count();
     assert!((250..=1000).contains(&words), "{words}");

@@ -1,9 +1,9 @@
 //! The gallery, `docs/gallery.md`, says what the published results say. `DUROMETER_BLESS=1 cargo test --test structure gallery::` writes it anew.
 
+use crate::source::root;
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt::Write;
-use std::path::Path;
 
 /// Published studies with the picture that shows what they are about, in the order of the page.
 const PICTURES: [(&str, &str); 20] = [
@@ -34,10 +34,6 @@ const HEAD: &str = "# Gallery
 Every published study with the first sentence of its verdict, the files that make it, and its cost: the CPU time of all cases, as its `summary.json` states it. Most were run on a shared machine with
 two cores ([performance](performance.md)). Every one of them runs anew by `durometer run NAME`, with its meshes from the program.
 ";
-
-fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-}
 
 /// Longest sentence that keeps what is in parentheses \[bytes\].
 const LONGEST: usize = 360;
@@ -119,7 +115,7 @@ fn every_published_study_is_in_the_gallery() {
     let published = folders.filter(|e| e.path().join("summary.json").is_file());
     let published: BTreeSet<String> = published.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
     let shown: BTreeSet<String> = PICTURES.iter().map(|(name, _)| (*name).to_string()).collect();
-    assert_eq!(published, shown);
+    assert_eq!(published, shown, "give each published study a line with its picture in PICTURES of this file");
 }
 
 /// The README quotes verdicts and costs.

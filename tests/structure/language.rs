@@ -6,6 +6,8 @@ use std::sync::LazyLock;
 
 use regex::{Regex, RegexBuilder};
 
+use crate::source::root;
+
 /// A phrase that is not used, as a regular expression without regard to case, and what is written instead. Where the
 /// third expression matches too, the phrase is meant as everyone uses it.
 const BANNED: &[(&str, &str, &str)] = &[
@@ -70,11 +72,6 @@ const READ: &[&str] = &[
 /// The glossary names the terms it replaces, this file lists them, and the gallery quotes the verdicts of published results.
 const EXEMPT: &[&str] = &["docs/glossary.md", "tests/structure/language.rs", "docs/gallery.md"];
 const ENDINGS: &[&str] = &["rs", "md", "toml", "py"];
-
-/// The root of the repository: of the process if Cargo started it, otherwise the one of compilation.
-fn root() -> PathBuf {
-    std::env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from)
-}
 
 /// Names below the root and texts of all files below `folders` with one of the endings.
 fn texts(folders: &[&str], endings: &[&str]) -> Vec<(String, String)> {

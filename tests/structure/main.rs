@@ -12,7 +12,6 @@ mod names;
 mod source;
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use names::Names;
 use source::{Package, Source, line, root, rust_files};
@@ -95,6 +94,15 @@ fn every_module_has_its_place_in_the_order() {
     for module in ORDER {
         assert!(words.contains(&module), "module {module} is not in the drawing of CONTRIBUTING.md");
     }
+}
+
+/// A program of tests that was compiled in one worktree and runs in another checks the files of the second.
+#[test]
+fn these_tests_read_the_files_of_the_worktree_that_they_run_in() {
+    let of_compilation = ["CARGO", "MANIFEST", "DIR"].join("_");
+    let others = rust_files("tests/structure").into_iter().filter(|source| source.name != "tests/structure/source.rs");
+    let wrong: Vec<String> = others.filter(|s| s.text.contains(&of_compilation)).map(|s| s.name).collect();
+    assert_none(&wrong, "take `root()` of tests/structure/source.rs");
 }
 
 /// Two files that use each other are one subject in two files, or share a third one. A parent may use its children;
@@ -390,56 +398,4 @@ mod on_made_up_files {
         reader.visit_file(&source.tree);
         assert_eq!(reader.long, [format!("src/a.rs:4: long has {} lines", LONGEST_FUNCTION + 2)]);
     }
-}
-
-/// Kinds of `pub enum Name { … }` in files: its variants in snake case.
-fn kinds(text: &str, name: &str) -> Vec<String> {
-    let start = text.find(&format!("pub enum {name} {{")).unwrap_or_else(|| panic!("{name} is gone"));
-    let body = &text[start..];
-    let body = &body[..body.find("\n}").expect("its end")];
-    let variant = |line: &str| {
-        let line = line.strip_prefix("    ")?;
-        let word: String = line.chars().take_while(|c| c.is_alphanumeric()).collect();
-        word.starts_with(|c: char| c.is_uppercase()).then_some(word)
-    };
-    let snake = |word: String| {
-        let mut out = String::new();
-        for c in word.chars() {
-            if c.is_uppercase() && !out.is_empty() {
-                out.push('_');
-            }
-            out.extend(c.to_lowercase());
-        }
-        out
-    };
-    body.lines().skip(1).filter_map(variant).map(snake).collect()
-}
-
-/// The documentation names every kind that a scene file can choose.
-#[test]
-fn every_kind_is_in_the_guide() {
-    let spec: String = rust_files("src/scene").into_iter().map(|source| source.text).collect();
-    let names = ["EffectSpec", "ConstraintSpec", "ProbeSpec", "IntegratorSpec", "SelectorSpec"];
-    let kinds: Vec<String> = names.iter().flat_map(|name| kinds(&spec, name)).collect();
-    for known in ["elastic", "cable", "bending_angle", "generalised_alpha", "box"] {
-        assert!(kinds.iter().any(|k| k == known), "{known} is not found: {kinds:?}");
-    }
-    let guide = pages(&root().join("docs"));
-    let named = |k: &str| [format!("`{k}`"), format!("\"{k}\""), format!("{k} = {{")].iter().any(|t| guide.contains(t));
-    let missing: Vec<&String> = kinds.iter().filter(|k| !named(k)).collect();
-    assert!(missing.is_empty(), "docs/ does not name {missing:?}");
-}
-
-/// All pages below a folder, joined.
-fn pages(folder: &Path) -> String {
-    let mut text = String::new();
-    for entry in std::fs::read_dir(folder).expect("a folder of documentation").flatten() {
-        let path = entry.path();
-        if path.is_dir() {
-            text += &pages(&path);
-        } else if path.extension().is_some_and(|x| x == "md") {
-            text += &std::fs::read_to_string(path).expect("a readable page");
-        }
-    }
-    text
 }

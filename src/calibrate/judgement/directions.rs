@@ -27,10 +27,10 @@ impl Directions {
         self.by.row_iter().map(|row| row.norm()).collect()
     }
 
-    /// The errors of the constants from the covariance of the directions.
-    pub fn errors(&self, model: ErrorModel, k: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
+    /// The errors of the constants from the covariance of the directions, \[directions × directions\]; `free`, `rho` and `smooth` are those of [`Errors`].
+    pub fn errors(&self, model: ErrorModel, covariance: &DMatrix<f64>, free: usize, rho: f64, smooth: f64) -> Errors {
         let root = |c: &DMatrix<f64>| c.diagonal().iter().map(|c| c.max(0.0).sqrt()).collect::<Vec<f64>>();
-        let covariance = &self.by * k * self.by.transpose();
+        let covariance = &self.by * covariance * self.by.transpose();
         Errors { model, deviations: root(&covariance), plain: self.plain(), free, rho, smooth, sizes: None, covariance }
     }
 }

@@ -75,14 +75,14 @@ pub fn contributions(
                 Box::new(move |s| slope(s) * law(s) * by)
             }
         };
-        let column = |rows: &[usize]| {
-            let mut column = DVector::zeros(fitted.len());
-            rows.iter().for_each(|k| column[*k] = answer.weight[*k] * half_width * change(&fitted[*k]));
-            column
+        let moved = |rows: &[usize]| {
+            let mut residuals = DVector::zeros(fitted.len());
+            rows.iter().for_each(|k| residuals[*k] = answer.weight[*k] * half_width * change(&fitted[*k]));
+            residuals
         };
         let columns: Vec<DVector<f64>> = match kind.is_of_a_curve() {
-            true => groups.iter().map(|rows| column(rows)).collect(),
-            false => vec![column(&(0..fitted.len()).collect::<Vec<_>>())],
+            true => groups.iter().map(|rows| moved(rows)).collect(),
+            false => vec![moved(&(0..fitted.len()).collect::<Vec<_>>())],
         };
         let shifts: Vec<DVector<f64>> = columns.iter().map(|c| &step * c).collect();
         let moves = (0..answer.values.len()).map(|j| shifts.iter().map(|d| d[j] * d[j]).sum::<f64>().sqrt()).collect();

@@ -1,6 +1,6 @@
 //! Refusals of a fit of softening, with fact, place and remedy.
 
-use crate::calibrate::{FitError, Mode, stretch_text};
+use crate::calibrate::{FitError, Mode, fittable_laws, stretch_text};
 use crate::material::LawSpecError;
 use std::path::PathBuf;
 
@@ -28,7 +28,8 @@ pub enum SofteningFitError {
     )]
     None { file: String, elastic: f64, softening: f64 },
     #[error(
-        "the law {law} has no isochoric part, and only that part softens; take mooney_rivlin, yeoh, ogden, gent, arruda_boyce or veronda_westmann"
+        "the law {law} has no isochoric part, and only that part softens; take one of {}",
+        fitted_and_isochoric().join(", ")
     )]
     NotIsochoric { law: &'static str },
     #[error(
@@ -40,4 +41,9 @@ pub enum SofteningFitError {
     Fit(#[from] FitError),
     #[error(transparent)]
     Law(#[from] LawSpecError),
+}
+
+/// Names of the laws that are fitted and have an isochoric part.
+fn fitted_and_isochoric() -> Vec<&'static str> {
+    fittable_laws().into_iter().map(|law| law.info).filter(|info| info.isochoric).map(|info| info.name).collect()
 }

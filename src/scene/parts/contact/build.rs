@@ -74,12 +74,12 @@ fn build_contact(
     }
     let cell = cell_size(builder, place, spec, bodies)?;
     let scales = ContactScales::new(builder, place, spec, (cell, stiffest(builder)))?;
-    let ContactScales { distance, modulus, friction: law, .. } = scales;
+    let ContactScales { distance, modulus, friction: coulomb, .. } = scales;
     let named =
         |of: ContactSides| NamedContact { name: spec.name.clone(), response: spec.response, scales, of, history: 0..0 };
     if let ShapeSpec::Region { region } = &spec.obstacle {
         let barrier = Barrier { distance, stiffness: modulus / distance };
-        return build_surfaces(builder, place, spec, region, (barrier, law)).map(named);
+        return build_surfaces(builder, place, spec, region, (barrier, coulomb)).map(named);
     }
     let sampling = if spec.response == ResponseSpec::Multiplier { Sampling::Nodes } else { Sampling::Pressures };
     let points = contact_points(builder, place, &spec.region, bodies, sampling)?;
@@ -93,17 +93,15 @@ fn build_contact(
     });
     let contact = Arc::new(Contact::with_scalars(name.clone(), points, obstacle, scalars));
     check_apart(builder, place, &contact, spec.response)?;
-    let friction = (spec.friction > 0.0).then_some(law);
+    let coulomb = (spec.friction > 0.0).then_some(coulomb);
     let pressing: Arc<dyn NormalForces> = match spec.response {
-        ResponseSpec::Barrier => {
-            press(&contact, Barrier { distance, stiffness: modulus / distance }, friction, builder)
-        }
+        ResponseSpec::Barrier => press(&contact, Barrier { distance, stiffness: modulus / distance }, coulomb, builder),
         ResponseSpec::Penalty => {
-            press(&contact, Penalty { stiffness: modulus / distance, rounding: distance }, friction, builder)
+            press(&contact, Penalty { stiffness: modulus / distance, rounding: distance }, coulomb, builder)
         }
         ResponseSpec::Multiplier => {
             let stiffness = modulus * builder.body.mesh.h();
-            let shared = Arc::new(Multiplier { contact, stiffness, friction });
+            let shared = Arc::new(Multiplier { contact, stiffness, friction: coulomb });
             builder.effects.push(Box::new(shared.clone()));
             shared
         }
@@ -118,11 +116,11 @@ fn build_contact(
             note_facets(builder, &spec.region, &facets, &*pressing);
         }
     }
-    let friction = friction.map(|law| {
+    let friction = coulomb.map(|law| {
         let (name, pressing) = (format!("{name}_friction"), pressing.clone());
-        let friction = Arc::new(ContactFriction { name, pressing, law });
-        builder.effects.push(Box::new(friction.clone()));
-        friction
+        let shared = Arc::new(ContactFriction { name, pressing, law });
+        builder.effects.push(Box::new(shared.clone()));
+        shared
     });
     Ok(named(ContactSides::Points { pressing, moves: spec.motion.is_some(), friction }))
 }

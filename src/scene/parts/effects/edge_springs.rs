@@ -46,7 +46,7 @@ impl EffectPart for EdgeSpringsSpec {
         };
         let points = Arc::new(CellPoints::new(mesh, cells));
         builder.gathered.points.push(points);
-        Ok(builder.gathered.store(&self.region, springs))
+        Ok(builder.gathered.offer_stiffness(&self.region, springs))
     }
 
     fn words(&self) -> String {

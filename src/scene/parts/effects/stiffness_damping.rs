@@ -2,7 +2,7 @@
 
 use super::part::EffectPart;
 use super::repeated::check_repeated;
-use crate::effect::{Stiffness, StiffnessDamping};
+use crate::effect::{Stiffness, StiffnessDamping, Undamped};
 use crate::scene::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::quantity::Time;
@@ -66,11 +66,18 @@ impl EffectPart for StiffnessDampingSpec {
             return Err(builder.content(place, fact, hint(region, &known)));
         }
         let damping = StiffnessDamping::new(damped, beta, self.stiffness.into(), &builder.body.mesh.points);
-        let damping = damping.ok_or_else(|| {
-            let remedy = "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping";
-            builder.content(place, "stiffness damping of a mixed formulation is not defined", remedy)
-        })?;
-        Ok(Box::new(damping))
+        match damping {
+            Ok(damping) => Ok(Box::new(damping)),
+            Err(fact) => {
+                let remedy = match fact {
+                    Undamped::SecondField => {
+                        "take formulation = \"displacement\" or \"mean_dilatation\", or viscous_damping"
+                    }
+                    Undamped::OnMeans { .. } => "take viscous_damping",
+                };
+                Err(builder.content(place, fact.to_string(), remedy))
+            }
+        }
     }
 
     fn words(&self) -> String {

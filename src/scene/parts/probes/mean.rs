@@ -1,7 +1,8 @@
 //! Mean position of a region.
 
+use crate::effect::dead_load::nodal_areas;
 use crate::math::tensor::Vec3;
-use crate::mesh::{Region, TetMesh, element, quadrature};
+use crate::mesh::{Region, TetMesh};
 use crate::system::Gradient;
 
 /// Area mean over facets as weights of nodes; for regions without facets the plain mean of the nodes.
@@ -14,22 +15,13 @@ pub struct Mean {
 impl Mean {
     /// The mean over a region.
     pub fn new(mesh: &TetMesh, region: &Region) -> Self {
-        let mut weights = vec![0.0; mesh.points.len()];
-        if region.facets.is_empty() {
-            mesh.nodes_of(region).iter().for_each(|&k| weights[k as usize] = 1.0);
-        }
-        let rule = quadrature::tri(4);
-        for &f in &region.facets {
-            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-                let area = w * mesh.facet_normal(f as usize, xi).norm();
-                for (&node, n) in mesh.facet(f as usize).iter().zip(element::facet_shape(mesh.order, xi)) {
-                    weights[node as usize] += area * n;
-                }
-            }
-        }
-        let total: f64 = weights.iter().sum();
-        let weights: Vec<(u32, f64)> =
-            (0..).zip(weights).filter(|(_, w)| *w != 0.0).map(|(k, w)| (k, w / total)).collect();
+        let mut weights: Vec<(u32, f64)> = if region.facets.is_empty() {
+            mesh.nodes_of(region).into_iter().map(|k| (k, 1.0)).collect()
+        } else {
+            nodal_areas(mesh, &region.facets)
+        };
+        let total: f64 = weights.iter().map(|(_, w)| w).sum();
+        weights.iter_mut().for_each(|(_, w)| *w /= total);
         let origin = weights.iter().map(|&(k, w)| mesh.points[k as usize] * w).sum();
         Self { weights, origin }
     }

@@ -1,5 +1,6 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
+use crate::math::statistics::median;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::sha256;
@@ -92,8 +93,7 @@ fn make(
         models.push(describe(modes, (file, bytes, offline_s), &model, &others)?);
         made.push(model);
     }
-    let mut steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
-    steps.sort_by(f64::total_cmp);
+    let steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
     Ok(DerivedRecord {
         sources_sha256,
         dt: record.motion.and_then(|_| prepared.scene.spans.first().map(|s| s.dt)),
@@ -101,7 +101,7 @@ fn make(
         held_back: others.count(record),
         singular_values,
         pressure_values,
-        full_step_s: steps[steps.len() / 2],
+        full_step_s: median(&steps),
         offline_s,
         search: Growth::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
         comparison: compare(results, record, (&prepared, &made)),
@@ -155,44 +155,40 @@ fn describe(
     })
 }
 
-/// Median and 99th percentile of the times of steps to these inputs \[s\], and their iterations on average.
+/// Median and 99th percentile of the times of steps to these inputs \[s\], and their iterations on average. Steps without a result count in neither.
 fn times(twin: &mut Twin, inputs: impl Iterator<Item = (bool, Vec<f64>)>) -> ([f64; 2], f64) {
-    let (mut all, mut iterations, mut steps) = (vec![], 0.0, 0.0);
+    let (mut all, mut iterations) = (vec![], 0.0);
     for (at_rest, u) in inputs {
         begin(twin, at_rest);
         let start = Instant::now();
-        let done = twin.step(&u);
-        all.push(start.elapsed().as_secs_f64());
-        if let Ok(report) = done {
+        if let Ok(report) = twin.step(&u) {
+            all.push(start.elapsed().as_secs_f64());
             iterations += report.iterations as f64;
-            steps += 1.0;
         }
     }
+    if all.is_empty() {
+        return ([0.0; 2], 0.0);
+    }
     all.sort_by(f64::total_cmp);
-    let at = |share: f64| all.get(((all.len() as f64 * share) as usize).min(all.len().saturating_sub(1))).copied();
-    ([at(0.5).unwrap_or(0.0), at(0.99).unwrap_or(0.0)], iterations / f64::max(steps, 1.0))
+    let last = all[((all.len() as f64 * 0.99) as usize).min(all.len() - 1)];
+    ([median(&all), last], iterations / all.len() as f64)
 }
 
 fn quantity(model: &ReducedModel, k: usize, all: &[Vec<(f64, f64)>]) -> QuantityRecord {
     let bar = model.bars().map_or((f64::INFINITY, 0.0), |bars| (bars[k].factor, bars[k].floor));
     let errors: Vec<Option<[f64; 2]>> =
         all.iter().map(|row| row[k].0.is_finite().then_some([row[k].0, row[k].1])).collect();
-    let median = |values: &mut Vec<f64>| {
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
-    };
-    let mut sizes: Vec<f64> = errors.iter().flatten().map(|e| e[0].abs()).collect();
+    let sizes: Vec<f64> = errors.iter().flatten().map(|e| e[0].abs()).collect();
     let ratio = |e: &[f64; 2]| bar.0 * (e[1].abs() + bar.1) / e[0].abs();
-    let mut ratios: Vec<f64> = errors.iter().flatten().filter(|e| e[0] != 0.0).map(ratio).collect();
-    let median_error = median(&mut sizes);
+    let ratios: Vec<f64> = errors.iter().flatten().filter(|e| e[0] != 0.0).map(ratio).collect();
     QuantityRecord {
         name: model.quantities[k].name.clone(),
         size: model.largest_changes[k],
-        largest: sizes.last().copied().unwrap_or(f64::NAN),
-        median: median_error,
+        largest: sizes.iter().copied().reduce(f64::max).unwrap_or(f64::NAN),
+        median: median(&sizes),
         factor: bar.0,
         floor: bar.1,
-        bar_over_error: median(&mut ratios),
+        bar_over_error: median(&ratios),
         errors,
     }
 }

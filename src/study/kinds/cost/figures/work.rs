@@ -41,14 +41,14 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
         return None;
     }
     let cost = Amount { label: "CPU time [s]".into(), title: "", words: "", of: |s| Some(s.cost_s) };
-    let (panels, without): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
+    let (panels, others): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
         shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).partition(|(q, m)| q.uncertainty(*m).is_finite());
     if panels.is_empty() {
         return None;
     }
-    let without: Vec<String> =
-        without.iter().map(|(q, m)| format!("{} of the {}", m.words(), q.quantity.label)).collect();
-    let without = match &without[..] {
+    let unknown: Vec<String> =
+        others.iter().map(|(q, m)| format!("{} of the {}", m.words(), q.quantity.label)).collect();
+    let unknown = match &unknown[..] {
         [] => String::new(),
         some => format!(" Without a reference, so that no error is known: {}.", some.join(", ")),
     };
@@ -59,7 +59,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{without}",
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{unknown}",
         store.study.label(variant)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
