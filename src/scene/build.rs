@@ -1,7 +1,8 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
+use super::additions::Additions;
 use super::body::Body;
-use super::builder::{Builder, LawSource, Tables};
+use super::builder::{Builder, Tables};
 use super::compare::{MeasuredData, read_measured};
 use super::control::{Controls, build_controls};
 use super::cover::check_cover;
@@ -87,7 +88,7 @@ pub struct Scene {
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
-    /// Digest of all in it that a run depends on, with the contents of the files at this time
+    /// Digest of all in it that a run depends on apart from the mesh, with the contents of the files at this time
     pub(super) simulated: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
     pub notes: Vec<String>,
@@ -97,16 +98,6 @@ pub struct Scene {
     pub(super) set_up: Duration,
     /// Its thinnest wall, from when it was asked for
     pub(super) wall: OnceLock<Option<Wall>>,
-}
-
-/// Additions that a file cannot hold: laws, effects and recorders from Rust.
-#[derive(Default)]
-struct Additions {
-    laws: BTreeMap<String, LawSource>,
-    effects: Vec<Box<dyn Effect>>,
-    recorders: Vec<Box<dyn Recorder>>,
-    /// Whether the scene is a variant of one that has said where its laws are stable, which takes many evaluations
-    is_variant: bool,
 }
 
 /// Builds a scene from its specification, and from laws, effects, recorders and a mesh of the caller.
@@ -160,7 +151,8 @@ impl SceneBuilder {
         Self { file: file.into(), ..self }
     }
 
-    /// The scene as text, for the record; the specification as Rust prints it if absent.
+    /// The scene as text, for the record; the specification as Rust prints it if absent. It changes nothing of the scene, which is that of the
+    /// specification; a saved state knows the contents of the files that the text names.
     pub fn text(self, text: impl Into<String>) -> Self {
         Self { text: Some(text.into()), ..self }
     }
@@ -249,17 +241,18 @@ impl Scene {
         file: &Path,
         (spec, text): (SceneSpec, String),
         body: Arc<Body>,
-        Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant }: Additions,
+        additions: Additions,
         number: impl FnOnce(SystemParts) -> Result<System, SystemError>,
     ) -> Result<Self, SceneError> {
+        let simulated = identity(file, (&spec, &text), &body, &additions);
+        let Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant } = additions;
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
         let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
-        let spans = build_spans(file, &spec.stages)?;
+        builder.set_spans(build_spans(file, &spec.stages)?);
         check_numerics(file, &spec.numerics)?;
-        builder.set_spans(spans);
         rules::check(file, &spec, &builder.spans)?;
         attach_skins(builder, &spec.skins)?;
         build_effects(builder, &spec.effects)?;
@@ -316,7 +309,7 @@ impl Scene {
             controls,
             measured,
             spec,
-            simulated: simulated(file, &text),
+            simulated,
             text,
             notes,
             no_limit,
@@ -353,6 +346,12 @@ impl Scene {
         }
         Err(format!("the scene records no \"{name}\"; {}", hint(name, &columns[1..])))
     }
+}
+
+/// Digest of all that a run depends on, apart from the mesh.
+fn identity(file: &Path, (spec, text): (&SceneSpec, &str), body: &Body, additions: &Additions) -> String {
+    let end = spec.stages.iter().map(|stage| stage.duration.0).sum();
+    simulated(file, text, spec, &additions.identity(body.mesh.diagonal(), end))
 }
 
 /// Places at rest of the nodes of the mesh and of all frames.

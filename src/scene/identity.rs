@@ -1,5 +1,7 @@
 //! Identity of a scene: the contents of the files that it names, and all that a run depends on.
 
+use super::read::from_text;
+use super::spec::SceneSpec;
 use crate::mesh::format::recognise;
 use crate::mesh::generate::referred;
 use crate::storage::{self, DATA_LIMIT, sha256};
@@ -20,12 +22,22 @@ const KEYS: [&str; 2] = ["file", "reference"];
 /// Keys of a scene that a restart may change, since the simulation does not depend on them.
 const FREE: [&str; 4] = ["title", "numerics", "output", "compare"];
 
-/// SHA-256 of the text of a scene without the keys that a restart may change, and of the contents of all files that the rest names. A text that
-/// is no TOML, that of a scene in Rust, counts whole.
-pub(super) fn simulated(file: &Path, text: &str) -> String {
-    let Ok(mut scene) = text.parse::<Table>() else { return sha256(text) };
+/// SHA-256 of a scene without the keys that a restart may change, of the contents of all files that the rest of its text names, and of what was
+/// added to it in Rust. The text counts where it is that of the specification, which counts itself where it was changed or written in Rust.
+pub(super) fn simulated(file: &Path, text: &str, spec: &SceneSpec, added: &str) -> String {
+    let mut scene = text.parse::<Table>().unwrap_or_default();
     FREE.iter().for_each(|key| drop(scene.remove(*key)));
-    sha256(format!("{scene}\n{:?}", named_files(file, &scene)))
+    let files = named_files(file, &scene);
+    let own = printed(spec);
+    let is_read = from_text::<SceneSpec>(file, text, "").is_ok_and(|read| printed(&read) == own);
+    let rest = if is_read { scene.to_string() } else { own };
+    sha256(format!("{rest}\n{files:?}{added}"))
+}
+
+/// A specification without the keys that a restart may change, as Rust prints it.
+fn printed(spec: &SceneSpec) -> String {
+    let SceneSpec { title, numerics, output, comparisons, .. } = SceneSpec::default();
+    format!("{:?}", SceneSpec { title, numerics, output, comparisons, ..spec.clone() })
 }
 
 /// The files that a resolved scene names, and those that its mesh files refer to, each once and relative to the file of the scene.

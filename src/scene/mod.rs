@@ -47,6 +47,7 @@
 //!
 //! [`SceneBuilder`] adds what a file cannot hold: laws, effects, recorders, a mesh.
 
+mod additions;
 mod before_meshing;
 mod bodies;
 mod body;

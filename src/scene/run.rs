@@ -42,7 +42,7 @@ pub struct Run {
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
-    /// Error of a signal or of the controller that ended the run
+    /// Error of a signal, of the controller or of the state to go on from, which ended the run
     pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
@@ -145,8 +145,11 @@ impl Scene {
         self.run_with(RunOptions::default())
     }
 
-    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved.
+    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved. A saved state of another scene
+    /// or mesh ends the run before its first step, with the reason in [`Run::failure`].
     pub fn run_with(&self, mut options: RunOptions) -> Run {
+        let refused = options.restart.as_ref().and_then(|restart| restart.check(self).err());
+        options.restart = options.restart.filter(|_| refused.is_none());
         let mut driver = self.driver();
         let bytes = driver.steps.solver.linear.factor.bytes() as u64;
         let admitted = options.on_sized.take().is_none_or(|on_sized| on_sized(bytes));
@@ -157,7 +160,7 @@ impl Scene {
         if let Some(checkpoint) = &options.restart {
             driver.resume(checkpoint.memory.clone());
         }
-        let mut recorder = RunRecorder::new(self, options);
+        let mut recorder = RunRecorder::new(self, options, refused);
         let mut state = recorder.checkpoint.state.clone();
         let status = match (&recorder.failure, &recorder.not_finite) {
             (Some(_), _) => Status::Interrupted { t: state.t },

@@ -47,7 +47,7 @@ pub struct RunOptions<'a> {
     pub on_row: Option<&'a mut OnRow<'a>>,
     /// Do not look for the reason where no step is possible: a search over many runs does not read it
     pub undiagnosed: bool,
-    /// A saved state to go on from
+    /// A saved state of this scene to go on from; title, numerics, output and comparisons may be others
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,
     /// Computes the derivatives of the recorded rows in the same pass; not together with `restart`

@@ -32,8 +32,8 @@ pub(super) struct RunRecorder<'a, 'o> {
 }
 
 impl<'a, 'o> RunRecorder<'a, 'o> {
-    /// Before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint.
-    pub fn new(scene: &'a Scene, mut options: RunOptions<'o>) -> Self {
+    /// Before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint; `refused` ends the run there.
+    pub fn new(scene: &'a Scene, mut options: RunOptions<'o>, refused: Option<ControlError>) -> Self {
         let restart = options.restart.take();
         let last_point = restart.clone().filter(|_| options.save_end);
         let restarted = restart.is_some();
@@ -42,7 +42,7 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         if let (Some(on_state), false) = (&mut options.on_state, restarted) {
             on_state(&checkpoint.state);
         }
-        let mut failure = outcome.err();
+        let mut failure = refused.or(outcome.err());
         // Such a row is not kept, not even the first one: no file holds what is no number
         let first = checkpoint.rows.last().zip(checkpoint.signals.last());
         let not_finite = first.and_then(|(row, signals)| not_finite(scene, row, signals));
