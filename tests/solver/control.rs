@@ -13,6 +13,7 @@ use durometer::solve::Status;
 use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, State, Want};
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 const LAW: &str = r#"
 [mesh]
@@ -207,6 +208,33 @@ fn an_interrupted_run_can_be_continued() {
     let options = RunOptions { restart: kept, ..RunOptions::default() };
     let again = scene.run_with(options);
     assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
+}
+
+/// A run that is asked for states keeps them where nothing receives them, with the labels that a receiver gets, those of its events included. Of the
+/// states that are saved again and again it keeps the last one, and of a run that is asked for none there are none.
+#[test]
+fn saved_states_are_in_the_result_where_nothing_receives_them() {
+    let event = "[[event]]\nname = \"early\"\nwhen = { kind = \"at\", t = \"0.2 s\" }\nthen = [{ kind = \"save\" }]\n";
+    let drive = r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#;
+    let scene = pulled(drive, event);
+    let mut received = Vec::new();
+    let mut saved = |checkpoint: &Checkpoint, label: &str| received.push((label.to_string(), checkpoint.state.clone()));
+    fn asked<'a>() -> RunOptions<'a> {
+        RunOptions { save_at: vec![0.5], save_end: true, ..RunOptions::default() }
+    }
+    assert!(scene.run_with(RunOptions { on_save: Some(&mut saved), ..asked() }).saved.is_empty());
+    let whole = scene.run_with(asked());
+    assert!(whole.saved.iter().map(|(label, kept)| (label, &kept.state)).eq(received.iter().map(|(l, s)| (l, s))));
+    assert_eq!(received.iter().map(|(label, _)| label.as_str()).collect::<Vec<_>>(), ["0.2s", "0.5s", "end"]);
+    assert!(whole.checkpoint("0.4s").is_none());
+    for label in ["0.2s", "0.5s", "end"] {
+        let again = scene.run_with(RunOptions { restart: whole.checkpoint(label).cloned(), ..RunOptions::default() });
+        assert!(bits(&again) == bits(&whole), "{label}");
+    }
+    assert!(run(&scene).saved.is_empty());
+    let often = pulled(drive, "").run_with(RunOptions { save_every: Some(Duration::ZERO), ..RunOptions::default() });
+    let [(label, last)] = &often.saved[..] else { panic!("{} states", often.saved.len()) };
+    assert_eq!((label.as_str(), &last.state), ("partial", &often.last));
 }
 
 #[test]
