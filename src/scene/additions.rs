@@ -4,7 +4,7 @@ use super::builder::LawSource;
 use super::recorder::Recorder;
 use crate::material::Want;
 use crate::storage::sha256;
-use crate::system::{At, BlockValues, Effect, HistoryVariables, Rates};
+use crate::system::{At, BlockValues, Effect, HistoryVariables, State};
 use std::collections::BTreeMap;
 
 /// Additions that a file cannot hold: laws, effects and recorders from Rust.
@@ -42,8 +42,8 @@ fn of_effect(effect: &dyn Effect, size: f64, end: f64) -> String {
     let x: Vec<f64> = (0..dofs).map(|k| 1e-3 * size * ((37 * k % 101) as f64 / 101.0 - 0.5)).collect();
     let zero = vec![0.0; dofs];
     let history = vec![0.0; can.history_size() * blocks.len()];
-    let rates = Rates::default();
-    let at = At { t: 0.5 * end, dt: 1.0, x: &x, v: &x, a: &x, old: &zero, history: &history, inputs: &[], rates };
+    let state = State { t: 0.5 * end, v: x.clone(), a: x.clone(), x, history, ..State::rest(0, 0) };
+    let at = At { dt: 1.0, old: &zero, ..state.at() };
     let mut numbers: Vec<f64> = (0..=TIMES).map(|k| effect.intensity((end * k as f64 / TIMES as f64).into())).collect();
     for b in 0..blocks.len() {
         let mut out = BlockValues::new(blocks.size(b));
