@@ -198,7 +198,7 @@ impl SceneBuilder {
     }
 
     /// The scene as text, for the record; the specification as Rust prints it if absent. It changes nothing of the scene, which is that of the
-    /// specification; a saved state knows the contents of the files that the text names.
+    /// specification.
     pub fn text(self, text: impl Into<String>) -> Self {
         Self { text: Some(text.into()), ..self }
     }

@@ -361,11 +361,11 @@ fn a_state_belongs_to_what_is_simulated_and_not_to_its_text() {
     assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
 }
 
-/// Guides in a file belong to the scene; a table that only `compare` reads does not. The files count as they were when the scene was read.
+/// Guides in a file belong to the scene, also to one that was written in Rust; a table that only `compare` reads does not. The files count as they were
+/// when the scene was read.
 #[test]
 fn a_state_is_refused_after_a_file_of_its_scene_changed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let put = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
     let text = format!(
         "{LAW}{}drive = {{ kind = \"length\", signal = \"1 mm\" }}\n{STATIC}[[compare]]\ncolumn = \"cable_tension_N\"\n\
          file = \"measured.csv\"\nx = {{ column = \"t\", unit = \"s\" }}\ny = {{ column = \"F\", unit = \"N\" }}\n",
@@ -374,16 +374,27 @@ fn a_state_is_refused_after_a_file_of_its_scene_changed() {
             r#"{ file = "guides.csv", unit = "mm" }"#
         )
     );
-    let read = || {
-        let builder = SceneBuilder::parse(&text).expect("a scene").file(folder.path().join("scene.toml")).text(&text);
-        builder.mesh(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear)).build().unwrap_or_else(|e| panic!("{e}"))
-    };
+    let spec = || SceneSpec::from_text(Path::new("scene.toml"), &text, "").expect("a scene");
+    let parsed = || SceneBuilder::parse(&text).expect("a scene").text(&text);
+    let written = || SceneBuilder::new(spec());
+    for start in [&parsed as &dyn Fn() -> SceneBuilder, &written] {
+        let read = || {
+            let builder = start().file(folder.path().join("scene.toml"));
+            builder.mesh(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear)).build().unwrap_or_else(|e| panic!("{e}"))
+        };
+        is_refused_after_a_change(folder.path(), &read);
+    }
+}
+
+/// With other guides, and not with another table to compare with.
+fn is_refused_after_a_change(folder: &Path, read: &dyn Fn() -> Scene) {
+    let put = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("writable");
     put("guides.csv", "15,5,2\n35,5,2\n");
     put("measured.csv", "t,F\n0,0\n1,1\n");
     let scene = read();
     put("guides.csv", "15,5,2\n35,5,4\n");
     put("measured.csv", "t,F\n0,0\n1,2\n");
-    let file = folder.path().join("a.state");
+    let file = folder.join("a.state");
     let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     let options = RunOptions { save_at: vec![0.5], on_save: Some(&mut saved), ..RunOptions::default() };
     scene.run_with(options);
