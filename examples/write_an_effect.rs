@@ -76,14 +76,11 @@ impl Effect for Bed {
 
 /// Compares r with differences of the energy, and K with differences of r, in block 0.
 fn check_derivatives(effect: &impl Effect, nodes: usize) -> Result<(), EvalError> {
-    let zero = vec![0.0; 3 * nodes];
     let values = |w: f64| {
-        let mut x = zero.clone();
-        x[3 * effect.blocks().nodes(0)[0] as usize + 2] = w;
-        let (old, rates) = (&zero, Rates::default());
-        let at = At { t: 0.0, dt: f64::INFINITY, x: &x, v: old, a: old, old, history: &[], inputs: &[], rates };
+        let mut state = State::rest(nodes, 0);
+        state.x[3 * effect.blocks().nodes(0)[0] as usize + 2] = w;
         let mut out = BlockValues::new(3);
-        effect.eval(&at, 0, Want::Tangent, &mut out).map(|()| out)
+        effect.eval(&state.at(), 0, Want::Tangent, &mut out).map(|()| out)
     };
     let (w, h) = (-0.7e-3, 1e-6);
     let (before, here, after) = (values(w - h)?, values(w)?, values(w + h)?);

@@ -7,7 +7,7 @@
 //! # Simulate a scene
 //!
 //! A scene is a mesh, laws, effects, constraints, a protocol and probes. Here it is given as text; [`open_scene`] takes
-//! the file that `durometer simulate` takes.
+//! the file that `durometer simulate` takes, and [`SceneBuilder`] changes values of it: `SceneBuilder::open(file)?.set("laws.silicone.E", "80 kPa")?`.
 //!
 //! ```
 //! use durometer::prelude::*;
@@ -55,7 +55,7 @@
 //! ```
 //!
 //! [`Scene::run_with`] takes a [`Controller`], a [`Checkpoint`] to go on from, and functions that follow the run
-//! ([`RunOptions`]).
+//! ([`RunOptions`]). [`Scene::fields`] has the displacements, stresses and other fields of a state.
 //!
 //! # Run a study
 //!
@@ -105,6 +105,8 @@
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
+//! [`SceneBuilder`]: scene::SceneBuilder
+//! [`Scene::fields`]: scene::Scene::fields
 //! [`Scene::run_with`]: scene::Scene::run_with
 //! [`Controller`]: scene::control::Controller
 //! [`Checkpoint`]: scene::Checkpoint

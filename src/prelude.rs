@@ -8,14 +8,16 @@ pub use crate::material::kinematics::Invariants;
 pub use crate::material::{
     Law, LawEntry, LawError, LawInfo, Moduli, Parameter, Response, Want, check_law, law_from_table, moduli, register,
 };
+pub use crate::math::signal::{Clock, Signal};
 pub use crate::math::tensor::{Mat3, Vec3};
 pub use crate::math::units::{self, Dimension};
 pub use crate::mesh::structured::block;
 pub use crate::mesh::{MeshError, Order, TetMesh};
 pub use crate::scene::control::{ControlError, Controller, Observation, Opening, Reply};
+pub use crate::scene::output::{Field, FieldSpec};
 pub use crate::scene::{
-    Body, Checkpoint, Moment, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneError, SceneSpec, open_scene,
-    parse_scene, read_scene,
+    Body, Checkpoint, CheckpointError, Moment, OnProgress, OnRow, OnSave, OnSized, OnState, Progress, Recorder, Run,
+    RunOptions, Saved, Scene, SceneBuilder, SceneError, SceneSpec, open_scene, overrides, parse_scene, read_scene,
 };
 pub use crate::solve::Status;
 pub use crate::study::expand::Study;
@@ -23,4 +25,7 @@ pub use crate::study::report::write as write_report;
 pub use crate::study::run::runner::{Isolation, Options as StudyOptions, Watch, run as run_study};
 pub use crate::study::store::record::CaseRecord;
 pub use crate::study::summary::Summary;
-pub use crate::system::{At, BlockValues, Blocks, Constraint, Effect, EnergyRole, EvalError, Rates, State, System};
+pub use crate::system::{
+    At, BlockValues, Blocks, Capabilities, Constraint, Effect, EnergyRole, EvalError, HistoryVariables, Means, Needs,
+    Rates, State, System,
+};

@@ -181,7 +181,7 @@ fn a_checkpoint_is_written_without_a_copy() {
     let mut save = |checkpoint: &Checkpoint, _: &str| {
         let before = IN_USE.load(Ordering::Relaxed);
         MOST.store(before, Ordering::Relaxed);
-        checkpoint.write(&file, &scene).unwrap_or_else(|e| panic!("{e}"));
+        checkpoint.write(&file).unwrap_or_else(|e| panic!("{e}"));
         taken = MOST.load(Ordering::Relaxed) - before;
     };
     let mut way = Way(0);

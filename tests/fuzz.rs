@@ -233,7 +233,7 @@ fn state(file: &Path, scene: &Scene) {
 
 fn saved_state(scene: &Scene, folder: &Path) -> Vec<u8> {
     let file = folder.join("seed.state");
-    let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, scene).unwrap_or_else(|e| panic!("{e}"));
+    let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).unwrap_or_else(|e| panic!("{e}"));
     scene.run_with(RunOptions { save_at: vec![0.5], on_save: Some(&mut save), ..RunOptions::default() });
     std::fs::read(&file).expect("saved")
 }

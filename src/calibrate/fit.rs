@@ -20,6 +20,10 @@ use crate::math::statistics::extent;
 use std::borrow::Cow;
 
 /// Reads a table and fits a law to it.
+///
+/// # Errors
+///
+/// Where the table cannot be read or holds too little, the law is unknown or has no form for fits, or an option does not suit the data.
 pub fn fit(request: &FitRequest) -> Result<FitResult, FitError> {
     // A law that does not exist is refused before a file is read.
     let model = Model::new(&request.options.law, request.options.terms)?;
@@ -43,6 +47,10 @@ pub(super) fn read(request: &FitRequest) -> Result<Experiment, FitError> {
 }
 
 /// Fits a law to a table that was read already.
+///
+/// # Errors
+///
+/// Those of [`fit`], apart from those of files.
 pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<FitResult, FitError> {
     let (model, poisson) = poisson::of_options(options, Model::new(&options.law, options.terms)?)?;
     let partner = options.partner.filter(|_| poisson.is_none()).map(|p| p.check()).transpose()?;

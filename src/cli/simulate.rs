@@ -162,7 +162,7 @@ fn simulate(args: Args) -> CommandResult {
     let note = source.note();
     let mut controller = Chosen::new(source, board.as_ref(), stop);
     let mut partial = PartialSeries::create(&args.out, &name, &scene)?;
-    let mut states = States { out: &args.out, name: &name, scene: &scene, files: vec![], failure: None };
+    let mut states = States { out: &args.out, name: &name, files: vec![], failure: None };
     let mut save = |checkpoint: &Checkpoint, label: &str| states.save(checkpoint, label);
     let mut watch = |progress: Progress| {
         bars.progress(&name, progress);
@@ -302,7 +302,6 @@ fn replace(
 struct States<'a> {
     out: &'a Path,
     name: &'a str,
-    scene: &'a Scene,
     /// Those that were asked for
     files: Vec<PathBuf>,
     /// Why the first of them could not be saved
@@ -316,7 +315,7 @@ impl States<'_> {
 
     fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
         let file = self.file(label);
-        match checkpoint.write(&file, self.scene) {
+        match checkpoint.write(&file) {
             Ok(()) if label == PARTIAL => {}
             Ok(()) => self.files.push(file),
             Err(e) if label == PARTIAL => tell!("note: {e}"),

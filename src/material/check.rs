@@ -88,11 +88,19 @@ pub struct LawViolation {
 }
 
 /// Checks every property of a law; the error is the first one that does not hold.
+///
+/// # Errors
+///
+/// The first property that does not hold, with the state at which it does not.
 pub fn check_law(entry: &LawEntry) -> Result<(), LawViolation> {
     LawProperty::ALL.into_iter().try_for_each(|property| check_property(entry, property))
 }
 
 /// Checks one property of a law.
+///
+/// # Errors
+///
+/// The property, if it does not hold, with the state at which it does not.
 pub fn check_property(entry: &LawEntry, property: LawProperty) -> Result<(), LawViolation> {
     let result = match property {
         LawProperty::Declaration => declaration(entry),

@@ -103,6 +103,10 @@ impl LawEntry {
     }
 
     /// The example of the law: the values of `sample`, and the first option of each choice that has no default.
+    ///
+    /// # Errors
+    ///
+    /// Where the law refuses its own example.
     pub fn example(&self) -> Result<Box<dyn Law>, LawSpecError> {
         let options: Vec<&str> = self.info.choices.iter().map(|c| c.default.unwrap_or(c.options[0])).collect();
         self.build_with(self.sample, &options)
@@ -130,6 +134,10 @@ impl LawEntry {
     }
 
     /// The law with these values \[SI\] and options by key.
+    ///
+    /// # Errors
+    ///
+    /// Where a value is missing, unknown or out of its range, or an option is none of the law.
     pub fn build(&self, values: &Values, options: &BTreeMap<String, String>) -> Result<Box<dyn Law>, LawSpecError> {
         for (key, value) in values {
             check_bounds(std::slice::from_ref(self.key(key)?), key, *value)?;
@@ -146,12 +154,20 @@ impl LawEntry {
     }
 
     /// The law with the values of `info.parameters` in their order \[SI\], and what it takes where nothing is chosen.
+    ///
+    /// # Errors
+    ///
+    /// Where a value is out of its range, or their number is not that of the parameters.
     pub fn build_from(&self, values: &[f64]) -> Result<Box<dyn Law>, LawSpecError> {
         self.build_with(values, &[])
     }
 
     /// The law with the values of `info.parameters` and the options of `info.choices` in their order: the inverse of [`Law::values`] and
     /// [`Law::choices`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`LawEntry::build_from`], and options that the law does not have.
     pub fn build_with(&self, values: &[f64], options: &[&str]) -> Result<Box<dyn Law>, LawSpecError> {
         let keys = self.info.parameters.iter().map(|p| p.name.to_string());
         let names = self.info.choices.iter().map(|c| c.name.to_string());

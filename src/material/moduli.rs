@@ -34,11 +34,19 @@ pub const KEYS: &[Parameter] = &[E, NU, MU, LAMBDA, KAPPA];
 
 impl Moduli {
     /// From E \[Pa\] and ν \[–\].
+    ///
+    /// # Errors
+    ///
+    /// Where a constant is out of its range.
     pub fn from_e_nu(e: f64, nu: f64) -> Result<Self, LawSpecError> {
         Self::from_pair(("E", e), ("nu", nu))
     }
 
     /// From exactly two of the constants in [`KEYS`] \[SI\].
+    ///
+    /// # Errors
+    ///
+    /// Where there are not two of them, or one is out of its range.
     pub fn from_map(given: &BTreeMap<String, f64>) -> Result<Self, LawSpecError> {
         let of: Vec<(&str, f64)> = KEYS.iter().filter_map(|p| given.get(p.name).map(|v| (p.name, *v))).collect();
         match of[..] {
@@ -48,6 +56,10 @@ impl Moduli {
     }
 
     /// From two named constants in either order \[SI\]; names as in [`KEYS`].
+    ///
+    /// # Errors
+    ///
+    /// Where a constant is out of its range, or the two do not determine the others.
     pub fn from_pair(a: (&str, f64), b: (&str, f64)) -> Result<Self, LawSpecError> {
         let order = |name: &str| KEYS.iter().position(|p| p.name == name).unwrap_or(KEYS.len());
         let ((first, p), (second, q)) = if order(a.0) <= order(b.0) { (a, b) } else { (b, a) };

@@ -34,12 +34,20 @@ pub static LAWS: &[LawEntry] = &[
 static REGISTERED: RwLock<Vec<&'static LawEntry>> = RwLock::new(Vec::new());
 
 /// Adds a law that is defined outside of the library, so that scenes and fits of this process can name it. Refuses a name that exists.
+///
+/// # Errors
+///
+/// Where a law of this name exists.
 pub fn register(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
     add(entry, false)
 }
 
 /// Like [`register`], in the place of a law that was registered by this name before: scenes that exist keep the old one. Refuses the name of a law of
 /// the library.
+///
+/// # Errors
+///
+/// Where the library has a law of this name.
 pub fn register_anew(entry: LawEntry) -> Result<&'static LawEntry, LawSpecError> {
     add(entry, true)
 }
@@ -99,6 +107,10 @@ pub type Given = (&'static LawEntry, Values, BTreeMap<String, String>);
 /// assert!(state.psi > 0.0 && state.p[(0, 0)] > state.p[(1, 1)]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// # Errors
+///
+/// Where the law is unknown, a key is missing or unknown, or a value is out of its range or of another unit.
 pub fn law_from_table(table: &toml::Table) -> Result<Box<dyn Law>, LawSpecError> {
     let (entry, values, options) = given(table)?;
     entry.build(&values, &options)

@@ -185,6 +185,10 @@ const UNITS: &[(&str, f64, Dimension)] = &[
 /// let message = units::parse("18", Dimension::PRESSURE).expect_err("no unit").to_string();
 /// assert_eq!(message, "18 has no unit; write the unit that is meant, \"18 Pa\" in SI or for example \"18 kPa\"");
 /// ```
+///
+/// # Errors
+///
+/// Where the text is no number with a unit of this dimension, or is beyond the range of numbers.
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
     let owned = || text.trim().to_string();
     match quantity(text)? {
@@ -195,6 +199,10 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, UnitError> {
 }
 
 /// The value in SI and what it is.
+///
+/// # Errors
+///
+/// Where the text is no number with a known unit, or is beyond the range of numbers.
 pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
     let (value, unit) = split(text)?;
     let owned = || text.trim().to_string();
@@ -207,6 +215,10 @@ pub fn quantity(text: &str) -> Result<(f64, Dimension), UnitError> {
 }
 
 /// Number, unit, factor of the unit to SI, and dimension of a quantity.
+///
+/// # Errors
+///
+/// Where the text is no number with a known unit.
 pub fn parts(text: &str) -> Result<(f64, &str, f64, Dimension), UnitError> {
     let (number, unit) = split(text)?;
     let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
@@ -215,6 +227,10 @@ pub fn parts(text: &str) -> Result<(f64, &str, f64, Dimension), UnitError> {
 }
 
 /// A quantity as a number of `unit`: `"0.2 MPa"` in kPa is 200. An empty unit is that of plain numbers.
+///
+/// # Errors
+///
+/// Where `unit` is unknown, or the text is no number with a unit of the same dimension.
 pub fn in_unit(text: &str, unit: &str) -> Result<f64, UnitError> {
     let unknown = |unit| UnitError::Unknown { text: text.trim().into(), unit };
     let (factor, dimension) = parse_unit(unit).map_err(unknown)?;

@@ -66,6 +66,10 @@ impl TetMesh {
     }
 
     /// The region `name`, or an error with the names that there are.
+    ///
+    /// # Errors
+    ///
+    /// Where the mesh has no such region, with the names that it has.
     pub fn region(&self, name: &str) -> Result<&Region, MeshError> {
         let known = || self.regions.keys().cloned().collect();
         self.regions.get(name).ok_or_else(|| MeshError::NoRegion { name: name.into(), known: known() })

@@ -57,12 +57,20 @@ pub struct Body {
 impl Body {
     /// Reads, finds or makes the mesh of a scene. `file` is the scene file, for messages and relative paths; `progress`
     /// gets the lines of the mesher.
+    ///
+    /// # Errors
+    ///
+    /// Where a file cannot be read, the mesher fails, or the mesh is not sound: file, place, fact and remedy.
     pub fn load(file: &Path, spec: &MeshSpec, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
         Self::load_from(file, spec, None, progress)
     }
 
     /// The same with the bodies and the cache of a mesh store; without one it is looked for when it is needed
     /// ([`MeshStore::find`]).
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Body::load`].
     pub fn load_from(
         file: &Path,
         spec: &MeshSpec,
@@ -92,6 +100,10 @@ impl Body {
     }
 
     /// The body of another mesh table with the same connectivity, without a mesher: a grid or a volume mesh, or this body deformed from where it was.
+    ///
+    /// # Errors
+    ///
+    /// Where the other mesh cannot be read or made.
     pub fn varied(&self, file: &Path, spec: &MeshSpec) -> Result<Self, SceneError> {
         if is_made_here(file, spec) {
             return Self::load(file, spec, &mut |_| {});
@@ -357,6 +369,10 @@ fn given_or_found(store: Option<&MeshStore>) -> Result<MeshStore, GenerateError>
 }
 
 /// The request to the mesher that a `[mesh]` table describes.
+///
+/// # Errors
+///
+/// Where the table names no body or file, or sizes that no mesh can have.
 pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> {
     request_from(file, spec, None)
 }

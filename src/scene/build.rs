@@ -1,11 +1,12 @@
 //! From a [`SceneSpec`] to a [`System`]: meshes, regions, laws, effects, constraints.
 
+use super::additions::Additions;
 use super::body::Body;
-use super::builder::{Builder, LawSource, Tables};
+use super::builder::{Builder, Tables};
 use super::compare::{MeasuredData, read_measured};
 use super::control::{Controls, build_controls};
 use super::cover::check_cover;
-use super::error::{SceneError, hint, part};
+use super::error::{SceneError, content, hint, part};
 use super::held::note_free_motions;
 use super::identity::simulated;
 use super::name::is_column;
@@ -20,7 +21,7 @@ use super::parts::probes::build_probes;
 use super::parts::rigid::RigidBody;
 use super::parts::skin::attach_skins;
 use super::protocol::NamedSignal;
-use super::read::{from_text, read_scene};
+use super::read::{changed_scene, from_text, read_scene};
 use super::recorded::{columns, recorders};
 use super::recorder::Recorder;
 use super::rules;
@@ -87,7 +88,7 @@ pub struct Scene {
     pub spec: SceneSpec,
     /// The scene as it was read, with its changes
     pub text: String,
-    /// Digest of all in it that a run depends on, with the contents of the files at this time
+    /// Digest of all in it that a run depends on apart from the mesh, with the contents of the files at this time
     pub(super) simulated: String,
     /// Regions that depend on the mesh, effects that rest in static stages, …
     pub notes: Vec<String>,
@@ -97,16 +98,6 @@ pub struct Scene {
     pub(super) set_up: Duration,
     /// Its thinnest wall, from when it was asked for
     pub(super) wall: OnceLock<Option<Wall>>,
-}
-
-/// Additions that a file cannot hold: laws, effects and recorders from Rust.
-#[derive(Default)]
-struct Additions {
-    laws: BTreeMap<String, LawSource>,
-    effects: Vec<Box<dyn Effect>>,
-    recorders: Vec<Box<dyn Recorder>>,
-    /// Whether the scene is a variant of one that has said where its laws are stable, which takes many evaluations
-    is_variant: bool,
 }
 
 /// Builds a scene from its specification, and from laws, effects, recorders and a mesh of the caller.
@@ -130,7 +121,11 @@ pub struct SceneBuilder {
     spec: SceneSpec,
     file: PathBuf,
     text: Option<String>,
+    /// The text that the specification was read from; none of one that was written in Rust
+    source: Option<String>,
     body: Option<Arc<Body>>,
+    /// The body that `[mesh]` names, once it was asked for
+    loaded: Option<Arc<Body>>,
     store: Option<MeshStore>,
     additions: Additions,
 }
@@ -139,20 +134,62 @@ impl SceneBuilder {
     /// Starts from a specification.
     pub fn new(spec: SceneSpec) -> Self {
         let (file, additions) = (PathBuf::from("scene"), Additions::default());
-        Self { spec, file, text: None, body: None, store: None, additions }
+        Self { spec, file, text: None, source: None, body: None, loaded: None, store: None, additions }
+    }
+
+    /// Starts from the specification that was read from a text.
+    fn read(file: &Path, (spec, text): (SceneSpec, String)) -> Self {
+        Self { source: Some(text.clone()), ..Self::new(spec).file(file).text(text) }
     }
 
     /// Starts from a scene file, which names the files of the scene relative to itself.
+    ///
+    /// # Errors
+    ///
+    /// Where the file, or a law file that it includes, cannot be read or is no scene.
     pub fn open(file: &Path) -> Result<Self, SceneError> {
-        let (spec, text) = read_scene(file, &[])?;
-        Ok(Self::new(spec).file(file).text(text))
+        Ok(Self::read(file, read_scene(file, &[])?))
     }
 
     /// Starts from the text of a scene in TOML. Files that it names are found from the current folder; laws are given in
     /// the text itself, without `include`.
+    ///
+    /// # Errors
+    ///
+    /// Where the text is no scene, with its line.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let file = Path::new("scene.toml");
-        Ok(Self::new(from_text(file, text, "")?).file(file).text(text))
+        Ok(Self::read(file, (from_text(file, text, "")?, text.into())))
+    }
+
+    /// Changes a value of a scene that was opened or parsed, by its path, as `--set` does on the command line. Quantities are texts with their unit.
+    /// Of several steps of a path each is a key, or the `name`, `kind` or number of an entry of a list; [`overrides`](super::overrides) has the rules.
+    ///
+    /// ```
+    /// use durometer::prelude::*;
+    ///
+    /// let text = "[mesh]\ngrid = { kind = 'box', size = ['20 mm', '10 mm', '10 mm'], divisions = [2, 1, 1] }\n\
+    ///     [laws.rubber]\nlaw = 'neo_hookean'\nE = '100 kPa'\nnu = 0.3\n\
+    ///     [[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
+    ///     [[stage]]\nintegrator = 'static'\nduration = '1 s'\ndt = '1 s'";
+    /// let builder = SceneBuilder::parse(text)?.set("laws.rubber.E", "80 kPa")?.set("mesh.grid.divisions", vec![4, 2, 2])?;
+    /// let scene = builder.set("stage.0.dt", "0.5 s")?.build()?;
+    /// assert_eq!((scene.body.mesh.points.len(), scene.spans[0].steps()), (45, 2));
+    /// # Ok::<(), SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// Where the path leads nowhere, or the changed scene is refused; also of a specification that was written in Rust, which the caller changes
+    /// before it comes here.
+    pub fn set(self, path: &str, value: impl Into<toml::Value>) -> Result<Self, SceneError> {
+        let Some(source) = &self.source else {
+            let fact = format!("\"{path}\" is to be changed in a scene that was written in Rust");
+            let remedy = "change the SceneSpec before it is given to SceneBuilder::new, or begin with open or parse";
+            return Err(content(&self.file, "change", fact, remedy));
+        };
+        let (spec, text) = changed_scene(&self.file, source, &[(path.into(), value.into())])?;
+        Ok(Self { spec, source: Some(text.clone()), text: Some(text), loaded: None, ..self })
     }
 
     /// The file of the scene, for messages; paths in the scene are relative to it.
@@ -160,7 +197,8 @@ impl SceneBuilder {
         Self { file: file.into(), ..self }
     }
 
-    /// The scene as text, for the record; the specification as Rust prints it if absent.
+    /// The scene as text, for the record; the specification as Rust prints it if absent. It changes nothing of the scene, which is that of the
+    /// specification.
     pub fn text(self, text: impl Into<String>) -> Self {
         Self { text: Some(text.into()), ..self }
     }
@@ -199,15 +237,23 @@ impl SceneBuilder {
     }
 
     /// The body of the scene, which is read or made at the first call: an effect of the caller is built on its mesh.
+    ///
+    /// # Errors
+    ///
+    /// Where the mesh cannot be read or made.
     pub fn load(&mut self) -> Result<Arc<Body>, SceneError> {
-        if let Some(body) = &self.body {
+        if let Some(body) = self.body.as_ref().or(self.loaded.as_ref()) {
             return Ok(body.clone());
         }
         let body = Body::load_from(&self.file, &self.spec.mesh, self.store.as_ref(), &mut |_| {})?;
-        Ok(self.body.insert(Arc::new(body)).clone())
+        Ok(self.loaded.insert(Arc::new(body)).clone())
     }
 
     /// The scene, ready to run.
+    ///
+    /// # Errors
+    ///
+    /// Where the mesh cannot be read or made, or a part of the scene does not fit it or the other parts: place, fact and remedy.
     pub fn build(mut self) -> Result<Scene, SceneError> {
         let body = self.load()?;
         let Self { spec, file, text, additions, .. } = self;
@@ -223,11 +269,19 @@ impl Scene {
     }
 
     /// A scene from its specification, with the mesh that it names; paths are relative to the current folder.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneBuilder::build`].
     pub fn new(spec: SceneSpec) -> Result<Self, SceneError> {
         SceneBuilder::new(spec).build()
     }
 
-    /// A scene that was read from `file`, on its mesh; paths are relative to the file. `text` is kept for the record.
+    /// A scene that was read from `file`, on its mesh; paths are relative to the file. `text` is kept for the record, as by [`SceneBuilder::text`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SceneBuilder::build`].
     pub fn build(file: &Path, spec: SceneSpec, text: String, body: Arc<Body>) -> Result<Self, SceneError> {
         SceneBuilder::new(spec).file(file).text(text).body(body).build()
     }
@@ -249,17 +303,18 @@ impl Scene {
         file: &Path,
         (spec, text): (SceneSpec, String),
         body: Arc<Body>,
-        Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant }: Additions,
+        additions: Additions,
         number: impl FnOnce(SystemParts) -> Result<System, SystemError>,
     ) -> Result<Self, SceneError> {
+        let simulated = identity(file, (&spec, &text), &body, &additions);
+        let Additions { laws: own_laws, effects: own_effects, recorders: own_recorders, is_variant } = additions;
         let tables =
             Tables { regions: &spec.mesh.regions, laws: &spec.laws, own_laws: &own_laws, events: &spec.events };
         let (carriers, inserts) = frames(&spec);
         let mut built = Builder::new(file, &tables, body.clone(), carriers + inserts)?;
         let builder = &mut built;
-        let spans = build_spans(file, &spec.stages)?;
+        builder.set_spans(build_spans(file, &spec.stages)?);
         check_numerics(file, &spec.numerics)?;
-        builder.set_spans(spans);
         rules::check(file, &spec, &builder.spans)?;
         attach_skins(builder, &spec.skins)?;
         build_effects(builder, &spec.effects)?;
@@ -316,7 +371,7 @@ impl Scene {
             controls,
             measured,
             spec,
-            simulated: simulated(file, &text),
+            simulated,
             text,
             notes,
             no_limit,
@@ -336,6 +391,10 @@ impl Scene {
     }
 
     /// Refuses a scene whose time runs back, where curves over time are to be compared.
+    ///
+    /// # Errors
+    ///
+    /// Where a stage follows its path by arc length: the reason and what to do, as text.
     pub fn check_time(&self) -> Result<(), String> {
         if self.spans.iter().all(|s| !matches!(s.integrator, Integrator::ArcLength { .. })) {
             return Ok(());
@@ -346,6 +405,10 @@ impl Scene {
     }
 
     /// Refuses a quantity that the scene does not record, with the nearest one it does.
+    ///
+    /// # Errors
+    ///
+    /// Where no column has this name: the fact and the nearest name, as text.
     pub fn check_column(&self, name: &str) -> Result<(), String> {
         let columns = self.columns();
         if columns[1..].iter().any(|c| c == name) {
@@ -353,6 +416,12 @@ impl Scene {
         }
         Err(format!("the scene records no \"{name}\"; {}", hint(name, &columns[1..])))
     }
+}
+
+/// Digest of all that a run depends on, apart from the mesh.
+fn identity(file: &Path, (spec, text): (&SceneSpec, &str), body: &Body, additions: &Additions) -> String {
+    let end = spec.stages.iter().map(|stage| stage.duration.0).sum();
+    simulated(file, text, spec, &additions.identity(body.mesh.diagonal(), end))
 }
 
 /// Places at rest of the nodes of the mesh and of all frames.
@@ -411,5 +480,40 @@ fn check_columns(file: &Path, columns: &[String]) -> Result<(), SceneError> {
         Some((_, twice)) => {
             refuse(format!("the column {twice} would be recorded twice"), "remove one of the two [[probe]]s")
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "[mesh]\ngrid = { kind = 'box', size = ['20 mm', '10 mm', '10 mm'], divisions = [2, 1, 1] }\n\
+        [laws.rubber]\nlaw = 'neo_hookean'\nE = '100 kPa'\nnu = 0.3\n[[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
+        [[stage]]\nintegrator = 'static'\nduration = '1 s'\ndt = '1 s'\n";
+
+    /// A changed value is in the specification, in the text of the record and in the mesh, also in one that was looked at before; the identity is
+    /// that of a text with the value.
+    #[test]
+    fn a_changed_value_is_that_of_the_text() {
+        let mut builder = SceneBuilder::parse(SCENE).expect("a scene");
+        assert_eq!(builder.load().expect("a grid").mesh.points.len(), 12);
+        let builder = builder.set("mesh.grid.divisions", vec![4, 2, 2]).and_then(|b| b.set("laws.rubber.E", "80 kPa"));
+        let changed = builder.and_then(SceneBuilder::build).expect("a scene");
+        let text = SCENE.replace("[2, 1, 1]", "[4, 2, 2]").replace("100 kPa", "80 kPa");
+        let written = SceneBuilder::parse(&text).and_then(SceneBuilder::build).expect("a scene");
+        assert_eq!(changed.body.mesh.points, written.body.mesh.points);
+        assert_eq!(changed.simulated, written.simulated);
+        assert!(changed.text.contains("80 kPa"), "{}", changed.text);
+        assert_ne!(changed.simulated, SceneBuilder::parse(SCENE).and_then(SceneBuilder::build).expect("one").simulated);
+    }
+
+    #[test]
+    fn a_change_that_leads_nowhere_is_refused() {
+        let refused = |builder: SceneBuilder, path: &str| builder.set(path, 1).err().expect("refused").to_string();
+        let parsed = || SceneBuilder::parse(SCENE).expect("a scene");
+        assert!(refused(parsed(), "laws.ruber.nu").contains("did you mean `rubber`?"));
+        assert!(refused(parsed(), "laws.rubber").contains("with the changes laws.rubber"));
+        let in_rust = refused(SceneBuilder::new(SceneSpec::default()), "mesh.cells");
+        assert!(in_rust.contains("change the SceneSpec before it is given to SceneBuilder::new"), "{in_rust}");
     }
 }

@@ -25,10 +25,43 @@ pub struct Snapshot {
     pub x: Vec<f64>,
 }
 
-/// A run at a point of the time grid.
+/// Scene and mesh of a checkpoint, by digests.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Origin {
+    scene_sha256: String,
+    mesh_sha256: String,
+}
+
+impl Origin {
+    /// Of the states of a scene: the scene with its signals and their tables, and its mesh.
+    fn of(scene: &Scene) -> Self {
+        let all = format!("{}\n{:?}\n{:?}", scene.simulated, scene.signals, scene.controls);
+        Self { scene_sha256: sha256(all), mesh_sha256: scene.body.sha256.clone() }
+    }
+
+    /// Refuses the states of another scene or mesh: the word for it, and a hint.
+    fn check(&self, scene: &Scene) -> Result<(), (&'static str, &'static str)> {
+        let own = Self::of(scene);
+        if self.mesh_sha256 != own.mesh_sha256 {
+            return Err(("mesh", ""));
+        }
+        if self.scene_sha256 != own.scene_sha256 {
+            return Err((
+                "scene",
+                " (only title, numerics, output and compare may differ, and no file that the other keys name)",
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// A run at a point of the time grid, in memory; [`Checkpoint::write`] and [`Checkpoint::read`] keep it in a file. It belongs to the scene and mesh
+/// of the run, and [`RunOptions::restart`](super::RunOptions::restart) goes on from it with these only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
     pub state: State,
+    /// Scene and mesh that it belongs to
+    pub(super) origin: Origin,
     /// Index of the stage, and of the step in it. Events and controller have had their turn at this point
     pub(super) position: GridPosition,
     pub(super) memory: DriverMemory,
@@ -125,7 +158,8 @@ impl Checkpoint {
         let memories = vec![memory];
         let peak = Snapshot { t: 0.0, x: state.x.clone() };
         let (position, memory, cables) = (GridPosition::default(), DriverMemory::default(), CableLog::default());
-        (Self { state, position, memory, control, balance, cables, rows, signals, memories, peak }, outcome)
+        let origin = Origin::of(scene);
+        (Self { state, origin, position, memory, control, balance, cables, rows, signals, memories, peak }, outcome)
     }
 
     /// Number of rows recorded so far.
@@ -133,14 +167,23 @@ impl Checkpoint {
         self.rows.len()
     }
 
+    /// Refuses to go on with another scene or mesh than those of the run that it is of.
+    pub(super) fn check(&self, scene: &Scene) -> Result<(), ControlError> {
+        self.origin.check(scene).map_err(|(what, hint)| ControlError::Elsewhere { what, hint })
+    }
+
     /// Writes the state; the file appears whole or not at all.
-    pub fn write(&self, file: &Path, scene: &Scene) -> Result<(), CheckpointError> {
+    ///
+    /// # Errors
+    ///
+    /// [`CheckpointError::Unwritable`] where the file cannot be written.
+    pub fn write(&self, file: &Path) -> Result<(), CheckpointError> {
         let arrays = self.arrays();
         let head = Head {
             build: BUILD.into(),
             t_s: self.state.t,
-            scene_sha256: identity(scene),
-            mesh_sha256: scene.body.sha256.clone(),
+            scene_sha256: self.origin.scene_sha256.clone(),
+            mesh_sha256: self.origin.mesh_sha256.clone(),
             span: self.position.span,
             step: self.position.step,
             degree: self.memory.prediction.degree,
@@ -172,6 +215,10 @@ impl Checkpoint {
     }
 
     /// Reads what [`Checkpoint::write`] made of the same scene.
+    ///
+    /// # Errors
+    ///
+    /// Where the file cannot be read, is no saved state, is damaged, or belongs to another scene, mesh or version of the program.
     pub fn read(file: &Path, scene: &Scene) -> Result<Self, CheckpointError> {
         let unreadable = |e: std::io::Error| CheckpointError::Unreadable { file: file.into(), reason: e.to_string() };
         let bytes = storage::read(file, DATA_LIMIT).map_err(unreadable)?;
@@ -189,13 +236,8 @@ impl Checkpoint {
         if head.build != BUILD {
             return Err(elsewhere("build of this program", ""));
         }
-        if head.mesh_sha256 != scene.body.sha256 {
-            return Err(elsewhere("mesh", ""));
-        }
-        if head.scene_sha256 != identity(scene) {
-            let hint = " (only title, numerics, output and compare may differ, and no file that the other keys name)";
-            return Err(elsewhere("scene", hint));
-        }
+        let origin = Origin { scene_sha256: head.scene_sha256.clone(), mesh_sha256: head.mesh_sha256.clone() };
+        origin.check(scene).map_err(|(what, hint)| elsewhere(what, hint))?;
         let length = head.lengths.iter().try_fold(0usize, |sum, n| sum.checked_add(*n));
         if length.and_then(|n| n.checked_mul(8)) != Some(payload.len()) || !head.fits(scene) {
             return Err(damaged("its numbers do not fit the scene"));
@@ -267,6 +309,7 @@ impl Checkpoint {
         let energies = Energies { elastic, kinetic, dissipated, work };
         Some(Self {
             state: State { t, x, v, a, lambda, memory, dt, history, inputs },
+            origin: Origin { scene_sha256: head.scene_sha256, mesh_sha256: head.mesh_sha256 },
             position: GridPosition { span: head.span, step: head.step },
             memory: DriverMemory {
                 prediction: Prediction { recent, degree },
@@ -293,9 +336,4 @@ fn rows(flat: Vec<f64>, columns: usize) -> Vec<Vec<f64>> {
 /// `count` rows, also where there are no columns.
 fn rows_of(flat: Vec<f64>, columns: usize, count: usize) -> Vec<Vec<f64>> {
     if columns == 0 { vec![Vec::new(); count] } else { rows(flat, columns) }
-}
-
-/// SHA-256 of the scene, and of its signals with their tables.
-fn identity(scene: &Scene) -> String {
-    sha256(format!("{}\n{:?}\n{:?}", scene.simulated, scene.signals, scene.controls))
 }

@@ -6,7 +6,7 @@
 use super::energy_growth::EnergyGrowth;
 use super::recorder::Energies;
 use crate::solve::AcceptedStep;
-use crate::system::{At, EnergyRole, State, System, Want};
+use crate::system::{EnergyRole, State, System, Want};
 
 /// Share of a prescribed displacement up to which its change is that of its signal \[–\]
 const FOLLOWS: f64 = 1e-9;
@@ -28,11 +28,8 @@ pub(super) struct EnergyBalance {
 impl EnergyBalance {
     pub(super) fn new(system: &System, rest: &State) -> Self {
         let mut sums = system.workspace();
-        let rates = Default::default();
-        let State { t, x, v, a, history, inputs, .. } = rest;
-        let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates };
         // An effect that is not defined at rest stops the first step; its energy is then of no use.
-        let defined = system.assemble(&at, &rest.lambda, Want::Energy, None, &mut sums).is_ok();
+        let defined = system.assemble(&rest.at(), &rest.lambda, Want::Energy, None, &mut sums).is_ok();
         let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
         let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
         let (energies, growth) = (Energies::default(), EnergyGrowth::default());

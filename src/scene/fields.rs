@@ -82,6 +82,37 @@ fn von_mises(sigma: &Mat3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::parse_scene;
+
+    /// A bar that is pulled along y: each field has its components for every node or cell. A stress and the numbers of it come at the nodes, then in the cells,
+    /// row by row.
+    #[test]
+    fn fields_have_the_shape_that_they_state() {
+        let scene = parse_scene(
+            "[mesh]\ngrid = { kind = 'box', size = ['10 mm', '20 mm', '10 mm'], divisions = [1, 2, 1] }\n\
+             [laws.rubber]\nlaw = 'neo_hookean'\nE = '100 kPa'\nnu = 0\n[[effect]]\nkind = 'elastic'\nregion = 'body'\nlaw = 'rubber'\n\
+             [[constraint]]\nkind = 'fixed'\nregion = 'ymin'\n[[constraint]]\nkind = 'prescribed'\nregion = 'ymax'\ncomponents = 'y'\n\
+             displacement = { kind = 'ramp', from = '0 mm', to = '2 mm', end = '1 s' }\n\
+             [[stage]]\nintegrator = 'static'\nduration = '1 s'\ndt = '1 s'",
+        )
+        .expect("a scene");
+        use FieldSpec::{ContactForce, Displacement, Pressure, Stress, Stretch, Velocity, VonMises};
+        let what = [Displacement, Velocity, ContactForce, Stretch, Stress, VonMises, Pressure];
+        let fields = scene.fields(&scene.run().last, &what);
+        let pairs =
+            ["stress_Pa", "von_mises_Pa", "pressure_Pa"].into_iter().flat_map(|name| [(name, true), (name, false)]);
+        let single = ["displacement_m", "velocity_m_s", "contact_force_N", "stretch"].map(|name| (name, true));
+        assert!(fields.iter().map(|f| (f.name, f.at_nodes)).eq(single.into_iter().chain(pairs)));
+        for Field { name, components, values, at_nodes } in &fields {
+            let places = if *at_nodes { scene.body.mesh.points.len() } else { scene.body.mesh.cell_count() };
+            assert_eq!(values.len(), components * places, "{name}");
+            if *name == "stress_Pa" {
+                let along =
+                    |stress: &[f64]| stress[4] > 1e3 && (0..9).all(|k| k == 4 || stress[k].abs() < 1e-3 * stress[4]);
+                assert!(values.chunks_exact(9).all(along), "{values:?}");
+            }
+        }
+    }
 
     #[test]
     fn von_mises_of_tension_and_of_shear() {

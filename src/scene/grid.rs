@@ -16,6 +16,10 @@ use toml::Value;
 const MOST_CELLS: f64 = 1e7;
 
 /// The mesh of a grid.
+///
+/// # Errors
+///
+/// Where a size is not positive or a number of divisions is zero or too large.
 pub fn grid(file: &Path, spec: &GridSpec, element: ElementSpec) -> Result<TetMesh, SceneError> {
     let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.grid", fact, remedy));
     let (divisions, lengths) = measures(spec);
@@ -199,6 +203,10 @@ fn measures(spec: &GridSpec) -> (&[usize], Vec<Length>) {
 }
 
 /// Moves nodes and makes slivers.
+///
+/// # Errors
+///
+/// Where a size or a number is out of its range.
 pub fn disturb(file: &Path, spec: &DisturbSpec, mesh: &mut TetMesh) -> Result<(), SceneError> {
     let refuse = |fact: String, remedy: &str| Err(content(file, "mesh.disturb", fact, remedy));
     if !(0.0..=1.0).contains(&spec.nodes) || !(0.0..=1.0).contains(&spec.slivers) {

@@ -43,6 +43,10 @@ pub struct Imported {
 
 impl Import {
     /// Looks at a file; `unit` overrides the guess.
+    ///
+    /// # Errors
+    ///
+    /// Where the file cannot be read, is of no known format, or is damaged.
     pub fn of(file: &Path, unit: Option<&str>, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
         let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "file", e);
         let format = recognise(file).map_err(SceneError::Mesh)?;
@@ -75,6 +79,10 @@ impl Import {
     }
 
     /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, the number that comes nearest is taken.
+    ///
+    /// # Errors
+    ///
+    /// Where the mesh cannot be read or made.
     pub fn load(&mut self, progress: &mut dyn FnMut(&str)) -> Result<Imported, SceneError> {
         let file = std::path::absolute(&self.file).unwrap_or(self.file.clone());
         let mut made =

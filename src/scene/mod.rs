@@ -47,6 +47,7 @@
 //!
 //! [`SceneBuilder`] adds what a file cannot hold: laws, effects, recorders, a mesh.
 
+mod additions;
 mod before_meshing;
 mod bodies;
 mod body;
@@ -168,7 +169,7 @@ pub use read::{changed_scene, is_study, read_scene, read_table, value_in};
 pub use recorder::{Energies, Headline, Moment, Recorder};
 pub use refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
 pub use run::Run;
-pub use run_options::{OnProgress, OnRow, OnSave, OnState, PARTIAL, Progress, RunOptions};
+pub use run_options::{OnProgress, OnRow, OnSave, OnSized, OnState, PARTIAL, Progress, RunOptions, Saved};
 pub use scalar_sensitivity::{ScalarSensitivity, check_scalar, scalar_sensitivity};
 pub use sensitivities::{Sensitivities, SensitivityRecorder};
 pub use sensitivity_error::SensitivityError;

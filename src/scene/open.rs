@@ -5,11 +5,19 @@ use super::error::SceneError;
 use std::path::Path;
 
 /// Reads a scene file, makes or reads its mesh, and assembles the scene.
+///
+/// # Errors
+///
+/// Those of [`SceneBuilder::open`] and [`SceneBuilder::build`].
 pub fn open_scene(file: &Path) -> Result<Scene, SceneError> {
     SceneBuilder::open(file)?.build()
 }
 
 /// Assembles a scene from its text in TOML, see [`SceneBuilder::parse`].
+///
+/// # Errors
+///
+/// Those of [`SceneBuilder::parse`] and [`SceneBuilder::build`].
 pub fn parse_scene(text: &str) -> Result<Scene, SceneError> {
     SceneBuilder::parse(text)?.build()
 }

@@ -39,15 +39,15 @@ pub enum FieldSpec {
     Displacement,
     /// Velocity \[m/s\] at the nodes
     Velocity,
-    /// Largest principal stretch
+    /// Largest principal stretch \[–\] at the nodes
     Stretch,
-    /// Cauchy's stress
+    /// Cauchy's stress \[Pa\], nine components, at the nodes and in the cells
     Stress,
-    /// Von Mises' equivalent stress \[Pa\]
+    /// Von Mises' equivalent stress \[Pa\], at the nodes and in the cells
     VonMises,
-    /// Pressure \[Pa\], positive in compression
+    /// Pressure \[Pa\], positive in compression, at the nodes and in the cells
     Pressure,
-    /// Of all contacts, normal to the obstacles, at the nodes
+    /// Force \[N\] of all contacts, normal to the obstacles, at the nodes
     ContactForce,
 }
 
@@ -62,11 +62,18 @@ pub struct ScheduleSpec {
     pub times: Vec<Time>,
 }
 
-/// Values at the nodes or in the cells.
+/// Values at the nodes or in the cells of the mesh, in SI.
+///
+/// A stress, von Mises' stress or pressure makes two fields of one name: first the values recovered at the nodes, then the means
+/// of the cells. The others have one, at the nodes.
 pub struct Field {
+    /// Quantity and unit: `displacement_m`, `stress_Pa`
     pub name: &'static str,
+    /// Numbers at each node or cell: 1, the 3 of a vector x, y, z, or the 9 of a tensor row by row, σ_xx, σ_xy, σ_xz, σ_yx, …
     pub components: usize,
+    /// \[nodes or cells × components\] node by node or cell by cell, in the order of the mesh
     pub values: Vec<f64>,
+    /// Whether they are at the nodes; else in the cells
     pub at_nodes: bool,
 }
 

@@ -27,6 +27,10 @@ fn listed(numbers: &[usize]) -> String {
 }
 
 /// Splits `key=value`; the value is TOML, or else a plain string.
+///
+/// # Errors
+///
+/// [`OverrideError::Form`] of a text without `=`.
 pub fn parse(text: &str) -> Result<(String, Value), OverrideError> {
     let (path, value) = text.split_once('=').ok_or_else(|| OverrideError::Form { text: text.into() })?;
     let parsed = format!("v = {value}").parse::<Table>().ok().and_then(|mut t| t.remove("v"));
@@ -45,6 +49,10 @@ const OPTIONAL: [&str; 2] = ["mesh", "numerics"];
 /// Sets the value at a dotted path. In a list a step is an index, or the `name` or `kind` of an entry: `direction.2`, `guides.0.1`. A kind that several
 /// entries have means all of them, which must have the same value there. Only the last key may be new; below `mesh` and at `numerics` also the tables in between, whose keys the reader checks. The step `+`
 /// of a list adds an entry, or a list of them, at its end.
+///
+/// # Errors
+///
+/// Where the path leads nowhere, means entries with other values, or has too many steps.
 pub fn apply(table: &mut Table, path: &str, value: Value) -> Result<(), OverrideError> {
     let steps = steps(path)?;
     if let [list, "+"] = steps[..]
@@ -107,6 +115,10 @@ impl Place<'_> {
 }
 
 /// The value at a dotted path, as [`apply`] goes it.
+///
+/// # Errors
+///
+/// Where the path leads nowhere, means entries with other values, or has too many steps.
 pub fn find<'a>(table: &'a Table, path: &str) -> Result<&'a Value, OverrideError> {
     let steps = steps(path)?;
     let (first, rest) = steps.split_first().expect("split yields at least one part");

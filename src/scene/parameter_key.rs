@@ -74,6 +74,10 @@ impl ParameterKey {
     }
 
     /// The number that a scene has there; an error where it has none.
+    ///
+    /// # Errors
+    ///
+    /// Where there is no value, or one that is no number.
     pub fn value(&self, scene: &Table) -> Result<KeyValue, KeyError> {
         KeyValue::of(overrides::find(scene, &self.0)?).map_err(|is| KeyError::NoNumber { key: self.clone(), is })
     }
@@ -92,7 +96,11 @@ pub struct KeyValue {
 }
 
 impl KeyValue {
-    /// The number of a value of a scene; the error says in words what the value is instead.
+    /// The number of a value of a scene.
+    ///
+    /// # Errors
+    ///
+    /// The value in words, where it is no number.
     pub fn of(value: &Value) -> Result<Self, String> {
         match value {
             Value::Float(number) => Ok(Self::plain(*number)),

@@ -19,6 +19,10 @@ pub struct Patches {
 
 impl Patches {
     /// Weights (node, w) of the ball of `radius` \[m\] around `center` \[m\] of the mesh of the body.
+    ///
+    /// # Errors
+    ///
+    /// Where the ball holds nothing of the body, is less than a millionth of it across, or cuts a cell that is too slender.
     pub fn weights(&self, mesh: &TetMesh, center: Vec3, radius: f64) -> Result<Vec<(u32, f64)>, EmbedError> {
         let key = [center.x, center.y, center.z, radius].map(f64::to_bits);
         if let Some(found) = locked(&self.known).get(&key) {

@@ -93,6 +93,10 @@ pub enum Quantity {
 
 impl Quantity {
     /// The value in SI.
+    ///
+    /// # Errors
+    ///
+    /// Where the text is no number with a unit of this dimension.
     pub fn value(&self, dimension: Dimension) -> Result<f64, UnitError> {
         match self {
             Self::Text(text) => units::parse(text, dimension),

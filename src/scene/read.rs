@@ -12,14 +12,22 @@ use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
-/// Reads a scene file, applies `key=value` changes and puts included laws and constants of effects in their place, so that the text that comes
-/// back says it all. Errors carry file, line and remedy.
+/// Reads a scene file, applies changes, and puts included laws and constants of effects in their place, so that the text that comes back says it
+/// all. A change is a path with its value, which [`overrides::parse`] reads from `key=value`; a [`SceneBuilder`](super::SceneBuilder) takes it by `set`.
+///
+/// # Errors
+///
+/// Where the file cannot be read or is no scene, with line and remedy; where a change leads nowhere, or the changed scene is refused.
 pub fn read_scene(file: &Path, changes: &[(String, toml::Value)]) -> Result<(SceneSpec, String), SceneError> {
     let (text, _) = read_table(file)?;
     changed_scene(file, &text, changes)
 }
 
 /// The same from the text of a scene; the files that it names are found from the folder of `file`.
+///
+/// # Errors
+///
+/// Those of [`read_scene`].
 pub fn changed_scene(
     file: &Path,
     text: &str,
@@ -95,6 +103,10 @@ pub fn value_in(file: &Path, changes: &[(String, toml::Value)], path: &str) -> O
 }
 
 /// Text and table of a TOML file.
+///
+/// # Errors
+///
+/// Where the file cannot be read, is no text, or is no TOML.
 pub fn read_table(file: &Path) -> Result<(String, toml::Table), SceneError> {
     let unreadable = |e: std::io::Error| SceneError::Unreadable { file: file.into(), reason: e.to_string() };
     let bytes = storage::read(file, TEXT_LIMIT).map_err(unreadable)?;
@@ -120,6 +132,10 @@ fn mesh_instead(file: &Path) -> Option<SceneError> {
 
 impl SceneSpec {
     /// A scene from its text, whose laws are in the text itself. `origin` says what was done to the text of the file, if anything.
+    ///
+    /// # Errors
+    ///
+    /// Where the text is no scene, with its line and the nearest known key.
     pub fn from_text(file: &Path, text: &str, origin: &str) -> Result<Self, SceneError> {
         from_text(file, text, origin)
     }

@@ -139,6 +139,10 @@ pub enum RefineError {
 
 /// Refines the mesh of a scene until the error bar of the quantity is within its tolerance, or the number of meshes is reached. `body` is
 /// the first mesh; `store` as in [`Body::load_from`].
+///
+/// # Errors
+///
+/// Where a scene is refused, a run does not complete or is stopped, or the quantity has no estimate or is within its error bar of zero.
 pub fn refine(
     (file, spec, text): (&Path, &SceneSpec, &str),
     wanted: &RefineSpec,

@@ -1,7 +1,7 @@
 //! One run of a scene and its result. Neither prints nor writes.
 
 use super::build::Scene;
-use super::checkpoint::Snapshot;
+use super::checkpoint::{Checkpoint, Snapshot};
 use super::collapse::{CollapsedCavity, collapsed};
 use super::control::{ControlError, Fired};
 use super::energy_growth::EnergyFromNothing;
@@ -12,7 +12,7 @@ use super::parts::constraints::{CableEvent, pulling};
 use super::recorded::{columns, recorders};
 use super::recorder::{Energies, Moment, Recorder};
 use super::rules::against_iterations;
-use super::run_options::RunOptions;
+use super::run_options::{RunOptions, Saved};
 use super::run_recorder::RunRecorder;
 use super::sensitivities::Sensitivities;
 use super::start::{place_in_motion, set_start};
@@ -42,7 +42,7 @@ pub struct Run {
     /// The `[[event]]`s that happened
     pub events: Vec<Fired>,
     pub status: Status,
-    /// Error of a signal or of the controller that ended the run
+    /// Error of a signal, of the controller or of the state to go on from, which ended the run
     pub failure: Option<ControlError>,
     pub totals: Totals,
     pub findings: Findings,
@@ -72,6 +72,8 @@ pub struct Run {
     pub peak: Snapshot,
     /// The last accepted state
     pub last: State,
+    /// The states that the options asked for, in order of time and each with its label, where no `on_save` received them
+    pub saved: Vec<Saved>,
     /// Cables that went slack, taut, or to the limit of their drive
     pub cable_events: Vec<CableEvent>,
     /// Cavities whose walls have passed through each other
@@ -89,6 +91,11 @@ impl Run {
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let k = self.columns.iter().position(|c| c == name)?;
         Some(self.rows.iter().map(|row| row[k]).collect())
+    }
+
+    /// The kept state of this label, such as `0.5s` or `end`; none if there is no such state.
+    pub fn checkpoint(&self, label: &str) -> Option<&Checkpoint> {
+        self.saved.iter().find(|(known, _)| known == label).map(|(_, checkpoint)| checkpoint)
     }
 }
 
@@ -116,7 +123,7 @@ impl Scene {
         state
     }
 
-    /// The fields of a state.
+    /// The fields of a state, in the order of `what`: of a stress one at the nodes and one in the cells, see [`Field`].
     pub fn fields(&self, state: &State, what: &[FieldSpec]) -> Vec<Field> {
         fields(self, state, what)
     }
@@ -145,8 +152,11 @@ impl Scene {
         self.run_with(RunOptions::default())
     }
 
-    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved.
+    /// Runs all stages with callbacks, a controller, derivatives, from a saved state, or with states to be saved. A saved state of another scene
+    /// or mesh ends the run before its first step, with the reason in [`Run::failure`].
     pub fn run_with(&self, mut options: RunOptions) -> Run {
+        let refused = options.restart.as_ref().and_then(|restart| restart.check(self).err());
+        options.restart = options.restart.filter(|_| refused.is_none());
         let mut driver = self.driver();
         let bytes = driver.steps.solver.linear.factor.bytes() as u64;
         let admitted = options.on_sized.take().is_none_or(|on_sized| on_sized(bytes));
@@ -157,7 +167,7 @@ impl Scene {
         if let Some(checkpoint) = &options.restart {
             driver.resume(checkpoint.memory.clone());
         }
-        let mut recorder = RunRecorder::new(self, options);
+        let mut recorder = RunRecorder::new(self, options, refused);
         let mut state = recorder.checkpoint.state.clone();
         let status = match (&recorder.failure, &recorder.not_finite) {
             (Some(_), _) => Status::Interrupted { t: state.t },
@@ -171,7 +181,7 @@ impl Scene {
             Some(column) => Status::NotFinite { t: recorder.last_time(), column },
             None => status,
         };
-        let (checkpoint, options, failure) = recorder.finish(&status);
+        let (checkpoint, saved, options, failure) = recorder.finish(&status);
         let stuck =
             matches!(status, Status::StepTooSmall { .. } | Status::Inverted { .. } | Status::NoEquilibrium { .. });
         let pulling = stuck.then(|| pulling(&self.cables, &state));
@@ -210,6 +220,7 @@ impl Scene {
             contacts: self.contacts.iter().map(|c| (c.name.clone(), c.counts(&sums.caches))).collect(),
             pulling: pulling.flatten(),
             last: state,
+            saved,
             cable_events: checkpoint.cables.events,
             sensitivities,
         }

@@ -47,24 +47,30 @@ pub struct RunOptions<'a> {
     pub on_row: Option<&'a mut OnRow<'a>>,
     /// Do not look for the reason where no step is possible: a search over many runs does not read it
     pub undiagnosed: bool,
-    /// A saved state to go on from
+    /// A saved state of this scene to go on from; title, numerics, output and comparisons may be others
     pub restart: Option<Checkpoint>,
     pub controller: Option<&'a mut (dyn Controller + 'a)>,
     /// Computes the derivatives of the recorded rows in the same pass; not together with `restart`
     pub sensitivities: Option<SensitivityRecorder<'a>>,
-    /// Times at which a state is saved: at the first point of the grid that is not before \[s\]
+    /// Times at which a state is saved: at the first point of the grid that is not before \[s\]. Saved states go to `on_save`, or else are kept in
+    /// [`Run::saved`](super::Run::saved)
     pub save_at: Vec<f64>,
     /// Save the last state too; of a run that ends between two points of the grid, that of the last point
     pub save_end: bool,
     /// Wall time after which a state is saved, again and again, with the label [`PARTIAL`]
     pub save_every: Option<Duration>,
-    /// Receives the saved states, with labels that tell them apart: `0.5s`, `end`
+    /// Receives the saved states, with labels that tell them apart: `0.5s`, `end`. Those that an event or a controller asks for are saved only here,
+    /// and where one of the three options above is set
     pub on_save: Option<&'a mut OnSave<'a>>,
 }
 
+/// A saved state with the label that tells it from others: `0.5s`, `end`.
+pub type Saved = (String, Checkpoint);
+
 impl RunOptions<'_> {
+    /// Whether states are saved. Of a run that is only to be followed none are copied.
     pub(super) fn saves_states(&self) -> bool {
-        self.on_save.is_some()
+        self.on_save.is_some() || self.save_end || self.save_every.is_some() || !self.save_at.is_empty()
     }
 
     /// Whether the state at `t` \[s\] is to be saved; times that have passed are forgotten.
@@ -75,9 +81,14 @@ impl RunOptions<'_> {
         due
     }
 
-    pub(super) fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
-        if let Some(on_save) = &mut self.on_save {
-            on_save(checkpoint, label);
+    /// Hands a state out, or keeps it where nothing receives it; of those that are saved again and again the last one.
+    pub(super) fn save(&mut self, checkpoint: &Checkpoint, label: &str, kept: &mut Vec<Saved>) {
+        match &mut self.on_save {
+            Some(on_save) => on_save(checkpoint, label),
+            None => {
+                kept.retain(|(known, _)| known != label);
+                kept.push((label.into(), checkpoint.clone()));
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::build::Scene;
 use super::checkpoint::{Checkpoint, Snapshot};
 use super::control::{ControlError, Opening, Orders};
-use super::run_options::{OnRow, PARTIAL, Progress, RunOptions};
+use super::run_options::{OnRow, PARTIAL, Progress, RunOptions, Saved};
 use crate::solve::{AcceptedStep, GridPoint, Status, Step, StepObserver, TimeSpan};
 use crate::system::State;
 use std::ops::ControlFlow;
@@ -17,6 +17,10 @@ pub(super) struct RunRecorder<'a, 'o> {
     pub checkpoint: Checkpoint,
     /// The last point of the grid, for a run that ends between two; only where the end is saved
     last_point: Option<Checkpoint>,
+    /// Saved states that no option receives
+    kept: Vec<Saved>,
+    /// Whether states are saved
+    saves: bool,
     /// Error of a signal or of the controller, which ended the run
     pub failure: Option<ControlError>,
     /// Column or signal whose value was no finite number, which ended the run
@@ -32,8 +36,8 @@ pub(super) struct RunRecorder<'a, 'o> {
 }
 
 impl<'a, 'o> RunRecorder<'a, 'o> {
-    /// Before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint.
-    pub fn new(scene: &'a Scene, mut options: RunOptions<'o>) -> Self {
+    /// Before the first step of a run, or of the rest of one. The state to start from is that of the checkpoint; `refused` ends the run there.
+    pub fn new(scene: &'a Scene, mut options: RunOptions<'o>, refused: Option<ControlError>) -> Self {
         let restart = options.restart.take();
         let last_point = restart.clone().filter(|_| options.save_end);
         let restarted = restart.is_some();
@@ -42,7 +46,7 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         if let (Some(on_state), false) = (&mut options.on_state, restarted) {
             on_state(&checkpoint.state);
         }
-        let mut failure = outcome.err();
+        let mut failure = refused.or(outcome.err());
         // Such a row is not kept, not even the first one: no file holds what is no number
         let first = checkpoint.rows.last().zip(checkpoint.signals.last());
         let not_finite = first.and_then(|(row, signals)| not_finite(scene, row, signals));
@@ -60,8 +64,22 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         let memory = checkpoint.memories.last().cloned().unwrap_or_default();
         let on_row = |on_row: &mut &mut OnRow| checkpoint.rows.iter().all(|row| on_row(row));
         let is_full = !options.on_row.as_mut().is_none_or(on_row);
-        let saved = Instant::now();
-        Self { scene, options, checkpoint, last_point, failure, not_finite, iterations: 0, saved, is_full, memory }
+        let (saves, kept, saved) = (options.saves_states(), vec![], Instant::now());
+        let iterations = 0;
+        Self {
+            scene,
+            options,
+            checkpoint,
+            last_point,
+            kept,
+            saves,
+            failure,
+            not_finite,
+            iterations,
+            saved,
+            is_full,
+            memory,
+        }
     }
 
     /// Time of the last recorded row \[s\].
@@ -69,15 +87,15 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         self.checkpoint.rows.last().map_or(0.0, |row| row[0])
     }
 
-    /// After the last step: saves the end, and tells the controller.
-    pub fn finish(mut self, status: &Status) -> (Checkpoint, RunOptions<'o>, Option<ControlError>) {
+    /// After the last step: saves the end, and tells the controller. Records, kept states, options, and the error that ended the run.
+    pub fn finish(mut self, status: &Status) -> (Checkpoint, Vec<Saved>, RunOptions<'o>, Option<ControlError>) {
         if let Some(checkpoint) = self.last_point.take() {
-            self.options.save(&checkpoint, "end");
+            self.options.save(&checkpoint, "end", &mut self.kept);
         }
         if let (Some(controller), Some(row)) = (&mut self.options.controller, self.checkpoint.rows.last()) {
             controller.end(row, status.name());
         }
-        (self.checkpoint, self.options, self.failure)
+        (self.checkpoint, self.kept, self.options, self.failure)
     }
 
     /// Events, the controller and the inputs up to the time `next`.
@@ -95,10 +113,11 @@ impl<'a, 'o> RunRecorder<'a, 'o> {
         let due = self.options.is_due(state.t);
         if due || asked {
             let before = self.checkpoint.rows.iter().rev().map(|row| row[0]).find(|t| *t < state.t);
-            self.options.save(&self.checkpoint, &format!("{}s", time_name(state.t, state.t - before.unwrap_or(0.0))));
+            let label = format!("{}s", time_name(state.t, state.t - before.unwrap_or(0.0)));
+            self.options.save(&self.checkpoint, &label, &mut self.kept);
         }
         if self.options.save_every.is_some_and(|every| self.saved.elapsed() >= every) {
-            self.options.save(&self.checkpoint, PARTIAL);
+            self.options.save(&self.checkpoint, PARTIAL, &mut self.kept);
             self.saved = Instant::now();
         }
         self.last_point = self.options.save_end.then(|| self.checkpoint.clone());
@@ -162,7 +181,7 @@ impl StepObserver for RunRecorder<'_, '_> {
                 return ControlFlow::Break(Status::Interrupted { t: state.t });
             }
         };
-        if self.options.saves_states() {
+        if self.saves {
             self.save(point, state, orders.save);
         }
         if orders.stop {

@@ -25,6 +25,10 @@ pub struct ScalarSensitivity {
 }
 
 /// Refuses a scene whose derivatives an adjoint solution at the last state does not give.
+///
+/// # Errors
+///
+/// The part of the scene because of which the adjoint solution is not the derivative.
 pub fn check_scalar(scene: &Scene) -> Result<(), SensitivityError> {
     check(scene)?;
     let refused = |part: String, why| Err(SensitivityError::NotScalar { part, why });
@@ -45,6 +49,10 @@ pub fn check_scalar(scene: &Scene) -> Result<(), SensitivityError> {
 
 /// Derivatives of Σ w J over the columns of a run, of weights w \[columns\], by keys; `last` is the last state and `memory` that of the recorders there. Ended by `stop`, which
 /// is looked at between the keys.
+///
+/// # Errors
+///
+/// Where a key is none of a number, the scene is refused by [`check_scalar`], or `stop` was set.
 pub fn scalar_sensitivity(
     scene: &Scene,
     (last, memory): (&State, &[f64]),

@@ -49,6 +49,10 @@ struct Recorders {
 
 impl<'a> SceneDifference<'a> {
     /// For a key of a scene.
+    ///
+    /// # Errors
+    ///
+    /// Where the scene has no number of this key, or none by which its equations have a derivative.
     pub fn new(scene: &'a Scene, key: &ParameterKey, followed: Followed) -> Result<Self, SensitivityError> {
         let family = Arc::new(Family::new(scene, key, followed)?);
         let start = family.start();

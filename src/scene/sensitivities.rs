@@ -133,12 +133,20 @@ pub struct SensitivityRecorder<'a> {
 impl<'a> SensitivityRecorder<'a> {
     /// For derivatives by keys of the scene, exact by constants of laws whose derivative is known and by differences of its equations by others, as are
     /// those of contacts and rigid bodies that follow a law; an error where there are none.
+    ///
+    /// # Errors
+    ///
+    /// Where a key names no number of the scene, or one by which it has no derivative.
     pub fn new(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         Self::of(scene, keys, false)
     }
 
     /// The same at the [extremes](super::extreme) of the columns and at the first row only, where the steps do not need each other: in statics without history.
     /// This saves a factorisation for every other row.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SensitivityRecorder::new`].
     pub fn at_extremes(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         let mut recorder = Self::of(scene, keys, false)?;
         let rest = scene.system.rest();
@@ -151,6 +159,10 @@ impl<'a> SensitivityRecorder<'a> {
     }
 
     /// The same by differences for constants of laws, too.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`SensitivityRecorder::new`].
     pub fn by_differences(scene: &'a Scene, keys: &[ParameterKey]) -> Result<Self, SensitivityError> {
         Self::of(scene, keys, true)
     }

@@ -73,6 +73,5 @@ impl Start {
 /// Inputs of an evaluation before the first step. No time passes: relaxing effects have the force of the last state, dampers that of
 /// its velocities.
 pub(super) fn before<'a>(state: &'a State, a: &'a [f64], rates: Rates) -> At<'a> {
-    let State { t, x, v, history, inputs, .. } = state;
-    At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates }
+    At { a, rates, ..state.at() }
 }

@@ -100,6 +100,10 @@ impl Study {
     }
 
     /// Reads `study.toml` and expands it. `changes` are made to every case, last.
+    ///
+    /// # Errors
+    ///
+    /// Where the file, or the scene that it varies, cannot be read, has a mistake, or makes a case that is refused.
     pub fn read(file: &Path, changes: &[(String, toml::Value)]) -> Result<Self, SceneError> {
         Self::read_extent(file, changes, Extent::Whole)
     }

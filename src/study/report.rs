@@ -28,6 +28,10 @@ use std::path::Path;
 /// Writes the report of the study in `dir`, next to its cases.
 ///
 /// A figure that cannot be drawn costs neither the numbers nor the page, which names it. `summary.json` comes first, for a disk that is full.
+///
+/// # Errors
+///
+/// Where the results cannot be read or are those of other inputs, or a file cannot be written.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let mut results = results::read(dir)?;
     let kind = KINDS.iter().find(|kind| kind.name == results.study.kind).ok_or_else(|| ReportError::Kind {

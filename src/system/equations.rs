@@ -292,9 +292,7 @@ impl System {
         let mut all = vec![0.0; state.history.len()];
         for (e, effect) in self.effects.iter().enumerate() {
             let Some(variables) = effect.capabilities().history else { continue };
-            let State { t, x, v, a, history, inputs, .. } = &*state;
-            let at = At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates: Default::default() };
-            let at = self.inputs_of(e, &at);
+            let at = self.inputs_of(e, &state.at());
             let own = &mut all[self.history_of(e)];
             let mut blocks = own.chunks_exact_mut(variables.size()).enumerate();
             if blocks.try_for_each(|(b, history)| variables.begin(&at, b, history)).is_err() {

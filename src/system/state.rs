@@ -30,6 +30,22 @@ impl State {
         Clock { t: self.t, inputs: &self.inputs }
     }
 
+    /// The inputs of an evaluation at this state, which no step has led to: `old` is x, no time has passed, and the rates do not depend on x.
+    ///
+    /// ```
+    /// use durometer::prelude::*;
+    ///
+    /// let state = State { t: 0.5, ..State::rest(8, 0) };
+    /// // That of a static step from rest
+    /// let old = State::rest(8, 0).x;
+    /// let at = At { dt: f64::INFINITY, old: &old, ..state.at() };
+    /// assert!(at.is_static() && at.t == 0.5 && at.x.len() == 24);
+    /// ```
+    pub fn at(&self) -> At<'_> {
+        let Self { t, x, v, a, history, inputs, .. } = self;
+        At { t: *t, dt: 0.0, x, v, a, old: x, history, inputs, rates: Rates::default() }
+    }
+
     /// At rest in the reference configuration.
     pub fn rest(nodes: usize, constraints: usize) -> Self {
         let zero = vec![0.0; 3 * nodes];
@@ -62,7 +78,7 @@ impl Rates {
     }
 }
 
-/// Inputs of one evaluation.
+/// Inputs of one evaluation; [`State::at`] makes one.
 #[derive(Clone, Copy)]
 pub struct At<'a> {
     pub t: f64,

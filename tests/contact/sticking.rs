@@ -296,7 +296,7 @@ fn a_restart_has_the_bits_of_the_whole_run() {
         let whole = run(&scene);
         let folder = tempfile::tempdir().expect("a temporary folder");
         let file = folder.path().join("middle.state");
-        let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+        let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
         scene.run_with(RunOptions { save_at: vec![1.6], on_save: Some(&mut save), ..RunOptions::default() });
         let restart = Some(Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}")));
         let again = scene.run_with(RunOptions { restart, ..RunOptions::default() });

@@ -124,7 +124,7 @@ fn turns_survive_a_restart() {
     let whole = scene.run();
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("state");
-    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     scene.run_with(RunOptions { save_at: vec![0.7], on_save: Some(&mut saved), ..RunOptions::default() });
     let restart = Some(Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}")));
     let rest = scene.run_with(RunOptions { restart, ..RunOptions::default() });

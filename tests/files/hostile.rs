@@ -158,7 +158,7 @@ fn a_fit_leaves_out_numbers_that_are_no_measurement() {
 }
 
 fn state_of(scene: &Scene, file: &Path, at: f64) {
-    let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(file, scene).unwrap_or_else(|e| panic!("{e}"));
+    let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(file).unwrap_or_else(|e| panic!("{e}"));
     let options = RunOptions { save_at: vec![at], on_save: Some(&mut save), ..RunOptions::default() };
     let run = scene.run_with(options);
     assert_eq!(run.status, Status::Converged);

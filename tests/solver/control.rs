@@ -2,14 +2,18 @@
 
 use crate::common::tools;
 use crate::common::{column, run, scene};
+use durometer::material::law_from_table;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
 use durometer::scene::control::{ControlError, Controller, Observation, Opening, Reply};
-use durometer::scene::{Checkpoint, CheckpointError, Progress, Run, RunOptions, Scene, SceneBuilder};
+use durometer::scene::{
+    Checkpoint, CheckpointError, Moment, Progress, Recorder, Run, RunOptions, Scene, SceneBuilder, SceneSpec,
+};
 use durometer::solve::Status;
-use durometer::system::State;
+use durometer::system::{At, BlockValues, Blocks, Effect, EnergyRole, EvalError, State, Want};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 const LAW: &str = r#"
 [mesh]
@@ -149,7 +153,7 @@ fn restarted_everywhere(scene: &Scene) -> Run {
     let mut files: Vec<PathBuf> = Vec::new();
     let mut saved = |checkpoint: &Checkpoint, label: &str| {
         let file = folder.path().join(format!("{label}.state"));
-        checkpoint.write(&file, scene).expect("writable");
+        checkpoint.write(&file).expect("writable");
         files.push(file);
     };
     let at: Vec<f64> = whole.rows.iter().map(|row| row[0]).filter(|t| on_grid(*t)).collect();
@@ -206,12 +210,39 @@ fn an_interrupted_run_can_be_continued() {
     assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
 }
 
+/// A run that is asked for states keeps them where nothing receives them, with the labels that a receiver gets, those of its events included. Of the
+/// states that are saved again and again it keeps the last one, and of a run that is asked for none there are none.
+#[test]
+fn saved_states_are_in_the_result_where_nothing_receives_them() {
+    let event = "[[event]]\nname = \"early\"\nwhen = { kind = \"at\", t = \"0.2 s\" }\nthen = [{ kind = \"save\" }]\n";
+    let drive = r#"{ kind = "length", signal = { kind = "ramp", from = "0 mm", to = "4 mm", end = "1 s" } }"#;
+    let scene = pulled(drive, event);
+    let mut received = Vec::new();
+    let mut saved = |checkpoint: &Checkpoint, label: &str| received.push((label.to_string(), checkpoint.state.clone()));
+    fn asked<'a>() -> RunOptions<'a> {
+        RunOptions { save_at: vec![0.5], save_end: true, ..RunOptions::default() }
+    }
+    assert!(scene.run_with(RunOptions { on_save: Some(&mut saved), ..asked() }).saved.is_empty());
+    let whole = scene.run_with(asked());
+    assert!(whole.saved.iter().map(|(label, kept)| (label, &kept.state)).eq(received.iter().map(|(l, s)| (l, s))));
+    assert_eq!(received.iter().map(|(label, _)| label.as_str()).collect::<Vec<_>>(), ["0.2s", "0.5s", "end"]);
+    assert!(whole.checkpoint("0.4s").is_none());
+    for label in ["0.2s", "0.5s", "end"] {
+        let again = scene.run_with(RunOptions { restart: whole.checkpoint(label).cloned(), ..RunOptions::default() });
+        assert!(bits(&again) == bits(&whole), "{label}");
+    }
+    assert!(run(&scene).saved.is_empty());
+    let often = pulled(drive, "").run_with(RunOptions { save_every: Some(Duration::ZERO), ..RunOptions::default() });
+    let [(label, last)] = &often.saved[..] else { panic!("{} states", often.saved.len()) };
+    assert_eq!((label.as_str(), &last.state), ("partial", &often.last));
+}
+
 #[test]
 fn a_state_of_another_scene_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("a.state");
     let scene = pulled("{ kind = \"length\", signal = \"1 mm\" }", "");
-    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     let options = RunOptions { save_at: vec![0.5], on_save: Some(&mut saved), ..RunOptions::default() };
     scene.run_with(options);
     let other = pulled("{ kind = \"length\", signal = \"2 mm\" }", "");
@@ -233,11 +264,108 @@ fn a_state_of_another_scene_is_refused() {
     assert!(matches!(Checkpoint::read(&folder.path().join("none"), &scene), Err(CheckpointError::Unreadable { .. })));
 }
 
-/// Guides in a file belong to the scene; a table that only `compare` reads does not. The files count as they were when the scene was read.
+/// A force on all nodes of the tip, from Rust.
+struct Push {
+    blocks: Blocks,
+    force: f64,
+}
+
+impl Effect for Push {
+    fn name(&self) -> &str {
+        "push"
+    }
+
+    fn role(&self) -> EnergyRole {
+        EnergyRole::Load
+    }
+
+    fn blocks(&self) -> &Blocks {
+        &self.blocks
+    }
+
+    fn eval(&self, at: &At, b: usize, _: Want, out: &mut BlockValues) -> Result<(), EvalError> {
+        let dof = 3 * self.blocks.nodes(b)[0] as usize + 2;
+        (out.energy, out.r[2]) = (-self.force * at.x[dof], -self.force);
+        Ok(())
+    }
+}
+
+/// The largest displacement in z, from Rust.
+struct Lift(&'static str);
+
+impl Recorder for Lift {
+    fn columns(&self) -> Vec<String> {
+        vec![self.0.into()]
+    }
+
+    fn record(&self, now: &Moment) -> Vec<f64> {
+        vec![now.state.x.iter().skip(2).step_by(3).fold(0.0, |most, z| z.max(most))]
+    }
+}
+
+/// A state belongs to what is simulated: a change of the specification or of a constant of what was added in Rust makes another scene of the same
+/// text. A run does not go on from such a state, and the state itself keeps the scene that it is of.
+#[test]
+fn a_state_belongs_to_what_is_simulated_and_not_to_its_text() {
+    type Change = fn(SceneBuilder) -> SceneBuilder;
+    let text = format!("{LAW}{CABLE}drive = {{ kind = \"length\", signal = \"1 mm\" }}\n{STATIC}");
+    let mesh = || block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear);
+    let spec = || SceneSpec::from_text(Path::new("scene.toml"), &text, "").expect("a scene");
+    let of_spec = |spec: SceneSpec| SceneBuilder::new(spec).text(&text).mesh(mesh());
+    let built = |change: Change| change(of_spec(spec())).build().unwrap_or_else(|e| panic!("{e}"));
+    fn push(builder: SceneBuilder, force: f64) -> SceneBuilder {
+        builder.effect(Box::new(Push { blocks: Blocks::new([[9_u32]].iter().map(|nodes| &nodes[..])), force }))
+    }
+    fn rubber(builder: SceneBuilder, nu: f64) -> SceneBuilder {
+        let table = format!("law = \"neo_hookean\"\nmu = \"60 kPa\"\nnu = {nu}").parse().expect("a table");
+        builder.law("rubber", move || law_from_table(&table).expect("a law"))
+    }
+    let others: [(Change, Change); 4] = [
+        (|b| push(b, 1e-3), |b| push(b, 2e-3)),
+        (|b| rubber(b, 0.45), |b| rubber(b, 0.4)),
+        (|b| b.recorder(Box::new(Lift("lift_m"))), |b| b.recorder(Box::new(Lift("rise_m")))),
+        (|b| b, |b| push(b, 1e-3)),
+    ];
+    let state_of = |scene: &Scene| {
+        let mut kept = None;
+        let mut saved = |checkpoint: &Checkpoint, _: &str| kept = Some(checkpoint.clone());
+        let options = RunOptions { save_at: vec![0.5], on_save: Some(&mut saved), ..RunOptions::default() };
+        let whole = scene.run_with(options);
+        (kept.expect("saved"), whole)
+    };
+    let refused = |scene: &Scene, state: &Checkpoint| {
+        let run = scene.run_with(RunOptions { restart: Some(state.clone()), ..RunOptions::default() });
+        assert_eq!((run.status, run.rows.len()), (Status::Interrupted { t: 0.0 }, 1));
+        let why = run.failure.expect("it is refused").to_string();
+        assert!(why.contains("saved from another scene; restart it with the one it belongs to"), "{why}");
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("a.state");
+        state.write(&file).expect("writable");
+        assert!(matches!(Checkpoint::read(&file, scene), Err(CheckpointError::Elsewhere { what: "scene", .. })));
+    };
+    for (one, other) in others {
+        let (state, whole) = state_of(&built(one));
+        refused(&built(other), &state);
+        let again = built(one).run_with(RunOptions { restart: Some(state), ..RunOptions::default() });
+        assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
+    }
+    let (state, whole) = state_of(&built(|b| b));
+    let mut changed = spec();
+    changed.laws.get_mut("rubber").expect("the law").insert("nu".into(), 0.4.into());
+    refused(&of_spec(changed).build().expect("a scene"), &state);
+    // The same specification in other words, and other numerics
+    let mut patient = spec();
+    patient.numerics.cuts += 1;
+    let patient = of_spec(patient).text(format!("# in other words\n{text}")).build().expect("a scene");
+    let again = patient.run_with(RunOptions { restart: Some(state), ..RunOptions::default() });
+    assert!(again.status == Status::Converged && bits(&again) == bits(&whole));
+}
+
+/// Guides in a file belong to the scene, also to one that was written in Rust; a table that only `compare` reads does not. The files count as they were
+/// when the scene was read.
 #[test]
 fn a_state_is_refused_after_a_file_of_its_scene_changed() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let put = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("writable");
     let text = format!(
         "{LAW}{}drive = {{ kind = \"length\", signal = \"1 mm\" }}\n{STATIC}[[compare]]\ncolumn = \"cable_tension_N\"\n\
          file = \"measured.csv\"\nx = {{ column = \"t\", unit = \"s\" }}\ny = {{ column = \"F\", unit = \"N\" }}\n",
@@ -246,17 +374,28 @@ fn a_state_is_refused_after_a_file_of_its_scene_changed() {
             r#"{ file = "guides.csv", unit = "mm" }"#
         )
     );
-    let read = || {
-        let builder = SceneBuilder::parse(&text).expect("a scene").file(folder.path().join("scene.toml")).text(&text);
-        builder.mesh(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear)).build().unwrap_or_else(|e| panic!("{e}"))
-    };
+    let spec = || SceneSpec::from_text(Path::new("scene.toml"), &text, "").expect("a scene");
+    let parsed = || SceneBuilder::parse(&text).expect("a scene").text(&text);
+    let written = || SceneBuilder::new(spec());
+    for start in [&parsed as &dyn Fn() -> SceneBuilder, &written] {
+        let read = || {
+            let builder = start().file(folder.path().join("scene.toml"));
+            builder.mesh(block(4, 1, 1, 0.04, 0.01, 0.01, Order::Linear)).build().unwrap_or_else(|e| panic!("{e}"))
+        };
+        is_refused_after_a_change(folder.path(), &read);
+    }
+}
+
+/// With other guides, and not with another table to compare with.
+fn is_refused_after_a_change(folder: &Path, read: &dyn Fn() -> Scene) {
+    let put = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("writable");
     put("guides.csv", "15,5,2\n35,5,2\n");
     put("measured.csv", "t,F\n0,0\n1,1\n");
     let scene = read();
     put("guides.csv", "15,5,2\n35,5,4\n");
     put("measured.csv", "t,F\n0,0\n1,2\n");
-    let file = folder.path().join("a.state");
-    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let file = folder.join("a.state");
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     let options = RunOptions { save_at: vec![0.5], on_save: Some(&mut saved), ..RunOptions::default() };
     scene.run_with(options);
     let error = Checkpoint::read(&file, &read()).expect_err("other guides").to_string();

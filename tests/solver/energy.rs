@@ -150,7 +150,7 @@ fn a_restart_states_the_same() {
     assert!(whole.is_some());
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("last.state");
-    let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let mut save = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     scene.run_with(RunOptions { save_at: vec![2.9], on_save: Some(&mut save), ..RunOptions::default() });
     let restart = Some(Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}")));
     let rest = scene.run_with(RunOptions { restart, ..RunOptions::default() });

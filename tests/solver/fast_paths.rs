@@ -277,7 +277,7 @@ fn a_restart_keeps_the_factor() {
     let scene = scene("finger-convergence", &[KEEP, "stage.0.duration=\"0.4 s\""]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
-    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     let options = RunOptions { save_at: vec![0.2], on_save: Some(&mut saved), ..RunOptions::default() };
     let whole = scene.run_with(options);
     let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));

@@ -125,7 +125,7 @@ fn bits_do_not_depend_on_restarts_or_threads() {
     let scene = scene("finger-convergence", &[ITERATIVE, "numerics.reuse_threshold=0", "stage.0.duration=\"0.4 s\""]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("middle.state");
-    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file, &scene).expect("writable");
+    let mut saved = |checkpoint: &Checkpoint, _: &str| checkpoint.write(&file).expect("writable");
     let options = RunOptions { save_at: vec![0.2], on_save: Some(&mut saved), ..RunOptions::default() };
     let whole = scene.run_with(options);
     let from = Checkpoint::read(&file, &scene).unwrap_or_else(|e| panic!("{e}"));

@@ -6,6 +6,7 @@
 mod cycles;
 mod dependencies;
 mod docs;
+mod errors;
 mod gallery;
 mod language;
 mod names;

@@ -1,6 +1,6 @@
-//! Reasons why signals or a controller end a run; the rows recorded so far are kept.
+//! Reasons why signals, a controller or the state to go on from end a run; the rows recorded so far are kept.
 
-/// A signal or a controller that cannot be used any more.
+/// A signal or a controller that cannot be used any more, or a saved state that cannot be used at all.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ControlError {
     #[error("the signal {signal} is {value} at t = {t:.6} s; keep its formula defined there, for example by max(x, 0)")]
@@ -12,6 +12,8 @@ pub enum ControlError {
     OutOfRange { signal: String, value: f64, t: f64, low: f64, high: f64 },
     #[error("{file}: cannot be written: {reason}; make room, or choose another folder with --out")]
     Record { file: String, reason: String },
+    #[error("the state to go on from was saved from another {what}; restart it with the one it belongs to{hint}")]
+    Elsewhere { what: &'static str, hint: &'static str },
     #[error("the command \"{command}\" is not one: its quotes do not close; write --controller \"python3 ctrl.py\"")]
     Command { command: String },
     #[error("the controller \"{command}\" cannot be started: {reason}; give a program that this shell finds")]

@@ -71,6 +71,10 @@ fn of_object<A: for<'a> Deserialize<'a>>(value: Value) -> serde_json::Result<A> 
 
 impl Process {
     /// Starts the command; each answer may take this long, or until `stop` is set. On Linux it ends with the thread that starts it.
+    ///
+    /// # Errors
+    ///
+    /// [`ControlError::Command`] where the quotes of the command do not close, [`ControlError::Start`] where it cannot be started.
     pub fn start(command: &str, timeout: Duration, stop: Option<Arc<AtomicBool>>) -> Result<Self, ControlError> {
         // In Windows a backslash is part of a path
         let written = if cfg!(windows) { command.replace('\\', r"\\") } else { command.into() };

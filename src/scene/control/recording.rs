@@ -41,6 +41,10 @@ pub struct Recording {
 
 impl Recording {
     /// Reads a recording of these signals.
+    ///
+    /// # Errors
+    ///
+    /// Where the file cannot be read, or is no recording of these signals.
     pub fn read(path: &Path, signals: &[String]) -> Result<Self, RecordingError> {
         let file = path.display().to_string();
         let text = storage::read_text(path, DATA_LIMIT)
@@ -49,6 +53,10 @@ impl Recording {
     }
 
     /// Reads the text of a recording of these signals; `file` is its name in messages.
+    ///
+    /// # Errors
+    ///
+    /// Where the text is no recording of these signals, with its line.
     pub fn parse(text: &str, file: &str, signals: &[String]) -> Result<Self, RecordingError> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let header = reader.headers().map_err(|_| RecordingError::Header { file: file.into() })?.clone();

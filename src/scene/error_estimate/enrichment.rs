@@ -169,6 +169,11 @@ pub(super) struct EnrichedScene {
 }
 
 impl EnrichedScene {
+    /// A scene in this enriched space.
+    ///
+    /// # Errors
+    ///
+    /// Where a part of the scene is not known on the enriched mesh, or is refused there.
     pub fn new(scene: &Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         // The regions of the run itself: picked again by place they would be others on smaller cells
         let mut own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
@@ -281,6 +286,10 @@ impl EnrichedScene {
     }
 
     /// The whole protocol, which has an estimate at the extremes of the run at these times.
+    ///
+    /// # Errors
+    ///
+    /// Where the enriched mesh has no solution, or the estimate was stopped.
     pub fn run(&self, of_run: &Run, extremes: impl Iterator<Item = f64>) -> Result<Run, EstimateError> {
         let run = self.scene.run_with(RunOptions { stop: self.stop.clone(), ..RunOptions::default() });
         match run.status {
@@ -295,6 +304,10 @@ impl EnrichedScene {
     }
 
     /// The solution at the time of `start` by the protocol from its beginning, on the branch that the loads lead to.
+    ///
+    /// # Errors
+    ///
+    /// Where the enriched mesh has no solution, or one on a branch that is not decided.
     pub fn run_until(&mut self, of_run: &Run, start: State) -> Result<Solved, EstimateError> {
         let t = start.t;
         let mut spans = self.scene.spans.clone();

@@ -152,11 +152,19 @@ type Localised<'a> = Box<dyn Fn(&QuantityError) -> bool + 'a>;
 
 impl<'a> ErrorEstimator<'a> {
     /// For a run of this scene; an error where the scene has no estimate.
+    ///
+    /// # Errors
+    ///
+    /// Where the scene has no estimate: the part that has none.
     pub fn new(scene: &'a Scene) -> Result<Self, EstimateError> {
         Self::with(scene, Enrichment::usual(scene.body.mesh.order))
     }
 
     /// The same in this enriched space.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ErrorEstimator::new`].
     pub fn with(scene: &'a Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         refusal::check(scene)?;
         let whole_run = refusal::path_dependence(scene).is_some();
@@ -165,11 +173,19 @@ impl<'a> ErrorEstimator<'a> {
     }
 
     /// Shares of the cells in addition, by an adjoint solution of every quantity.
+    ///
+    /// # Errors
+    ///
+    /// Where the scene has no adjoint solution.
     pub fn localised(self) -> Result<Self, EstimateError> {
         self.localised_where(|_| true)
     }
 
     /// The same only for errors that `wanted` accepts: an adjoint solution costs as much as the estimate.
+    ///
+    /// # Errors
+    ///
+    /// Where the scene has no adjoint solution.
     pub fn localised_where(self, wanted: impl Fn(&QuantityError) -> bool + 'a) -> Result<Self, EstimateError> {
         refusal::check_adjoint(self.scene)?;
         Ok(Self { localised: Box::new(wanted), ..self })
@@ -188,6 +204,10 @@ impl<'a> ErrorEstimator<'a> {
     }
 
     /// Errors of these columns of the run, or of all that have one.
+    ///
+    /// # Errors
+    ///
+    /// Where the states are not those of this run, a column has no estimate, or the enriched problem has no solution.
     pub fn estimate(&self, run: &Run, columns: &[String]) -> Result<ErrorEstimate, EstimateError> {
         let found = self.estimate_whole(run, columns);
         // A solution that was stopped may look like one that does not exist
@@ -269,6 +289,10 @@ impl<'a> ErrorEstimator<'a> {
     }
 
     /// Refuses columns that have no estimate; for use before the run.
+    ///
+    /// # Errors
+    ///
+    /// The first of them that is not recorded or has no estimate.
     pub fn check_columns(&self, names: &[String]) -> Result<(), EstimateError> {
         self.columns(&self.scene.columns(), names).map(|_| ())
     }

@@ -72,6 +72,7 @@ fn build_contact(
         let fact = format!("friction = {}", spec.friction);
         return Err(builder.content(place, fact, "a coefficient of friction is not negative"));
     }
+    check_sides(builder, place, spec, bodies)?;
     let cell = cell_size(builder, place, spec, bodies)?;
     let scales = ContactScales::new(builder, place, spec, (cell, stiffest(builder)))?;
     let ContactScales { distance, modulus, friction: coulomb, .. } = scales;
@@ -123,6 +124,28 @@ fn build_contact(
         shared
     });
     Ok(named(ContactSides::Points { pressing, moves: spec.motion.is_some(), friction }))
+}
+
+/// Refuses a rigid body in the place of facets, where the obstacle is a region.
+fn check_sides(builder: &Builder, place: &str, spec: &ContactSpec, bodies: &[RigidBody]) -> Result<(), SceneError> {
+    let ShapeSpec::Region { region } = &spec.obstacle else { return Ok(()) };
+    let is_rigid = |name: &String| bodies.iter().any(|b| b.name == *name) && !builder.regions.contains_key(name);
+    let own = &spec.region;
+    if is_rigid(region) {
+        let fact = format!("the obstacle \"{region}\" is a rigid body, and no region");
+        return Err(builder.content(
+            place,
+            fact,
+            format!("write obstacle = {{ kind = \"rigid\", body = \"{region}\" }}"),
+        ));
+    }
+    if is_rigid(own) {
+        let fact = format!("\"{own}\" is a rigid body, and its obstacle \"{region}\" a part of a deformable surface");
+        let remedy =
+            format!("swap them: region = \"{region}\" and obstacle = {{ kind = \"rigid\", body = \"{own}\" }}");
+        return Err(builder.content(place, fact, remedy));
+    }
+    Ok(())
 }
 
 /// Mean size of the cells where a contact acts \[m\]: of those at its region, at the finer one of two regions, of all cells where rigid bodies meet

@@ -4,6 +4,10 @@ use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
 
 /// The cells of the region. Refuses one in which not exactly one elastic effect has this law: the history of an effect is that of one solid.
+///
+/// # Errors
+///
+/// The region, if no elastic effect or several have this law there.
 pub fn check_elastic_with(builder: &Builder, place: &str, region: &str, law: &str) -> Result<Vec<u32>, SceneError> {
     let mut elastic = vec![0; builder.body.mesh.cell_count()];
     for other in builder.gathered.laws.iter().filter(|other| other.name == law) {

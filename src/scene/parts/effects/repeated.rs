@@ -5,6 +5,10 @@ use crate::scene::error::SceneError;
 
 /// Refuses effect `number` on the very cells of an earlier effect of its kind, and notes where they share a part of their cells. Only those are compared
 /// that are alike in `which`: the other keys that would have to be equal for one to repeat the other.
+///
+/// # Errors
+///
+/// The earlier effect, if it is on the same cells.
 pub fn check_repeated(
     builder: &mut Builder,
     number: usize,
