@@ -70,6 +70,7 @@ pub mod error_estimate;
 mod extreme;
 mod extreme_rows;
 mod features;
+mod feedback;
 mod fields;
 mod fixture;
 mod grid;
@@ -147,6 +148,7 @@ pub use error_estimate::{
 };
 pub use extreme::{Extreme, ExtremeKind, extreme};
 pub use features::{Features, Reading};
+pub use feedback::growing_feedback;
 pub use fixture::Fixture;
 pub use grid::{
     cells as cells_of_grid, common_divisor, divisions as divisions_of_grid, divisions_value, grid as mesh_of_grid,

@@ -745,10 +745,8 @@ fn the_plugins_finger_runs_with_its_cable_and_root_box() {
     assert!((length[0] - shortest - 0.015).abs() < 1e-9, "the cable is shortened by its amplitude");
 }
 
-/// A balloon under more pressure than it carries: the largest load is a number of its signal, whether that is a function of time, is computed from a column of
-/// the run, or was switched by an event.
-#[test]
-fn the_largest_load_is_stated_whatever_sets_it() {
+/// An eighth of a balloon, whose inner pressure is this signal.
+fn balloon(signal: &str) -> String {
     let scene = r#"
         [mesh]
         grid = { kind = "octant", inner = "10 mm", outer = "11 mm", divisions = [2, 1] }
@@ -780,7 +778,13 @@ fn the_largest_load_is_stated_whatever_sets_it() {
     "#;
     let held = ["x", "y", "z"]
         .map(|axis| format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{axis}min\"\ncomponents = \"{axis}\"\n"));
-    let scene = scene.replace("HELD", &held.concat());
+    scene.replace("HELD", &held.concat()).replace("SIGNAL", signal)
+}
+
+/// A balloon under more pressure than it carries: the largest load is a number of its signal, whether that is a function of time, is computed from a column of
+/// the run, or was switched by an event.
+#[test]
+fn the_largest_load_is_stated_whatever_sets_it() {
     let ramp = "{ kind = \"ramp\", from = \"0 Pa\", to = \"10 kPa\", end = \"1 s\" }";
     let formula = "{ kind = \"expression\", formula = \"10000 * t + 0 * gas_volume_m3\", unit = \"Pa\" }";
     let event = format!(
@@ -791,7 +795,7 @@ fn the_largest_load_is_stated_whatever_sets_it() {
     let (_keep, out) = folder();
     let largest = |signal: &str, more: &str| {
         let file = Path::new(&out).join("balloon.toml");
-        std::fs::write(&file, scene.replace("SIGNAL", signal) + more).expect("a file");
+        std::fs::write(&file, balloon(signal) + more).expect("a file");
         let record = json(&call(&["simulate", &file.display().to_string(), "--out", &out, "--json"], 3));
         assert_eq!(record["status"], "NoEquilibrium");
         record["solver"]["stop"]["limit"]["gas_imposed_pressure_Pa"].as_f64().expect("a number")
@@ -803,4 +807,29 @@ fn the_largest_load_is_stated_whatever_sets_it() {
         let other = largest(signal, more);
         assert!((other / by_time - 1.0).abs() < 1e-3, "{signal}: {other} {by_time}");
     }
+}
+
+/// Air in a balloon by its law, a formula of the volume: where the balloon is soft against it, the loop of one step diverges, and the run says so. Against thin air
+/// it converges, and a run that stops at a limit point has no such note.
+#[test]
+fn a_loop_that_grows_by_itself_is_named() {
+    let (_keep, out) = folder();
+    let notes = |signal: &str, code: i32| {
+        let file = Path::new(&out).join("balloon.toml");
+        std::fs::write(&file, balloon(signal)).expect("a file");
+        let record = json(&call(&["simulate", &file.display().to_string(), "--out", &out, "--json"], code));
+        record["notes"].to_string()
+    };
+    let air = |pressure: &str| {
+        let formula = format!("{pressure} * ((1 + 0.1 * t) * 5.16632e-7 / gas_volume_m3 - 1)");
+        format!("{{ kind = \"expression\", formula = \"{formula}\", unit = \"Pa\" }}")
+    };
+    let grows = "gas_imposed_pressure_Pa alternates by more from row to row";
+    let diverging = notes(&air("20000"), 3);
+    assert!(diverging.contains(grows), "{diverging}");
+    assert!(!notes(&air("200"), 0).contains(grows));
+    assert!(
+        !notes("{ kind = \"expression\", formula = \"10000 * t + 0 * gas_volume_m3\", unit = \"Pa\" }", 3)
+            .contains(grows)
+    );
 }

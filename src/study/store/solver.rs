@@ -3,8 +3,8 @@
 use crate::math::signal::Clock;
 use crate::math::tensor::Vec3;
 use crate::mesh::Order;
-use crate::scene::{LinearWork, Run, Scene, half_turns, wrinkle_notes};
-use crate::solve::TurningPoint;
+use crate::scene::{LinearWork, Run, Scene, growing_feedback, half_turns, wrinkle_notes};
+use crate::solve::{Status, TurningPoint};
 use crate::study::store::collapse::CollapseRecord;
 use crate::study::store::energy::EnergyRecord;
 use crate::wording::count;
@@ -256,6 +256,9 @@ pub fn notes(scene: &Scene, run: &Run) -> Vec<String> {
     }
     out.extend(wrinkle_notes(scene, &run.peak.x));
     out.extend(half_turns(&scene.signals, &run.signals));
+    if run.status != Status::Converged {
+        out.extend(growing_feedback(&scene.signals, &run.signals));
+    }
     out.extend(stretched(scene, run));
     let linear = LinearRecord::new(run);
     if let Some(m) = linear.multigrid {
