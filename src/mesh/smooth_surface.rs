@@ -81,6 +81,13 @@ pub fn on_smooth_surface(mesh: &TetMesh, interfaces: &[Interface], fine: &Enrich
     Smoothed::Folded
 }
 
+/// Whether no interface has a crease. Along faces of cells that follow the border of a place there are some.
+pub fn are_smooth(mesh: &TetMesh, interfaces: &[Interface]) -> bool {
+    let surface = Surface::new(mesh, interfaces);
+    let ends = |edge: &Edge| surface.edges[edge].len() == 1;
+    surface.is_smooth.iter().filter(|((_, is_inside), _)| *is_inside).all(|(edge, is_smooth)| *is_smooth || ends(edge))
+}
+
 /// The boundary of a mesh and the interfaces of its solids, with a fitted surface around every facet.
 struct Surface<'a> {
     mesh: &'a TetMesh,
@@ -391,6 +398,7 @@ mod tests {
                 let is_inside = |mesh: &TetMesh, c: usize| mesh.position(c, [0.25; 3]).norm_squared() < 2.0;
                 let solids: Vec<u32> = (0..mesh.cell_count()).map(|c| u32::from(is_inside(&mesh, c))).collect();
                 let interfaces = interfaces(&mut mesh, &solids);
+                assert!(are_smooth(&mesh, &interfaces));
                 let Smoothed::Moved(moved, 1.0) = on_smooth_surface(&mesh, &interfaces, &enriched(&mesh)) else {
                     panic!("curved, and sound")
                 };
@@ -404,6 +412,18 @@ mod tests {
                 println!("{order:?}, n = {n}: {share}");
                 assert!(share.abs() < 0.1, "{order:?}, n = {n}: {share}");
             }
+        }
+    }
+
+    /// Faces of cells along a ball in a block have creases.
+    #[test]
+    fn faces_along_a_ball_in_a_block_are_not_smooth() {
+        for (order, n) in [(Order::Linear, 4), (Order::Linear, 8), (Order::Quadratic, 4)] {
+            let mut mesh = block(n, n, n, 1.0, 1.0, 1.0, order);
+            let is_inside = |c: usize| mesh.position(c, [0.25; 3]).norm() < 0.7;
+            let solids: Vec<u32> = (0..mesh.cell_count()).map(|c| u32::from(is_inside(c))).collect();
+            let interfaces = interfaces(&mut mesh, &solids);
+            assert!(!interfaces.is_empty() && !are_smooth(&mesh, &interfaces));
         }
     }
 

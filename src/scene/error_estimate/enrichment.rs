@@ -8,7 +8,7 @@ use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;
 use crate::mesh::enrich::Enriched;
 use crate::mesh::interface::{Interface, interfaces};
-use crate::mesh::smooth_surface::{Smoothed, on_smooth_surface};
+use crate::mesh::smooth_surface::{Smoothed, are_smooth, on_smooth_surface};
 use crate::mesh::{Order, Region, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
@@ -110,9 +110,20 @@ fn leave_out_nodes_beyond(scene: &Scene, map: &mut Enriched) {
     }
 }
 
-/// \[cells\] the solid of each: cells of one have the same laws, and are held by the same rigid inserts. Regions whose border runs through cells are left
-/// out, since faces along it are on no surface of the body.
-fn solids(scene: &Scene) -> Vec<u32> {
+/// The facets between solids. Faces of cells along the border of a place are on no surface of the body: where these have creases, regions whose border runs
+/// through cells are left out.
+fn between_solids(scene: &Scene, mesh: &mut TetMesh) -> Vec<Interface> {
+    let facets = mesh.facets.len();
+    let all = interfaces(mesh, &solids(scene, |_| true));
+    if are_smooth(mesh, &all) {
+        return all;
+    }
+    mesh.facets.truncate(facets);
+    interfaces(mesh, &solids(scene, |region| !region.depends_on_mesh))
+}
+
+/// \[cells\] the solid of each: cells of one have the same laws, and are held by the same rigid inserts. Laws and inserts of other regions than these do not count.
+fn solids(scene: &Scene, counts: impl Fn(&Region) -> bool) -> Vec<u32> {
     let mut regions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for effect in &scene.spec.effects {
         if let Some((region, _)) = effect.resists() {
@@ -127,7 +138,7 @@ fn solids(scene: &Scene) -> Vec<u32> {
     let mut solids = vec![0; scene.body.mesh.cell_count()];
     for names in regions.values() {
         let own: Vec<&Region> = names.iter().filter_map(|name| scene.regions.get(*name)).collect();
-        if own.iter().any(|region| region.depends_on_mesh) {
+        if !own.iter().all(|region| counts(region)) {
             continue;
         }
         let mut inside = vec![false; solids.len()];
@@ -177,7 +188,7 @@ impl EnrichedScene {
     pub fn new(scene: &Scene, enrichment: Enrichment) -> Result<Self, EstimateError> {
         // The regions of the run itself: picked again by place they would be others on smaller cells
         let mut own = TetMesh { regions: scene.regions.clone(), ..scene.body.mesh.clone() };
-        let between = interfaces(&mut own, &solids(scene));
+        let between = between_solids(scene, &mut own);
         let mut map = match enrichment {
             Enrichment::Split => Enriched::by_splitting(&own),
             Enrichment::Raise => Enriched::by_raising(&own),
