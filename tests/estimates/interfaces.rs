@@ -74,14 +74,15 @@ fn two_layers([inside, outside]: [f64; 2]) -> f64 {
 }
 
 /// Two layers of a hollow sphere, filled with a small volume: where they meet, facets cut the harder one. Without that surface the boundary alone is made
-/// smooth, and corrections have the wrong sign. Bars and the intervals of corrected values hold the truth.
+/// smooth, and corrections have the wrong sign. Bars and the intervals of corrected values hold the truth, and corrected values are off by less than a third of
+/// these intervals: 0.17 of them at most.
 #[test]
 fn facets_between_solids_are_seen() {
     let displaced: f64 = 1e-9;
     let volume = std::f64::consts::FRAC_PI_6 * ((0.01 + displaced).powi(3) - 1e-6);
     for [inside, outside] in [[1e5, 1e5], [1e5, 2e5], [1e5, 5e5], [1e4, 1e6], [1e6, 1e4]] {
         let truth = two_layers([inside, outside]) * displaced;
-        for (element, divisions) in [("tet4", [4, 4]), ("tet4", [8, 4]), ("tet10", [2, 2]), ("tet10", [4, 2])] {
+        for (element, divisions) in [("tet4", [4, 4]), ("tet4", [8, 4]), ("tet10", [4, 2]), ("tet10", [6, 2])] {
             let text = LAYERS
                 .replace("ELEMENT", element)
                 .replace("[4, 4]", &format!("{divisions:?}"))
@@ -100,7 +101,7 @@ fn facets_between_solids_are_seen() {
                 q.uncertainty / truth,
             );
             assert!((q.value - truth).abs() <= q.bar, "{q:?}");
-            assert!((q.corrected - truth).abs() <= q.uncertainty, "{q:?}");
+            assert!((q.corrected - truth).abs() < q.uncertainty / 3.0, "{q:?}");
         }
     }
 }
