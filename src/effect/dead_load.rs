@@ -7,7 +7,6 @@
 
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
-use crate::mesh::{TetMesh, element, quadrature};
 use crate::system::{At, BlockValues, Blocks, Capabilities, Effect, EnergyRole, EvalError, Want};
 
 /// Dead load on nodes.
@@ -27,21 +26,6 @@ impl DeadLoad {
         let (nodes, weights): (Vec<u32>, Vec<f64>) = weights.iter().copied().unzip();
         Self { name, direction, intensity, blocks: Blocks::new(nodes.chunks(1)), weights }
     }
-}
-
-/// (node, ∫ N_i dA \[m²\]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
-pub fn nodal_areas(mesh: &TetMesh, facets: &[u32]) -> Vec<(u32, f64)> {
-    let rule = quadrature::tri(4);
-    let mut nodal = vec![0.0; mesh.points.len()];
-    for &f in facets {
-        for (&xi, w) in rule.points.iter().zip(&rule.weights) {
-            let area = w * mesh.facet_normal(f as usize, xi).norm();
-            for (&node, n) in mesh.facet(f as usize).iter().zip(element::facet_shape(mesh.order, xi)) {
-                nodal[node as usize] += area * n;
-            }
-        }
-    }
-    (0..).zip(nodal).filter(|(_, w)| *w != 0.0).collect()
 }
 
 impl Effect for DeadLoad {

@@ -1,6 +1,6 @@
 //! Volumes, areas, normals and sizes of a mesh in its reference configuration.
 
-use super::element::{CELL_EDGES, cell_gradients, cell_shape, facet_gradients};
+use super::element::{CELL_EDGES, cell_gradients, cell_shape, facet_gradients, facet_shape};
 use super::{Order, TetMesh, quadrature};
 use crate::math::sparse::SymPattern;
 use crate::math::tensor::{Mat3, Vec3};
@@ -63,6 +63,21 @@ impl TetMesh {
     /// Area of the facets of a region \[m²\].
     pub fn region_area(&self, facets: &[u32]) -> f64 {
         facets.iter().map(|&f| self.facet_area(f as usize)).sum()
+    }
+
+    /// (node, ∫ N_i dA \[m²\]) over facets; the degree-4 rule is exact on straight ones and has the error of their area on curved ones.
+    pub fn nodal_areas(&self, facets: &[u32]) -> Vec<(u32, f64)> {
+        let rule = quadrature::tri(4);
+        let mut nodal = vec![0.0; self.points.len()];
+        for &f in facets {
+            for (&xi, w) in rule.points.iter().zip(&rule.weights) {
+                let area = w * self.facet_normal(f as usize, xi).norm();
+                for (&node, n) in self.facet(f as usize).iter().zip(facet_shape(self.order, xi)) {
+                    nodal[node as usize] += area * n;
+                }
+            }
+        }
+        (0..).zip(nodal).filter(|(_, w)| *w != 0.0).collect()
     }
 
     /// Mean cell size h = (V/N)^{1/3} \[m\].

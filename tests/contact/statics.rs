@@ -2,7 +2,6 @@
 
 use crate::common::{ORDERS, largest, run, scene};
 use crate::setup::{RESPONSES, last, soft_block};
-use durometer::effect::dead_load::nodal_areas;
 use durometer::math::tensor::Vec3;
 use durometer::mesh::disturb::distort;
 use durometer::mesh::structured::block;
@@ -74,7 +73,7 @@ fn a_uniform_pressure_comes_out_uniform() {
             let run = run(&scene);
             assert_eq!(run.status, Status::Converged, "{order:?} {response}");
             let facets = &scene.body.mesh.regions["zmin"].facets;
-            let areas = nodal_areas(&scene.body.mesh, facets);
+            let areas = scene.body.mesh.nodal_areas(facets);
             let mut forces = vec![0.0; 3 * scene.body.mesh.points.len()];
             scene.contacts[0].nodal(&run.last.x, None, &mut forces);
             let total: f64 = forces.chunks(3).map(|f| f[2]).sum();

@@ -1,7 +1,7 @@
 //! Effect `traction`: a load of fixed direction on a part of the surface, per reference area.
 
 use super::part::EffectPart;
-use crate::effect::dead_load::{DeadLoad, nodal_areas};
+use crate::effect::dead_load::DeadLoad;
 use crate::math::units::Dimension;
 use crate::scene::builder::Builder;
 use crate::scene::error::SceneError;
@@ -41,7 +41,7 @@ impl EffectPart for TractionSpec {
                     let remedy = "a traction acts on a part of the surface: take a facet region";
                     return Err(builder.content(place, fact, remedy));
                 }
-                nodal_areas(&builder.body.mesh, facets)
+                builder.body.mesh.nodal_areas(facets)
             }
             (None, Some(skin)) => builder.skin(place, skin)?.nodal_areas(),
             _ => {

@@ -1,6 +1,5 @@
 //! Mean position of a region.
 
-use crate::effect::dead_load::nodal_areas;
 use crate::math::tensor::Vec3;
 use crate::mesh::{Region, TetMesh};
 use crate::system::Gradient;
@@ -18,7 +17,7 @@ impl Mean {
         let mut weights: Vec<(u32, f64)> = if region.facets.is_empty() {
             mesh.nodes_of(region).into_iter().map(|k| (k, 1.0)).collect()
         } else {
-            nodal_areas(mesh, &region.facets)
+            mesh.nodal_areas(&region.facets)
         };
         let total: f64 = weights.iter().map(|(_, w)| w).sum();
         weights.iter_mut().for_each(|(_, w)| *w /= total);
