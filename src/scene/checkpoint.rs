@@ -218,7 +218,7 @@ impl Checkpoint {
     ///
     /// # Errors
     ///
-    /// Where the file cannot be read, is no saved state, is damaged, or belongs to another scene, mesh or version of the program.
+    /// Where the file cannot be read, is no saved state, is damaged, or belongs to another scene, mesh or build of the program.
     pub fn read(file: &Path, scene: &Scene) -> Result<Self, CheckpointError> {
         let unreadable = |e: std::io::Error| CheckpointError::Unreadable { file: file.into(), reason: e.to_string() };
         let bytes = storage::read(file, DATA_LIMIT).map_err(unreadable)?;
