@@ -77,7 +77,8 @@ const UNKNOWN: u32 = u32::MAX;
 mod tests {
     use super::*;
     use crate::math::random::SplitMix;
-    use crate::mesh::{Order, structured};
+    use crate::mesh::Order;
+    use crate::mesh::made::structured;
     use std::collections::BTreeSet;
 
     /// Pairs of corners in groups of 256 cells, per cell: 10 in a cell alone.

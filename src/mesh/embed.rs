@@ -5,12 +5,12 @@
 //! follows every affine motion of the body exactly as the material point c does; as h → 0 the weights tend to a fixed
 //! density, and with it a force on the ball has a finite work-conjugate displacement (a point force has none).
 
-use super::boundary::boundary_facets;
 use super::element::{CELL_EDGES, CELL_NODES, cell_gradients, cell_shape};
 use super::error::point;
-use super::flat::pieces;
-use super::parts::parts;
-use super::validate::split;
+use super::file::validate::split;
+use super::made::parts::parts;
+use super::surface::boundary::boundary_facets;
+use super::surface::flat::pieces;
 use super::{Order, TetMesh, geometry, quadrature};
 use crate::math::tensor::Vec3;
 use crate::math::units::Decimals;
@@ -418,8 +418,8 @@ impl Ball<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::disturb::distort;
-    use crate::mesh::structured::block;
+    use crate::mesh::made::disturb::distort;
+    use crate::mesh::made::structured::block;
 
     fn mean(mesh: &TetMesh, weights: &[(u32, f64)], f: impl Fn(&Vec3) -> f64) -> f64 {
         weights.iter().map(|&(i, w)| w * f(&mesh.points[i as usize])).sum()

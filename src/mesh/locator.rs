@@ -42,9 +42,9 @@ pub(super) fn aabb((low, high): (Vec3, Vec3)) -> Aabb {
 mod tests {
     use super::*;
     use crate::mesh::Order;
-    use crate::mesh::disturb::distort;
     use crate::mesh::embed::embed;
-    use crate::mesh::structured::block;
+    use crate::mesh::made::disturb::distort;
+    use crate::mesh::made::structured::block;
 
     /// Every node, every middle of a cell and points outside: the same answer as by going through all cells.
     #[test]

@@ -1,6 +1,6 @@
 //! Picks nodes, facets or cells by where they are.
 
-use super::boundary::boundary_facets;
+use super::surface::boundary::boundary_facets;
 use super::{Region, TetMesh};
 use crate::math::tensor::Vec3;
 
@@ -92,7 +92,8 @@ pub fn facing(mesh: &TetMesh, direction: &Vec3, angle: f64) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Order, structured::block};
+    use crate::mesh::Order;
+    use crate::mesh::made::structured::block;
 
     /// Two boxes of cells along x: the border of the place cuts the second one.
     #[test]

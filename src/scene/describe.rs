@@ -3,7 +3,7 @@
 use super::parts::constraints::ConstraintSpec;
 use super::parts::effects::EffectSpec;
 use super::parts::probes::ProbeSpec;
-use super::recorder::Headline;
+use super::record::recorder::Headline;
 use super::spec::SceneSpec;
 
 impl SceneSpec {

@@ -2,7 +2,7 @@
 
 use super::error::{SceneError, content};
 use super::linear::{LinearSpec, MemorySpec};
-use super::quantity::{Length, Time};
+use super::text::quantity::{Length, Time};
 use crate::solve::MOST_CUTS;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -1,10 +1,9 @@
 //! From text to a [`SceneSpec`]: every mistake is reported with its line, its table and the nearest known key.
 
-use super::error::part;
-use super::error::{Line, Mistake, SceneError, explain};
-use super::overrides;
-use super::reader::Reader;
+use super::error::{Line, Mistake, SceneError, explain, part};
 use super::spec::SceneSpec;
+use super::text::overrides;
+use super::text::reader::Reader;
 use crate::mesh::format::recognise;
 use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;

@@ -1,13 +1,11 @@
 //! A scene as it is given in a TOML file. Unknown keys are refused; there is no default physics.
 
-pub use super::compare::{CompareSpec, Comparisons, MarkersSpec};
-pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
-pub use super::measured_curve::MeasuredSpec;
-pub use super::mesh_spec::{
+pub use super::body::mesh_spec::{
     CornersSpec, DeformSpec, DisturbSpec, ElementSpec, GeneratorSpec, GradingSpec, GridSpec, MeshSpec, PartSpec,
 };
+pub use super::build::shape::{ShapeSpec, TurnSpec};
+pub use super::control::spec::{EventSpec, ThenSpec, WhenSpec};
 pub use super::numerics::NumericsSpec;
-pub use super::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
 pub use super::parts::constraints::{
     CableDriveSpec, CableSpec, CavityDriveSpec, CavitySpec, ConstraintSpec, FixedSpec, PrescribedSpec, RigidInsertSpec,
     RingSpec,
@@ -28,14 +26,16 @@ pub use super::parts::selectors::{
     NormalSelector, PickSpec, PlaneSelector, RuleSpec, SelectorSpec, SphereSelector, UnionSelector, Which,
 };
 pub use super::parts::skin::SkinSpec;
-pub use super::quantity::{
+pub use super::record::compare::{CompareSpec, Comparisons, MarkersSpec};
+pub use super::record::measured_curve::MeasuredSpec;
+pub use super::record::output::{FieldSpec, FieldsSpec, OutputSpec, ScheduleSpec};
+pub use super::run::start::StartSpec;
+pub use super::signal::{FunctionSpec, SignalSpec};
+pub use super::stages::{ContinuationSpec, IntegratorSpec, StageSpec};
+pub use super::text::quantity::{
     Angle, Damping, Density, Force, GuideRadius, Length, Modulus, PerSecond, Quantity, Speed, Spin, SpringStiffness,
     Time, Viscosity,
 };
-pub use super::shape::{ShapeSpec, TurnSpec};
-pub use super::signal::{FunctionSpec, SignalSpec};
-pub use super::stages::{ContinuationSpec, IntegratorSpec, StageSpec};
-pub use super::start::StartSpec;
 pub use super::turning::TurningSpec;
 use crate::material::LawTable;
 use schemars::JsonSchema;

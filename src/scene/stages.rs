@@ -1,9 +1,9 @@
 //! The stages of a scene, each with an integrator, and what the signals must allow in them.
 
-use super::builder::Builder;
+use super::build::builder::Builder;
 use super::error::{SceneError, content};
-use super::protocol::{NamedSignal, between};
-use super::quantity::Time;
+use super::signal::protocol::{NamedSignal, between};
+use super::text::quantity::Time;
 use crate::math::signal::Signal;
 use crate::mesh::error::point;
 use crate::solve::{Integrator, TimeSpan};

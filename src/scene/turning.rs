@@ -2,12 +2,12 @@
 //!
 //! A point X goes to P + R(θ)(X − P), with R(θ) v = v + (cos θ − 1)(v − k kᵀv) + sin θ k × v (Rodrigues).
 
-use super::builder::Builder;
+use super::build::builder::Builder;
 use super::error::SceneError;
-use super::jump::{Impact, note_jump};
-use super::protocol::NamedSignal;
-use super::quantity::Length;
+use super::notes::jump::{Impact, note_jump};
 use super::signal::SignalSpec;
+use super::signal::protocol::NamedSignal;
+use super::text::quantity::Length;
 use crate::math::signal::Signal;
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;

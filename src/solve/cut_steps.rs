@@ -1,8 +1,8 @@
 //! Nominal steps, cut where a step does not converge or where its time error is too large, and doubled again. A cut halves the step;
 //! [`StepSettings::cuts`](super::StepSettings::cuts) limits their number.
 
+use super::arc_length::limit_points::jumped;
 use super::diagnosis::{diagnose, pushes_unheld_body};
-use super::limit_points::jumped;
 use super::step_settings::{MOST_CUTS, StepSettings};
 use super::step_solver::StepSolver;
 use super::step_strategy::{SolvedStep, Stability, StepOutcome, StepStrategy};

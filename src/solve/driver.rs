@@ -2,7 +2,7 @@
 //! never accepted.
 
 use super::arc_length::ArcLengthSteps;
-use super::corrected_steps::CorrectedSteps;
+use super::contact::corrected_steps::CorrectedSteps;
 use super::cut_steps::CutSteps;
 use super::limit::Reached;
 use super::observer::{AcceptedStep, GridPoint, GridPosition, StepObserver};

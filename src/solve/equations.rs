@@ -1,6 +1,7 @@
 //! The equations of the current step, assembled: residual, tangent, constraints, and the error of a state.
 
-use super::multipliers::{self, larger};
+use super::linear::multipliers;
+use super::linear::multipliers::larger;
 use super::{Failure, Limit, Step};
 use crate::math::vector::norm;
 use crate::system::{Assembled, ConstraintKind, ConstraintValues, State, System, Want};

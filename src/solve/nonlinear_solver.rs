@@ -1,10 +1,10 @@
 //! The solver of a step: its equations, its linear systems, and the steps that all methods share.
 
+use super::diagnosis::rigid_motions::hold;
 use super::equations::Equations;
-use super::iteration::{IterationReport, OnIteration};
-use super::linear_system::LinearSystem;
-use super::newton_settings::NewtonSettings;
-use super::rigid_motions::hold;
+use super::linear::system::LinearSystem;
+use super::newton::iteration::{IterationReport, OnIteration};
+use super::newton::settings::NewtonSettings;
 use super::{Failure, Solution, Step};
 use crate::math::linear::Method;
 use crate::system::{State, System, Want};

@@ -212,7 +212,7 @@ impl Status {
             Self::Singular { motions, .. } if motions.is_empty() => {
                 "the tangent is singular: some part can move freely".into()
             }
-            Self::Singular { motions, .. } => super::free_motions::sentence(motions),
+            Self::Singular { motions, .. } => super::diagnosis::free_motions::sentence(motions),
             Self::TimeBudget { .. } => "the wall time that was allowed is over".into(),
             Self::FactorTooLarge { why, .. }
             | Self::StepTooSmall { why: why @ (Failure::MaxSteps | Failure::Unloaded | Failure::Landing), .. } => {

@@ -1,6 +1,6 @@
 //! Solves single steps: initial values, fallbacks, time error.
 
-use super::contact_check;
+use super::contact::check as contact_check;
 use super::prediction::Prediction;
 use super::start::Start;
 use super::step_settings::StepSettings;

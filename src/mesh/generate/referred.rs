@@ -1,7 +1,7 @@
 //! The files that a mesh file refers to: its mesh depends on the content of all of them.
 
 use super::error::GenerateError;
-use crate::mesh::format::content;
+use crate::mesh::file::format::content;
 use crate::storage::{self, DATA_LIMIT};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;

@@ -4,7 +4,7 @@ use super::GenerateError;
 use super::body::Body;
 use super::referred::digest;
 use super::size_field::SizeField;
-use crate::mesh::format::recognise;
+use crate::mesh::file::format::recognise;
 use crate::storage;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};

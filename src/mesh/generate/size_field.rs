@@ -74,7 +74,7 @@ impl SizeField {
 mod tests {
     use super::*;
     use crate::mesh::Order;
-    use crate::mesh::structured::block;
+    use crate::mesh::made::structured::block;
 
     /// A constant size stays; one small cell spreads by the growth and no faster, and nothing is raised.
     #[test]

@@ -1,7 +1,9 @@
 //! The mesher's driver against shell scripts that play the mesher.
 
 use super::*;
-use crate::mesh::{MeshError, structured, vtu};
+use crate::mesh::MeshError;
+use crate::mesh::file::vtu;
+use crate::mesh::made::structured;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 

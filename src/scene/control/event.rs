@@ -1,7 +1,7 @@
 //! Events on the time grid: their conditions and actions.
 
 use super::memory::{ControlMemory, Fired};
-use crate::scene::instant::rounding;
+use crate::scene::signal::instant::rounding;
 
 /// An event of a scene.
 #[derive(Clone, Debug)]

@@ -6,12 +6,12 @@ use super::input::{Input, Source, Variable};
 use super::signals::SignalBuilder;
 use super::spec::{EventSpec, ThenSpec, WhenSpec};
 use crate::math::formula::Formula;
-use crate::scene::builder::Builder;
-use crate::scene::column::in_unit_of;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::constraints::{Drive, NamedCable, NamedCavity};
-use crate::scene::protocol::extremes;
-use crate::scene::quantity::Quantity;
+use crate::scene::record::column::in_unit_of;
+use crate::scene::signal::protocol::extremes;
+use crate::scene::text::quantity::Quantity;
 
 /// Place, fact and remedy.
 type Refusal = (String, String, String);

@@ -5,7 +5,7 @@
 //! break: a last one without is a row that was cut off, in the middle of a number perhaps, and is refused.
 
 use super::{ControlError, Controller, Observation, Reply};
-use crate::scene::instant::rounding;
+use crate::scene::signal::instant::rounding;
 use crate::storage::{self, DATA_LIMIT};
 use crate::wording::count;
 use std::path::Path;

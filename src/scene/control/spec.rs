@@ -1,7 +1,7 @@
 //! Events as a scene file describes them.
 
-use crate::scene::quantity::{Quantity, Time};
 use crate::scene::signal::SignalSpec;
+use crate::scene::text::quantity::{Quantity, Time};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -1,8 +1,7 @@
 //! The scene of a run on an enriched mesh.
 
 use super::EstimateError;
-use super::kept_state::Kept;
-use super::kept_state::Solved;
+use super::kept_state::{Kept, Solved};
 use crate::effect::pressure_hosts;
 use crate::math::pcg::{Outcome, pcg};
 use crate::math::vector::norm;
@@ -12,8 +11,8 @@ use crate::mesh::smooth_surface::{Smoothed, are_smooth, on_smooth_surface};
 use crate::mesh::{Order, Region, TetMesh};
 use crate::scene::body::Body;
 use crate::scene::build::SceneBuilder;
-use crate::scene::patches::Patches;
-use crate::scene::regions::regions;
+use crate::scene::build::patches::Patches;
+use crate::scene::build::regions::regions;
 use crate::scene::spec::{ConstraintSpec, EffectSpec, ElementSpec};
 use crate::scene::{Energies, Run, RunOptions, Scene, SceneSpec};
 use crate::solve::{Integrator, NonlinearSolver, Status, Step};

@@ -4,7 +4,8 @@
 use super::enrichment::EnrichedScene;
 use super::kept_state::Solved;
 use crate::mesh::Region;
-use crate::scene::{Scene, cut_regions};
+use crate::scene::Scene;
+use crate::scene::cut_regions;
 
 /// Bounds of the error of extent over that change: least, likely, most.
 pub(super) const EXTENT: [f64; 3] = [0.0, 0.5, 1.0];

@@ -36,9 +36,9 @@ pub use geometry::GeometryError;
 pub use indicators::CellErrors;
 pub use refusal::{EstimateError, path_dependence};
 
-use super::extreme::extreme;
-use super::recorder::Energies;
-use super::wrinkles::no_limit_at;
+use super::notes::wrinkles::no_limit_at;
+use super::record::extreme::extreme;
+use super::record::recorder::Energies;
 use super::{Run, Scene};
 use crate::math::cpu_clock::CpuClock;
 use crate::solve::{Integrator, Step};

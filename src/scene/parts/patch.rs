@@ -1,7 +1,7 @@
 //! Checks of the balls through which cables and forces act on a body.
 
 use crate::math::units::Decimals;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 
 /// Refuses a radius \[m\] that is not positive or larger than the body; `key`: how it is called in the file.

@@ -4,11 +4,11 @@
 use crate::math::units::{self, Dimension};
 use crate::mesh::attach::attach;
 use crate::mesh::surface_file::read_surface;
-use crate::scene::builder::Builder;
+use crate::scene::body::surface_unit::Sizes;
+use crate::scene::build::builder::Builder;
+use crate::scene::build::skin::NamedSkin;
 use crate::scene::error::{SceneError, part};
-use crate::scene::quantity::Length;
-use crate::scene::skin::NamedSkin;
-use crate::scene::surface_unit::Sizes;
+use crate::scene::text::quantity::Length;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::path::PathBuf;

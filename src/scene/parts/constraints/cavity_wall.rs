@@ -10,9 +10,9 @@ use crate::mesh::error::point;
 use crate::mesh::pieces::pieces;
 use crate::mesh::rim::rim;
 use crate::mesh::surface_file::Surface;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
+use crate::scene::build::skin::NamedSkin;
 use crate::scene::error::SceneError;
-use crate::scene::skin::NamedSkin;
 use std::collections::BTreeSet;
 
 /// The surface on which the pressure of a cavity acts.

@@ -2,7 +2,7 @@
 
 use super::part::ConstraintPart;
 use crate::math::signal::Signal;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use schemars::JsonSchema;
 use serde::Deserialize;

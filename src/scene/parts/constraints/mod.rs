@@ -22,10 +22,10 @@ pub use prescribed::PrescribedSpec;
 pub use rigid::RigidInsertSpec;
 pub(in crate::scene) use rigid::check_tied;
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::kind::registry;
-use crate::scene::recorder::Headline;
+use crate::scene::record::recorder::Headline;
+use crate::scene::text::kind::registry;
 use cable::{build_cables, check_shortening};
 use cavity::build_cavity;
 use part::ConstraintPart;

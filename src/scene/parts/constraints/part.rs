@@ -1,7 +1,7 @@
 //! The interface of a kind of constraint to the scene.
 
-use crate::scene::builder::Builder;
-use crate::scene::recorder::Headline;
+use crate::scene::build::builder::Builder;
+use crate::scene::record::recorder::Headline;
 
 /// Specification of a constraint, with what the scene asks of it.
 pub(in crate::scene) trait ConstraintPart {

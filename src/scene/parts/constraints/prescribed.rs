@@ -3,9 +3,9 @@
 use super::part::ConstraintPart;
 use crate::math::signal::Signal;
 use crate::math::units::Dimension;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::jump::{Impact, note_jump};
+use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::signal::SignalSpec;
 use crate::scene::turning::TurningSpec;
 use schemars::JsonSchema;

@@ -6,9 +6,9 @@ use crate::effect::contact::placement::AffineFrame;
 use crate::effect::rigid_insert::Rigid;
 use crate::math::tensor::{Mat3, Vec3};
 use crate::mesh::error::point;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Moment, Recorder};
+use crate::scene::record::recorder::{Moment, Recorder};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -9,7 +9,8 @@ use crate::effect::contact::pressed::{Pressed, Response};
 use crate::effect::contact::{Contact, NormalForces, Sampling, SurfacePoint, points};
 use crate::mesh::TetMesh;
 use crate::mesh::error::point;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
+use crate::scene::build::shape::ShapeSpec;
 use crate::scene::error::{SceneError, hint};
 use crate::scene::parts::contact::motion::{carry, start};
 use crate::scene::parts::contact::notes::{note_facets, note_points, note_start};
@@ -18,7 +19,6 @@ use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 use crate::scene::parts::contact::surfaces::build_surfaces;
 use crate::scene::parts::rigid::{RigidBody, RigidSpec, build_rigid};
-use crate::scene::shape::ShapeSpec;
 use std::sync::Arc;
 
 /// All rigid bodies and contacts, with their effects.

@@ -8,9 +8,9 @@ use crate::effect::contact::placement::AffineFrame;
 use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::math::units::Dimension;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::jump::{Impact, note_jump};
+use crate::scene::notes::jump::{Impact, note_jump};
 use crate::scene::parts::contact::spec::MotionSpec;
 use crate::scene::turning::unit_vector;
 

@@ -2,10 +2,10 @@
 
 use crate::effect::contact::NormalForces;
 use crate::mesh::Order;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
+use crate::scene::build::shape::ShapeSpec;
 use crate::scene::parts::contact::motion::start;
 use crate::scene::parts::rigid::{RIM, RigidBody};
-use crate::scene::shape::ShapeSpec;
 
 /// Notes that a contact with a barrier begins under pressure.
 pub(super) fn note_start(builder: &mut Builder, pressing: &dyn NormalForces) {

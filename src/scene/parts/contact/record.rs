@@ -9,7 +9,7 @@ use crate::effect::contact::{Contact, Counts, NormalForces};
 use crate::math::tensor::Vec3;
 use crate::scene::parts::contact::scales::ContactScales;
 use crate::scene::parts::contact::spec::ResponseSpec;
-use crate::scene::recorder::{Moment, Recorder};
+use crate::scene::record::recorder::{Moment, Recorder};
 use crate::system::{At, BlockValues, Caches, Effect, Want};
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -2,7 +2,7 @@
 
 use crate::effect::contact::friction::Coulomb;
 use crate::math::units::shown;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};
 

@@ -1,8 +1,8 @@
 //! `[[contact]]` of a scene.
 
-use crate::scene::quantity::{Length, Modulus, Speed};
-use crate::scene::shape::ShapeSpec;
+use crate::scene::build::shape::ShapeSpec;
 use crate::scene::signal::SignalSpec;
+use crate::scene::text::quantity::{Length, Modulus, Speed};
 use crate::scene::turning::TurningSpec;
 use schemars::JsonSchema;
 use serde::Deserialize;

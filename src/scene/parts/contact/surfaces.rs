@@ -7,7 +7,7 @@ use crate::effect::contact::surfaces::friction::SurfaceFriction;
 use crate::effect::contact::surfaces::pressed::PressedSurfaces;
 use crate::effect::contact::surfaces::surface::Surface;
 use crate::mesh::error::point;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::parts::contact::record::ContactSides;
 use crate::scene::parts::contact::spec::{ContactSpec, ResponseSpec};

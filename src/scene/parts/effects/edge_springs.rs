@@ -3,9 +3,9 @@
 use super::part::{EffectPart, OverlapSpec};
 use crate::effect::{CellPoints, EdgeSprings};
 use crate::mesh::Order;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::quantity::{Modulus, SpringStiffness};
+use crate::scene::text::quantity::{Modulus, SpringStiffness};
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -3,7 +3,7 @@
 use super::part::{EffectPart, OverlapSpec};
 use crate::effect::{Elastic, MeanDilatation, MixedElastic, pressure_hosts};
 use crate::mesh::Order;
-use crate::scene::builder::{Builder, ElasticLaw};
+use crate::scene::build::builder::{Builder, ElasticLaw};
 use crate::scene::error::SceneError;
 use crate::system::Effect;
 use schemars::JsonSchema;

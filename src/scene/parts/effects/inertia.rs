@@ -3,9 +3,9 @@
 use super::part::EffectPart;
 use super::repeated::check_repeated;
 use crate::effect::{Inertia, Lumping, Mass};
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::quantity::Density;
+use crate::scene::text::quantity::Density;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;

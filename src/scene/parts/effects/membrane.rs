@@ -3,11 +3,11 @@
 use super::part::EffectPart;
 use crate::effect::Membrane;
 use crate::math::units::Decimals;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::quantity::Length;
-use crate::scene::recorder::{Moment, Recorder};
-use crate::scene::stable::stability_note;
+use crate::scene::notes::stable::stability_note;
+use crate::scene::record::recorder::{Moment, Recorder};
+use crate::scene::text::quantity::Length;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;

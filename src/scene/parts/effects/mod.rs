@@ -35,9 +35,9 @@ pub use traction::TractionSpec;
 pub use viscoelastic::{ArmSpec, ModuliSpec, SeriesSpec, ViscoelasticSpec};
 pub use viscous_damping::ViscousDampingSpec;
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::kind::registry;
+use crate::scene::text::kind::registry;
 use part::EffectPart;
 pub use part::OverlapSpec;
 use std::collections::BTreeMap;

@@ -1,6 +1,6 @@
 //! Rules of effects that act in addition to the elastic effect of a law: the same law in each cell, and one such effect only.
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 
 /// The cells of the region. Refuses one in which not exactly one elastic effect has this law: the history of an effect is that of one solid.

@@ -1,6 +1,6 @@
 //! The interface of a kind of effect to the scene.
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::system::Effect;
 use schemars::JsonSchema;

@@ -1,6 +1,6 @@
 //! Rule of effects of one kind that act on the same cells, where their values add up.
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 
 /// Refuses effect `number` on the very cells of an earlier effect of its kind, and notes where they share a part of their cells. Only those are compared

@@ -3,9 +3,9 @@
 use super::part::EffectPart;
 use super::repeated::check_repeated;
 use crate::effect::{Stiffness, StiffnessDamping, Undamped};
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::{SceneError, hint};
-use crate::scene::quantity::Time;
+use crate::scene::text::quantity::Time;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -3,7 +3,7 @@
 use super::part::EffectPart;
 use crate::effect::dead_load::DeadLoad;
 use crate::math::units::Dimension;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
 use crate::scene::signal::SignalSpec;
 use crate::system::Effect;

@@ -3,9 +3,9 @@
 use super::part::EffectPart;
 use super::repeated::check_repeated;
 use crate::effect::ViscousDamping;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::quantity::Viscosity;
+use crate::scene::text::quantity::Viscosity;
 use crate::system::Effect;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -1,9 +1,9 @@
 //! Probe `energy`: `elastic_J`, `kinetic_J`, `dissipated_J`, `work_J`.
 
 use super::part::Probe;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Energies, Moment, Recorder};
+use crate::scene::record::recorder::{Energies, Moment, Recorder};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -25,10 +25,10 @@ pub use position::Position;
 pub use reaction::Reaction;
 pub use stretch::Stretch;
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::kind::registry;
-use crate::scene::recorder::{Headline, Recorder};
+use crate::scene::record::recorder::{Headline, Recorder};
+use crate::scene::text::kind::registry;
 use part::Probe;
 
 registry! {

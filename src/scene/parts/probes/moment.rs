@@ -3,11 +3,11 @@
 use super::mean::Mean;
 use super::part::Probe;
 use crate::math::tensor::Vec3;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
+use crate::scene::build::held_rim::HeldRims;
 use crate::scene::error::SceneError;
-use crate::scene::held_rim::HeldRims;
-use crate::scene::quantity::Length;
-use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::scene::record::recorder::{Headline, Moment, Recorder};
+use crate::scene::text::quantity::Length;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

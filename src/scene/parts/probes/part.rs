@@ -1,8 +1,8 @@
 //! The interface of a kind of probe to the scene.
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Headline, Recorder};
+use crate::scene::record::recorder::{Headline, Recorder};
 
 /// Specification of a probe.
 pub(in crate::scene) trait Probe {

@@ -3,10 +3,10 @@
 use super::mean::Mean;
 use super::part::Probe;
 use crate::scene::body::Body;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::features::{Features, Reading};
-use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::scene::record::features::{Features, Reading};
+use crate::scene::record::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;
 use serde::Deserialize;

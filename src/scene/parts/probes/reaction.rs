@@ -2,10 +2,10 @@
 
 use super::part::Probe;
 use crate::scene::body::Body;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
+use crate::scene::build::held_rim::HeldRims;
 use crate::scene::error::SceneError;
-use crate::scene::held_rim::HeldRims;
-use crate::scene::recorder::{Headline, Moment, Recorder};
+use crate::scene::record::recorder::{Headline, Moment, Recorder};
 use crate::system::{Gradient, State};
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -2,10 +2,10 @@
 
 use super::part::Probe;
 use crate::effect::CellPoints;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::error::SceneError;
-use crate::scene::recorder::{Moment, Recorder};
-use crate::scene::stretch::stretches;
+use crate::scene::record::recorder::{Moment, Recorder};
+use crate::scene::record::stretch::stretches;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::sync::Arc;

@@ -22,7 +22,7 @@ pub use plane::PlaneSelector;
 pub use sets::{ComplementSelector, DifferenceSelector, IntersectionSelector, UnionSelector};
 pub use sphere::SphereSelector;
 
-use crate::scene::kind::registry;
+use crate::scene::text::kind::registry;
 use part::SelectorPart;
 
 registry! {

@@ -7,7 +7,7 @@ use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::element::FACET_EDGES;
 use crate::mesh::select::{Pick, facing};
-use crate::scene::quantity::Angle;
+use crate::scene::text::quantity::Angle;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::HashMap;

@@ -5,7 +5,7 @@ use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::select::{Pick, Rule};
-use crate::scene::quantity::Length;
+use crate::scene::text::quantity::Length;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

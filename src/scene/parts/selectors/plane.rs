@@ -3,7 +3,7 @@
 use super::part::{Found, Ground, PickSpec, Refusal, SelectorPart};
 use super::place::{RuleSpec, at_surface, direction, vector};
 use crate::mesh::error::point;
-use crate::scene::quantity::Length;
+use crate::scene::text::quantity::Length;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

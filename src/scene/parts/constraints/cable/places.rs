@@ -3,7 +3,7 @@
 use crate::mesh::TetMesh;
 use crate::mesh::embed::embed;
 use crate::mesh::error::point;
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::parts::constraints::cable::record::NamedCable;
 use crate::wording::few;
 use std::collections::BTreeSet;

@@ -3,7 +3,7 @@
 use crate::effect::Cable;
 use crate::scene::body::Body;
 use crate::scene::parts::constraints::drive::Drive;
-use crate::scene::recorder::{Moment, Recorder};
+use crate::scene::record::recorder::{Moment, Recorder};
 use crate::system::{Gradient, State};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;

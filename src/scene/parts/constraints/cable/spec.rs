@@ -1,11 +1,11 @@
 //! `[[constraint]]` of kind `cable`.
 
-use crate::scene::builder::Builder;
+use crate::scene::build::builder::Builder;
 use crate::scene::parts::constraints::part::ConstraintPart;
 use crate::scene::parts::patch::note_radius;
-use crate::scene::quantity::{Force, GuideRadius, Length};
-use crate::scene::recorder::Headline;
+use crate::scene::record::recorder::Headline;
 use crate::scene::signal::SignalSpec;
+use crate::scene::text::quantity::{Force, GuideRadius, Length};
 use crate::schema::any_of;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;

@@ -1,0 +1,16 @@
+//! Files of meshes, surfaces and fields: recognised by their content, checked, and written.
+
+pub(super) mod assemble;
+pub mod census;
+mod cursor;
+pub mod format;
+pub mod grid_file;
+mod msh;
+mod msh2;
+mod msh_elements;
+pub(super) mod read;
+mod solid;
+pub mod surface_file;
+pub mod validate;
+mod vtk;
+pub mod vtu;

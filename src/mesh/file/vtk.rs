@@ -1,0 +1,305 @@
+//! Legacy VTK unstructured grids, text and binary (big endian), versions 2.0 to 5.1.
+//!
+//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
+//! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
+//! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`.
+
+use super::assemble::RawMesh;
+use super::cursor::Cursor;
+use super::solid::Solid;
+use crate::math::tensor::Vec3;
+use crate::mesh::error::MeshError;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Kinds of cells by VTK's number: (number, dimension, name).
+const KINDS: &[(i64, usize, &str)] = &[
+    (0, 0, "empty cells"),
+    (1, 0, "vertices"),
+    (2, 0, "vertices"),
+    (3, 1, "lines"),
+    (4, 1, "lines"),
+    (21, 1, "lines"),
+    (5, 2, "triangles"),
+    (6, 2, "triangle strips"),
+    (7, 2, "polygons"),
+    (8, 2, "pixels"),
+    (9, 2, "quadrangles"),
+    (22, 2, "6-node triangles"),
+    (23, 2, "8-node quadrangles"),
+    (28, 2, "9-node quadrangles"),
+    (10, 3, "4-node tetrahedra"),
+    (24, 3, "10-node tetrahedra"),
+    (11, 3, "voxels"),
+    (12, 3, "8-node hexahedra"),
+    (25, 3, "20-node hexahedra"),
+    (29, 3, "27-node hexahedra"),
+    (13, 3, "6-node prisms"),
+    (26, 3, "15-node prisms"),
+    (14, 3, "5-node pyramids"),
+    (27, 3, "13-node pyramids"),
+];
+
+/// A region per value of a data array, up to this many values.
+const MOST_VALUES: usize = 64;
+
+/// Parses the bytes of a legacy VTK file (`file` is for messages).
+pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshError> {
+    let mut at = Cursor::new(file, data);
+    let format =
+        |fact: &str, remedy: &str| MeshError::Format { file: file.into(), fact: fact.into(), remedy: remedy.into() };
+    let head = at.line().unwrap_or_default();
+    if !head.starts_with("# vtk DataFile") {
+        return Err(at.syntax("# vtk DataFile Version", head));
+    }
+    at.line();
+    let binary = match at.word() {
+        Some("ASCII") => false,
+        Some("BINARY") => true,
+        Some(other) => return Err(at.syntax("ASCII or BINARY", other)),
+        None => return Err(at.truncated("ASCII or BINARY")),
+    };
+    at.big_endian = true;
+    let mut grid = Grid { binary, ..Grid::default() };
+    while let Some(keyword) = at.word() {
+        match keyword {
+            "DATASET" => match at.word() {
+                Some("UNSTRUCTURED_GRID") => {}
+                other => {
+                    let fact = format!("a dataset of type {} holds no tetrahedra", other.unwrap_or("(none)"));
+                    return Err(format(&fact, "write the mesh as UNSTRUCTURED_GRID"));
+                }
+            },
+            "METADATA" => skip_metadata(&mut at),
+            "FIELD" => {
+                at.word();
+                grid.arrays(&mut at, None)?;
+            }
+            "POINTS" => grid.points(&mut at)?,
+            "CELLS" => grid.cells(&mut at)?,
+            "CELL_TYPES" => grid.types = grid.numbers(&mut at, "the cell types")?,
+            // Point data, and whatever else follows, is not needed; cell data only for regions.
+            "CELL_DATA" => {
+                grid.data(&mut at);
+                break;
+            }
+            "POINT_DATA" => {
+                if !at.skip_past("CELL_DATA") {
+                    break;
+                }
+                grid.data(&mut at);
+                break;
+            }
+            other => return Err(at.syntax("POINTS, CELLS or CELL_TYPES", other)),
+        }
+    }
+    at.binary = binary;
+    for (missing, wanted) in [(grid.positions.is_empty(), "POINTS"), (grid.types.is_empty(), "CELL_TYPES")] {
+        if missing {
+            return Err(at.truncated(wanted));
+        }
+    }
+    grid.into_raw(file)
+}
+
+#[derive(Default)]
+struct Grid {
+    binary: bool,
+    positions: Vec<Vec3>,
+    /// \[cells + 1\] begin of every cell in `nodes`
+    offsets: Vec<usize>,
+    nodes: Vec<i64>,
+    types: Vec<i64>,
+    /// Integers of CELL_DATA by name
+    tags: BTreeMap<String, Vec<i64>>,
+}
+
+impl Grid {
+    /// `count` values of VTK's `kind`, which follow on the next line.
+    fn values(&self, at: &mut Cursor, kind: &str, count: usize, wanted: &str) -> Result<Vec<f64>, MeshError> {
+        at.line();
+        at.binary = self.binary;
+        let width = width(kind).ok_or_else(|| at.syntax("a data type", kind))?;
+        at.count(count as i64, if self.binary { width } else { 1 }, wanted)?;
+        let float = matches!(kind, "float" | "double");
+        let values = (0..count).map(|_| match (self.binary, float, width) {
+            (true, true, 4) => at.float(wanted),
+            (true, false, 1) => at.byte(wanted).map(f64::from),
+            (true, false, 2) => at.short(wanted).map(f64::from),
+            (true, false, 4) => at.int(wanted).map(|v| v as f64),
+            (true, false, _) => at.long(wanted).map(|v| v as f64),
+            _ => at.double(wanted),
+        });
+        let values = values.collect();
+        at.binary = false;
+        values
+    }
+
+    /// A count on this line, then so many 4-byte integers.
+    fn numbers(&self, at: &mut Cursor, wanted: &str) -> Result<Vec<i64>, MeshError> {
+        let count = at.parse(wanted)?;
+        Ok(self.values(at, "int", count, wanted)?.into_iter().map(|v| v as i64).collect())
+    }
+
+    fn points(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
+        let count: usize = at.parse("the number of points")?;
+        let kind = at.word().unwrap_or_default();
+        let x = self.values(at, kind, count.saturating_mul(3), "the points")?;
+        self.positions = x.chunks_exact(3).map(Vec3::from_column_slice).collect();
+        Ok(())
+    }
+
+    /// Up to version 4: `CELLS n size`, then n times (count, nodes…). From 5.0: `CELLS n+1 size`, OFFSETS, CONNECTIVITY.
+    fn cells(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
+        let count: usize = at.parse("the number of cells")?;
+        let size: usize = at.parse("the size of the cell list")?;
+        if at.peek() == Some("OFFSETS") {
+            at.word();
+            let kind = at.word().unwrap_or_default();
+            let offsets = self.values(at, kind, count, "the cell offsets")?;
+            self.offsets = offsets.into_iter().map(|v| v as usize).collect();
+            match at.word() {
+                Some("CONNECTIVITY") => {}
+                other => return Err(at.syntax("CONNECTIVITY", other.unwrap_or_default())),
+            }
+            let kind = at.word().unwrap_or_default();
+            let nodes = self.values(at, kind, size, "the nodes of the cells")?;
+            self.nodes = nodes.into_iter().map(|v| v as i64).collect();
+            let rising = self.offsets.windows(2).all(|w| w[0] <= w[1]);
+            if !rising || self.offsets.last().is_some_and(|&end| end > size) {
+                return Err(at.syntax("rising cell offsets", "offsets that do not fit the connectivity"));
+            }
+            return Ok(());
+        }
+        let list = self.values(at, "int", size, "the nodes of the cells")?;
+        self.offsets = vec![0];
+        let mut rest = &list[..];
+        for _ in 0..count {
+            let Some((&n, tail)) = rest.split_first() else { return Err(at.truncated("a cell")) };
+            let nodes = tail.get(..n as usize).ok_or_else(|| at.truncated("the nodes of a cell"))?;
+            self.nodes.extend(nodes.iter().map(|&v| v as i64));
+            self.offsets.push(self.nodes.len());
+            rest = &tail[nodes.len()..];
+        }
+        Ok(())
+    }
+
+    /// Cell data, as far as it is understood: it only names regions, so anything strange just ends it.
+    fn data(&mut self, at: &mut Cursor) {
+        let Ok(count) = at.parse::<usize>("the number of cells") else { return };
+        while let Some(keyword) = at.word() {
+            let done = match keyword {
+                "SCALARS" => self.scalars(at, count),
+                "FIELD" => {
+                    at.word();
+                    self.arrays(at, Some(count))
+                }
+                _ => return,
+            };
+            if done.is_err() {
+                return;
+            }
+        }
+    }
+
+    fn scalars(&mut self, at: &mut Cursor, count: usize) -> Result<(), MeshError> {
+        let line = at.line().unwrap_or_default();
+        let mut words = line.split_whitespace();
+        let (name, kind) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+        let components: usize = words.next().and_then(|w| w.parse().ok()).unwrap_or(1);
+        if at.peek() == Some("LOOKUP_TABLE") {
+            at.word();
+            at.word();
+        }
+        let values = self.values(at, kind, count.saturating_mul(components), "scalars")?;
+        if components == 1 && kind != "float" && kind != "double" {
+            self.tags.insert(name.to_string(), values.into_iter().map(|v| v as i64).collect());
+        }
+        Ok(())
+    }
+
+    /// `FIELD name n`, then n times `name components tuples type` and values; kept if they belong to the cells.
+    fn arrays(&mut self, at: &mut Cursor, cells: Option<usize>) -> Result<(), MeshError> {
+        let count: usize = at.parse("the number of arrays")?;
+        for _ in 0..count {
+            let mut name = at.word().unwrap_or_default();
+            if name == "METADATA" {
+                skip_metadata(at);
+                name = at.word().unwrap_or_default();
+            }
+            let components: usize = at.parse("the components of an array")?;
+            let tuples: usize = at.parse("the tuples of an array")?;
+            let kind = at.word().unwrap_or_default();
+            let values = self.values(at, kind, components.saturating_mul(tuples), "an array")?;
+            if components == 1 && Some(tuples) == cells && kind != "float" && kind != "double" {
+                self.tags.insert(name.to_string(), values.into_iter().map(|v| v as i64).collect());
+            }
+        }
+        Ok(())
+    }
+
+    fn into_raw(self, file: &Path) -> Result<RawMesh, MeshError> {
+        let mut raw = RawMesh { file: file.to_path_buf(), points: self.positions, ..RawMesh::default() };
+        raw.node_tags = (0..raw.points.len() as u64).collect();
+        raw.may_be_free = vec![false; raw.points.len()];
+        let cells = self.offsets.len().saturating_sub(1);
+        if cells != self.types.len() {
+            let fact = format!("{cells} cells but {} cell types", self.types.len());
+            return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
+        }
+        let mut origin = Vec::new(); // cells of the file that have a volume
+        for (c, &number) in self.types.iter().enumerate() {
+            let nodes = &self.nodes[self.offsets[c]..self.offsets[c + 1]];
+            if let Some(&bad) = nodes.iter().find(|&&i| i < 0 || i as usize >= raw.points.len()) {
+                let owner = format!("cell {c}");
+                return Err(MeshError::UnknownNode { file: file.into(), owner, node: bad as u64 });
+            }
+            let &(_, dim, name) = KINDS.iter().find(|k| k.0 == number).unwrap_or(&(number, 3, "cells of unknown type"));
+            let solid = match number {
+                10 => Solid::Tet4,
+                24 => Solid::Tet10,
+                14 => Solid::Pyramid,
+                13 => Solid::Wedge,
+                12 => Solid::Hexahedron,
+                _ => {
+                    let kinds = if dim == 3 { &mut raw.other_volumes } else { &mut raw.other };
+                    *kinds.entry(name).or_default() += 1;
+                    nodes.iter().for_each(|&i| raw.may_be_free[i as usize] = true);
+                    continue;
+                }
+            };
+            if nodes.len() != solid.nodes() {
+                let fact = format!("cell {c} has type {number} but {} nodes", nodes.len());
+                return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
+            }
+            let nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
+            raw.push(solid, &nodes, c as u64);
+            origin.push(c);
+        }
+        for (name, values) in self.tags.iter().filter(|(_, values)| values.len() == cells) {
+            let mut regions: BTreeMap<i64, Vec<u32>> = BTreeMap::new();
+            origin.iter().enumerate().for_each(|(i, &c)| regions.entry(values[c]).or_default().push(i as u32));
+            if (2..=MOST_VALUES).contains(&regions.len()) {
+                raw.cell_regions.extend(regions.into_iter().map(|(value, cells)| (format!("{name}_{value}"), cells)));
+            }
+        }
+        Ok(raw)
+    }
+}
+
+/// METADATA (names of components) runs to the next empty line.
+fn skip_metadata(at: &mut Cursor) {
+    at.line();
+    while at.line().is_some_and(|line| !line.trim().is_empty()) {}
+}
+
+/// Bytes of a value of VTK's data types (`vtktypeint64`: version 5).
+fn width(kind: &str) -> Option<usize> {
+    match kind {
+        "char" | "unsigned_char" => Some(1),
+        "short" | "unsigned_short" => Some(2),
+        "int" | "unsigned_int" | "vtktypeint32" | "vtktypeuint32" | "float" => Some(4),
+        "long" | "unsigned_long" | "vtktypeint64" | "vtktypeuint64" | "vtkIdType" | "double" => Some(8),
+        _ => None,
+    }
+}

@@ -1,0 +1,108 @@
+//! Meshes of several bodies: images of one mesh, several meshes side by side, and which cells hang together.
+
+use crate::math::disjoint_sets::DisjointSets;
+use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::{Region, TetMesh};
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+
+/// The image under X ↦ A X + b, A orthogonal. A mirror image gets the other order of nodes, so that volumes stay positive.
+pub fn image(mesh: &TetMesh, a: &Mat3, b: &Vec3) -> TetMesh {
+    let mut image = mesh.clone();
+    image.points.iter_mut().for_each(|p| *p = a * *p + b);
+    if a.determinant() < 0.0 {
+        let cells = image.cells.chunks_exact_mut(mesh.order.cell_nodes());
+        cells.for_each(|cell| swap(cell, &[(1, 2), (4, 6), (8, 9)]));
+        let facets = image.facets.chunks_exact_mut(mesh.order.facet_nodes());
+        facets.for_each(|facet| swap(facet, &[(1, 2), (3, 5)]));
+    }
+    image
+}
+
+/// Meshes of one order as one mesh. A region R of the mesh named N becomes `N.R`; R itself holds those of all.
+pub fn side_by_side(named: &[(String, TetMesh)]) -> Option<TetMesh> {
+    let mut whole = TetMesh { regions: BTreeMap::new(), ..named.first()?.1.clone() };
+    (whole.points, whole.cells, whole.facets) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, part) in named {
+        let (cells, facets) = (whole.cell_count() as u32, whole.facet_count() as u32);
+        let nodes = whole.points.len() as u32;
+        for (region, list) in &part.regions {
+            let moved = Region {
+                cells: list.cells.iter().map(|c| c + cells).collect(),
+                facets: list.facets.iter().map(|f| f + facets).collect(),
+                nodes: list.nodes.iter().map(|n| n + nodes).collect(),
+                depends_on_mesh: list.depends_on_mesh,
+            };
+            let all = whole.regions.entry(region.clone()).or_default();
+            all.cells.extend(&moved.cells);
+            all.facets.extend(&moved.facets);
+            all.nodes.extend(&moved.nodes);
+            all.depends_on_mesh |= moved.depends_on_mesh;
+            whole.regions.insert(format!("{name}.{region}"), moved);
+        }
+        whole.points.extend(&part.points);
+        whole.cells.extend(part.cells.iter().map(|n| n + nodes));
+        whole.facets.extend(part.facets.iter().map(|n| n + nodes));
+    }
+    Some(whole)
+}
+
+/// \[cells\] the part that each belongs to, as a node of it: cells of one part are joined by common nodes.
+pub fn parts(mesh: &TetMesh) -> Vec<u32> {
+    let mut sets = DisjointSets::new(mesh.points.len());
+    for cell in mesh.cells.chunks_exact(mesh.order.cell_nodes()) {
+        sets.join(cell);
+    }
+    mesh.cells.chunks_exact(mesh.order.cell_nodes()).map(|cell| sets.first(cell[0])).collect()
+}
+
+/// The parts of a mesh as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
+pub fn apart(mesh: &TetMesh) -> Vec<TetMesh> {
+    let mut of_part: BTreeMap<u32, (TetMesh, FxHashMap<u32, u32>)> = BTreeMap::new();
+    for (part, cell) in parts(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
+        let (own, numbers) = of_part.entry(part).or_insert_with(|| {
+            let none = TetMesh { points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new(), ..*mesh };
+            (none, FxHashMap::default())
+        });
+        for node in cell {
+            let number = *numbers.entry(*node).or_insert_with(|| {
+                own.points.push(mesh.points[*node as usize]);
+                own.points.len() as u32 - 1
+            });
+            own.cells.push(number);
+        }
+    }
+    of_part.into_values().map(|(own, _)| own).collect()
+}
+
+/// Exchanges the pairs of places that the list has.
+fn swap(list: &mut [u32], pairs: &[(usize, usize)]) {
+    let n = list.len();
+    pairs.iter().filter(|(_, b)| *b < n).for_each(|&(a, b)| list.swap(a, b));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::made::structured::block;
+    use crate::mesh::quality::overlap::overlap_of_parts;
+
+    #[test]
+    fn parts_are_taken_apart_and_overlaps_found() {
+        let one = block(4, 2, 2, 0.04, 0.02, 0.02, Order::Quadratic);
+        let with_another = |x: f64| {
+            let other = image(&one, &Mat3::identity(), &Vec3::new(x, 0.0031, 0.0017));
+            side_by_side(&[("a".into(), one.clone()), ("b".into(), other)]).expect("two parts")
+        };
+        let parts = apart(&with_another(0.07));
+        assert_eq!(parts.iter().map(TetMesh::cell_count).collect::<Vec<_>>(), [one.cell_count(); 2]);
+        assert!(parts.iter().all(|p| (p.volume() / one.volume() - 1.0).abs() < 1e-12));
+        let found = |x: f64| overlap_of_parts(&with_another(x));
+        assert!(found(0.035).is_some_and(|at| at.x > 0.035 && at.x < 0.04) && found(0.04 - 1e-4).is_some());
+        assert_eq!(
+            [one.clone(), with_another(0.04), with_another(0.041)].map(|mesh| overlap_of_parts(&mesh)),
+            [None; 3]
+        );
+    }
+}

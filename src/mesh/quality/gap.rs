@@ -1,0 +1,108 @@
+//! Narrow gaps between the parts of a body: facets of parts without common nodes that face each other much closer than they are long.
+//!
+//! From the middle of every facet the nearest one of another part is looked for that faces it within 45°. Curved facets count as flat triangles.
+
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::embed::closest_on_triangle;
+use crate::mesh::geometry::bounds;
+use crate::mesh::locator::{aabb, hierarchy};
+use crate::mesh::made::parts::parts;
+use crate::mesh::surface::boundary::facet_cells;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Distance of two facets over the shorter of their mean edges, up to which they may have been meant as one \[–\].
+const NARROW: f64 = 0.05;
+/// Cosine between outward normals of two facets that face each other is below this.
+const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
+
+/// All narrow gaps between parts of a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gap {
+    /// Number of pairs of parts
+    pub pairs: usize,
+    /// The largest distance of two sides \[m\]
+    pub distance: f64,
+    /// Where the distance is largest \[m\]
+    pub at: Vec3,
+    /// Area, the mean of both sides \[m²\]
+    pub area: f64,
+    /// Within this distance every node of a side has one of the other side \[m\]; none where nodes do not lie opposite each other
+    pub between_nodes: Option<f64>,
+}
+
+/// A facet of the boundary.
+struct Facet {
+    corners: [Vec3; 3],
+    middle: Vec3,
+    normal: Vec3,
+    area: f64,
+    edge: f64,
+    /// As a node of it
+    part: u32,
+}
+
+/// A facet with another one that it faces.
+struct Facing {
+    parts: [u32; 2],
+    distance: f64,
+    at: Vec3,
+    area: f64,
+    /// Largest distance of its corners from those of the other one; none where one is farther away than a narrow gap is wide
+    corners: Option<f64>,
+}
+
+/// The narrow gaps of a mesh; none where its parts are clearly apart, or there is one.
+pub fn gap(mesh: &TetMesh) -> Option<Gap> {
+    let of_cells = parts(mesh);
+    if of_cells.iter().all(|part| *part == of_cells[0]) {
+        return None;
+    }
+    let outer = facet_cells(mesh).into_iter().enumerate().filter(|(_, (_, is_inside))| !is_inside);
+    let facets: Vec<Facet> = outer.map(|(f, (cell, _))| facet(mesh, f, of_cells[cell as usize])).collect();
+    let boxes = hierarchy(facets.iter().map(|facet| bounds(facet.corners.iter().copied())));
+    let faced = |facet: &Facet| {
+        let reach = Vec3::repeat(NARROW * facet.edge);
+        let around = aabb((facet.middle - reach, facet.middle + reach));
+        let found = boxes.intersect_aabb(&around).filter_map(|k| facing(facet, &facets[k as usize]));
+        found.min_by(|a, b| a.distance.total_cmp(&b.distance).then(a.parts.cmp(&b.parts)))
+    };
+    let found: Vec<Facing> = facets.par_iter().filter_map(faced).collect();
+    let widest = found.iter().max_by(|a, b| a.distance.total_cmp(&b.distance))?;
+    let corners = found.iter().map(|f| f.corners).collect::<Option<Vec<f64>>>();
+    Some(Gap {
+        pairs: found.iter().map(|f| f.parts).collect::<BTreeSet<_>>().len(),
+        distance: widest.distance,
+        at: widest.at,
+        area: 0.5 * found.iter().map(|f| f.area).sum::<f64>(),
+        between_nodes: corners.map(|all| all.into_iter().fold(0.0, f64::max)),
+    })
+}
+
+fn facet(mesh: &TetMesh, f: usize, part: u32) -> Facet {
+    let corners: [Vec3; 3] = std::array::from_fn(|k| mesh.points[mesh.facet(f)[k] as usize]);
+    let [a, b, c] = corners;
+    let twice = (b - a).cross(&(c - a));
+    let edge = ((b - a).norm() + (c - b).norm() + (a - c).norm()) / 3.0;
+    Facet { corners, middle: (a + b + c) / 3.0, normal: twice.normalize(), area: 0.5 * twice.norm(), edge, part }
+}
+
+/// Two facets of different parts that face each other across a narrow gap.
+fn facing(one: &Facet, other: &Facet) -> Option<Facing> {
+    let reach = NARROW * one.edge.min(other.edge);
+    if one.part == other.part || one.normal.dot(&other.normal) > OPPOSITE {
+        return None;
+    }
+    let [a, b, c] = other.corners;
+    let distance = (closest_on_triangle(one.middle, a, b, c) - one.middle).norm();
+    let to_corner = |p: &Vec3| other.corners.iter().map(|q| (q - p).norm()).fold(f64::INFINITY, f64::min);
+    let corners = one.corners.iter().map(to_corner).fold(0.0, f64::max);
+    (distance <= reach).then(|| Facing {
+        parts: [one.part.min(other.part), one.part.max(other.part)],
+        distance,
+        at: one.middle,
+        area: one.area,
+        corners: Some(corners).filter(|corners| *corners <= reach),
+    })
+}

@@ -1,0 +1,65 @@
+//! Distances of points from a triangulated surface.
+
+use crate::math::tensor::Vec3;
+use crate::mesh::file::surface_file::Surface;
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQueryWithLocation;
+use parry3d_f64::shape::TriMesh;
+
+/// A surface in a hierarchy of boxes, in which the nearest triangle is found quickly.
+pub struct Nearest(TriMesh);
+
+/// The place of a surface that is nearest to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Near {
+    pub triangle: u32,
+    /// \[m\]
+    pub distance: f64,
+}
+
+impl Nearest {
+    /// None of a surface without triangles.
+    pub fn new(surface: &Surface) -> Option<Self> {
+        let points = surface.points.iter().map(vector).collect();
+        TriMesh::new(points, surface.triangles.clone()).ok().map(Self)
+    }
+
+    /// The triangle that is nearest to a point.
+    pub fn of(&self, at: &Vec3) -> Near {
+        let at = vector(at);
+        let (on, (triangle, _)) = self.0.project_local_point_and_get_location(at, false);
+        Near { triangle, distance: (on.point - at).length() }
+    }
+}
+
+fn vector(v: &Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::embed::closest_on_triangle;
+
+    /// Against the least distance of all triangles of a surface of random ones.
+    #[test]
+    fn the_nearest_triangle_is_the_nearest_of_all() {
+        let mut random = crate::math::random::SplitMix(7);
+        let mut at = || Vec3::from_fn(|_, _| random.unit());
+        let points: Vec<Vec3> = (0..300).map(|_| at()).collect();
+        let triangles: Vec<[u32; 3]> = (0..100).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
+        let tree = Nearest::new(&Surface { points: points.clone(), triangles: triangles.clone() }).expect("triangles");
+        for _ in 0..200 {
+            let p = at() * 2.0;
+            let [off, least] =
+                [tree.of(&p).triangle as usize..tree.of(&p).triangle as usize + 1, 0..100].map(|range| {
+                    let away = |k: usize| {
+                        let [a, b, c] = triangles[k].map(|n| points[n as usize]);
+                        (closest_on_triangle(p, a, b, c) - p).norm()
+                    };
+                    range.map(away).fold(f64::INFINITY, f64::min)
+                });
+            assert!((off - least).abs() < 1e-12 && (tree.of(&p).distance - least).abs() < 1e-12);
+        }
+    }
+}

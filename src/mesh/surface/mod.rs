@@ -1,0 +1,11 @@
+//! Surfaces of a mesh and from files.
+
+pub mod attach;
+pub mod boundary;
+pub mod closed_surface;
+pub mod distance;
+pub mod flat;
+pub mod interface;
+pub mod pieces;
+pub mod rim;
+pub mod smooth_surface;

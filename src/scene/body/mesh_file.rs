@@ -1,0 +1,108 @@
+//! The file of a `[mesh]` table: its path, format and unit, and what is done to its cells and nodes.
+
+use super::mesh_spec::MeshSpec;
+use crate::math::units::{self, Dimension};
+use crate::mesh::format::{Format, recognise};
+use crate::mesh::{Changes, Reading, TetMesh};
+use crate::scene::error::{SceneError, part};
+use crate::wording::nearest;
+use std::path::{Path, PathBuf};
+
+/// Diagonals of bodies that raise no doubt about their unit \[m\]: from a micro-gripper to an arm.
+const PLAUSIBLE: std::ops::Range<f64> = 1e-3..5.0;
+/// Diagonals of bodies that a unit is guessed from \[m\].
+const USUAL: std::ops::Range<f64> = 5e-3..2.0;
+
+/// The file of the table and its format, if it is a volume mesh that is taken over; a size asks for its surface to be meshed.
+pub(super) fn volume_mesh(file: &Path, spec: &MeshSpec) -> Result<Option<(PathBuf, Format)>, SceneError> {
+    let Some(name) = spec.file.as_ref().filter(|_| spec.cells.is_none() && spec.size.is_none()) else {
+        return Ok(None);
+    };
+    let path = file.parent().unwrap_or(Path::new("")).join(name);
+    let format = recognise(&path).map_err(|e| match absent(name, &path) {
+        Some((fact, remedy)) => content(file, fact, &remedy),
+        None => part(file, "mesh", e),
+    })?;
+    Ok(format.reader.is_volume().then_some((path, format)))
+}
+
+/// Fact and remedy about a file that is not there.
+fn absent(name: &Path, path: &Path) -> Option<(String, String)> {
+    if path.exists() {
+        return None;
+    }
+    let text = name.to_string_lossy();
+    let fact = format!("there is no file {text}");
+    if text.contains('\\') || text.chars().any(char::is_control) {
+        return Some((fact, "write the path with /, as in \"meshes/finger.vtk\"".into()));
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Some((fact, "its folder does not exist either; paths start from the folder of the scene".into()));
+    };
+    // Names of one ending are alike by it: the stems decide
+    let stem = |name: &Path| name.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let wanted = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let names = entries.flatten().map(|e| e.file_name().to_string_lossy().into_owned());
+    let alike: Vec<String> = names.filter(|n| nearest(&stem(path), &[stem(Path::new(n))]).is_some()).collect();
+    let remedy = match nearest(&wanted, &alike) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "check the path, which starts from the folder of the scene".into(),
+    };
+    Some((fact, remedy))
+}
+
+/// How the table wants the cells and nodes of its file.
+pub(super) fn reading(file: &Path, spec: &MeshSpec) -> Result<Reading, SceneError> {
+    let merge = spec.merge.map(|length| length.0);
+    if let Some(length) = merge.filter(|l| *l < 0.0 || !l.is_finite()) {
+        return Err(content(file, format!("merge = {length} m"), "the distance must not be negative"));
+    }
+    Ok(Reading { unit_m: unit_m(file, spec)?, split: spec.split, merge })
+}
+
+/// Notes on changes to the content of a file.
+pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
+    let counts = [
+        (changes.dropped_nodes, "nodes of the file belong to no cell and were dropped"),
+        (changes.merged_nodes, "nodes of the file were merged with another one at their place"),
+        (changes.split_cells, "cells of the file were split into tetrahedra"),
+    ];
+    counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect()
+}
+
+/// A warning about a body of a size that no soft robot has, with the unit that would give it one.
+pub(super) fn doubtful_unit(mesh: &TetMesh, unit_m: f64) -> Option<String> {
+    let (low, high) = mesh.bounding_box();
+    let size = (high - low).norm();
+    if PLAUSIBLE.contains(&size) {
+        return None;
+    }
+    let length = if size < 1.0 { format!("{:.3} mm", size * 1e3) } else { format!("{size:.3} m") };
+    let hint =
+        plausible_unit(size / unit_m).map_or(String::new(), |unit| format!("; unit = \"{unit}\" would be plausible"));
+    Some(format!("the body is {length} across, which is unusual for a soft robot{hint}"))
+}
+
+/// The first of the usual units in which a diagonal of this many units is that of a soft robot.
+pub fn plausible_unit(diagonal: f64) -> Option<&'static str> {
+    usual_units().find(|(_, metre)| USUAL.contains(&(diagonal * metre))).map(|(unit, _)| unit)
+}
+
+/// The usual units of length with their lengths \[m\], the most frequent first.
+pub(super) fn usual_units() -> impl Iterator<Item = (&'static str, f64)> {
+    let metres = |unit: &str| units::parse(&format!("1 {unit}"), Dimension::LENGTH).expect("a unit of length");
+    ["mm", "m", "cm", "in", "um"].into_iter().map(move |unit| (unit, metres(unit)))
+}
+
+/// A refusal of the table `[mesh]`.
+pub(in crate::scene) fn content(file: &Path, fact: impl Into<String>, remedy: &str) -> SceneError {
+    SceneError::Content { file: file.into(), place: "mesh".into(), fact: fact.into(), remedy: remedy.into() }
+}
+
+pub(in crate::scene) fn unit_m(file: &Path, spec: &MeshSpec) -> Result<f64, SceneError> {
+    let Some(unit) = &spec.unit else {
+        return Err(content(file, "the file has no unit of length", "add for example unit = \"mm\""));
+    };
+    units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(file, "mesh.unit", e))
+}

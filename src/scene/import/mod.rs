@@ -1,0 +1,170 @@
+//! Import of a mesh, surface or CAD file: its content, and the keys with which a scene can use it.
+
+pub(super) mod fixture;
+pub(super) mod starter;
+
+use super::body::Body;
+use super::body::mesh_file::plausible_unit;
+use super::body::mesh_spec::{ElementSpec, MeshSpec};
+use super::error::{SceneError, part};
+use super::text::quantity::Length;
+use crate::math::units::{self, Dimension};
+use crate::mesh::census::{Census, census};
+use crate::mesh::error::MeshError;
+use crate::mesh::format::{Format, Reader, recognise};
+use crate::mesh::generate::{GenerateError, MeshStore};
+use crate::mesh::parts::parts;
+use crate::mesh::surface_file::read_surface;
+use fixture::{Fixture, fixture};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Cells of the first mesh of a shape that is yet to be meshed.
+const FIRST_CELLS: usize = 2000;
+
+/// Content of a file, and the keys of `[mesh]` with which it can be used.
+#[derive(Clone)]
+pub struct Import {
+    pub file: PathBuf,
+    pub format: Format,
+    /// None of CAD, which has no nodes
+    pub census: Option<Census>,
+    /// Unit of length: given, stated by the file, or guessed from its size
+    pub unit: String,
+    /// Why this unit
+    pub unit_reason: String,
+    pub spec: MeshSpec,
+}
+
+/// A file that can be used, on its mesh.
+pub struct Imported {
+    pub body: Body,
+    /// Number of parts of the mesh that share no node
+    pub components: usize,
+    pub fixture: Fixture,
+}
+
+impl Import {
+    /// Looks at a file; `unit` overrides the guess.
+    ///
+    /// # Errors
+    ///
+    /// Where the file cannot be read, is of no known format, or is damaged.
+    pub fn of(file: &Path, unit: Option<&str>, progress: &mut dyn FnMut(&str)) -> Result<Self, SceneError> {
+        let fail = |e: Box<dyn std::error::Error + Send + Sync>| part(file, "file", e);
+        let format = recognise(file).map_err(SceneError::Mesh)?;
+        let census = match format.reader {
+            Reader::Cad(_) => None,
+            Reader::Surface(_) => surface_census(file),
+            Reader::Mesher(name) => {
+                let store = MeshStore::find().map_err(|e| fail(e.into()))?;
+                let path = store.converted(file, name, progress).map_err(|e| fail(e.into()))?;
+                Some(census(file, &path, format.reader).map_err(SceneError::Mesh)?)
+            }
+            _ => Some(census(file, file, format.reader).map_err(SceneError::Mesh)?),
+        };
+        let (unit, unit_reason) = match unit {
+            Some(unit) => (unit.to_string(), "as given".to_string()),
+            None => guessed_unit(&format, census.as_ref()),
+        };
+        let mut spec = MeshSpec { file: Some(file.into()), unit: Some(unit.clone()), ..MeshSpec::default() };
+        match &census {
+            Some(found) if format.reader.is_volume() && !found.cells.is_empty() => {
+                spec.split = found.divisible;
+                spec.element = if found.quadratic { ElementSpec::Tet10 } else { ElementSpec::Tet4 };
+                let metre = units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(file, "unit", e))?;
+                let size = (found.bounds.1 - found.bounds.0).norm() * metre;
+                spec.merge = (found.doubled_nodes > 0).then(|| Length(rounded_up(2e-9 * size)));
+            }
+            _ => spec.cells = Some(FIRST_CELLS),
+        }
+        Ok(Self { file: file.into(), format, census, unit, unit_reason, spec })
+    }
+
+    /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, the number that comes nearest is taken.
+    ///
+    /// # Errors
+    ///
+    /// Where the mesh cannot be read or made.
+    pub fn load(&mut self, progress: &mut dyn FnMut(&str)) -> Result<Imported, SceneError> {
+        let file = std::path::absolute(&self.file).unwrap_or(self.file.clone());
+        let mut made =
+            |spec: &MeshSpec| Body::load(&self.file, &MeshSpec { file: Some(file.clone()), ..spec.clone() }, progress);
+        let first = made(&self.spec);
+        let body = match first.as_ref().err().and_then(nearest_cells) {
+            Some(cells) => {
+                self.spec.cells = Some(cells);
+                made(&self.spec)
+            }
+            None => first,
+        };
+        let body = body.map_err(without_place)?;
+        let of_cells = parts(&body.mesh);
+        let fixture = fixture(&body.mesh, &of_cells);
+        let mut components = of_cells;
+        components.sort_unstable();
+        components.dedup();
+        Ok(Imported { body, components: components.len(), fixture })
+    }
+}
+
+/// Cells of the mesh that comes nearest, where the mesher only missed their number.
+pub(crate) fn nearest_cells(error: &SceneError) -> Option<usize> {
+    let SceneError::Part { source, .. } = error else { return None };
+    match source.downcast_ref()? {
+        GenerateError::Failed { nearest, .. } => *nearest,
+        _ => None,
+    }
+}
+
+/// An error of a mesh file without the place of a scene that names it: the file is its own place.
+fn without_place(error: SceneError) -> SceneError {
+    match error {
+        SceneError::Part { file, place, source } => match source.downcast::<MeshError>() {
+            Ok(of_mesh) => SceneError::Mesh(*of_mesh),
+            Err(source) => SceneError::Part { file, place, source },
+        },
+        other => other,
+    }
+}
+
+/// A surface as its file has it, if it is one of the formats that are read without the mesher.
+fn surface_census(file: &Path) -> Option<Census> {
+    let surface = read_surface(file, 1.0).ok()?;
+    Some(Census {
+        nodes: surface.points.len(),
+        cells: BTreeMap::new(),
+        others: BTreeMap::from([("triangles", surface.triangles.len())]),
+        bounds: surface.bounds(),
+        unused_nodes: 0,
+        doubled_nodes: 0,
+        inverted_cells: 0,
+        divisible: false,
+        quadratic: false,
+    })
+}
+
+/// The unit that makes the body as large as soft robots are, and why it was chosen.
+fn guessed_unit(format: &Format, census: Option<&Census>) -> (String, String) {
+    let Some(census) = census else {
+        let reason = match format.reader {
+            Reader::Cad(_) if format.name == "BREP" => "usual for CAD",
+            Reader::Cad(_) => "the file states its own unit",
+            _ => "usual for CAD, the file states none; check it",
+        };
+        return ("mm".into(), reason.into());
+    };
+    let diagonal = (census.bounds.1 - census.bounds.0).norm();
+    match plausible_unit(diagonal) {
+        Some(unit) => {
+            let metre = units::parse(&format!("1 {unit}"), Dimension::LENGTH).unwrap_or(1.0);
+            (unit.into(), format!("guessed: the body is then {:.3} mm across; check it", diagonal * metre * 1e3))
+        }
+        None => ("mm".into(), "no usual unit gives the size of a soft robot; check it".into()),
+    }
+}
+
+/// The next power of ten.
+fn rounded_up(length: f64) -> f64 {
+    10f64.powf(length.max(1e-15).log10().ceil())
+}

@@ -1,0 +1,94 @@
+//! Facts about the mesh of a scene that limit its numbers, as commands print them: cells that are nearly flat, thin walls of few cells, parts that
+//! overlap, narrow gaps between parts.
+
+use crate::math::tensor::Vec3;
+use crate::mesh::TetMesh;
+use crate::mesh::error::point;
+use crate::mesh::gap::{Gap, gap};
+use crate::mesh::overlap::overlap_of_parts;
+use crate::mesh::quality::Quality;
+use crate::mesh::wall::{LEAST_CELLS, Wall, shows_bending, thinnest};
+use crate::scene::body::mesh_spec::MeshSpec;
+use crate::scene::build::Scene;
+use crate::scene::build::shape::ShapeSpec;
+use std::collections::BTreeSet;
+
+/// The limits of the mesh of a scene in words, each with its kind: `warning` or `note`. Gaps between parts that contact keeps apart are none.
+pub fn limits_of_scene(scene: &Scene) -> Vec<(&'static str, String)> {
+    let mesh = &scene.body.mesh;
+    let is_kept_apart = scene.spec.contacts.iter().any(|c| matches!(c.obstacle, ShapeSpec::Region { .. }));
+    let gap = if is_kept_apart { None } else { gap(mesh) };
+    limits(mesh, wall(scene), gap, &scene.spec.mesh)
+}
+
+/// The same on a mesh of which nothing is held, with its table.
+pub fn limits_of_mesh(mesh: &TetMesh, spec: &MeshSpec) -> Vec<(&'static str, String)> {
+    limits(mesh, thinnest(mesh, |_, _| false), gap(mesh), spec)
+}
+
+/// The thinnest wall of the body. Planes of symmetry and clamped faces are no sides of it.
+pub(crate) fn wall(scene: &Scene) -> Option<Wall> {
+    *scene.wall.get_or_init(|| {
+        let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof).collect();
+        thinnest(&scene.body.mesh, |node, axis| held.contains(&(3 * node + axis as u32)))
+    })
+}
+
+fn limits(mesh: &TetMesh, wall: Option<Wall>, gap: Option<Gap>, spec: &MeshSpec) -> Vec<(&'static str, String)> {
+    let walls = wall.filter(|wall| !shows_bending(wall.cells)).map(of_wall);
+    let overlaps = overlap_of_parts(mesh).map(|at| of_overlap(&at));
+    let warnings = of_cells(mesh).into_iter().chain(walls).chain(overlaps).map(|text| ("warning", text));
+    // Of other sources no nodes are merged
+    let is_volume_mesh = spec.file.is_some() && spec.cells.is_none() && spec.size.is_none();
+    warnings.chain(gap.map(|gap| ("note", of_gap(&gap, is_volume_mesh)))).collect()
+}
+
+fn of_cells(mesh: &TetMesh) -> Option<String> {
+    let Quality { flat_cells, worst_cell, dihedral_min_deg, dihedral_max_deg, .. } = Quality::of(mesh);
+    let cells = if flat_cells == 1 { "cell is" } else { "cells are" };
+    let at = point(&mesh.position(worst_cell, [0.25; 3]));
+    (flat_cells > 0).then(|| {
+        format!(
+            "{flat_cells} of {} {cells} nearly flat, with dihedral angles from {dihedral_min_deg:.2} to {dihedral_max_deg:.2} degrees, the worst at \
+             {at}: stresses there say little, and equations are harder to solve; mesh the body anew, or with another size",
+            mesh.cell_count()
+        )
+    })
+}
+
+fn of_wall(wall: Wall) -> String {
+    format!(
+        "{:.1} cells across the thinnest wall, which is {:.4} mm thick, are too few to show how it bends (at least {LEAST_CELLS:.0}); refine the \
+         walls",
+        wall.cells,
+        wall.thickness * 1e3
+    )
+}
+
+/// In words, for facets of a pin and its hole that do not fit lie in each other by the height of an arc.
+fn of_overlap(at: &Vec3) -> String {
+    format!(
+        "two parts of the body both fill {}: their stiffness and mass count twice there, and nothing joins them; unite them where the mesh comes \
+         from, or move one of them",
+        point(at)
+    )
+}
+
+fn of_gap(gap: &Gap, is_volume_mesh: bool) -> String {
+    // With four digits
+    let mm = |length: f64| format!("{:.3e}", length * 1e3).parse().unwrap_or(length * 1e3);
+    let how = match gap.distance > 1e-6 * gap.area.sqrt() {
+        true => format!("face each other across a gap of up to {} mm", mm(gap.distance)),
+        false => "touch".into(),
+    };
+    let pairs = if gap.pairs == 1 { "two parts of the body".into() } else { format!("{} pairs of parts", gap.pairs) };
+    let remedy = match gap.between_nodes.filter(|_| is_volume_mesh) {
+        Some(between) => format!("merge = \"{} mm\" in [mesh] makes them one", mm(1.1 * between)),
+        None => "make them one where the mesh comes from".into(),
+    };
+    format!(
+        "{pairs} {how} over {:.4} mm^2, at {}, and have no common node: nothing joins them; {remedy}, or declare a contact between them",
+        gap.area * 1e6,
+        point(&gap.at)
+    )
+}

@@ -1,0 +1,10 @@
+//! Facts about a scene and its run that limit what can be said with its numbers.
+
+pub(super) mod collapse;
+pub(super) mod cut_regions;
+pub(super) mod feedback;
+pub(super) mod jump;
+pub(super) mod mesh_limits;
+pub(super) mod stable;
+pub(super) mod unheld;
+pub(super) mod wrinkles;

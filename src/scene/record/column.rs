@@ -1,0 +1,116 @@
+//! The unit at the end of the name of a recorded column: `tip_x_m`, `grip_moment_z_Nm`.
+
+use crate::math::units::{Dimension, UnitError};
+use crate::scene::text::quantity::Quantity;
+
+/// The end of a name, the unit as it is printed, and the dimension of its numbers.
+struct ColumnUnit {
+    suffix: &'static str,
+    printed: &'static str,
+    dimension: Dimension,
+}
+
+const fn unit_of(suffix: &'static str, printed: &'static str, dimension: Dimension) -> ColumnUnit {
+    ColumnUnit { suffix, printed, dimension }
+}
+
+/// The first match counts: a longer suffix precedes the one that it ends in.
+const UNITS: [ColumnUnit; 12] = [
+    unit_of("_per_m", "1/m", Dimension::CURVATURE),
+    unit_of("_m_s", "m/s", Dimension::VELOCITY),
+    unit_of("_s", "s", Dimension::TIME),
+    unit_of("_m", "m", Dimension::LENGTH),
+    unit_of("_m2", "m2", Dimension::AREA),
+    unit_of("_m3", "m3", Dimension::VOLUME),
+    unit_of("_N", "N", Dimension::FORCE),
+    unit_of("_Nm", "N m", Dimension::ENERGY),
+    unit_of("_Pa", "Pa", Dimension::PRESSURE),
+    unit_of("_J", "J", Dimension::ENERGY),
+    unit_of("_deg", "deg", Dimension::ANGLE),
+    unit_of("_rad", "rad", Dimension::ANGLE),
+];
+
+fn find(column: &str) -> Option<&'static ColumnUnit> {
+    UNITS.iter().find(|unit| column.ends_with(unit.suffix))
+}
+
+/// The unit of a column; `1` of a number without one.
+pub fn unit(column: &str) -> &'static str {
+    find(column).map_or("1", |unit| unit.printed)
+}
+
+/// Words and unit of a column or field, for people; no unit where its name has none.
+pub fn words(column: &str) -> (String, &'static str) {
+    let Some(ColumnUnit { suffix, printed, .. }) = find(column) else { return (column.replace('_', " "), "") };
+    let printed = match *printed {
+        "deg" => "°",
+        "m2" => "m²",
+        "m3" => "m³",
+        unit => unit,
+    };
+    (column[..column.len() - suffix.len()].replace('_', " "), printed)
+}
+
+/// Words of a column with its unit in brackets.
+pub fn label(column: &str) -> String {
+    let (words, unit) = words(column);
+    if unit.is_empty() { words } else { format!("{words} [{unit}]") }
+}
+
+/// Value of a quantity in the unit of a column.
+pub(crate) fn in_unit_of(column: &str, quantity: &Quantity) -> Result<f64, UnitError> {
+    let value = quantity.value(find(column).map_or(Dimension::NONE, |unit| unit.dimension))?;
+    Ok(if unit(column) == "deg" { value.to_degrees() } else { value })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_end_in_their_unit() {
+        for (column, printed, shown) in [
+            ("t_s", "s", "t [s]"),
+            ("tip_x_m", "m", "tip x [m]"),
+            ("line_1_curvature_per_m", "1/m", "line 1 curvature [1/m]"),
+            ("grip_moment_z_Nm", "N m", "grip moment z [N m]"),
+            ("velocity_m_s", "m/s", "velocity [m/s]"),
+            ("sole_area_m2", "m2", "sole area [m²]"),
+            ("air_volume_m3", "m3", "air volume [m³]"),
+            ("bending_angle_deg", "deg", "bending angle [°]"),
+            ("horn_rotation_rad", "rad", "horn rotation [rad]"),
+            ("stretch_p95", "1", "stretch p95"),
+        ] {
+            assert_eq!((unit(column), label(column).as_str()), (printed, shown));
+        }
+    }
+
+    #[test]
+    fn a_threshold_has_the_unit_of_its_column() {
+        for (column, text, value) in [
+            ("bending_angle_deg", "30 deg", 30.0),
+            ("cable_tension_N", "200 mN", 0.2),
+            ("tip_x_m", "12 mm", 0.012),
+            ("air_volume_m3", "3 ml", 3e-6),
+            ("elastic_J", "2 mN m", 2e-3),
+            ("grip_moment_z_Nm", "5 mN m", 5e-3),
+            ("line_1_curvature_per_m", "0.02 1/mm", 20.0),
+            ("sole_area_m2", "3 mm^2", 3e-6),
+            ("horn_rotation_rad", "180 deg", std::f64::consts::PI),
+            ("stretch_p95", "1.4", 1.4),
+        ] {
+            let read = in_unit_of(column, &text.into()).unwrap_or_else(|e| panic!("{e}"));
+            assert!((read - value).abs() <= 4.0 * f64::EPSILON * value, "{column}: {read}");
+        }
+        for (column, text) in [
+            ("bending_angle_deg", "30"),
+            ("cable_tension_N", "3 mm"),
+            ("grip_moment_z_Nm", "0.005"),
+            ("grip_moment_z_Nm", "5 mN"),
+            ("line_1_curvature_per_m", "20 mm"),
+            ("line_1_curvature_per_m", "20"),
+        ] {
+            assert!(in_unit_of(column, &text.into()).is_err(), "{column}: {text}");
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! What a run records: rows, fields, and the curves they are compared with.
+
+pub mod column;
+pub(super) mod compare;
+pub(super) mod extreme;
+pub(super) mod extreme_rows;
+pub(super) mod features;
+pub(super) mod fields;
+pub(super) mod measured_curve;
+pub mod output;
+pub(super) mod recorded;
+pub(super) mod recorder;
+mod stress_recovery;
+pub mod stretch;
+pub(super) mod winding;

@@ -1,0 +1,101 @@
+//! Energies of a run: stored at the state, put in and dissipated along the path.
+//!
+//! Work and dissipation count from the start, elastic and kinetic energy are those of the state: over a run, work − dissipation is the
+//! change of elastic + kinetic.
+
+use super::energy_growth::EnergyGrowth;
+use crate::scene::record::recorder::Energies;
+use crate::solve::AcceptedStep;
+use crate::system::{EnergyRole, State, System, Want};
+
+/// Share of a prescribed displacement up to which its change is that of its signal \[–\]
+const FOLLOWS: f64 = 1e-9;
+
+/// Integrals along the path.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::scene) struct EnergyBalance {
+    pub energies: Energies,
+    /// Per effect: energy at the last state
+    pub effect: Vec<f64>,
+    /// Per constraint: g at the last state
+    pub g: Vec<f64>,
+    /// \[unknowns\] residual at the last state \[N\]
+    pub residual: Vec<f64>,
+    /// Energy from nothing
+    pub growth: EnergyGrowth,
+}
+
+impl EnergyBalance {
+    pub(in crate::scene) fn new(system: &System, rest: &State) -> Self {
+        let mut sums = system.workspace();
+        // An effect that is not defined at rest stops the first step; its energy is then of no use.
+        let defined = system.assemble(&rest.at(), &rest.lambda, Want::Energy, None, &mut sums).is_ok();
+        let effect = if defined { sums.energy } else { vec![0.0; system.effects.len()] };
+        let g = if defined { sums.g } else { vec![0.0; system.constraints.len()] };
+        let (energies, growth) = (Energies::default(), EnergyGrowth::default());
+        let mut balance = Self { energies, effect, g, residual: vec![0.0; rest.x.len()], growth };
+        balance.store(system, &rest.lambda);
+        balance
+    }
+
+    /// Takes elastic and kinetic energy from those of the effects, and from the multipliers λ of the constraints that give.
+    fn store(&mut self, system: &System, lambda: &[f64]) {
+        let Energies { elastic, kinetic, .. } = &mut self.energies;
+        (*elastic, *kinetic) = (0.0, 0.0);
+        for (effect, energy) in system.effects.iter().zip(&self.effect) {
+            match effect.role() {
+                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing => *elastic += energy,
+                EnergyRole::Kinetic => *kinetic += energy,
+                EnergyRole::Dissipative | EnergyRole::Friction | EnergyRole::Load | EnergyRole::Follower => {}
+            }
+        }
+        for (constraint, lambda) in system.constraints.iter().zip(lambda) {
+            *elastic += 0.5 * constraint.compliance() * lambda.powi(2);
+        }
+    }
+
+    /// Adds an accepted step.
+    pub(super) fn add_step(&mut self, system: &System, step: &AcceptedStep) {
+        let AcceptedStep { past, now, sums, .. } = *step;
+        for (e, effect) in system.effects.iter().enumerate() {
+            let energy = sums.energy[e];
+            self.energies.dissipated += sums.dissipated[e];
+            match effect.role() {
+                EnergyRole::Stored | EnergyRole::Contact | EnergyRole::Relaxing | EnergyRole::Kinetic => {}
+                EnergyRole::Dissipative | EnergyRole::Friction => self.energies.dissipated += energy,
+                EnergyRole::Load => {
+                    let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
+                    self.energies.work -= mean * (energy - self.effect[e]);
+                }
+                EnergyRole::Follower => {
+                    let mean = 0.5 * (effect.intensity(past.clock()) + effect.intensity(now.clock()));
+                    self.energies.work -= mean * energy;
+                }
+            }
+            self.effect[e] = energy;
+        }
+        // A constraint does the work −∫ λ d(target − g): of a cable, tension times the length drawn in, also where its drive yields.
+        for (c, constraint) in system.constraints.iter().enumerate() {
+            let mean = 0.5 * (past.lambda[c] + now.lambda[c]);
+            let moved = constraint.target(now.clock()) - constraint.target(past.clock()) - (sums.g[c] - self.g[c]);
+            let lost = constraint.dissipated(c, [&self.g, &sums.g], [&past.lambda, &now.lambda]);
+            self.energies.work += lost - mean * moved;
+            self.energies.dissipated += lost;
+        }
+        self.store(system, &now.lambda);
+        self.g.copy_from_slice(&sums.g);
+        for p in &system.prescribed {
+            let dof = p.dof as usize;
+            let (from, to) = (p.signal.at(past.clock()), p.signal.at(now.clock()));
+            let moved = now.x[dof] - past.x[dof];
+            // The first static step brings what is prescribed from rest to its place, by whatever way.
+            let follows = (moved - (to - from)).abs() <= FOLLOWS * from.abs().max(to.abs());
+            let [first, second] = if follows { p.signal.increments([past.clock(), now.clock()]) } else { [moved; 2] };
+            self.energies.work += 0.5 * (self.residual[dof] * first + sums.r[dof] * second);
+        }
+        self.residual.copy_from_slice(&sums.r);
+        if !step.integrator.is_static() {
+            self.growth.add(now.t, self.energies);
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Keys of a scene whose value is a number, by which a run can be differentiated: `laws.rubber.mu`, `effect.gravity.direction.1`.
+
+use crate::math::units::{self, Dimension};
+use crate::scene::text::overrides;
+use crate::scene::text::overrides::OverrideError;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+use toml::{Table, Value};
+
+/// Reason why a path leads to no number of a scene.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyError {
+    #[error("\"{text}\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density")]
+    Form { text: String },
+    #[error(transparent)]
+    NoKey(#[from] OverrideError),
+    #[error("{key} is {is}, and a derivative is by one number")]
+    NoNumber { key: ParameterKey, is: String },
+}
+
+/// A key of a scene by its path, as [`overrides`] goes it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct ParameterKey(String);
+
+impl fmt::Display for ParameterKey {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl FromStr for ParameterKey {
+    type Err = KeyError;
+
+    fn from_str(text: &str) -> Result<Self, KeyError> {
+        if text.contains('.') && text.split('.').all(|step| !step.is_empty()) {
+            return Ok(Self(text.into()));
+        }
+        Err(KeyError::Form { text: text.into() })
+    }
+}
+
+/// A constant of a law by the name of its table below `laws`.
+pub struct LawConstant<'a> {
+    pub law: &'a str,
+    pub key: &'a str,
+}
+
+impl ParameterKey {
+    /// The constant of a law by the name of its table below `laws`.
+    pub fn of_law(law: &str, key: &str) -> Self {
+        Self(format!("laws.{law}.{key}"))
+    }
+
+    /// Law and key of a constant of a law.
+    pub fn law_constant(&self) -> Option<LawConstant<'_>> {
+        let (law, key) = self.0.strip_prefix("laws.")?.split_once('.')?;
+        Some(LawConstant { law, key })
+    }
+
+    /// Whether it is a number of the mesh itself, not of its regions.
+    pub fn makes_mesh(&self) -> bool {
+        self.0.starts_with("mesh.") && !self.0.starts_with("mesh.regions.")
+    }
+
+    /// The first step of the path.
+    pub(in crate::scene) fn root(&self) -> &str {
+        self.0.split('.').next().unwrap_or("")
+    }
+
+    /// The path.
+    pub fn path(&self) -> &str {
+        &self.0
+    }
+
+    /// The number that a scene has there; an error where it has none.
+    ///
+    /// # Errors
+    ///
+    /// Where there is no value, or one that is no number.
+    pub fn value(&self, scene: &Table) -> Result<KeyValue, KeyError> {
+        KeyValue::of(overrides::find(scene, &self.0)?).map_err(|is| KeyError::NoNumber { key: self.clone(), is })
+    }
+}
+
+/// The number of a key with its unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyValue {
+    /// As the file gives it
+    pub number: f64,
+    /// None of a number without quotes
+    pub unit: Option<String>,
+    /// Of the unit, to SI
+    pub factor: f64,
+    pub dimension: Dimension,
+}
+
+impl KeyValue {
+    /// The number of a value of a scene.
+    ///
+    /// # Errors
+    ///
+    /// The value in words, where it is no number.
+    pub fn of(value: &Value) -> Result<Self, String> {
+        match value {
+            Value::Float(number) => Ok(Self::plain(*number)),
+            Value::Integer(number) => Ok(Self::plain(*number as f64)),
+            Value::String(text) => {
+                let (number, unit, factor, dimension) =
+                    units::parts(text).map_err(|_| format!("the text \"{text}\""))?;
+                Ok(Self { number, unit: Some(unit.into()), factor, dimension })
+            }
+            Value::Boolean(value) => Err(format!("{value}")),
+            Value::Table(table) => {
+                let known = table.keys().cloned().collect::<Vec<_>>().join(", ");
+                Err(format!("a table with the keys {known}"))
+            }
+            Value::Array(list) => Err(format!("a list of {}; add the index, from 0", list.len())),
+            Value::Datetime(_) => Err("a date".into()),
+        }
+    }
+
+    fn plain(number: f64) -> Self {
+        Self { number, unit: None, factor: 1.0, dimension: Dimension::NONE }
+    }
+
+    /// The value in SI.
+    pub fn si(&self) -> f64 {
+        self.number * self.factor
+    }
+
+    /// Another number in the same unit, as a file gives it.
+    pub fn written(&self, number: f64) -> Value {
+        match self.unit.as_deref() {
+            None => Value::Float(number),
+            Some(unit) => Value::String(format!("{number} {unit}").trim_end().into()),
+        }
+    }
+
+    /// A value in SI, in the unit of the file.
+    pub fn written_si(&self, value: f64) -> Value {
+        self.written(value / self.factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_keep_their_unit() {
+        let scene: Table =
+            "[a]\nrho = \"1.1 g/cm^3\"\nd = [0, 1.5]\nname = \"tip\"\nshare = \"2 %\"".parse().expect("TOML");
+        let value = |path: &str| path.parse::<ParameterKey>().expect("a path").value(&scene);
+        let rho = value("a.rho").expect("a density");
+        assert!((rho.si() - 1100.0).abs() < 1e-9);
+        assert_eq!(rho.written(1.2), Value::String("1.2 g/cm^3".into()));
+        assert_eq!(value("a.d.0").expect("a number").written(-0.25), Value::Float(-0.25));
+        assert_eq!(value("a.share").expect("a share").si(), 0.02);
+        for (path, says) in [
+            ("a.name", "a.name is the text \"tip\""),
+            ("a.d", "a.d is a list of 2; add the index, from 0"),
+            ("a.d.2", "there is no \"2\"; known: 0, 1"),
+            ("a.rhoo", "did you mean `rho`?"),
+        ] {
+            let message = value(path).expect_err(path).to_string();
+            assert!(message.contains(says), "{message}");
+        }
+        assert!("rho".parse::<ParameterKey>().is_err() && "a..b".parse::<ParameterKey>().is_err());
+    }
+}

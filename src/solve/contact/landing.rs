@@ -1,0 +1,290 @@
+//! Impacts with rules that remember an acceleration (generalised-α, Newmark): velocities that would carry points into their obstacles
+//! become, before the step, those that carry them just there.
+//!
+//! ```text
+//! v' = v + M⁻¹ Hᵀ p      0 ≤ p_n ⟂ d + Δt H_n v' ≥ 0      p_t = −μ p_n f(|g_t|/ε) g_t/|g_t|,   g_t = Δt H_t v'
+//! ```
+//!
+//! with the distances d of the points from the reach of their contact, and the friction of the contact. Among obstacles at rest kinetic energy does not grow:
+//! with W = H M⁻¹ Hᵀ, p_n(H_n v' + d/Δt) = 0 and p_t·g_t ≤ 0, ½ v'ᵀMv' − ½ vᵀMv = −½ pᵀWp + pᵀHv' ≤ −½ pᵀWp − p_nᵀd/Δt. p is found by
+//! [`gauss_seidel`](super::gauss_seidel). Of free rigid bodies v' is a rigid motion: M⁻¹Hᵀ alone would strain them, and their stiffness, in the step, would
+//! give the points other velocities than v'. The step then finds the points where they are to be, and no acceleration of an impact gets into its memory, from
+//! which later steps would throw the points back. An impact has no rebound of its own: bodies rebound by their elasticity. A contact with a
+//! potential that is so soft that the steps resolve the vibration on it is left to the rule.
+//!
+//! BDF2 would carry the velocity before an impact along by its formula, and throw a rigid body back with 1.6 times its energy and more, at every Δt. It begins
+//! anew where such a body is going to hit an obstacle or another one, with implicit Euler, until it has come to rest on it
+//! ([`StepSolver::hits`]; Hairer, Nørsett & Wanner, *Solving Ordinary Differential Equations I*, 1993, §II.6). Points of deformable bodies are left to the rule.
+//!
+//! Source: Deuflhard, Krause & Ertel, *Int. J. Numer. Meth. Eng.* 73 (2008), the prediction of the contact-stabilised Newmark method.
+//! Limits: not between deformable surfaces; constraints and the stiffness of rigid parts of a body answer within the step, not to the impact itself; the impulse
+//! is in no force that is recorded.
+
+use super::free_bodies::FreeBody;
+use super::gauss_seidel::Contacts;
+use super::law::ContactLaw;
+use crate::math::tensor::Vec3;
+use crate::solve::start::Start;
+use crate::solve::step_solver::StepSolver;
+use crate::solve::{Failure, Integrator, Limit, Step};
+use crate::system::{ContactPoint, Dofs, NormalLaw, State, System};
+use std::collections::BTreeSet;
+
+/// Motions of a step within which points are looked at: two bodies may move, each by √3 of its largest component.
+const MARGIN: f64 = 4.0;
+/// Share of the largest motion of a step up to which a point may move beyond the obstacle: of its square as a share of energy \[–\].
+const SLOW: f64 = 1e-3;
+/// The same as a share of the length of the body, where all is at rest \[–\].
+const STILL: f64 = 1e-10;
+/// Δt² W A φ″, the square of the angle of the vibration on a contact with a potential in a step, below which the step resolves it \[–\].
+const RESOLVED: f64 = 1.0;
+/// Sliding up to which friction grows in a landing for which no impulses are found with that of the contact, as a share of the largest motion of the step
+/// \[–\]; the step itself has the friction of the contact.
+const STICKING: f64 = 1e-2;
+/// Share of its response by which a point yields \[–\]: more points than a body has motions have impulses with the least sum of squares.
+const YIELDING: f64 = 1e-9;
+/// Most points that land together: W is dense.
+const MANY: usize = 500;
+/// Motions of a step, by the velocities and accelerations at its start, within which a rigid body is going to hit something.
+const AHEAD: f64 = 1.5;
+
+impl<'a> StepSolver<'a> {
+    /// The state from which a step of the rule to `t` begins instead, where points would land in the step.
+    pub(in crate::solve) fn landed(
+        &mut self,
+        integrator: Integrator,
+        state: &State,
+        t: f64,
+    ) -> Result<Option<State>, Failure> {
+        let system = self.system;
+        if !integrator.needs_initial_acceleration() || system.with_contact_points().next().is_none() {
+            return Ok(None);
+        }
+        let approach = self.approach(integrator, state, t, (1.0, 0.0));
+        let mut landing = self.points_near(&approach, state);
+        landing.retain(|point| approach.passes(point));
+        if landing.is_empty() {
+            return Ok(None);
+        }
+        let (limit, places) = (self.solver.equations.limit.clone(), self.points);
+        let mass = self.mass(state)?;
+        let bodies = FreeBody::all(system, mass, places, &state.x);
+        let (mut landed, mut approach) = (state.clone(), approach);
+        for points in landing.chunks(MANY) {
+            let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit)?;
+            for Impulse { response, size, .. } in found.into_iter().flatten() {
+                landed.v.iter_mut().zip(&response).for_each(|(v, z)| *v += z * size / approach.dt);
+                approach.motion.iter_mut().zip(&response).for_each(|(d, z)| *d += z * size);
+            }
+        }
+        Ok(Some(landed))
+    }
+
+    /// Whether a rule of several steps begins anew with the step to `t`: a rigid body is going to hit an obstacle or another rigid body, or has done so in
+    /// the step before, with which the rule began anew, and is still moving towards it. A contact that the steps resolve is none.
+    pub(in crate::solve) fn hits(&mut self, integrator: Integrator, state: &State, t: f64) -> bool {
+        let system = self.system;
+        if integrator != Integrator::Bdf2 || system.turning_bodies().next().is_none() {
+            return false;
+        }
+        let bodies: BTreeSet<u32> = system.turning_bodies().flatten().copied().collect();
+        let is_free = |node: u32| (0..3).any(|i| system.dofs.equation[3 * node as usize + i] != Dofs::FIXED);
+        let is_rigid = |point: &ContactPoint| {
+            let mut moving = point
+                .nodes
+                .iter()
+                .zip(&point.shares)
+                .filter(|(node, share)| **share != 0.0 && is_free(**node))
+                .peekable();
+            moving.peek().is_some() && moving.all(|(node, _)| bodies.contains(node))
+        };
+        let anew = state.memory.is_empty();
+        // By BDF2 the acceleration of a step with an impact is that of the impact, and points away from the obstacle.
+        let accelerated = if anew && integrator == Integrator::Bdf2 { 0.0 } else { 0.5 };
+        let approach = self.approach(integrator, state, t, (AHEAD, accelerated));
+        let mut hit = self.points_near(&approach, state);
+        hit.retain(|point| approach.passes(point) && (anew || point.gap >= point.reach()) && is_rigid(point));
+        if hit.is_empty() {
+            return false;
+        }
+        let (limit, places) = (self.solver.equations.limit.clone(), self.points);
+        let Ok(mass) = self.mass(state) else { return true };
+        let bodies = FreeBody::all(system, mass, places, &state.x);
+        let is_stopped = |points| {
+            let found = impulses((&mut *mass, &bodies), system, points, &approach, &limit);
+            let stops = |all: Vec<Impulse>| all.iter().any(|impulse| impulse.is_normal && impulse.size > 0.0);
+            found.ok().flatten().is_none_or(stops)
+        };
+        hit.chunks(MANY).any(is_stopped)
+    }
+
+    /// Motion over `ahead` steps to `t` by the velocity, and by so much of Δt times the acceleration at its start; of what is prescribed, that of the step.
+    fn approach(&self, integrator: Integrator, state: &State, t: f64, (ahead, accelerated): (f64, f64)) -> Approach {
+        let dt = t - state.t;
+        let way = |(v, a): (&f64, &f64)| ahead * dt * (v + accelerated * dt * a);
+        let mut motion: Vec<f64> = state.v.iter().zip(&state.a).map(way).collect();
+        let step = Step { system: self.system, integrator, past: state, dt };
+        for (dof, value) in step.targets(&State { t, ..state.clone() }) {
+            motion[dof] = ahead * (value - state.x[dof]);
+        }
+        // Multipliers that are dofs too are no motion; the limits of the other rules were found with them.
+        let dofs = if integrator == Integrator::Bdf2 { self.system.dofs.displacements as usize } else { motion.len() };
+        let size = motion[..dofs].iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        Approach { slow: (SLOW * size).max(STILL * self.solver.equations.length), motion, size, dt }
+    }
+
+    /// The contact points that it may bring to their obstacles.
+    fn points_near(&mut self, approach: &Approach, state: &State) -> Vec<ContactPoint<'a>> {
+        let caches = &mut self.solver.equations.sums.caches;
+        let margin = MARGIN * approach.size;
+        self.system.contact_points([&state.x, &state.x], approach.dt, margin, caches).into_iter().flatten().collect()
+    }
+
+    /// M with its factor, made at first use.
+    fn mass(&mut self, state: &State) -> Result<&mut Start, Failure> {
+        if self.mass.is_none() {
+            let rest = State { inputs: state.inputs.clone(), ..self.system.rest() };
+            self.mass = Some(Start::new(self.solver.linear.method.clone(), self.system, &rest, &rest.a)?);
+        }
+        Ok(self.mass.as_mut().expect("it was made"))
+    }
+}
+
+/// Where a step is going to carry the points.
+struct Approach {
+    /// Of all dofs \[m\]
+    motion: Vec<f64>,
+    /// Its largest component \[m\]
+    size: f64,
+    /// How far a point may move beyond its obstacle \[m\]
+    slow: f64,
+    /// Of the step \[s\]
+    dt: f64,
+}
+
+impl Approach {
+    fn passes(&self, point: &ContactPoint) -> bool {
+        room(point, &self.motion) < -self.slow
+    }
+}
+
+/// Distance from the reach of the contact that is left after a motion \[m\].
+fn room(point: &ContactPoint, motion: &[f64]) -> f64 {
+    (point.gap - point.reach()).max(0.0) + along(point, motion)
+}
+
+/// Change of the distance by a motion \[m\].
+fn along(point: &ContactPoint, motion: &[f64]) -> f64 {
+    point.normal.dot(&point.motion(&point.shares, motion))
+}
+
+/// A φ″ in the middle of the reach, or inside where that is 0 \[N/m\]; 0 of a unilateral point.
+fn stiffness(point: &ContactPoint) -> f64 {
+    let NormalLaw::Potential(potential, area) = point.law else { return 0.0 };
+    potential.potential(0.5 * potential.reach() - f64::MIN_POSITIVE).map_or(0.0, |[_, _, second]| area * second)
+}
+
+/// A direction in which an impulse acts on a point: along its normal, or across it where there is friction.
+struct Component<'p> {
+    point: &'p ContactPoint<'p>,
+    shares: &'p [f64],
+    direction: Vec3,
+}
+
+impl<'p> Component<'p> {
+    /// That along the normal, then those across it.
+    fn all(point: &'p ContactPoint) -> impl Iterator<Item = Self> {
+        let across = point.friction.map(|_| point.across()).into_iter().flatten();
+        let sliding = across.map(move |direction| Self { point, shares: &point.spot, direction });
+        std::iter::once(Self { point, shares: &point.shares, direction: point.normal }).chain(sliding)
+    }
+
+    /// Displacement by a motion \[m\].
+    fn along(&self, motion: &[f64]) -> f64 {
+        self.direction.dot(&self.point.motion(self.shares, motion))
+    }
+
+    /// M⁻¹ Hᵀ, of free `bodies` as rigid motions.
+    fn response(&self, mass: &mut Start, bodies: &[FreeBody], system: &System, n: usize) -> Result<Vec<f64>, Failure> {
+        let mut against = vec![0.0; n];
+        for (&node, share) in self.point.nodes.iter().zip(self.shares) {
+            (0..3).for_each(|i| against[3 * node as usize + i] -= share * self.direction[i]);
+        }
+        let mut response = mass.solve(system, Some(system.restrict(&against)))?;
+        bodies.iter().for_each(|body| body.make_rigid(&mut response));
+        Ok(response)
+    }
+}
+
+/// An impulse on a point in one direction.
+struct Impulse {
+    /// M⁻¹ Hᵀ
+    response: Vec<f64>,
+    /// Δt p
+    size: f64,
+    is_normal: bool,
+}
+
+/// The impulses on the points that are stopped: not one that is prescribed along its normal, nor where the contact is so soft that the step resolves it.
+/// `None` where none are found that satisfy all points; then the step stops them, without a landing.
+fn impulses(
+    (mass, bodies): (&mut Start, &[FreeBody]),
+    system: &System,
+    points: &[ContactPoint],
+    approach: &Approach,
+    limit: &Limit,
+) -> Result<Option<Vec<Impulse>>, Failure> {
+    let Approach { motion, dt, .. } = approach;
+    let mut responses = Vec::new();
+    let normals: Vec<Component> = points.iter().filter_map(|point| Component::all(point).next()).collect();
+    for normal in &normals {
+        responses.push(normal.response(mass, bodies, system, motion.len())?);
+    }
+    let stiffness: Vec<f64> = points.iter().map(stiffness).collect();
+    let stops = |k: &usize| {
+        let w = |j: usize| normals[*k].along(&responses[j]);
+        let stiff: f64 = stiffness.iter().enumerate().map(|(j, stiffness)| w(j).abs() * stiffness).sum();
+        w(*k) > 0.0 && (matches!(points[*k].law, NormalLaw::Unilateral { .. }) || dt * dt * stiff >= RESOLVED)
+    };
+    let stopped: Vec<usize> = (0..points.len()).filter(stops).collect();
+    let (mut components, mut impulses) = (Vec::new(), Vec::new());
+    for &k in &stopped {
+        for (i, component) in Component::all(&points[k]).enumerate() {
+            let is_normal = i == 0;
+            let response = match is_normal {
+                true => std::mem::take(&mut responses[k]),
+                false => component.response(mass, bodies, system, motion.len())?,
+            };
+            impulses.push(Impulse { response, size: 0.0, is_normal });
+            components.push(component);
+        }
+    }
+    let w: Vec<Vec<f64>> =
+        components.iter().map(|row| impulses.iter().map(|column| row.along(&column.response)).collect()).collect();
+    let free = components.iter().zip(&impulses).map(|(component, impulse)| match impulse.is_normal {
+        true => room(component.point, motion),
+        false => component.along(motion),
+    });
+    let normal_rows = (0..w.len()).filter(|&row| impulses[row].is_normal);
+    let laws =
+        stopped.iter().zip(normal_rows).map(|(&k, row)| ContactLaw::unilateral(&points[k], YIELDING * w[row][row]));
+    let (laws, free): (Vec<ContactLaw>, Vec<f64>) = (laws.collect(), free.collect());
+    let settled = |slip: f64| {
+        let laws = laws.iter().map(|law| {
+            let mut law = *law;
+            law.friction = law.friction.map(|(coefficient, epsilon)| (coefficient, epsilon.max(slip)));
+            law
+        });
+        let mut contacts = Contacts::with_response(laws, free.clone(), w.clone());
+        contacts.settle(|_| Ok(Vec::new()), &[], limit).map(|_| contacts.p)
+    };
+    let mut found = settled(0.0);
+    if matches!(found, Err(Failure::Complementarity)) {
+        found = settled(STICKING * approach.size);
+    }
+    if matches!(found, Err(Failure::Complementarity)) {
+        return Ok(None);
+    }
+    impulses.iter_mut().zip(&found?).for_each(|(impulse, p)| impulse.size = *p);
+    Ok(Some(impulses))
+}

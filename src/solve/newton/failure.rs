@@ -1,0 +1,83 @@
+//! Reasons for the failure of one nonlinear solve, in a sentence.
+
+use crate::math::linear::LinearError;
+use crate::system::EvalError;
+use std::fmt;
+
+/// Reason why a nonlinear solve did not converge.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure {
+    /// The effect is not defined at the state reached
+    Eval(EvalError),
+    Linear(LinearError),
+    /// Too many iterations or no decrease: the residual relative to its scale, and the node where it is largest
+    NotConverged {
+        residual: f64,
+        node: u32,
+    },
+    /// The same of the first step, in which loads or motions act in full that are there before it: no shorter step makes them smaller
+    InFull {
+        residual: f64,
+        node: u32,
+    },
+    /// Too many iterations until the displacement no longer changes, or is where it is prescribed, at forces that balance: the node where they do worst
+    Inaccurate {
+        node: u32,
+    },
+    /// No multiplier satisfies the one-sided constraints
+    Complementarity,
+    /// An effect lets the body move no further: how far the node is from what it must not pass \[m\]
+    Jammed {
+        effect: String,
+        node: u32,
+        gap: f64,
+    },
+    /// Arc length: the loads do not change at a point of the path
+    Unloaded,
+    /// An input at the end of the step is no finite number: a displacement, a load or a constraint
+    NotFinite {
+        input: String,
+    },
+    /// The time is over, or the run is to stop
+    LimitReached,
+    /// Arc length: the end of the stage is not reached in the steps that were allowed
+    MaxSteps,
+    /// Derivatives: points land in the step, where their velocities jump
+    Landing,
+}
+
+impl Failure {
+    /// Whether the factor of the tangent is larger than allowed, and no other method is for the scene: smaller steps do not help.
+    pub(in crate::solve) fn is_of_memory(&self) -> bool {
+        matches!(self, Self::Linear(LinearError::TooLarge { .. }))
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Eval(e) => e.fmt(f),
+            Self::Linear(e) => e.fmt(f),
+            Self::NotConverged { residual, node } | Self::InFull { residual, node } => {
+                write!(f, "the residual stays at {residual:.1e} of the internal forces, largest at node {node}")
+            }
+            Self::Inaccurate { node } => write!(
+                f,
+                "the forces balance, worst at node {node}, but the displacement does not come to rest, or to where it is prescribed"
+            ),
+            Self::Complementarity => write!(f, "no forces satisfy all one-sided constraints together"),
+            Self::Jammed { effect, node, gap } => {
+                write!(f, "{effect}: node {node} is {gap:.3e} m from the obstacle and is pressed on")
+            }
+            Self::LimitReached => write!(f, "the time is over, or the run was stopped"),
+            Self::MaxSteps => {
+                write!(f, "the path of equilibria does not reach the end of the stage in max_steps steps")
+            }
+            Self::Landing => {
+                write!(f, "points hit their obstacle, and the jump of their velocities has no derivative here")
+            }
+            Self::Unloaded => write!(f, "the loads do not change there, so no path goes on"),
+            Self::NotFinite { input } => write!(f, "{input} is not a finite number"),
+        }
+    }
+}
