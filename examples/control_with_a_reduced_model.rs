@@ -5,7 +5,7 @@
 //! Run with `cargo run --release --example control_with_a_reduced_model`.
 
 use durometer::prelude::*;
-use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{FullState, ReducedModel, Training, Twin};
 use durometer::system::State;
 use std::f64::consts::TAU;

@@ -2,7 +2,7 @@
 //!
 //! No panic leaves a function: it becomes `DUROMETER_INTERNAL`, or null.
 
-use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{ReducedModel, StepError, Twin};
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -4,7 +4,7 @@ use crate::array::array;
 use crate::error::{input, refused};
 use crate::value::{kind, mapping};
 use durometer::math::threads::locked;
-use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{ReducedModel, Twin as Model};
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;

@@ -4,7 +4,7 @@ use super::files;
 use super::outcome::{CommandResult, Outcome};
 use super::stdout::Output;
 use durometer::math::units;
-use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport, Twin};
 use durometer::scene::control::strict_json::Strict;
 use durometer::storage::unix_time;

@@ -1,4 +1,14 @@
 //! Tetrahedral meshes with named regions.
+//!
+//! | Subject | Where |
+//! |---|---|
+//! | The mesh, its cells and their integration | [`TetMesh`], [`element`], [`quadrature`], [`Order`] |
+//! | Files | `file` |
+//! | Meshes by gmsh or CGAL | [`generate`] |
+//! | Meshes made here, and changed ones | `made` |
+//! | Surfaces of a mesh and from files | `surface` |
+//! | Points and places in a mesh | [`embed`], [`select`] |
+//! | Limits of a mesh: poor cells, thin walls, gaps, overlaps | [`quality`] |
 
 pub mod cell_order;
 pub mod child;

@@ -3,9 +3,9 @@
 //! The modes and weights stay, and the law at each point is that of the present constants. The compliance of a pressure field on quadratic cells is
 //! ∫ N_c N_d /κ dV, so that it follows from that of the nominal law by the ratio of the bulk moduli.
 
-use super::body_points::BodyPoints;
 use super::error::ReductionError;
 use super::inputs::Input;
+use super::training::body_points::BodyPoints;
 use crate::material::registry::given;
 use crate::material::{Law, LawCard, LawSpecError, Values, find, sensitivity};
 use crate::math::units::Dimension;
@@ -138,7 +138,7 @@ impl Constants {
 
     /// The compliances of all parts, for modes and tests of the pressure.
     pub fn set_compliances(&mut self, points: &BodyPoints, modes: &[Vec<f64>], tests: &[Vec<f64>]) {
-        let of_part = |(k, part): (usize, &super::body_points::Part)| {
+        let of_part = |(k, part): (usize, &super::training::body_points::Part)| {
             let pairs = |fields: &[Vec<f64>]| {
                 let all = fields.iter().flat_map(|a| modes.iter().map(move |b| (a.clone(), b)));
                 all.map(|(a, b)| points.compliance_of(k, &a, b)).collect::<Vec<f64>>()

@@ -1,9 +1,9 @@
 //! Loads and cables of a scene in the coordinates of a reduced model: exact, without a selection of points.
 
-use super::basis::Basis;
 use super::error::ReductionError;
 use super::inputs::{Affine, Input};
 use super::polynomial::Quadratic;
+use super::training::basis::Basis;
 use crate::effect::{Cable, Guide, Stressed};
 use crate::math::signal::Ramp;
 use crate::math::tensor::Vec3;
@@ -152,7 +152,7 @@ pub fn reduced_force(
     let intensity = effect.intensity(crate::math::signal::Clock { t: 0.0, inputs: &clock_inputs });
     let mut failed = None;
     let force = |q: &[f64]| {
-        let x = super::basis::combine(modes, q);
+        let x = super::training::basis::combine(modes, q);
         if intensity == 0.0 {
             return vec![0.0; tests.len()];
         }

@@ -1,11 +1,11 @@
 //! A reduced model: everything that its steps need, and nothing of the mesh.
 
 use super::constants::Constants;
-use super::dynamics::Dynamics;
 use super::forces::{CableDrive, Load, ReducedCable};
 use super::inputs::Input;
 use super::points::{Sizes, StoredPoints};
 use super::quantities::ReducedQuantity;
+use super::running::dynamics::Dynamics;
 use serde::{Deserialize, Serialize};
 
 /// A reduced model of a scene.

@@ -1,9 +1,9 @@
 //! Recorded columns of a scene as functions of the coordinates of a reduced model.
 
-use super::basis::{Basis, combine};
 use super::error::ReductionError;
 use super::forces::{Load, ReducedCable};
 use super::polynomial::Quadratic;
+use super::training::basis::{Basis, combine};
 use crate::math::tensor::Vec3;
 use crate::scene::{Features, Reading, Scene, Winding};
 use serde::{Deserialize, Serialize};

@@ -5,10 +5,10 @@
 //! | Step | Where | Decides |
 //! |---|---|---|
 //! | A run | [`Driver::run_spans`] in `driver` | order of spans and grid points, [`Limit`]s, counts; calls the [`StepObserver`] |
-//! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, grows again |
-//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`, of impacts `landing`) and fallbacks, what contact asks of a solution (`contact_check`); `diagnosis` and `limit_points` name the reason of a failure |
-//! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact_correction` with `gauss_seidel`, or `equilibrium_path` for arc length | the iterations; `convergence` holds the acceptance test, `equations` the error it sees, `globalisation` the length along a direction |
-//! | Linear system | [`LinearSystem`] in `linear_system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`lagged_factor`), the constraints (`multipliers`), skew parts (`tangent`) |
+//! | From one grid point to the next | a `StepStrategy`: `cut_steps`, `arc_length`, `contact::corrected_steps` | the length of each step: when it is cut (at most [`StepSettings::cuts`] times), repeated, grows again |
+//! | One step | `StepSolver::solve` in `step_solver` | initial values (`prediction`, of impacts `contact::landing`) and fallbacks, what contact asks of a solution (`contact::check`); `diagnosis` and `arc_length::limit_points` name the reason of a failure |
+//! | Nonlinear solve | [`NonlinearSolver::solve`] in `newton`, `contact::correction` with `contact::gauss_seidel`, or `arc_length::path` | the iterations; `newton::convergence` holds the acceptance test, `equations` the error it sees, `newton::globalisation` the length along a direction |
+//! | Linear system | [`LinearSystem`] in `linear::system` | factorisation, shift to positive definiteness, when the factor of an earlier step is reused (`linear::lagged_factor`), the constraints (`linear::multipliers`), skew parts (`linear::tangent`) |
 //!
 //! [`Integrator`] maps displacements to velocities and accelerations, [`Step`] is the step to be solved, [`Status`] the end of a run
 //! with its remedy. [`Differentiator`] takes derivatives of the states of a run by parameters, [`adjoints`] those of functionals of a state by

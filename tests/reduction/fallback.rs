@@ -1,7 +1,7 @@
 //! The full model behind a reduced one: it answers where the bar is above the tolerance, and only its own scene is accepted.
 
-use durometer::reduction::fallback::By;
-use durometer::reduction::full_model::FullModelError;
+use durometer::reduction::running::fallback::By;
+use durometer::reduction::training::full_model::FullModelError;
 use durometer::reduction::{Fallback, FullModel, ReducedModel, Twin};
 use serde_json::Value;
 use std::io::Write;

@@ -3,7 +3,7 @@
 use crate::common::scene;
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::reduction::greedy::{Choice, Search};
+use durometer::reduction::training::greedy::{Choice, Search};
 use durometer::reduction::{FullState, ReducedModel, Training, errors};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
 use durometer::scene::{RunOptions, Scene};

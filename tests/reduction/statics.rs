@@ -3,7 +3,7 @@
 use crate::common::{Random, scene};
 use durometer::mesh::Order;
 use durometer::mesh::structured::block;
-use durometer::reduction::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach};
 use durometer::reduction::{FullState, ReducedModel, StepError, Training, Twin, errors};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
 use durometer::scene::{RunOptions, Scene};

@@ -117,7 +117,7 @@ fn sources_in(folders: &[&str]) -> String {
             let path = entry.path();
             if path.is_dir() {
                 walk(&path, out);
-            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("scene/quantity.rs") {
+            } else if path.extension().is_some_and(|e| e == "rs") && !path.ends_with("scene/text/quantity.rs") {
                 // The values of quantities hold no keys.
                 out.push_str(&text(&path));
                 out.push('\n');
@@ -484,7 +484,7 @@ fn contributors_read_of_every_method_of_a_probe() {
     let page = text("CONTRIBUTING.md");
     let paragraph = page.split("\n\n").find(|paragraph| paragraph.starts_with("`Probe` has ")).expect("a paragraph");
     let mut expected = methods_of("src/scene/parts/probes/part.rs", "Probe");
-    expected.extend(methods_of("src/scene/recorder.rs", "Recorder"));
+    expected.extend(methods_of("src/scene/record/recorder.rs", "Recorder"));
     expected.extend(["Probe", "Recorder"].map(String::from));
     assert_eq!(code_words(paragraph), expected);
 }

@@ -221,10 +221,10 @@ const REGISTRIES: [Registry; 6] = [
         named_by: &[
             "src/scene/parts/constraints/mod.rs",
             // Cables and cavities are lists of a scene, and a run follows its cables.
-            "src/scene/build.rs",
-            "src/scene/checkpoint.rs",
+            "src/scene/build/mod.rs",
+            "src/scene/run/checkpoint.rs",
             "src/scene/control/prepare.rs",
-            "src/scene/run.rs",
+            "src/scene/run/mod.rs",
             "src/study/store/record.rs",
         ],
     },

@@ -16,7 +16,7 @@ pub enum Package {
 
 /// One source file.
 pub struct Source {
-    /// Path below the root of the repository: `src/scene/build.rs`.
+    /// Path below the root of the repository: `src/scene/build/mod.rs`.
     pub name: String,
     pub package: Package,
     /// Path of its module inside the package: `["scene", "build"]`; empty for the root.

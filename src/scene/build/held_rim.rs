@@ -1,7 +1,7 @@
 //! Held rims of open cavities: the part of their reactions that the residual does not have.
 
+use super::drive::Drive;
 use crate::effect::CavityRim;
-use crate::scene::parts::constraints::Drive;
 use crate::scene::record::recorder::Moment;
 use crate::system::{Gradient, State};
 use std::sync::Arc;

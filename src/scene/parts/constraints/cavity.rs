@@ -1,7 +1,7 @@
 //! Constraint `cavity`: facets, closed or with a rim that is held or declared free, with air or liquid behind them; or a closed skin.
 
 use super::cavity_wall::{Wall, wall};
-use super::drive::Drive;
+use crate::scene::build::drive::Drive;
 
 use super::part::ConstraintPart;
 use crate::effect::{Cavity, CavityPressure, CavityRim, CavityVolume, OpenCavityPressure, VolumeField};

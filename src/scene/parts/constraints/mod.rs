@@ -4,19 +4,18 @@
 mod cable;
 mod cavity;
 mod cavity_wall;
-mod drive;
 mod fixed;
 mod part;
 mod prescribed;
 mod rigid;
 
+pub use crate::scene::build::drive::Drive;
 pub use cable::{
     CableDriveSpec, CableEvent, CableSpec, Condition, GuideFile, GuidesSpec, NamedCable, PullPointSpec, RingSpec,
 };
 pub(in crate::scene) use cable::{CableLog, note_places, pulling};
 pub(in crate::scene) use cavity::note_vacuum;
 pub use cavity::{CavityDriveSpec, CavitySpec, NamedCavity};
-pub use drive::Drive;
 pub use fixed::FixedSpec;
 pub use prescribed::PrescribedSpec;
 pub use rigid::RigidInsertSpec;

@@ -1,7 +1,7 @@
 //! The scene of a study with its inputs left to a controller, and the states of its runs as a training takes them.
 
 use crate::math::units::{Dimension, parts, quantity};
-use crate::reduction::full_model::mesh_digest;
+use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReductionError, Training, TransientTraining};
 use crate::scene::{Body, ParameterKey, Scene, changed_scene};
 use crate::study::growth::Growth;

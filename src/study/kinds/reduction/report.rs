@@ -184,8 +184,8 @@ fn search(a: &ReductionFindings) -> Option<Table> {
 
 /// Confidence of the bars of so many states, or runs.
 fn confidence(states: usize) -> String {
-    let least = 1.0 - crate::reduction::train::COVERED.powi(i32::try_from(states).unwrap_or(i32::MAX));
-    format!("{:.0} %", 100.0 * least.min(crate::reduction::train::COVERED))
+    let least = 1.0 - crate::reduction::training::train::COVERED.powi(i32::try_from(states).unwrap_or(i32::MAX));
+    format!("{:.0} %", 100.0 * least.min(crate::reduction::training::train::COVERED))
 }
 
 fn models(a: &ReductionFindings) -> Table {

@@ -1,7 +1,7 @@
 //! The greedy search of a study: from the states that are there to those that are wanted next.
 
 use crate::reduction::ReductionError;
-use crate::reduction::greedy::Search;
+use crate::reduction::training::greedy::Search;
 use crate::study::growth::{Growth, Round};
 use crate::study::kinds::reduction::path::{ordered, random};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};

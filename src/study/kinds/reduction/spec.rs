@@ -1,7 +1,7 @@
 //! Keys of a reduction study, and the runs that follow from them.
 
 use crate::math::units;
-use crate::reduction::sampling::WORST;
+use crate::reduction::training::sampling::WORST;
 use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::reduction::constants;

@@ -2,7 +2,7 @@
 
 use crate::effect::Cable;
 use crate::scene::body::Body;
-use crate::scene::parts::constraints::drive::Drive;
+use crate::scene::build::drive::Drive;
 use crate::scene::record::recorder::{Moment, Recorder};
 use crate::system::{Gradient, State};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! The laws of a running model whose constants are inputs: brought to the present constants where these have changed.
 
-use super::constants::Constants;
-use super::points::Points;
+use crate::reduction::constants::Constants;
+use crate::reduction::points::Points;
 
 /// Present constants, and the compliance that follows from them.
 pub struct RunningLaws {
@@ -12,7 +12,7 @@ pub struct RunningLaws {
 }
 
 /// Which of the compliances of a part is meant.
-pub type Share = fn(&super::constants::PartCompliance) -> &Vec<f64>;
+pub type Share = fn(&crate::reduction::constants::PartCompliance) -> &Vec<f64>;
 
 impl RunningLaws {
     /// At the nominal constants, of `inputs` inputs.

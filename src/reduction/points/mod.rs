@@ -4,13 +4,17 @@
 //! symmetric Hessian that are summed here: energy-conserving sampling and weighting (Farhat, Avery, Chapman & Cortial, *Int. J. Numer. Meth.
 //! Eng.* 98, 2014; Farhat, Chapman & Avery, 102, 2015), taken at quadrature points instead of cells (An, Kim & James, *ACM Trans. Graph.* 27, 2008).
 
-use super::lanes::contract;
-use super::parted_law::parted;
-use super::rate_points::{RatePoints, StoredRates};
+pub(super) mod lanes;
+pub(super) mod parted_law;
+pub mod rate_points;
+
 use crate::effect::{AddPressure, cofactor_by_rows};
 use crate::material::{LaneResponse, Law, LawCard, LawError, LawSpecError, Volumetric, Want};
 use crate::math::lanes::{Kernel, LANES, Lanes, Real, widest};
 use crate::math::tensor::{Mat3, det_minus_one};
+use lanes::contract;
+use parted_law::parted;
+use rate_points::{RatePoints, StoredRates};
 use serde::{Deserialize, Serialize};
 
 /// The points of one law, as a file holds them.

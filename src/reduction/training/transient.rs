@@ -5,17 +5,17 @@
 
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
-use super::dynamics::Dynamics;
-use super::error::ReductionError;
-use super::forces::{block_forces, check_parts, unsupported};
 use super::full_state::FullState;
-use super::inputs::{Input, signals};
-use super::model::{Bar, Origin, ReducedModel, TimeEstimate};
-use super::points::{Points, Sums};
 use super::sampling::{Selection, select_for, stored};
 use super::train::{Projected, assemble, bar, check_names, left_out, project};
-use super::twin::Twin;
 use crate::math::vector::dot;
+use crate::reduction::error::ReductionError;
+use crate::reduction::forces::{block_forces, check_parts, unsupported};
+use crate::reduction::inputs::{Input, signals};
+use crate::reduction::model::{Bar, Origin, ReducedModel, TimeEstimate};
+use crate::reduction::points::{Points, Sums};
+use crate::reduction::running::dynamics::Dynamics;
+use crate::reduction::running::twin::Twin;
 use crate::scene::Scene;
 use crate::solve::Integrator;
 use crate::system::{At, Effect, EnergyRole, Rates};
@@ -43,7 +43,7 @@ const ENRICHED: usize = 2;
 const FINER: f64 = 0.1;
 
 /// The steps of a scene in time; refuses one with parts that have no reduced form in motion.
-pub(super) fn check_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
+pub(in crate::reduction) fn check_in_time(scene: &Scene) -> Result<(Integrator, f64), ReductionError> {
     let time = steps_in_time(scene)?;
     let by_rates = |effect: &dyn Effect| {
         let is = |blocks: &crate::system::Blocks| std::ptr::eq(blocks, effect.blocks());
@@ -68,7 +68,7 @@ impl<'a> TransientTraining<'a> {
         Ok(Self { scene, points, inputs: signals(scene, 0)?, runs, names: names.to_vec(), time })
     }
 
-    /// The model with this number of modes, as [`Training::model`](super::Training::model), with bars that hold for whole runs like those of `held_back`, which took no
+    /// The model with this number of modes, as [`Training::model`](crate::reduction::Training::model), with bars that hold for whole runs like those of `held_back`, which took no
     /// part in the training; without them the model has none.
     ///
     /// # Errors
@@ -189,7 +189,7 @@ impl<'a> TransientTraining<'a> {
         let all = Selection::all(places.len());
         let mut parts = vec![];
         for ((part, kind), of) in points.kinds().zip(stored(points, &all, (&space.at_points, &space.basis), None)) {
-            let sizes = super::points::Sizes { displacements: n, pressures: modes - n, tests: 0 };
+            let sizes = crate::reduction::points::Sizes { displacements: n, pressures: modes - n, tests: 0 };
             let own: Vec<usize> = (0..places.len()).filter(|p| points.kind(&places[*p]) == (part, kind)).collect();
             parts.push((Points::new(&of, sizes)?.moving(&of.rates, *dt), own, Sums::new(sizes)));
         }

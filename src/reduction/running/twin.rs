@@ -9,13 +9,13 @@
 //! Math.* 45 (2019). Limits: what lies outside of the enriched space is not seen, and enters the bar only by its calibration.
 
 use super::equations::{Equations, Position};
-use super::forces::CableDrive;
-use super::model::{ReducedModel, TimeEstimate};
 use super::motion::Motion;
-use super::quantities::{ReducedReading, winding};
 use super::residual::Residual;
 use crate::material::LawSpecError;
 use crate::math::tensor::Vec3;
+use crate::reduction::forces::CableDrive;
+use crate::reduction::model::{ReducedModel, TimeEstimate};
+use crate::reduction::quantities::{ReducedReading, winding};
 use crate::system::State;
 use std::sync::Arc;
 

@@ -9,12 +9,12 @@
 //! modes of the pressure, which leaves the other displacements free: the space does not lock.
 
 use super::body_points::BodyPoints;
-use super::error::ReductionError;
 use crate::effect::Elastic;
 use crate::material::{Want, law_from_table};
 use crate::math::linear::Factor;
 use crate::math::tensor::Mat3;
 use crate::math::vector::dot;
+use crate::reduction::error::ReductionError;
 use crate::scene::Scene;
 use crate::system::{At, Effect, Rates, System};
 use nalgebra::DMatrix;

@@ -1,12 +1,12 @@
 //! The points of the elastic effects of a scene, at which fields and forces are taken.
 
-use super::error::ReductionError;
-use super::parted_law::parted;
-use super::rate_points::StoredRates;
 use crate::effect::{Constitution, cofactor_by_rows};
 use crate::material::volumetric::Volumetric;
 use crate::material::{Law, LawCard, Want};
 use crate::math::tensor::{Mat3, det_minus_one, rows};
+use crate::reduction::error::ReductionError;
+use crate::reduction::points::parted_law::parted;
+use crate::reduction::points::rate_points::StoredRates;
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 

@@ -4,8 +4,8 @@
 //! change among many is the one of the smallest shares. Where the search from the present inputs ends short of the targets, as at rest, where an angle without
 //! a sign has no derivative, it begins again from other places of the ranges. Limits: a local search from each of them.
 
-use super::inputs::Input;
 use super::twin::{StepError, Twin, TwinState};
+use crate::reduction::inputs::Input;
 use nalgebra::{DMatrix, DVector};
 
 /// A value that a quantity is to have.

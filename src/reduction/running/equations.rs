@@ -3,15 +3,15 @@
 //! The unknowns are the displacement coordinates q, the pressure coordinates π and the tensions of taut cables. Pressures and tensions make
 //! the symmetric matrix one of a saddle point, which is factorised with pivots.
 
+use super::cable::RunningCable;
 use super::dense::Dense;
-use super::forces::CableDrive;
-use super::model::ReducedModel;
+use super::laws::RunningLaws;
 use super::motion::Motion;
-use super::points::{Points, StoredPoints, Sums, total};
-use super::running_cable::RunningCable;
-use super::running_laws::RunningLaws;
 use crate::material::{LawSpecError, Want};
 use crate::math::vector::norm;
+use crate::reduction::forces::CableDrive;
+use crate::reduction::model::ReducedModel;
+use crate::reduction::points::{Points, StoredPoints, Sums, total};
 use std::sync::Arc;
 
 /// Unknowns of a reduced model.

@@ -4,7 +4,7 @@ use crate::math::lanes::Lanes;
 
 /// Σ_n a_n b_n of two tensors by rows.
 #[inline(always)]
-pub(super) fn contract(a: &[Lanes; 9], b: &[Lanes; 9]) -> Lanes {
+pub(in crate::reduction) fn contract(a: &[Lanes; 9], b: &[Lanes; 9]) -> Lanes {
     let mut sum = a[0] * b[0];
     for n in 1..9 {
         sum += a[n] * b[n];

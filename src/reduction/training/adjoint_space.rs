@@ -2,18 +2,18 @@
 
 use super::basis::{decompose, orthonormalise, strains, weighted};
 use super::body_points::BodyPoints;
-use super::constants::ConstantInputs;
-use super::error::ReductionError;
 use super::fields_at_points::FieldsAtPoints;
 use super::full_state::FullState;
-use super::model::{ReducedModel, Regime};
 use super::points_at::PointsAt;
-use super::residual::terms;
 use super::sampling::{Selection, of_rows};
-use super::twin::Twin;
 use crate::math::signal::Ramp;
 use crate::math::svd::svd;
 use crate::math::vector::{dot, norm};
+use crate::reduction::constants::ConstantInputs;
+use crate::reduction::error::ReductionError;
+use crate::reduction::model::{ReducedModel, Regime};
+use crate::reduction::running::residual::terms;
+use crate::reduction::running::twin::Twin;
 use crate::scene::parts::constraints::Drive;
 use crate::scene::{Recorder, Scene};
 use crate::solve::{Integrator, Step, adjoints};

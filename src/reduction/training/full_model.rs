@@ -2,8 +2,8 @@
 //!
 //! The scene runs in a thread of its own, which waits between two steps, so that each begins at the last full state.
 
-use super::constants::Constants;
-use super::model::ReducedModel;
+use crate::reduction::constants::Constants;
+use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
 use crate::scene::{Body, RunOptions, Scene, SceneError, changed_scene, overrides, read_scene};
 use crate::solve::Status;

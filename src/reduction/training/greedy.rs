@@ -4,10 +4,10 @@
 //! Several states are chosen from one model, so that they can be computed side by side; they keep apart, because the same forces are missing next to the largest error.
 //! The estimate is of first order and is made from the states that are there: where they say nothing about the error, a large one may be missed.
 
-use super::error::ReductionError;
-use super::inputs::Input;
 use super::train::Training;
-use super::twin::Twin;
+use crate::reduction::error::ReductionError;
+use crate::reduction::inputs::Input;
+use crate::reduction::running::twin::Twin;
 
 /// How states are to be chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

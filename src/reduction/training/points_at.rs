@@ -1,11 +1,11 @@
 //! The points of a body at the states of a training, each with the laws of its constants.
 
 use super::body_points::{BodyPoints, PointForce};
-use super::constants::Constants;
-use super::error::ReductionError;
 use super::fields_at_points::FieldsAtPoints;
 use super::full_state::FullState;
 use crate::material::{LawCard, LawSpecError};
+use crate::reduction::constants::Constants;
+use crate::reduction::error::ReductionError;
 
 /// The laws of a body at the states of a training, where constants are inputs.
 pub struct PointsAt<'a, 'b> {

@@ -3,19 +3,19 @@
 use super::adjoint_space::{AdjointSpace, adjoint_solutions, adjoint_space};
 use super::basis::{Basis, strains, weighted};
 use super::body_points::BodyPoints;
-use super::constants::{ConstantInputs, Constants};
-use super::error::ReductionError;
 use super::fields_at_points::FieldsAtPoints;
-use super::forces::{ReducedCable, cables, check, loads, reduced_force};
 use super::full_state::FullState;
-use super::inputs::{Input, signals};
-use super::model::{Bar, ErrorModel, Origin, ReducedModel};
-use super::points::Sizes;
 use super::points_at::PointsAt;
-use super::quantities::{choose, quantities};
 use super::sampling::{Selection, select, stored};
-use super::twin::Twin;
 use crate::math::vector::{dot, norm};
+use crate::reduction::constants::{ConstantInputs, Constants};
+use crate::reduction::error::ReductionError;
+use crate::reduction::forces::{ReducedCable, cables, check, loads, reduced_force};
+use crate::reduction::inputs::{Input, signals};
+use crate::reduction::model::{Bar, ErrorModel, Origin, ReducedModel};
+use crate::reduction::points::Sizes;
+use crate::reduction::quantities::{choose, quantities};
+use crate::reduction::running::twin::Twin;
 use crate::scene::Scene;
 use std::borrow::Cow;
 
@@ -348,7 +348,7 @@ fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>,
 
 /// The bar of quantity k by its errors and their estimates in independent samples, \[samples\]\[states\]\[quantities\]. It holds for a sample where it
 /// contains the errors of all of its states.
-pub(super) fn bar(samples: &[&[Vec<(f64, f64)>]], k: usize) -> Bar {
+pub(in crate::reduction) fn bar(samples: &[&[Vec<(f64, f64)>]], k: usize) -> Bar {
     let mut sizes: Vec<f64> = samples.iter().copied().flatten().map(|row| row[k].0.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let floor = (FLOOR * sizes[sizes.len() / 2]).max(f64::MIN_POSITIVE);

@@ -5,12 +5,12 @@
 
 use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
-use super::error::ReductionError;
 use super::fields_at_points::FieldsAtPoints;
-use super::points::StoredPoints;
 use super::points_at::PointsAt;
 use crate::math::nonnegative::sparse_weights;
 use crate::math::vector::norm;
+use crate::reduction::error::ReductionError;
+use crate::reduction::points::StoredPoints;
 use faer::Mat;
 
 /// Points with their weights, and the error of the sums over them.

@@ -1,7 +1,7 @@
 //! Displacement gradients and pressures of fields at all points of a body, and the forces that follow from them.
 
 use super::body_points::{BodyPoints, PointForce};
-use super::error::ReductionError;
+use crate::reduction::error::ReductionError;
 
 /// Fields at all points of a body.
 pub struct FieldsAtPoints {

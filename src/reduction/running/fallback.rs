@@ -1,7 +1,7 @@
 //! A reduced model with the full one behind it, which answers where the error bar is above the tolerance, or unknown.
 
-use super::full_model::{FullModel, FullModelError};
 use super::twin::{StepError, StepReport, Twin};
+use crate::reduction::training::full_model::{FullModel, FullModelError};
 
 /// Which model an answer is from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

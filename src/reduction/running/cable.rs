@@ -1,7 +1,7 @@
 //! A cable of a reduced model while it runs: its length, and what it adds to the equations.
 
-use super::forces::{CableDrive, ReducedCable};
 use crate::effect::Cable;
+use crate::reduction::forces::{CableDrive, ReducedCable};
 use crate::system::{BlockValues, EvalError, Want};
 
 /// A cable with the memory of its evaluations.

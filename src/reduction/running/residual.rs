@@ -4,14 +4,13 @@
 //! with K z + H μ = ∂J/∂x, Hᵀ z − C μ = ∂J/∂λ (Becker & Rannacher, *Acta Numerica* 10, 2001, section 2; the constraints hold exactly). The full ρ is
 //! summed over points of its own, and z is a combination of a few fields whose coefficients are polynomials of the inputs.
 
+use super::cable::RunningCable;
 use super::equations::Position;
-use super::forces::CableDrive;
-use super::model::ErrorModel;
-use super::model::ReducedModel;
-use super::points::{Points, Sizes, Sums, total};
-use super::running_cable::RunningCable;
-use super::running_laws::RunningLaws;
+use super::laws::RunningLaws;
 use crate::material::LawSpecError;
+use crate::reduction::forces::CableDrive;
+use crate::reduction::model::{ErrorModel, ReducedModel};
+use crate::reduction::points::{Points, Sizes, Sums, total};
 
 /// The estimate with the memory of its evaluations.
 pub struct Residual {

@@ -1,0 +1,13 @@
+//! From runs of the full model to a reduced one.
+
+pub mod adjoint_space;
+pub mod basis;
+pub mod body_points;
+pub mod fields_at_points;
+pub mod full_model;
+pub(super) mod full_state;
+pub mod greedy;
+pub mod points_at;
+pub mod sampling;
+pub mod train;
+pub mod transient;
