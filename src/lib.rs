@@ -120,6 +120,7 @@
 
 pub mod calibrate;
 pub mod catalogue;
+pub mod child_process;
 pub mod effect;
 pub mod live;
 pub mod material;

@@ -11,7 +11,6 @@
 //! | Limits of a mesh: poor cells, thin walls, gaps, overlaps | [`quality`] |
 
 pub mod cell_order;
-pub mod child;
 pub mod element;
 pub mod embed;
 pub mod error;

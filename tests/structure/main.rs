@@ -19,9 +19,10 @@ use source::{Package, Source, line, root, rust_files};
 use syn::visit::{self, Visit};
 
 /// A module of the library may use those before it.
-const ORDER: [&str; 17] = [
+const ORDER: [&str; 18] = [
     "wording",
     "storage",
+    "child_process",
     "schema",
     "catalogue",
     "math",

@@ -12,7 +12,7 @@
 
 use super::strict_json::Strict;
 use super::{ControlError, Controller, Observation, Opening, Reply};
-use crate::mesh::child::ends_with_parent;
+use crate::child_process::ends_with_parent;
 use crate::scene::error::hint;
 use serde::Deserialize;
 use serde::de::Error;
