@@ -234,7 +234,7 @@ class Reader:
         if word in PLACES:
             self.system = System()
         if word == "part":
-            name = given.get("name", "")
+            name = self.new_name(self.parts, word, given, number)
             self.scope = self.parts[name.lower()] = Part(name)
         elif word in ("end part", "assembly", "end instance", "end assembly"):
             self.inside, self.scope = None, self.model
@@ -242,7 +242,7 @@ class Reader:
             part = self.parts.get(given.get("part", "").lower())
             if part is None:
                 raise self.fail(number, f"there is no part {given.get('part', '')}")
-            name = given.get("name", "")
+            name = self.new_name(self.instances, word, given, number)
             self.inside = self.instances[name.lower()] = Instance(name, part.copy())
             self.scope = self.inside.part
         elif word == "node" and given.get("system", "R").upper() not in ("R", "C"):
@@ -266,6 +266,13 @@ class Reader:
                 raise self.fail(number, str(error), "give its origin, a point of its x-axis, and one off that axis") from None
         if word in WITH_INPUT and given.get("input"):
             self.read(self.named(given["input"]))
+
+    def new_name(self, there: dict, word: str, given: dict, number: int) -> str:
+        """The name of a part or an instance, which no other one has."""
+        name = given.get("name", "")
+        if name.lower() in there:
+            raise self.fail(number, f"another *{word.upper()} is called {name!r} too", "give each a name of its own")
+        return name
 
     def legible(self, word: str, line: str, number: int) -> None:
         """Refuse a line with a mesh or names in it that is no UTF-8. Comments, headings and materials, which are not used, may be in another code."""

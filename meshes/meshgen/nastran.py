@@ -35,7 +35,8 @@ def bulk(path: Path, content: Path) -> io.StringIO:
             raise BadRequest(f"cannot read {path.name}: line {number}: {name}: {error}", "correct the entry, or write the file again") from None
         if name in NODES:
             used.update(dict.fromkeys(fields[2:], number))
-        written.append(",".join([name, *fields]))
+        if name == "GRID" or name in NODES:  # Springs, bars and masses have no volume and are no facets
+            written.append(",".join([name, *fields]))
     lost = next((node for node in used if node not in points), None)
     if lost:
         raise BadRequest(f"cannot read {path.name}: line {used[lost]}: there is no GRID {lost}", "write the file again with all its nodes")

@@ -71,6 +71,10 @@ class Abaqus(Case):
         text = TWO + "*Nset, nset=root, instance=P-2\n 5\n" + END
         self.assertEqual(self.sizes(text), {"Root": 1, "P-1.Root": 3, "P-2.Root": 3, "all": {4: 4}})
 
+    def test_two_of_one_name(self):
+        self.refuse("another *PART is called 'finger' too", f"*Part, name=Finger\n{NODES}{TETS}*End Part\n*Part, name=finger\n{NODES}{TETS}*End Part\n")
+        self.refuse("another *INSTANCE is called 'p-1' too", TWO + "*Instance, name=p-1, part=P\n*End Instance\n" + END)
+
     def test_members_that_are_missing(self):
         for words, more in (
             ("node set a refers to node set gone, which is not there", "*Nset, nset=a\n gone\n"),

@@ -258,6 +258,8 @@ class Conversion(Case):
         expected = read(f"{grids}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n")
         self.assertEqual([kind for kind, _ in expected.cells], [11])
         np.testing.assert_array_equal(expected.points, nodes)
+        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
+        self.assertEqual([kind for kind, _ in read(f"{grids}{others}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n").cells], [11])
         first, rest = ("CTETRA", 1, 1, 1, 2, 3, 4, 5, 6), (7, 8, 9, 10)
         tabs = "".join("GRID\t{}\t\t{}\t{}\t{}\n".format(i, *x) for i, x in enumerate(nodes, 1))
         powers = "".join("GRID,{},,{}D0,{}+0,{}E0\n".format(i, *x) for i, x in enumerate(nodes, 1))
