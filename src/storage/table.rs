@@ -22,6 +22,9 @@ impl Line {
 /// Delimiters that are tried, the ones that cannot be a decimal mark first.
 pub const DELIMITERS: [char; 3] = [';', '\t', ','];
 
+/// Signs that group thousands with either decimal mark: blanks of several widths and apostrophes (ISO 80000-1, 7.3.1, and Swiss usage).
+const BLANK_GROUPS: [char; 6] = [' ', '\u{a0}', '\u{2009}', '\u{202f}', '\'', '\u{2019}'];
+
 /// The sign between units and tenths; the other one may group thousands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -213,7 +216,8 @@ pub fn number(cell: &str, decimal: Decimal) -> Result<f64, String> {
     {
         return Ok(x);
     }
-    let plain = if is_grouped(whole, group) { whole.replace(group, "") + rest } else { cell.to_string() };
+    let grouping = BLANK_GROUPS.iter().chain([&group]).find(|g| is_grouped(whole, **g));
+    let plain = grouping.map_or_else(|| cell.to_string(), |g| whole.replace(*g, "") + rest);
     let other = plain.contains(group);
     match plain.replace(mark, ".").replace('\u{2212}', "-").parse::<f64>() {
         Ok(x) if x.is_finite() && !other => Ok(x),
@@ -255,6 +259,8 @@ mod tests {
             (&["1,234.5", "0.5"], Decimal::Point),
             (&["1.234,5", "7"], Decimal::Comma),
             (&["1,2345"], Decimal::Comma),
+            (&["1 234,5", "7"], Decimal::Comma),
+            (&["1'234", "7"], Decimal::Point),
         ] {
             assert_eq!(of(cells), Ok(mark), "{cells:?}");
         }
@@ -269,12 +275,20 @@ mod tests {
             ("1,5e-3", Decimal::Comma, 1.5e-3),
             ("1234.5", Decimal::Point, 1234.5),
             ("12,345,678", Decimal::Point, 12_345_678.0),
+            ("1 234.5", Decimal::Point, 1234.5),
+            ("-12\u{202f}345\u{202f}678,9", Decimal::Comma, -12_345_678.9),
+            ("1'234.5", Decimal::Point, 1234.5),
         ] {
             assert_eq!(number(cell, mark), Ok(value), "{cell}");
         }
-        for (cell, mark) in
-            [("1,5", Decimal::Point), ("1.5", Decimal::Comma), ("1,23,456", Decimal::Point), ("x", Decimal::Point)]
-        {
+        for (cell, mark) in [
+            ("1,5", Decimal::Point),
+            ("1.5", Decimal::Comma),
+            ("1,23,456", Decimal::Point),
+            ("1 23", Decimal::Point),
+            ("1.234 567", Decimal::Point),
+            ("x", Decimal::Point),
+        ] {
             assert!(number(cell, mark).is_err_and(|e| e.contains("not a number")), "{cell}");
         }
         assert!(number("inf", Decimal::Point).is_err_and(|e| e.contains("not finite")));
