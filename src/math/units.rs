@@ -153,6 +153,7 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("s", 1.0, Dimension::TIME),
     ("ms", 1e-3, Dimension::TIME),
     ("min", 60.0, Dimension::TIME),
+    ("h", 3600.0, Dimension::TIME),
     ("Hz", 1.0, Dimension::FREQUENCY),
     ("kg", 1.0, dim(0, 1, 0, 0)),
     ("g", 1e-3, dim(0, 1, 0, 0)),

@@ -159,6 +159,7 @@ fn laws_that_a_program_lacks_and_broken_texts_are_refused() {
         ),
         ("TB,HYPER,1,1,1,FOAM\nTBDATA,1,1,2\n", Program::Ansys, "2 numbers"),
         ("TB,HYPER,1,1,1,BLATZ\n", Program::Ansys, "no number"),
+        ("TB,HYPER,1,2,1,NEO\nTBTEMP,20\nTBDATA,1,1,1\nTBTEMP,60\nTBDATA,1,2,1\n", Program::Ansys, "one temperature"),
         ("<material type=\"Ogden unconstrained\"><c1>1</c1><cp>2</cp></material>", Program::Febio, "cp is not zero"),
         ("TB,HYPER,1,1,2,MOONEY\nTBDATA,1e18,1\n", Program::Ansys, "place"),
         ("TB,HYPER,1,1,7,MOONEY\nTBDATA,1,1\n", Program::Ansys, "is no law of Durometer"),
@@ -169,6 +170,21 @@ fn laws_that_a_program_lacks_and_broken_texts_are_refused() {
     ] {
         let message = read(text, program, "MPa").expect_err(text).to_string();
         assert!(message.contains(fact), "\"{fact}\" not in \"{message}\"");
+    }
+}
+
+/// Spellings that this program does not write: two terms of a polynomial, a keyword on two lines, and one temperature.
+#[test]
+fn other_spellings_of_a_law_are_read() {
+    for (text, program, law, constants, kappa) in [
+        ("*HYPERELASTIC, REDUCED POLYNOMIAL, N=1\n2, 0.5\n", Program::Abaqus, "neo_hookean_split", &[4.0][..], 4.0),
+        ("*HYPERELASTIC, REDUCED POLYNOMIAL, N=2\n2, 3, 0.5, 0\n", Program::Abaqus, "yeoh", &[2.0, 3.0, 0.0], 4.0),
+        ("*HYPERELASTIC,\n YEOH\n2, 3, 4, 0.5\n", Program::Calculix, "yeoh", &[2.0, 3.0, 4.0], 4.0),
+        ("TB,HYPER,1,1,1,NEO\nTBTEMP,20\nTBDATA,1,2,0.5\n", Program::Ansys, "neo_hookean_split", &[2.0], 4.0),
+    ] {
+        let energy = read(text, program, "Pa").expect(text).energy;
+        assert_eq!((energy.law.as_str(), &energy.constants[..], energy.kappa), (law, constants, kappa), "{text}");
+        energy.build().expect(text);
     }
 }
 

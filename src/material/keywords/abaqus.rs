@@ -43,16 +43,17 @@ pub fn write(energy: &Energy, program: Program, scale: f64) -> Result<(String, O
 /// Reads a `*HYPERELASTIC`.
 pub fn read(card: &Card, program: Program, scale: f64) -> Result<Energy, KeywordError> {
     let refuse = |what: String| KeywordError::Unreadable { program, what };
-    let head = card.head;
+    let head = card.head.as_str();
     let given = options(head);
     let count =
         given.get("N").map_or(Ok(1), |n| n.parse::<usize>().map_err(|_| refuse(format!("N = {n} is no number"))))?;
     let has = |name: &str| given.contains_key(name);
     // Number of volumetric constants last
     let (law, constants, volumetric) = match () {
-        () if has("NEO HOOKE") => (SPLIT, 1, 1),
+        () if has("NEO HOOKE") || (has("REDUCED POLYNOMIAL") && count == 1) => (SPLIT, 1, 1),
         () if has("MOONEY-RIVLIN") || (has("POLYNOMIAL") && count == 1) => ("mooney_rivlin", 2, 1),
         () if has("POLYNOMIAL") && count == 2 => ("mooney_rivlin", 5, 2),
+        () if has("REDUCED POLYNOMIAL") && count == 2 => ("yeoh", 2, 2),
         () if has("YEOH") || (has("REDUCED POLYNOMIAL") && count == 3) => ("yeoh", 3, 3),
         () if has("OGDEN") && (1..=4).contains(&count) => (OGDEN, 2 * count, count),
         () if has("ARRUDA-BOYCE") => ("arruda_boyce", 2, 1),
@@ -69,6 +70,7 @@ pub fn read(card: &Card, program: Program, scale: f64) -> Result<Energy, Keyword
         OGDEN => v.chunks_exact(2).flat_map(|v| [2.0 * v[0] * scale, v[1]]).collect(),
         "arruda_boyce" => vec![v[0] * scale, v[1]],
         "mooney_rivlin" if constants == 5 => [v[0], v[1], v[3], v[2], v[4]].map(|x| x * scale).to_vec(),
+        "yeoh" => (0..3).map(|k| v.get(k).map_or(0.0, |x| x * scale)).collect(),
         _ => v.iter().map(|x| x * scale).collect(),
     };
     let kind = if law == "arruda_boyce" { VolumetricKind::SimoTaylor } else { VolumetricKind::Quadratic };

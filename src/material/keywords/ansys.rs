@@ -52,7 +52,14 @@ pub fn data(text: &str) -> Result<(String, usize, String, Vec<f64>), KeywordErro
     check_relaxation(text, words.get(2).copied().unwrap_or(""))?;
     let (points, option) = (words.get(4).copied().unwrap_or(""), words.get(5).copied().unwrap_or("MOONEY"));
     let mut values: Vec<f64> = vec![];
-    for line in lines.take_while(|l| l.starts_with("TBDATA")) {
+    let is_temperature = |l: &String| l.starts_with("TBTEMP");
+    let below: Vec<String> = lines.take_while(|l| l.starts_with("TBDATA") || is_temperature(l)).collect();
+    if below.iter().filter(|l| is_temperature(l)).count() > 1 {
+        return Err(refuse(format!(
+            "the constants of \"{head}\" depend on temperature; keep those of one temperature"
+        )));
+    }
+    for line in below.iter().filter(|l| !is_temperature(l)) {
         let all = numbers(PROGRAM, &line.split(',').skip(1).collect::<Vec<_>>())?;
         let (first, rest) = all.split_first().ok_or_else(|| refuse(format!("\"{line}\" has no numbers")))?;
         // A table has 100 places at most

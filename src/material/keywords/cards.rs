@@ -24,8 +24,8 @@ const PASSED_OVER: [&str; 9] = [
 
 /// A keyword with the lines below it.
 pub struct Card<'a> {
-    /// The line of the keyword with its options
-    pub head: &'a str,
+    /// The keyword with its options, one line also where it goes on below a comma at its end
+    pub head: String,
     lines: Vec<&'a str>,
 }
 
@@ -43,7 +43,7 @@ impl Card<'_> {
     /// The constants below it, `count` at most: a temperature may follow them, constants of several temperatures and of fields are refused.
     pub fn constants(&self, program: Program, count: usize) -> Result<Vec<f64>, KeywordError> {
         let refuse = |what: String| Err(KeywordError::Unreadable { program, what });
-        if options(self.head).contains_key("DEPENDENCIES") {
+        if options(&self.head).contains_key("DEPENDENCIES") {
             return refuse(format!("\"{}\" depends on fields; keep the constants of one state", self.head));
         }
         let rows = self.rows(program)?;
@@ -69,7 +69,8 @@ pub fn of_first_law(text: &str) -> Option<(Vec<Card<'_>>, usize)> {
     let mut cards: Vec<Card> = vec![];
     for line in text.lines().map(str::trim).filter(|l| !l.starts_with("**") && !l.is_empty()) {
         match cards.last_mut() {
-            _ if line.starts_with('*') => cards.push(Card { head: line, lines: vec![] }),
+            _ if line.starts_with('*') => cards.push(Card { head: line.into(), lines: vec![] }),
+            Some(card) if card.head.ends_with(',') => card.head += line,
             Some(card) => card.lines.push(line),
             None => {}
         }

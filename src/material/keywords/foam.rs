@@ -89,7 +89,7 @@ fn unreadable(program: Program, what: String) -> KeywordError {
 
 /// Reads a `*HYPERFOAM`.
 pub fn read_abaqus(card: &Card, program: Program, scale: f64) -> Result<Energy, KeywordError> {
-    let head = card.head;
+    let head = card.head.as_str();
     let given = options(head);
     if let Some(other) = ["TEST DATA INPUT", "POISSON"].iter().find(|o| given.contains_key(**o)) {
         return Err(unreadable(program, format!("\"{head}\" has {other}; give the constants of the terms")));

@@ -34,7 +34,7 @@ pub fn with_relaxation(
     program: Program,
 ) -> Result<Imported, KeywordError> {
     let refuse = |what: String| Err(KeywordError::Unreadable { program, what });
-    let head = material[law].head;
+    let head = material[law].head.as_str();
     let moduli = options(head).get("MODULI").map(|m| m.to_uppercase());
     let instantaneous = match moduli.as_deref() {
         None | Some("LONG TERM") => false,
@@ -71,7 +71,7 @@ pub fn with_relaxation(
 /// Shares and times of `*VISCOELASTIC`.
 fn terms(card: &Card, program: Program) -> Result<Vec<(f64, f64)>, KeywordError> {
     let refuse = |what: String| Err(KeywordError::Unreadable { program, what });
-    let given = options(card.head);
+    let given = options(&card.head);
     if !["TIME", "FREQUENCY"].iter().any(|o| given.get(*o).is_some_and(|v| v.eq_ignore_ascii_case("PRONY"))) {
         return refuse(format!(
             "\"{}\" is no Prony series, which has TIME=PRONY: fit the data of the test by durometer prony, and leave the keyword out",
