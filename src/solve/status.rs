@@ -181,6 +181,7 @@ impl Status {
                     Failure::Linear(_)
                     | Failure::Complementarity
                     | Failure::Unloaded
+                    | Failure::NoArc
                     | Failure::NotFinite { .. }
                     | Failure::LimitReached
                     | Failure::Landing

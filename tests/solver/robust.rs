@@ -444,3 +444,20 @@ fn a_stage_by_arc_length_ends_where_the_loads_do() {
     let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off < 1e-6 * common::largest(&plain), "{off:e} of {}", common::largest(&plain));
 }
+
+/// Loads that act in full from the start are in balance where the path begins: its end is that of steps under the same loads, to the tolerance of both solves.
+#[test]
+fn a_path_begins_in_balance_with_the_loads_of_its_start() {
+    let growing = "[[effect]]\nkind = \"traction\"\nregion = \"xmax\"\ndirection = [0, 0, -1]\n\
+                   traction = { kind = \"ramp\", from = \"0 Pa\", to = \"100 Pa\", end = \"1 s\" }\n";
+    let run = |continuation: &str| {
+        let in_full = beam("9.81 m/s^2", "0.2 s", continuation).replace("from = \"0 m/s^2\"", "from = \"9.81 m/s^2\"");
+        let text = in_full + growing;
+        let run = common::run(&scene(block(6, 1, 1, 0.06, 0.01, 0.01, Order::Linear), &text));
+        assert_eq!(run.status, Status::Converged, "{continuation}");
+        run.last.x
+    };
+    let (plain, traced) = (run(""), run("continuation = \"arc_length\""));
+    let off = plain.iter().zip(&traced).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-6 * common::largest(&plain), "{off:e} of {}", common::largest(&plain));
+}

@@ -91,8 +91,16 @@ struct Response {
     lambda: [Vec<f64>; 2],
 }
 
+/// The equilibrium under the loads of the time of `state`, by Newton's method from there.
+fn settled(solver: &mut NonlinearSolver, system: &System, state: &State) -> Result<State, Failure> {
+    let mut next = state.clone();
+    solver.solve(&Step { system, integrator: Integrator::Static, past: state, dt: 1.0 }, &mut next)?;
+    Ok(next)
+}
+
 impl<'a> PathTracer<'a> {
-    /// From an equilibrium towards `end`, with a first step of the length that the loads of `dt` cause there.
+    /// From a state towards `end`, with a first step of the length that the loads of `dt` cause there. The path begins at the equilibrium under the loads of the
+    /// time of the state, which may act in full before anything moves.
     pub fn new(
         solver: &mut NonlinearSolver,
         system: &'a System,
@@ -113,7 +121,12 @@ impl<'a> PathTracer<'a> {
             start_modes: None,
             trail,
         };
-        let (response, modes) = tracer.linearise(solver, state, &mut state.clone())?;
+        let (mut response, mut modes) = tracer.linearise(solver, state, &mut state.clone())?;
+        if tracer.size(&response.residual) > SHARE * dt * tracer.size(&response.rate) {
+            let start = settled(solver, system, state)?;
+            (response, modes) = tracer.linearise(solver, &start, &mut start.clone())?;
+            tracer.trail = vec![(0.0, start)];
+        }
         tracer.start_modes = modes;
         tracer.length = dt * tracer.size(&response.rate);
         tracer.longest = LONGEST * tracer.length;
@@ -369,7 +382,7 @@ impl<'a> PathTracer<'a> {
         }
         let discriminant = b * b - a * c;
         if discriminant.is_nan() || discriminant < 0.0 {
-            return Err(Failure::NotConverged { residual: f64::INFINITY, node: 0 });
+            return Err(Failure::NoArc);
         }
         let roots = [1.0, -1.0].map(|sign| (-b + sign * discriminant.sqrt()) / a);
         // tip + θ ẋ closest to the motion so far

@@ -34,6 +34,8 @@ pub enum Failure {
     },
     /// Arc length: the loads do not change at a point of the path
     Unloaded,
+    /// Arc length: the linearised equations have no solution that far away
+    NoArc,
     /// An input at the end of the step is no finite number: a displacement, a load or a constraint
     NotFinite {
         input: String,
@@ -75,6 +77,9 @@ impl fmt::Display for Failure {
             }
             Self::Landing => {
                 write!(f, "points hit their obstacle, and the jump of their velocities has no derivative here")
+            }
+            Self::NoArc => {
+                write!(f, "the path of equilibria has no point within a step of it that the equations lead to")
             }
             Self::Unloaded => write!(f, "the loads do not change there, so no path goes on"),
             Self::NotFinite { input } => write!(f, "{input} is not a finite number"),
