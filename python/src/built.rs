@@ -1,6 +1,6 @@
 //! A scene on its mesh, which is read or made once, in a thread apart from Python.
 
-use crate::law;
+use crate::raised::Raised;
 use crate::solve::Link;
 use durometer::scene::{Body, RefinementWatch, SceneSpec, changed_scene, refine};
 use std::path::Path;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 #[derive(Clone)]
 pub struct Built {
     pub scene: Arc<durometer::scene::Scene>,
-    pub raised: Arc<law::Raised>,
+    pub raised: Arc<Raised>,
 }
 
 /// Failure of work in the thread apart from Python.
@@ -18,7 +18,7 @@ pub type Failed = Box<dyn std::error::Error + Send + Sync>;
 
 /// Reads or makes the mesh, refined where the scene asks for it, and assembles the scene.
 pub fn assembled(file: &Path, text: &str, link: &Arc<Link>) -> Result<Built, Failed> {
-    let raised = Arc::new(law::Raised::default());
+    let raised = Arc::new(Raised::default());
     let _turn = raised.begin(link);
     let (spec, text) = changed_scene(file, text, &[])?;
     let body = body(file, &spec, &text, link)?;
@@ -36,7 +36,7 @@ impl Built {
         if let Some(_turn) = self.raised.begin(link) {
             return Ok(work(&self.scene));
         }
-        let _turn = law::Raised::by(link);
+        let _turn = Raised::by(link);
         let durometer::scene::Scene { file, spec, text, body, .. } = &*self.scene;
         Ok(work(&durometer::scene::Scene::build(file, spec.clone(), text.clone(), body.clone())?))
     }

@@ -3,7 +3,7 @@
 use crate::array::array;
 use crate::error::{incomplete, input, refused, with_result};
 use crate::keys::parsed;
-use crate::law::Raised;
+use crate::raised::Raised;
 use crate::scene::Scene;
 use crate::solve::{Link, ended};
 use crate::value::{entries, is_list, kind, numbers, plain, toml_of};

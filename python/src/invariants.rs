@@ -1,7 +1,7 @@
 //! The class `Invariants`: invariants of a deformation gradient without cancellation, for laws in Python.
 
-use crate::law::tensor;
 use crate::value::finite;
+use crate::value::tensor;
 use durometer::prelude::Invariants as Of;
 use pyo3::prelude::*;
 

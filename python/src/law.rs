@@ -2,94 +2,17 @@
 
 use crate::error::{input, refused};
 use crate::python_law::{Class, PythonLaw};
+use crate::raised::Raised;
 use crate::solve::{Link, apart};
-use crate::value::rows;
+use crate::value::tensor;
 use durometer::material::entry::Rates;
 use durometer::material::{LawEntry, LawInfo, Parameter, check_law as check, moduli, register_anew};
-use durometer::math::tensor::Mat3;
 use durometer::math::threads::locked;
 use durometer::math::units;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-
-/// Where the exceptions of the laws of one scene go: to the one run that is under way with these laws.
-#[derive(Default)]
-pub struct Raised {
-    link: Mutex<Option<Arc<Link>>>,
-    /// Whether any law of the scene is of Python
-    has_laws: AtomicBool,
-}
-
-/// Some work on a scene, from now on until it is dropped: exceptions of the laws of the scene are those of this work.
-pub struct Turn {
-    raised: Arc<Raised>,
-    before: Option<Arc<Raised>>,
-}
-
-impl Drop for Turn {
-    fn drop(&mut self) {
-        CURRENT.set(self.before.take());
-        *locked(&self.raised.link) = None;
-    }
-}
-
-thread_local! {
-    static CURRENT: RefCell<Option<Arc<Raised>>> = const { RefCell::new(None) };
-}
-
-/// The same for threads of the library, while a study runs.
-static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
-
-impl Raised {
-    /// Of work on scenes that it makes itself, with this link.
-    pub fn by(link: &Arc<Link>) -> Turn {
-        let raised = Arc::new(Self::default());
-        raised.begin(link).expect("no other work knows it")
-    }
-
-    /// Work on the scene begins: laws that this thread makes from now on belong to it. None where other work on the scene is under way.
-    pub fn begin(self: &Arc<Self>, link: &Arc<Link>) -> Option<Turn> {
-        let mut held = locked(&self.link);
-        if held.is_some() {
-            return None;
-        }
-        *held = Some(link.clone());
-        Some(Turn { raised: self.clone(), before: CURRENT.replace(Some(self.clone())) })
-    }
-
-    /// Does work of a study, whose scenes are made in threads of the library.
-    pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
-        let turn = Self::by(link);
-        *locked(&ELSEWHERE) = Some(turn.raised.clone());
-        let done = work();
-        *locked(&ELSEWHERE) = None;
-        done
-    }
-
-    /// Of the scene for which this thread makes a law.
-    pub fn of_a_law() -> Arc<Self> {
-        let elsewhere = || locked(&ELSEWHERE).clone();
-        let raised = CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default();
-        raised.has_laws.store(true, Ordering::Relaxed);
-        raised
-    }
-
-    /// Whether any law of the scene is of Python.
-    pub fn has_laws(&self) -> bool {
-        self.has_laws.load(Ordering::Relaxed)
-    }
-
-    /// Ends the run by an exception.
-    pub fn raise(&self, why: PyErr) {
-        if let Some(link) = &*locked(&self.link) {
-            link.fail(why);
-        }
-    }
-}
 
 /// Classes by the name of their law.
 static CLASSES: Mutex<BTreeMap<String, &'static LawEntry>> = Mutex::new(BTreeMap::new());
@@ -186,13 +109,4 @@ fn declared(given: &Bound<'_, PyAny>) -> PyResult<&'static [Parameter]> {
 /// Kept as long as the process: a law is never forgotten.
 fn leaked(text: String) -> &'static str {
     String::leak(text)
-}
-
-/// A tensor of nine numbers, by rows.
-pub fn tensor(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Mat3> {
-    let values = rows(name, given, 3)?;
-    if values.len() != 9 {
-        return Err(input(&format!("{name} has {} rows", values.len() / 3), "give one of shape (3, 3)"));
-    }
-    Ok(Mat3::from_row_slice(&values))
 }

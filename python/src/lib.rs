@@ -12,6 +12,7 @@ mod invariants;
 mod keys;
 mod law;
 mod python_law;
+mod raised;
 mod report;
 mod run;
 mod scene;

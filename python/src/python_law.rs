@@ -2,8 +2,8 @@
 
 use crate::array::array;
 use crate::error::{input, is_outside, outside, refused};
-use crate::law::{Raised, tensor};
-use crate::value::rows;
+use crate::raised::Raised;
+use crate::value::{rows, tensor};
 use durometer::material::{
     Law, LawError, LawInfo, LawSpecError, Moduli, Parameter, Response, Want, kinematics::Invariants,
 };

@@ -1,7 +1,7 @@
 //! The class `Study`: a question, a scene and a list of changes; its run makes a report.
 
 use crate::error::{incomplete, input, refused, with_result};
-use crate::law::Raised;
+use crate::raised::Raised;
 use crate::solve::{Link, ended};
 use crate::threads;
 use crate::value::{mapping, plain, toml_of};

@@ -1,6 +1,7 @@
 //! Values of Python as those of TOML, arrays of Python as numbers, and results of the library as dictionaries.
 
 use crate::error::input;
+use durometer::math::tensor::Mat3;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
 use serde::Serialize;
@@ -134,4 +135,13 @@ pub fn finite(name: &str, values: &[f64]) -> PyResult<()> {
         Some(k) => Err(input(&format!("{name} has the value {} at index {k}", values[k]), "leave such values out")),
         None => Ok(()),
     }
+}
+
+/// A tensor of nine numbers, by rows.
+pub fn tensor(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Mat3> {
+    let values = rows(name, given, 3)?;
+    if values.len() != 9 {
+        return Err(input(&format!("{name} has {} rows", values.len() / 3), "give one of shape (3, 3)"));
+    }
+    Ok(Mat3::from_row_slice(&values))
 }

@@ -1,0 +1,83 @@
+//! Exceptions of laws in Python, and the work that they end.
+
+use crate::solve::Link;
+use durometer::math::threads::locked;
+use pyo3::prelude::*;
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// Where the exceptions of the laws of one scene go: to the one run that is under way with these laws.
+#[derive(Default)]
+pub struct Raised {
+    link: Mutex<Option<Arc<Link>>>,
+    /// Whether any law of the scene is of Python
+    has_laws: AtomicBool,
+}
+
+/// Some work on a scene, from now on until it is dropped: exceptions of the laws of the scene are those of this work.
+pub struct Turn {
+    raised: Arc<Raised>,
+    before: Option<Arc<Raised>>,
+}
+
+impl Drop for Turn {
+    fn drop(&mut self) {
+        CURRENT.set(self.before.take());
+        *locked(&self.raised.link) = None;
+    }
+}
+
+thread_local! {
+    static CURRENT: RefCell<Option<Arc<Raised>>> = const { RefCell::new(None) };
+}
+
+/// The same for threads of the library, while a study runs.
+static ELSEWHERE: Mutex<Option<Arc<Raised>>> = Mutex::new(None);
+
+impl Raised {
+    /// Of work on scenes that it makes itself, with this link.
+    pub fn by(link: &Arc<Link>) -> Turn {
+        let raised = Arc::new(Self::default());
+        raised.begin(link).expect("no other work knows it")
+    }
+
+    /// Work on the scene begins: laws that this thread makes from now on belong to it. None where other work on the scene is under way.
+    pub fn begin(self: &Arc<Self>, link: &Arc<Link>) -> Option<Turn> {
+        let mut held = locked(&self.link);
+        if held.is_some() {
+            return None;
+        }
+        *held = Some(link.clone());
+        Some(Turn { raised: self.clone(), before: CURRENT.replace(Some(self.clone())) })
+    }
+
+    /// Does work of a study, whose scenes are made in threads of the library.
+    pub fn during_study<T>(link: &Arc<Link>, work: impl FnOnce() -> T) -> T {
+        let turn = Self::by(link);
+        *locked(&ELSEWHERE) = Some(turn.raised.clone());
+        let done = work();
+        *locked(&ELSEWHERE) = None;
+        done
+    }
+
+    /// Of the scene for which this thread makes a law.
+    pub fn of_a_law() -> Arc<Self> {
+        let elsewhere = || locked(&ELSEWHERE).clone();
+        let raised = CURRENT.with_borrow(Clone::clone).or_else(elsewhere).unwrap_or_default();
+        raised.has_laws.store(true, Ordering::Relaxed);
+        raised
+    }
+
+    /// Whether any law of the scene is of Python.
+    pub fn has_laws(&self) -> bool {
+        self.has_laws.load(Ordering::Relaxed)
+    }
+
+    /// Ends the run by an exception.
+    pub fn raise(&self, why: PyErr) {
+        if let Some(link) = &*locked(&self.link) {
+            link.fail(why);
+        }
+    }
+}
