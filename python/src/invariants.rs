@@ -1,7 +1,6 @@
 //! The class `Invariants`: invariants of a deformation gradient without cancellation, for laws in Python.
 
-use crate::value::finite;
-use crate::value::tensor;
+use crate::value::{finite, tensor};
 use durometer::prelude::Invariants as Of;
 use pyo3::prelude::*;
 
