@@ -101,7 +101,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! wording → storage → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → live → study → prelude
+//! wording → storage → child_process → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → live → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene

@@ -416,3 +416,38 @@ fn moments_are_in_equilibrium() {
     let found = vector(&middle, "xmax_moment", "Nm");
     assert!((found - shifted).norm() < 1e-9 * size, "{found} {shifted}");
 }
+
+/// Stretches are those of the volume, in which a cell counts once however many effects resist its deformation: an effect next to nothing in half of the body changes
+/// none of them beyond its own share of the stiffness, 1e-7.
+#[test]
+fn a_cell_with_several_effects_has_its_stretch_once() {
+    let run = |more: &str| {
+        let text = format!(
+            "[mesh]\ngrid = {{ kind = \"box\", size = [\"40 mm\", \"10 mm\", \"10 mm\"], divisions = [4, 2, 2] }}\n\
+             [mesh.regions]\nhalf = {{ kind = \"box\", min = [\"-1 mm\", \"-1 mm\", \"-1 mm\"], max = [\"21 mm\", \"11 mm\", \"11 mm\"], pick = \"cells\", rule = \"all\" }}\n\
+             [laws.rubber]\nlaw = \"neo_hookean\"\nE = \"100 kPa\"\nnu = 0.3\n\
+             [laws.weak]\nlaw = \"neo_hookean\"\nE = \"0.01 Pa\"\nnu = 0.3\n\
+             [[effect]]\nkind = \"elastic\"\nregion = \"body\"\nlaw = \"rubber\"\n{more}\
+             [[constraint]]\nkind = \"fixed\"\nregion = \"xmin\"\n\
+             [[constraint]]\nkind = \"fixed\"\nregion = \"xmax\"\ncomponents = \"yz\"\n\
+             [[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"x\"\n\
+             displacement = {{ kind = \"ramp\", from = \"0 mm\", to = \"8 mm\", end = \"1 s\" }}\n\
+             [[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"0.5 s\"\n[[probe]]\nkind = \"stretch\"\n"
+        );
+        let scene = parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
+        let run = scene.run();
+        assert_eq!(run.status, Status::Converged, "{more}");
+        let nodal = scene.nodal_stretch(&run.last.x);
+        (run.rows.last().expect("a row")[1..5].to_vec(), nodal)
+    };
+    let (alone, alone_at_nodes) = run("");
+    for more in [
+        "[[effect]]\nkind = \"edge_springs\"\nregion = \"half\"\nE = \"0.01 Pa\"\n",
+        "[[effect]]\nkind = \"elastic\"\nregion = \"half\"\nlaw = \"weak\"\noverlap = \"add\"\n",
+    ] {
+        let (both, at_nodes) = run(more);
+        let pairs = alone.iter().chain(&alone_at_nodes).zip(both.iter().chain(&at_nodes));
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{off:e}: {alone:?} {both:?} with {more}");
+    }
+}

@@ -167,7 +167,7 @@ pub(in crate::scene) fn against_iterations(spec: &SceneSpec, spans: &[TimeSpan])
         || !spec.rigids.is_empty()
         || spec.contacts.iter().any(|c| c.motion.is_some())
     {
-        Some("the nodes of a rigid body are not those of a mesh")
+        Some("a rigid body, or an obstacle with a `motion`, has nodes that are not those of a mesh")
     } else if spans.iter().any(is_arc) {
         Some("arc length goes through unstable equilibria, whose tangents are indefinite")
     } else {

@@ -1,4 +1,4 @@
-//! What a run records: rows, fields, and the curves they are compared with.
+//! Records of a run: rows, fields, and the curves they are compared with.
 
 pub mod column;
 pub(super) mod compare;

@@ -3,6 +3,7 @@
 use crate::effect::CellPoints;
 use crate::math::tensor::Mat3;
 use crate::math::threads;
+use rustc_hash::FxHashSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,8 +22,17 @@ pub struct PointStretch {
     pub j: f64,
 }
 
-/// All points of an effect, cell by cell, for displacements `x` \[unknowns\].
-pub fn points(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
+/// All points of several effects, cell by cell, for displacements `x` \[unknowns\]: those of the first effect that has a cell.
+pub fn points(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<PointStretch> {
+    let (mut all, mut seen) = (vec![], FxHashSet::default());
+    for effect in elastic {
+        all.extend(points_of(effect, x).into_iter().filter(|point| !seen.contains(&point.cell)));
+        seen.extend(&effect.cells);
+    }
+    all
+}
+
+fn points_of(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
     let cells = elastic.cells.len();
     let ranges = (0..cells).step_by(CELLS).map(|first| first..cells.min(first + CELLS)).collect();
     let of = |range: Range<usize>| {
@@ -39,7 +49,7 @@ pub fn points(elastic: &CellPoints, x: &[f64]) -> Vec<PointStretch> {
 
 /// Median, 95th percentile and maximum of the largest principal stretch, by volume, and the smallest J.
 pub fn stretches(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<f64> {
-    let points: Vec<PointStretch> = elastic.iter().flat_map(|e| points(e, x)).collect();
+    let points = points(elastic, x);
     let min_j = points.iter().fold(f64::INFINITY, |least, point| least.min(point.j));
     let mut all: Vec<(f64, f64)> = points.iter().map(|point| (point.largest, point.weight)).collect();
     // Whole by a sort that merges what is sorted

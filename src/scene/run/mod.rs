@@ -324,7 +324,7 @@ impl Scene {
     pub fn nodal_stretch(&self, x: &[f64]) -> Vec<f64> {
         let mesh = &self.body.mesh;
         let mut sums = vec![(0.0, 0.0); mesh.points.len()];
-        for PointStretch { cell, weight, largest, .. } in self.elastic.iter().flat_map(|e| stretch::points(e, x)) {
+        for PointStretch { cell, weight, largest, .. } in stretch::points(&self.elastic, x) {
             for &node in mesh.cell(cell as usize) {
                 let sum: &mut (f64, f64) = &mut sums[node as usize];
                 *sum = (sum.0 + weight * largest, sum.1 + weight);

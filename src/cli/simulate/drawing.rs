@@ -76,7 +76,7 @@ impl Drawing {
         let film = self.film.as_ref()?;
         let board = live::board(scene, film, view::about_before(scene, shown.run), shown);
         self.board = Some(board.clone());
-        Some((board.clone(), super::live::serve(listener, board)))
+        Some((board.clone(), crate::live::serve(listener, board)))
     }
 
     pub fn add(&mut self, scene: &Scene, state: &State) {

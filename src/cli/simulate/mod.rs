@@ -1,12 +1,19 @@
 //! `durometer simulate SCENE`
 
-use super::controls::{self, Chosen, ControlArgs, positive_time};
-use super::drawing::{Drawing, Drawn};
-use super::earlier::Earlier;
-use super::interrupt;
-use super::live;
-use super::outcome::{CommandResult, Outcome};
-use super::{bars::Bars, files};
+mod controls;
+mod drawing;
+mod earlier;
+mod errors;
+mod mesh;
+mod states;
+mod words;
+
+use crate::arguments::{changes, threads};
+use crate::bars::Bars;
+use crate::outcome::{CommandResult, Outcome};
+use crate::{files, interrupt, live};
+use controls::{Chosen, ControlArgs, positive_time};
+use drawing::{Drawing, Drawn};
 use durometer::live::Shown;
 use durometer::math::cpu_clock::CpuClock;
 use durometer::math::threads;
@@ -31,13 +38,15 @@ use durometer::study::store::partial_series::PartialSeries;
 use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
 use durometer::wording::few;
+use earlier::Earlier;
+use errors::{estimate, estimator};
+use mesh::mesh;
+use states::{States, times};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
-
-/// Share of the extreme of a column below which its last value is rounding.
-const ROUNDING: f64 = 1e-12;
+use words::{completion, note_missing, note_quality, print_notes, tell};
 
 /// Run one scene and write its time series
 ///
@@ -111,7 +120,7 @@ pub struct Args {
     #[arg(long, requires = "live")]
     paused: bool,
     /// Threads that the run may use [default: one per core]; the results do not depend on it
-    #[arg(long, value_name = "N", value_parser = super::arguments::threads)]
+    #[arg(long, value_name = "N", value_parser = threads)]
     threads: Option<usize>,
     /// Print the record instead of progress
     #[arg(long)]
@@ -122,7 +131,7 @@ impl Args {
     /// The scene with its changes: file, content and text.
     fn read(&self) -> Result<(PathBuf, SceneSpec, String), Box<dyn std::error::Error>> {
         let file = files::find(&self.scene, "scene.toml")?;
-        let (spec, text) = read_scene(&file, &super::arguments::changes(&self.set)?)?;
+        let (spec, text) = read_scene(&file, &changes(&self.set)?)?;
         Ok((file, spec, text))
     }
 }
@@ -231,33 +240,6 @@ fn begins(_: u64) -> bool {
     true
 }
 
-fn print_notes(args: &Args, scene: &Scene) {
-    if !args.json {
-        scene.notes.iter().for_each(|note| tell!("{}: {note}", scene.kind_of_note(note)));
-        limits_of_scene(scene).iter().for_each(|(kind, limit)| tell!("{kind}: {limit}"));
-    }
-}
-
-/// Prints the record, or the results in words; `known` notes are printed before.
-fn tell<'e>(
-    args: &Args,
-    (record, known, json): (&CaseRecord, usize, &str),
-    states: &[PathBuf],
-    errors: impl Iterator<Item = &'e ErrorEstimate>,
-    drawn: &Drawn,
-) {
-    if args.json {
-        say!("{json}");
-        return;
-    }
-    print(record, known);
-    states.iter().for_each(|file| say!("state:   {}", file.display()));
-    errors.for_each(|found| print_errors(found, record));
-    say!("{}", costs(record));
-    say!("results: {}", args.out.join(format!("{}.csv", record.id)).display());
-    drawn.print();
-}
-
 /// The scene with the seconds that it took; tracks that it is compared with are refused before the run.
 fn build(
     file: &Path,
@@ -298,170 +280,10 @@ fn replace(
     Ok((json, full))
 }
 
-/// The states that a run saves.
-struct States<'a> {
-    out: &'a Path,
-    name: &'a str,
-    /// Those that were asked for
-    files: Vec<PathBuf>,
-    /// Why the first of them could not be saved
-    failure: Option<CheckpointError>,
-}
-
-impl States<'_> {
-    fn file(&self, label: &str) -> PathBuf {
-        self.out.join(format!("{}-{label}.state", self.name))
-    }
-
-    fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
-        let file = self.file(label);
-        match checkpoint.write(&file) {
-            Ok(()) if label == PARTIAL => {}
-            Ok(()) => self.files.push(file),
-            Err(e) if label == PARTIAL => tell!("note: {e}"),
-            Err(e) => self.failure = self.failure.take().or(Some(e)),
-        }
-    }
-
-    /// A run that has ended by itself needs no state to go on from.
-    fn end(&self, run: &Run) {
-        if !matches!(run.status, Status::Interrupted { .. }) {
-            std::fs::remove_file(self.file(PARTIAL)).ok();
-        }
-    }
-}
-
-/// The mesh of the scene, refined where it asks for it, and whether the error is within the tolerance then.
-fn mesh(
-    args: &Args,
-    scene: (&Path, &SceneSpec, &str),
-    name: &str,
-    bars: &Bars,
-) -> Result<(Arc<Body>, bool), Box<dyn std::error::Error>> {
-    let (file, spec, _) = scene;
-    let body = Arc::new(Body::load(file, &spec.mesh, &mut |line| bars.meshing(name, line))?);
-    let Some(wanted) = &spec.mesh.refine else { return Ok((body, true)) };
-    let (table, mut steps) = (args.out.join(format!("{name}.refinement.csv")), vec![]);
-    let mut follow = |step: &RefinementStep| {
-        if !args.json {
-            print_refinement(step);
-        }
-        steps.push(step.clone());
-        // The table is written again at the end, where a failure is an error
-        _ = folder::write(&table, &csv_text::refinement(&steps));
-    };
-    let stop = interrupt::stop_flag();
-    bars.started(name);
-    let mut watch = RefinementWatch {
-        step: &mut follow,
-        mesher: &mut |line| bars.meshing(name, line),
-        progress: &mut |progress| {
-            bars.progress(name, progress);
-            !stop.load(Ordering::Relaxed)
-        },
-        stop: Some(stop.clone()),
-    };
-    let found = refine(scene, wanted, body, None, &mut watch)?;
-    folder::write(&table, &csv_text::refinement(&found.steps))?;
-    let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
-    if !is_within {
-        tell!(
-            "not complete: the error bar is above the tolerance on every mesh, and smallest on that of {} cells, which is taken; allow more `meshes`, or more \
-             tolerance",
-            found.body.mesh.cell_count()
-        );
-    }
-    Ok((found.body, is_within))
-}
-
-fn print_refinement(step: &RefinementStep) {
-    let RefinementStep { cells, error, bar, tolerance, .. } = step;
-    say!(
-        "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
-        error.column,
-        five_digits(error.value),
-        five_digits(*bar),
-        five_digits(*tolerance),
-        seconds(step.cpu)
-    );
-}
-
 /// The recorder of the derivatives that are asked for, if there are any.
 fn sensitivities<'a>(texts: &[String], scene: &'a Scene) -> Result<Option<SensitivityRecorder<'a>>, SensitivityError> {
     let keys: Vec<ParameterKey> = texts.iter().map(|text| text.parse()).collect::<Result<_, _>>()?;
     if keys.is_empty() { Ok(None) } else { SensitivityRecorder::new(scene, &keys).map(Some) }
-}
-
-/// The columns whose errors are asked for; none for all of them.
-fn estimated_columns(args: &Args) -> &[String] {
-    if args.error.iter().any(|column| column == "all") { &[] } else { &args.error }
-}
-
-/// The estimator of the errors that are asked for, if there are any.
-fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstimator<'a>>, EstimateError> {
-    if args.error.is_empty() {
-        return Ok(None);
-    }
-    let estimator = ErrorEstimator::new(scene)?;
-    estimator.check_columns(estimated_columns(args))?;
-    if args.error_cells { estimator.localised().map(Some) } else { Ok(Some(estimator)) }
-}
-
-/// Estimates the errors that are asked for, and writes them; none where the run or the enriched solution is not complete.
-fn estimate(
-    estimator: ErrorEstimator,
-    args: &Args,
-    name: &str,
-    run: &Run,
-    bars: &Bars,
-) -> Result<Option<ErrorEstimate>, Box<dyn std::error::Error>> {
-    if run.status != Status::Converged {
-        return Ok(None);
-    }
-    bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
-    let found = match estimator.estimate(run, estimated_columns(args)) {
-        Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Unstable { .. } | EstimateError::Stopped)) => {
-            tell!("not complete: no error estimate: {why}");
-            return Ok(None);
-        }
-        found => found?,
-    };
-    folder::write(&args.out.join(format!("{name}.errors.csv")), &csv_text::errors(&found))?;
-    Ok(Some(found))
-}
-
-fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
-    if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {
-        tell!(
-            "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
-        );
-    }
-    for q in &found.quantities {
-        let (value, corrected, uncertainty) =
-            (five_digits(q.value), five_digits(q.corrected), five_digits(q.uncertainty));
-        let geometry = match q.geometry {
-            Some(g) if g.change == 0.0 => String::new(),
-            Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
-            None => " (without curved facets, which are not estimated here)".into(),
-        };
-        let extent = match (&found.cut_regions[..], q.extent) {
-            ([], 0.0) => String::new(),
-            ([], change) => format!(" (of it up to {} by the extent of regions)", five_digits(change.abs())),
-            (regions, _) => format!(" (without the extent of {})", regions.join(", ")),
-        };
-        say!(
-            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}{extent}",
-            q.column,
-            five_digits(q.bar)
-        );
-    }
-    let (cpu, dofs) = (seconds(found.cpu), found.dofs);
-    let what = match found.solves {
-        _ if found.whole_run => "a whole run".into(),
-        1 => "1 solution".into(),
-        solves => format!("{solves} solutions"),
-    };
-    say!("errors:  {what} with {dofs} equations in {cpu}");
 }
 
 /// Writes the time series, the signals, the sensitivities, the record and the overlays; returns the record as JSON.
@@ -484,143 +306,4 @@ fn write(
     folder::write(&out.join(format!("{name}.json")), &json)?;
     durometer::study::overlay::save(out, name, &overlays(scene, run), &markers::overlays(scene, run)?)?;
     Ok(json)
-}
-
-/// Prints what a run found; `known` notes are printed before it.
-fn print(record: &CaseRecord, known: usize) {
-    record.notes[known..].iter().for_each(|note| tell!("note: {note}"));
-    record.solver.energy_from_nothing.iter().for_each(|found| tell!("warning: {}", found.warning()));
-    record.solver.collapsed_cavities.iter().for_each(|found| tell!("warning: {}", found.warning()));
-    if let Some(l) = record.locking.as_ref().filter(|l| l.alarm) {
-        let scatter = l.pressure_scatter;
-        tell!("locking alarm: the pressures scatter by {scatter:.2} of the deviatoric stress; {REMEDY}");
-    }
-    let unresolved: Vec<String> = record
-        .probes
-        .keys()
-        .filter_map(|probe| Some(format!("{probe} ({})", percent(record.unresolved(probe, 0.0)?))))
-        .collect();
-    if !unresolved.is_empty() {
-        tell!(
-            "warning: the time steps do not resolve the motion: one of them covers a large part of the range of {}; shorten them",
-            few(&unresolved)
-        );
-    }
-    for (probe, value) in &record.probes {
-        let (peak, last) = (five_digits(value.peak), five_digits(without_rounding(value.last, value.peak)));
-        match value.peak_is {
-            ExtremeKind::Constant => say!("{probe:28} constant {peak:>12}"),
-            kind => {
-                say!("{probe:28} {:8} {peak:>12} at {:.3} s   final {last:>12}", kind.name(), Decimals(value.peak_t_s))
-            }
-        }
-    }
-    for e in &record.events {
-        let value = e.value.map_or_else(String::new, |v| format!(" (at {})", five_digits(v)));
-        say!("event {} at {:.4} s{value}: {}", e.event, Decimals(e.t_s), e.did.join(", "));
-    }
-    for d in &record.distances {
-        let (l2, largest) = (100.0 * d.l2, 100.0 * d.largest);
-        let inside = d.inside_words().map_or(String::new(), |words| format!(", {words}"));
-        let compared = format!("{} points, {}", d.share_words(), d.range_words());
-        let Distance { column, over, file, .. } = d;
-        say!("{column} over {over} is off {file} by {l2:.2} % (L2), {largest:.2} % (largest) at {compared}{inside}");
-    }
-    record.markers.iter().for_each(|d| say!("{}", markers::words(d)));
-    // Contacts that are solved for with multipliers have no counts.
-    for c in record.contacts.iter().filter(|c| c.seen > 0) {
-        say!(
-            "contact {}: {} points, examined {} times in all, {} distances computed, {} active; search {}, collision detection {}",
-            c.name,
-            c.points,
-            c.seen,
-            c.tested,
-            c.active,
-            seconds(c.search_s),
-            seconds(c.detection_s)
-        );
-    }
-}
-
-/// Says which columns have no derivative in some rows; the table has NaN there.
-fn note_missing(run: &Run, sensitivities: &Sensitivities) {
-    for (k, column) in sensitivities.columns.iter().enumerate() {
-        let missing = |row: &&Vec<Vec<f64>>| row[k].iter().any(|d| d.is_nan());
-        let count = sensitivities.rows.iter().filter(missing).count();
-        if let Some(first) = sensitivities.rows.iter().position(|row| missing(&row)) {
-            let t = run.rows[first][0];
-            tell!("note: {column} has no derivative in {count} of {} rows, the first at t = {t} s", run.rows.len());
-        }
-    }
-}
-
-/// Says which keys change nothing, and which derivatives are not as accurate as they should be.
-fn note_quality(sensitivities: &Sensitivities) {
-    for key in sensitivities.idle() {
-        tell!("warning: {key} changes nothing that is recorded: all derivatives by it are zero");
-    }
-    for (column, key, error) in sensitivities.doubtful() {
-        tell!(
-            "warning: the derivative of {column} by {key} has an estimated error of {:.1e} of its largest value: the scene is not smooth in \
-             this key, as where a guide moves into another cell or a signal has a kink",
-            error
-        );
-    }
-}
-
-/// How a run ended, with the error estimates that were asked for; an incomplete one says why.
-fn completion(run: &Run, has_errors: bool) -> Outcome {
-    if let Some(why) = &run.failure {
-        tell!("not complete: {why}");
-    }
-    let stopped = run.sensitivities.as_ref().and_then(|s| s.stopped.as_ref());
-    if let Some((t, why)) = stopped {
-        tell!("not complete: no derivative at t = {t} s: {why}");
-    }
-    let complete = run.status == Status::Converged && stopped.is_none() && has_errors;
-    if complete { Outcome::Complete } else { Outcome::RunIncomplete }
-}
-
-/// Times at which states are saved \[s\], and whether the last state is saved too.
-fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
-    let end = scene.spans.last().map_or(0.0, |s| s.end);
-    let mut times = Vec::new();
-    for text in when.iter().filter(|text| *text != "end") {
-        let remedy = "write a time such as \"0.5 s\", or end";
-        let t = units::parse(text, Dimension::TIME).map_err(|e| format!("--save-state: {e}; {remedy}"))?;
-        if !(0.0..=end * (1.0 + 1e-9)).contains(&t) {
-            return Err(format!("--save-state: the run is from 0 to {end} s and has no {text}; {remedy}"));
-        }
-        times.push(t);
-    }
-    Ok((times, when.iter().any(|text| text == "end")))
-}
-
-/// Zero for a value that is rounding next to the extreme of its column.
-fn without_rounding(value: f64, extreme: f64) -> f64 {
-    if value.abs() < ROUNDING * extreme.abs() { 0.0 } else { value }
-}
-
-/// Where the time went: every effect and constraint that is assembled, then the linear algebra.
-fn costs(record: &CaseRecord) -> String {
-    let share = |(name, s): (&str, f64)| format!("{name} {} ({:.0} %)", seconds(s), 100.0 * s / record.wall_s);
-    let effects = record.effects.iter().map(|e| (e.name.as_str(), e.wall_s));
-    let p = &record.phases;
-    let sweeps = (p.contact_forces_s > 0.0).then_some(("contact forces", p.contact_forces_s));
-    let all = effects.chain([("factorisation", p.factorisation_s), ("solve", p.solve_s)]).chain(sweeps);
-    let (s, w) = (&record.solver, &record.work);
-    let lost =
-        if s.lost_iterations > 0 { format!(" and {} in refused attempts", s.lost_iterations) } else { String::new() };
-    let shifted = if s.shifted_factorisations > 0 {
-        format!(", {} of them of tangents shifted towards definiteness", s.shifted_factorisations)
-    } else {
-        String::new()
-    };
-    format!(
-        "work: {} iterations{lost}, {} factorisations{shifted}\ntime: {} in all, of it {}",
-        record.newton_iterations,
-        w.factorisations,
-        seconds(record.wall_s),
-        all.map(share).collect::<Vec<_>>().join(", ")
-    )
 }

@@ -1,0 +1,82 @@
+//! Discretisation errors of one run: `--error`.
+
+use super::Args;
+use crate::bars::Bars;
+use durometer::report::numbers::{five_digits, seconds};
+use durometer::scene::{Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, Run, Scene};
+use durometer::solve::Status;
+use durometer::study::store::csv_text;
+use durometer::study::store::folder;
+use durometer::study::store::record::CaseRecord;
+
+/// The columns whose errors are asked for; none for all of them.
+fn estimated_columns(args: &Args) -> &[String] {
+    if args.error.iter().any(|column| column == "all") { &[] } else { &args.error }
+}
+
+/// The estimator of the errors that are asked for, if there are any.
+pub fn estimator<'a>(args: &Args, scene: &'a Scene) -> Result<Option<ErrorEstimator<'a>>, EstimateError> {
+    if args.error.is_empty() {
+        return Ok(None);
+    }
+    let estimator = ErrorEstimator::new(scene)?;
+    estimator.check_columns(estimated_columns(args))?;
+    if args.error_cells { estimator.localised().map(Some) } else { Ok(Some(estimator)) }
+}
+
+/// Estimates the errors that are asked for, and writes them; none where the run or the enriched solution is not complete.
+pub fn estimate(
+    estimator: ErrorEstimator,
+    args: &Args,
+    name: &str,
+    run: &Run,
+    bars: &Bars,
+) -> Result<Option<ErrorEstimate>, Box<dyn std::error::Error>> {
+    if run.status != Status::Converged {
+        return Ok(None);
+    }
+    bars.note(name, "the errors are estimated; Ctrl-C ends that, and the results of the run stay");
+    let found = match estimator.estimate(run, estimated_columns(args)) {
+        Err(why @ (EstimateError::NotSolved { .. } | EstimateError::Unstable { .. } | EstimateError::Stopped)) => {
+            tell!("not complete: no error estimate: {why}");
+            return Ok(None);
+        }
+        found => found?,
+    };
+    folder::write(&args.out.join(format!("{name}.errors.csv")), &csv_text::errors(&found))?;
+    Ok(Some(found))
+}
+
+pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
+    if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {
+        tell!(
+            "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
+        );
+    }
+    for q in &found.quantities {
+        let (value, corrected, uncertainty) =
+            (five_digits(q.value), five_digits(q.corrected), five_digits(q.uncertainty));
+        let geometry = match q.geometry {
+            Some(g) if g.change == 0.0 => String::new(),
+            Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
+            None => " (without curved facets, which are not estimated here)".into(),
+        };
+        let extent = match (&found.cut_regions[..], q.extent) {
+            ([], 0.0) => String::new(),
+            ([], change) => format!(" (of it up to {} by the extent of regions)", five_digits(change.abs())),
+            (regions, _) => format!(" (without the extent of {})", regions.join(", ")),
+        };
+        say!(
+            "{:28} error bar {:>12} of {value:>12}; corrected {corrected} ± {uncertainty}{geometry}{extent}",
+            q.column,
+            five_digits(q.bar)
+        );
+    }
+    let (cpu, dofs) = (seconds(found.cpu), found.dofs);
+    let what = match found.solves {
+        _ if found.whole_run => "a whole run".into(),
+        1 => "1 solution".into(),
+        solves => format!("{solves} solutions"),
+    };
+    say!("errors:  {what} with {dofs} equations in {cpu}");
+}

@@ -1,0 +1,68 @@
+//! The mesh that `durometer simulate` runs on, refined where the scene asks for it.
+
+use super::Args;
+use crate::bars::Bars;
+use crate::interrupt;
+use durometer::report::numbers::{five_digits, seconds};
+use durometer::scene::{Body, RefinementStep, RefinementWatch, SceneSpec, refine};
+use durometer::study::run::runner::Watch;
+use durometer::study::store::csv_text;
+use durometer::study::store::folder;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// The mesh of the scene, refined where it asks for it, and whether the error is within the tolerance then.
+pub fn mesh(
+    args: &Args,
+    scene: (&Path, &SceneSpec, &str),
+    name: &str,
+    bars: &Bars,
+) -> Result<(Arc<Body>, bool), Box<dyn std::error::Error>> {
+    let (file, spec, _) = scene;
+    let body = Arc::new(Body::load(file, &spec.mesh, &mut |line| bars.meshing(name, line))?);
+    let Some(wanted) = &spec.mesh.refine else { return Ok((body, true)) };
+    let (table, mut steps) = (args.out.join(format!("{name}.refinement.csv")), vec![]);
+    let mut follow = |step: &RefinementStep| {
+        if !args.json {
+            print_refinement(step);
+        }
+        steps.push(step.clone());
+        // The table is written again at the end, where a failure is an error
+        _ = folder::write(&table, &csv_text::refinement(&steps));
+    };
+    let stop = interrupt::stop_flag();
+    bars.started(name);
+    let mut watch = RefinementWatch {
+        step: &mut follow,
+        mesher: &mut |line| bars.meshing(name, line),
+        progress: &mut |progress| {
+            bars.progress(name, progress);
+            !stop.load(Ordering::Relaxed)
+        },
+        stop: Some(stop.clone()),
+    };
+    let found = refine(scene, wanted, body, None, &mut watch)?;
+    folder::write(&table, &csv_text::refinement(&found.steps))?;
+    let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
+    if !is_within {
+        tell!(
+            "not complete: the error bar is above the tolerance on every mesh, and smallest on that of {} cells, which is taken; allow more `meshes`, or more \
+             tolerance",
+            found.body.mesh.cell_count()
+        );
+    }
+    Ok((found.body, is_within))
+}
+
+fn print_refinement(step: &RefinementStep) {
+    let RefinementStep { cells, error, bar, tolerance, .. } = step;
+    say!(
+        "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
+        error.column,
+        five_digits(error.value),
+        five_digits(*bar),
+        five_digits(*tolerance),
+        seconds(step.cpu)
+    );
+}

@@ -1,0 +1,54 @@
+//! States to restart from that `durometer simulate` saves.
+
+use durometer::math::units::{self, Dimension};
+use durometer::scene::{Checkpoint, CheckpointError, PARTIAL, Run, Scene};
+use durometer::solve::Status;
+use std::path::{Path, PathBuf};
+
+/// The states that a run saves.
+pub struct States<'a> {
+    pub out: &'a Path,
+    pub name: &'a str,
+    /// Those that were asked for
+    pub files: Vec<PathBuf>,
+    /// Why the first of them could not be saved
+    pub failure: Option<CheckpointError>,
+}
+
+impl States<'_> {
+    fn file(&self, label: &str) -> PathBuf {
+        self.out.join(format!("{}-{label}.state", self.name))
+    }
+
+    pub fn save(&mut self, checkpoint: &Checkpoint, label: &str) {
+        let file = self.file(label);
+        match checkpoint.write(&file) {
+            Ok(()) if label == PARTIAL => {}
+            Ok(()) => self.files.push(file),
+            Err(e) if label == PARTIAL => tell!("note: {e}"),
+            Err(e) => self.failure = self.failure.take().or(Some(e)),
+        }
+    }
+
+    /// A run that has ended by itself needs no state to go on from.
+    pub fn end(&self, run: &Run) {
+        if !matches!(run.status, Status::Interrupted { .. }) {
+            std::fs::remove_file(self.file(PARTIAL)).ok();
+        }
+    }
+}
+
+/// Times at which states are saved \[s\], and whether the last state is saved too.
+pub fn times(when: &[String], scene: &Scene) -> Result<(Vec<f64>, bool), String> {
+    let end = scene.spans.last().map_or(0.0, |s| s.end);
+    let mut times = Vec::new();
+    for text in when.iter().filter(|text| *text != "end") {
+        let remedy = "write a time such as \"0.5 s\", or end";
+        let t = units::parse(text, Dimension::TIME).map_err(|e| format!("--save-state: {e}; {remedy}"))?;
+        if !(0.0..=end * (1.0 + 1e-9)).contains(&t) {
+            return Err(format!("--save-state: the run is from 0 to {end} s and has no {text}; {remedy}"));
+        }
+        times.push(t);
+    }
+    Ok((times, when.iter().any(|text| text == "end")))
+}
