@@ -5,6 +5,7 @@ use crate::bars::Bars;
 use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::{Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, Run, Scene};
 use durometer::solve::Status;
+use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
 use durometer::study::store::folder;
 use durometer::study::store::record::CaseRecord;

@@ -8,7 +8,7 @@ mod mesh;
 mod states;
 mod words;
 
-use crate::arguments::{changes, threads};
+use crate::arguments::{self, changes};
 use crate::bars::Bars;
 use crate::outcome::{CommandResult, Outcome};
 use crate::{files, interrupt, live};
@@ -17,18 +17,12 @@ use drawing::{Drawing, Drawn};
 use durometer::live::Shown;
 use durometer::math::cpu_clock::CpuClock;
 use durometer::math::threads;
-use durometer::math::units::{self, Decimals, Dimension};
-use durometer::report::numbers::{five_digits, percent, seconds};
 use durometer::scene::control::Controller;
 use durometer::scene::{
-    Body, Checkpoint, CheckpointError, Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, ExtremeKind, PARTIAL,
-    ParameterKey, Progress, RefineError, RefinementStep, RefinementWatch, Run, RunOptions, Scene, SceneSpec,
-    Sensitivities, SensitivityError, SensitivityRecorder, limits_of_scene, read_scene, refine,
+    Body, Checkpoint, ParameterKey, Progress, RefineError, Run, RunOptions, Scene, SceneSpec, SensitivityError,
+    SensitivityRecorder, read_scene,
 };
-use durometer::solve::Status;
 use durometer::storage;
-use durometer::study::locking::REMEDY;
-use durometer::study::overlay::distance::Distance;
 use durometer::study::overlay::{markers, overlays};
 use durometer::study::run::runner::Watch;
 use durometer::study::store::csv_text;
@@ -37,14 +31,12 @@ use durometer::study::store::outcome;
 use durometer::study::store::partial_series::PartialSeries;
 use durometer::study::store::record::CaseRecord;
 use durometer::system::State;
-use durometer::wording::few;
 use earlier::Earlier;
 use errors::{estimate, estimator};
 use mesh::mesh;
 use states::{States, times};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Instant;
 use words::{completion, note_missing, note_quality, print_notes, tell};
 
@@ -120,7 +112,7 @@ pub struct Args {
     #[arg(long, requires = "live")]
     paused: bool,
     /// Threads that the run may use [default: one per core]; the results do not depend on it
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = arguments::threads)]
     threads: Option<usize>,
     /// Print the record instead of progress
     #[arg(long)]

@@ -24,7 +24,7 @@ pub struct PointStretch {
 
 /// All points of several effects, cell by cell, for displacements `x` \[unknowns\]: those of the first effect that has a cell.
 pub fn points(elastic: &[Arc<CellPoints>], x: &[f64]) -> Vec<PointStretch> {
-    let (mut all, mut seen) = (vec![], FxHashSet::default());
+    let (mut all, mut seen) = (vec![], FxHashSet::<u32>::default());
     for effect in elastic {
         all.extend(points_of(effect, x).into_iter().filter(|point| !seen.contains(&point.cell)));
         seen.extend(&effect.cells);
