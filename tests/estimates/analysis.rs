@@ -14,7 +14,9 @@ use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use durometer::study::locking;
 use durometer::study::report;
+use durometer::study::run::inputs::InputRecord;
 use durometer::study::store::record::*;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -215,6 +217,54 @@ fn the_verdict_names_the_quantity_that_limits_by_its_bar() {
     let rest = || a.settings.iter().filter(|s| s.cost_s > r.cost_s && s.worst < r.error_bar);
     let better = rest().find(|s| s.worst < 0.9 * r.error_bar).map(|s| s.label.clone());
     assert_eq!(r.next.as_ref().map(|next| next.0.clone()), better);
+}
+
+/// The derivatives by constants are those of the family that the limit comes from. The finest mesh of all is of another family, whose stiffness, and
+/// with it the derivatives, are far off.
+#[test]
+fn constants_count_by_the_derivatives_of_the_leading_family() {
+    const COLUMN: &str = "cable_tension_N";
+    let (study, mut cases) = study();
+    let of_constants = |cases: &[StoredCase]| {
+        let found = analyse(&study, cases).found;
+        found.find("length", COLUMN).and_then(|q| q.inputs.clone())
+    };
+    assert_eq!(of_constants(&cases), None);
+    let found = analyse(&study, &cases).found;
+    let tension = found.find("length", COLUMN).expect("listed");
+    let reference = tension.reference.as_ref().expect("families");
+    let leading = tension.estimate(&reference.family).expect("it leads").cases.clone();
+    let finest = cases.iter().min_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m)).expect("cases");
+    assert!(!leading.contains(&finest.record.id) && reference.family == "element", "{reference:?}");
+    for r in cases.iter_mut().map(|c| &mut c.record) {
+        // 7 % of the reference on the finest mesh of the leading family, 8 % on its next, four times as much on meshes of others
+        let share = leading.iter().position(|id| *id == r.id).map_or(0.28, |k| 0.07 + 0.01 * k as f64);
+        let derivatives = BTreeMap::from([(COLUMN.to_string(), share * reference.value / 1e4)]);
+        r.inputs = vec![InputRecord { constant: "laws.rubber.mu".into(), half_width: 1e4, derivatives }];
+    }
+    let inputs = of_constants(&cases).expect("every case has derivatives");
+    assert!(inputs.case == leading[0] && (inputs.share - 0.07).abs() < 1e-12, "{inputs:?}");
+    let verdict = analyse(&study, &cases).verdict;
+    assert!(verdict.contains(", 7 % constants, together"), "{verdict}");
+    // Without derivatives on the finest mesh, those of the next one of the family
+    let without = |id: &String, cases: &mut [StoredCase]| {
+        cases.iter_mut().filter(|c| c.record.id == *id).for_each(|c| c.record.inputs.clear());
+    };
+    without(&leading[0], &mut cases);
+    let next = of_constants(&cases).expect("coarser meshes have derivatives");
+    assert!(next.case == leading[1] && (next.share - 0.08).abs() < 1e-12, "{next:?}");
+    // Without any in the families that the limit comes from, no share is stated
+    let supports = |id: &String| {
+        let of = |e: &&Estimate| e.cases.contains(id);
+        tension
+            .estimates
+            .iter()
+            .filter(of)
+            .any(|e| e.family == reference.family || reference.envelope.contains(&e.family))
+    };
+    let ids: Vec<String> = cases.iter().map(|c| c.record.id.clone()).filter(supports).collect();
+    ids.iter().for_each(|id| without(id, &mut cases));
+    assert_eq!(of_constants(&cases), None);
 }
 
 /// Every mesh of a grid has the source "grid".
