@@ -12,6 +12,7 @@ use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
+use durometer::study::kinds::convergence::report::quantities::quantities;
 use durometer::study::locking;
 use durometer::study::report;
 use durometer::study::run::inputs::InputRecord;
@@ -734,6 +735,44 @@ fn a_report_is_complete_and_can_be_redrawn() {
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(summary, read("summary.json"), "redrawing changes nothing");
     assert_eq!(page, read("index.html"), "redrawing changes nothing");
+}
+
+/// The error of the four sizes has two powers of h, so that the order of the least squares, which f* is found with, is not that of the three finest: next to f*
+/// the table has the former, as the figure has.
+#[test]
+fn table_and_figure_have_the_order_of_the_limit() {
+    let (study, mut cases) = study();
+    for c in cases.iter_mut().filter(|c| c.is_in("sizes", "length")) {
+        let h = c.record.mesh.h_m / size(4_500);
+        c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 * (1.0 + 0.15 * h + 0.1 * h.powi(3));
+    }
+    let found = analyse(&study, &cases).found;
+    let tension = found.find("length", "cable_tension_N").expect("listed");
+    let [sizes, nested] = ["sizes", "nested"].map(|family| tension.estimate(family).expect("meshes"));
+    let [finest, p] = [sizes.observed_order, sizes.order_of_limit()].map(|p| p.expect("monotone"));
+    assert!(sizes.method.starts_with("least squares") && (finest - p).abs() > 0.05, "{finest} and {p}: {sizes:?}");
+    assert_eq!((nested.method.as_str(), nested.order_of_limit()), ("Richardson and GCI", nested.observed_order));
+    for e in [sizes, nested] {
+        let law = |h: f64| e.power_law(h).expect("an order");
+        let range = (e.values[0] - e.extrapolated).abs();
+        // A millionth of h, to a power of more than one
+        assert!((law(1e-6 * e.h_m[0]) - e.extrapolated).abs() < 1e-4 * range, "{e:?}");
+        assert!((law(e.h_m[0]) - e.values[0]).abs() < 0.05 * range, "{e:?}");
+    }
+    let table = quantities(&found);
+    let column = |name: &str| table.columns.iter().position(|c| c.0 == name).unwrap_or_else(|| panic!("{name}"));
+    let is_row = |row: &&Vec<String>| row[0] == tension.peak_label() && row[1] == "length" && row[2].contains("sizes");
+    let row = table.rows.iter().find(is_row).expect("a row");
+    assert_eq!([&row[column("p finest")], &row[column("p")]], [&format!("{finest:.2}"), &format!("{p:.2}")]);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    store(dir.path(), &(study, cases));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let svg = std::fs::read_to_string(dir.path().join("figures/error-h.svg")).expect("written");
+    assert!(svg.contains(&format!("</tspan> = {p:.2}\n")), "no p = {p:.2}");
+    // Where noise hides the differences nothing is extrapolated, although there is a fit
+    let f = SIZES.map(|n| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8));
+    let noisy = of_family(Role::Sizes, &f, Some(3.0));
+    assert!(noisy.fit.is_some() && noisy.order_of_limit().is_none() && noisy.power_law(size(4500)).is_none());
 }
 
 #[test]

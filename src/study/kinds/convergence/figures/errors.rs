@@ -8,7 +8,6 @@ use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
-use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::convergence::figures::look::{Look, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -123,15 +122,6 @@ fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     }
 }
 
-/// The family's model φ(h), from its least squares or its Richardson extrapolation.
-fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
-    if let Some(f) = &e.fit {
-        return (f.model == "αh^p").then(|| (f.at(h), f.p));
-    }
-    let (star, p) = (e.richardson?, e.observed_order?);
-    (e.fs < CAUTIOUS_FACTOR).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
-}
-
 /// The parts of |y(x)| above the lower edge of a logarithmic axis. Each ends at the edge where the curve goes on below it; y may change its sign.
 fn parts_above(curve: &[(f64, f64)], edge: f64) -> Vec<Vec<(f64, f64)>> {
     let mut parts: Vec<Vec<(f64, f64)>> = vec![];
@@ -158,7 +148,7 @@ fn number(store: &Results, family: &str) -> usize {
     store.study.families.iter().position(|f| f.name == family).unwrap_or(0)
 }
 
-/// The fitted orders of the families that have one, in lines at the head of a panel.
+/// The orders that the limits of the families are found with, in lines at the head of a panel.
 struct Orders {
     /// Each with the mark of its family
     words: Vec<(Look, String)>,
@@ -177,7 +167,7 @@ impl Orders {
 
     fn new(store: &Results, q: &ByQuantity<MeshErrors>, wide: i32) -> Self {
         let order = |e: &Estimate| {
-            let (_, p) = model(e, e.h_m[0])?;
+            let p = e.order_of_limit()?;
             Some((look(number(store, &e.family)), format!("{} = {p:.2}", italic("p"))))
         };
         let words: Vec<(Look, String)> = q.estimates.iter().filter_map(order).collect();
@@ -204,14 +194,14 @@ impl Orders {
     }
 }
 
-/// The models of the families, where they are above the lower edge.
-fn models(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
+/// The power laws of the families, where they are above the lower edge.
+fn power_laws(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
     let Some((reference, scale)) = q.reference.as_ref().map(|r| (r.value, r.scale)) else { return };
     for e in &q.estimates {
         let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
         let hs = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0));
         let curve: Vec<_> = hs
-            .filter_map(|h| Some((1e3 * h, 100.0 * (model(e, h)?.0 - reference) / scale)))
+            .filter_map(|h| Some((1e3 * h, 100.0 * (e.power_law(h)? - reference) / scale)))
             .filter(|(_, y)| y.abs() <= plot.y.hi)
             .collect();
         for part in parts_above(&curve, plot.y.lo) {
@@ -241,7 +231,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
-    let fits = |q: &ByQuantity<MeshErrors>| q.estimates.iter().any(|e| model(e, e.h_m[0]).is_some());
+    let fits = |q: &ByQuantity<MeshErrors>| q.estimates.iter().any(|e| e.order_of_limit().is_some());
     if analysis.quantities.iter().any(|q| q.deciding && q.reference.is_some() && fits(q)) {
         extra.insert(0, (Sample::Line(GREY), format!("fit of order {}", italic("p"))));
     }
@@ -252,7 +242,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         let orders = Orders::new(store, q, r - l);
         let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, orders.head(b - t)) };
         levels(&plot, q, tolerance);
-        models(&plot, store, q);
+        power_laws(&plot, store, q);
         scatter(&plot, store, q);
         marks(&plot, dots, h);
         plot.axes(true);
@@ -260,7 +250,11 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         orders.draw(area, frame);
     })?;
     let drawn = || analysis.quantities.iter().filter(|q| q.deciding && q.reference.is_some()).take(PANELS);
-    let orders = if drawn().any(fits) { ", with the fitted order of each family that has one" } else { "" };
+    let orders = if drawn().any(fits) {
+        ", with the order p that the limit f* of a family is found with, where there is one"
+    } else {
+        ""
+    };
     let seeds = if drawn().any(|q| !q.noise.is_empty()) { "; the bar is the scatter of the seeds" } else { "" };
     let caption = format!(
         "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{}",
