@@ -5,7 +5,7 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_bel
 use crate::report::measure::width;
 use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
-use crate::report::plot::{Axis, Plot};
+use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::figures::{PANELS, first_of};
@@ -24,6 +24,9 @@ const EACH: f64 = 70.0;
 const BETWEEN: f64 = 19.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 42.0;
+
+/// Label of the axis of errors
+pub(super) const ERROR: &str = "error [%]";
 
 /// One case in one panel.
 struct ErrorDot<'a> {
@@ -93,15 +96,6 @@ fn sheet(
     }))
 }
 
-/// Percent axis over what is resolved, four decades at most, with this share free at its head.
-fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, bars: bool, head: f64) -> Axis {
-    let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
-    let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.scale);
-    let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
-    let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
-    Axis::log_below([lowest, tolerance, top].into_iter(), head, "error [%]")
-}
-
 /// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
 pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
     if let Some(r) = &q.reference {
@@ -118,7 +112,7 @@ pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
 fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     for d in dots {
         let (shape, color) = look(d.family);
-        mark(plot.area, shape, plot.floored(x(d), d.error, color), 26, color);
+        mark(plot.area, shape, plot.floored(x(d), d.error), 26, color);
     }
 }
 
@@ -240,7 +234,8 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
         let [l, t, r, b] = frame;
         let orders = Orders::new(store, q, r - l);
-        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, orders.head(b - t)) };
+        let y = Axis::of_errors(dots.iter().map(|d| d.error), tolerance, orders.head(b - t), ERROR);
+        let plot = Plot { area, frame, x, y };
         levels(&plot, q, tolerance);
         power_laws(&plot, store, q);
         scatter(&plot, store, q);
@@ -257,7 +252,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
     };
     let seeds = if drawn().any(|q| !q.noise.is_empty()) { "; the bar is the scatter of the seeds" } else { "" };
     let caption = format!(
-        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{}",
+        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; {BELOW}.{}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "error-h".into(), svg, caption })
@@ -273,7 +268,8 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
     ];
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
-        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0.0) };
+        let y = Axis::of_errors(dots.iter().flat_map(|d| [d.error, d.bar]), tolerance, 0.0, ERROR);
+        let plot = Plot { area, frame, x, y };
         levels(&plot, q, tolerance);
         // Seeds show the scatter; a lucky one is no setting to choose
         let mut order: Vec<&ErrorDot> =
@@ -284,16 +280,16 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         for d in order {
             if d.error < best {
                 best = d.error;
-                let p = plot.at(d.cost, d.error.max(plot.y.lo));
+                let p = plot.floored(d.cost, d.error);
                 front.extend(front.last().map(|last| (p.0, last.1)));
                 front.push(p);
             }
         }
         front.extend(front.last().map(|last| (frame[2], last.1)));
         line(area, &front, GREY, 8);
-        // A bar below the axis has the arrow of its mark alone
+        // A bar below the axis is not drawn
         for d in dots.iter().filter(|d| d.bar > plot.y.lo) {
-            let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
+            let (a, b) = (plot.floored(d.cost, d.error), plot.at(d.cost, d.bar));
             line(area, &[a, b], look(d.family).1, 4);
             line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], look(d.family).1, 4);
         }
@@ -302,7 +298,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis.{}",
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; {BELOW}.{}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "work-precision".into(), svg, caption })
