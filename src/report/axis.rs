@@ -11,6 +11,8 @@ const SMALLEST: f64 = 1e-250;
 pub const ROUNDING: f64 = 1e-11;
 /// Over a smaller range than this share of its values an axis shows the change from a round value.
 const CHANGE: f64 = 1e-3;
+/// The least error that an axis reaches, over the largest \[–\].
+const DEPTH: f64 = 1e-4;
 /// Ticks of a logarithmic axis that have a number, in a decade; the first that leaves room is taken.
 const NAMED: [&[f64]; 4] = [&[1.0, 2.0, 3.0, 5.0], &[1.0, 2.0, 5.0], &[1.0, 3.0], &[1.0]];
 
@@ -82,6 +84,14 @@ impl Axis {
         let with = |k: u32| Self::log(values.clone().chain([top * 10f64.powf(0.05 * f64::from(k))]), label);
         let is_free = |axis: &Self| axis.place(top) <= 1.0 - head.min(0.6);
         (0..400).map(with).find(is_free).unwrap_or_else(|| with(0))
+    }
+
+    /// A logarithmic axis for errors and the ends of their bars, with the tolerance: it reaches the least of them, four decades below the largest at most.
+    /// An error below, such as zero, has no place of its own.
+    pub fn of_errors(values: impl Iterator<Item = f64> + Clone, tolerance: f64, head: f64, label: &str) -> Self {
+        let largest = values.clone().filter(|v| *v <= LARGEST).fold(tolerance, f64::max);
+        let shown = values.filter(|v| (DEPTH * largest..=LARGEST).contains(v));
+        Self::log_below(shown.chain([tolerance]), head, label)
     }
 
     /// Position in \[0, 1\].
@@ -237,6 +247,22 @@ mod tests {
             }
             let plain = Axis::log([low, high].into_iter(), "error [%]");
             assert_eq!([of(0.0).lo, of(0.0).hi], [plain.lo, plain.hi]);
+        }
+    }
+
+    /// An axis of errors has a place for each of them, however far below their uncertainty; one of zero does not stretch it.
+    #[test]
+    fn an_axis_of_errors_reaches_the_least_of_them() {
+        let lowest = |errors: &[f64]| Axis::of_errors(errors.iter().copied(), 2.0, 0.0, "error [%]").lo;
+        for (errors, least) in [
+            (&[1.3, 0.33, 0.6, 12.0][..], 0.33),
+            (&[20.0, 0.116, 0.0], 0.116),
+            (&[20.0, 5.0, 1e-9], 2.0),
+            (&[0.0, 0.0], 2.0),
+            (&[f64::INFINITY, f64::NAN, 4.0, 0.5], 0.5),
+        ] {
+            let lo = lowest(errors);
+            assert!(lo < least && lo > 0.3 * least, "{errors:?}: {lo}");
         }
     }
 

@@ -1,13 +1,16 @@
 //! Axes on the sheet: a frame with grid, ticks, numbers and labels.
 
 pub use crate::report::axis::Axis;
-use crate::report::canvas::{Area, At, INK, PALE, Point, RGB, SMALL, line, mm, text};
+use crate::report::canvas::{Area, At, INK, PALE, Point, SMALL, line, mm, text};
 use crate::report::measure::{label_within, width};
 use crate::report::panels::headed;
 
 /// Distances between the numbers of neighbouring ticks: along x, and of their lines along y \[units\].
 const APART: i32 = 25;
 const LINE: i32 = 80;
+
+/// Words of a caption about marks that are [on the axis](Plot::floored).
+pub const BELOW: &str = "a mark on the axis is of an error below it";
 
 /// A frame between two corners of the sheet, with its axes.
 pub struct Plot<'a, 'b> {
@@ -30,16 +33,9 @@ impl Plot<'_, '_> {
         x.iter().zip(y).filter(|(a, b)| a.is_finite() && b.is_finite()).map(|(a, b)| self.at(*a, *b)).collect()
     }
 
-    /// Place of a mark: that of the value, or above the axis for a value below its range, with an arrow down to the axis.
-    pub fn floored(&self, x: f64, y: f64, color: RGB) -> Point {
-        if y >= self.y.lo {
-            return self.at(x, y);
-        }
-        let (across, bottom) = self.at(x, self.y.lo);
-        let (above, tip) = (bottom - mm(2.4), bottom - 10);
-        line(self.area, &[(across, above), (across, tip)], color, 6);
-        line(self.area, &[(across - 16, tip - 22), (across, tip), (across + 16, tip - 22)], color, 6);
-        (across, above)
+    /// Place of a mark: that of the value, or on the axis for a value below its range.
+    pub fn floored(&self, x: f64, y: f64) -> Point {
+        self.at(x, y.max(self.y.lo))
     }
 
     /// Ticks along x, with the numbers that have room next to each other.

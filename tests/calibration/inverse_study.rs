@@ -210,6 +210,47 @@ fn dimensions_are_taken_at_their_worst_ends_together() {
     assert!(summary.verdict.contains("one mesh only"), "{}", summary.verdict);
 }
 
+/// Where cases of a dimension have no result, its change is not known: no interval is stated, with the reason wherever the constant is, also if a member
+/// of the dimension is the mesh itself.
+#[test]
+fn an_interval_waits_for_the_cases_of_the_dimensions() {
+    let set = "\"mesh.grid.divisions\" = [6, 1, 1]";
+    let members = "nominal = {}\nthin = { \"mesh.grid.size\" = [\"60 mm\", \"10 mm\", \"9.8 mm\"] }\n";
+    let thick = sizes(set, members).replace("\"mesh\"", "\"thick\"").replace("\"sizes\"", "\"nuisance\"");
+    let study = folder(&format!("{CALIBRATION}{}{thick}", sizes(set, "only = {}\n")));
+    run(study.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (summary, law) = told(study.path());
+    let found = &summary.analysis["bend"]["constants"][0];
+    assert!(found["interval"].is_array() && found["nuisance"].is_array() && found["open"].is_null(), "{found}");
+    assert!(summary.analysis["bend"].get("without_constants").is_none());
+    assert!(law["provenance"]["interval"].as_str().is_some_and(|words| words.contains("dimensions")));
+    assert!(methods_of(study.path()).contains("the dimensions that are known by ranges"));
+
+    let cases = std::fs::read_dir(study.path().join("out/cases")).expect("read").flatten().map(|e| e.path());
+    let of_thin =
+        |p: &PathBuf| p.file_name().is_some_and(|name| name.to_string_lossy().starts_with("thick-bend-thin."));
+    let removed = cases.filter(of_thin).map(|p| std::fs::remove_file(p).expect("removed")).count();
+    assert!(removed > 0);
+    let (summary, law) = told(study.path());
+    println!("{}\n{}", summary.verdict, law["provenance"]);
+    let found = &summary.analysis["bend"]["constants"][0];
+    assert!(found["interval"].is_null() && found["nuisance"].is_null() && found["rows"].is_number(), "{found}");
+    assert_eq!(summary.analysis["bend"]["without_constants"][0], "thick-bend-thin");
+    let why = "what the dimensions change is not known, as thick-bend-thin has no constants";
+    let provenance = law["provenance"].as_table().expect("a table");
+    assert_eq!(provenance["mu_without_interval"].as_str(), Some(why));
+    assert!(!provenance.contains_key("mu_interval") && !provenance.contains_key("interval"), "{provenance}");
+    assert!(summary.verdict.contains(&format!("(no interval: {why})")), "{}", summary.verdict);
+    let page = std::fs::read_to_string(study.path().join("out/index.html")).expect("written");
+    assert!(
+        page.contains("what the dimensions change is not known")
+            && !page.contains("the dimensions not known exactly give")
+    );
+    let methods = methods_of(study.path());
+    assert!(methods.contains("(no interval is stated)") && methods.contains("have no result, no interval is stated"));
+    assert!(!methods.contains("by the dimensions"), "{methods}");
+}
+
 /// μ ∝ 1/(h³(1 + ν)) of a bending bar whose height is known to a quarter: the corners do not add up. The estimate from the single dimensions says so; runs of
 /// the corners replace it.
 #[test]

@@ -12,9 +12,12 @@ use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
+use durometer::study::kinds::convergence::report::quantities::quantities;
 use durometer::study::locking;
 use durometer::study::report;
+use durometer::study::run::inputs::InputRecord;
 use durometer::study::store::record::*;
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -215,6 +218,54 @@ fn the_verdict_names_the_quantity_that_limits_by_its_bar() {
     let rest = || a.settings.iter().filter(|s| s.cost_s > r.cost_s && s.worst < r.error_bar);
     let better = rest().find(|s| s.worst < 0.9 * r.error_bar).map(|s| s.label.clone());
     assert_eq!(r.next.as_ref().map(|next| next.0.clone()), better);
+}
+
+/// The derivatives by constants are those of the family that the limit comes from. The finest mesh of all is of another family, whose stiffness, and
+/// with it the derivatives, are far off.
+#[test]
+fn constants_count_by_the_derivatives_of_the_leading_family() {
+    const COLUMN: &str = "cable_tension_N";
+    let (study, mut cases) = study();
+    let of_constants = |cases: &[StoredCase]| {
+        let found = analyse(&study, cases).found;
+        found.find("length", COLUMN).and_then(|q| q.inputs.clone())
+    };
+    assert_eq!(of_constants(&cases), None);
+    let found = analyse(&study, &cases).found;
+    let tension = found.find("length", COLUMN).expect("listed");
+    let reference = tension.reference.as_ref().expect("families");
+    let leading = tension.estimate(&reference.family).expect("it leads").cases.clone();
+    let finest = cases.iter().min_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m)).expect("cases");
+    assert!(!leading.contains(&finest.record.id) && reference.family == "element", "{reference:?}");
+    for r in cases.iter_mut().map(|c| &mut c.record) {
+        // 7 % of the reference on the finest mesh of the leading family, 8 % on its next, four times as much on meshes of others
+        let share = leading.iter().position(|id| *id == r.id).map_or(0.28, |k| 0.07 + 0.01 * k as f64);
+        let derivatives = BTreeMap::from([(COLUMN.to_string(), share * reference.value / 1e4)]);
+        r.inputs = vec![InputRecord { constant: "laws.rubber.mu".into(), half_width: 1e4, derivatives }];
+    }
+    let inputs = of_constants(&cases).expect("every case has derivatives");
+    assert!(inputs.case == leading[0] && (inputs.share - 0.07).abs() < 1e-12, "{inputs:?}");
+    let verdict = analyse(&study, &cases).verdict;
+    assert!(verdict.contains(", 7 % constants, together"), "{verdict}");
+    // Without derivatives on the finest mesh, those of the next one of the family
+    let without = |id: &String, cases: &mut [StoredCase]| {
+        cases.iter_mut().filter(|c| c.record.id == *id).for_each(|c| c.record.inputs.clear());
+    };
+    without(&leading[0], &mut cases);
+    let next = of_constants(&cases).expect("coarser meshes have derivatives");
+    assert!(next.case == leading[1] && (next.share - 0.08).abs() < 1e-12, "{next:?}");
+    // Without any in the families that the limit comes from, no share is stated
+    let supports = |id: &String| {
+        let of = |e: &&Estimate| e.cases.contains(id);
+        tension
+            .estimates
+            .iter()
+            .filter(of)
+            .any(|e| e.family == reference.family || reference.envelope.contains(&e.family))
+    };
+    let ids: Vec<String> = cases.iter().map(|c| c.record.id.clone()).filter(supports).collect();
+    ids.iter().for_each(|id| without(id, &mut cases));
+    assert_eq!(of_constants(&cases), None);
 }
 
 /// Every mesh of a grid has the source "grid".
@@ -684,6 +735,44 @@ fn a_report_is_complete_and_can_be_redrawn() {
     report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(summary, read("summary.json"), "redrawing changes nothing");
     assert_eq!(page, read("index.html"), "redrawing changes nothing");
+}
+
+/// The error of the four sizes has two powers of h, so that the order of the least squares, which f* is found with, is not that of the three finest: next to f*
+/// the table has the former, as the figure has.
+#[test]
+fn table_and_figure_have_the_order_of_the_limit() {
+    let (study, mut cases) = study();
+    for c in cases.iter_mut().filter(|c| c.is_in("sizes", "length")) {
+        let h = c.record.mesh.h_m / size(4_500);
+        c.record.probes.get_mut("cable_tension_N").expect("probe").peak = 6.4 * (1.0 + 0.15 * h + 0.1 * h.powi(3));
+    }
+    let found = analyse(&study, &cases).found;
+    let tension = found.find("length", "cable_tension_N").expect("listed");
+    let [sizes, nested] = ["sizes", "nested"].map(|family| tension.estimate(family).expect("meshes"));
+    let [finest, p] = [sizes.observed_order, sizes.order_of_limit()].map(|p| p.expect("monotone"));
+    assert!(sizes.method.starts_with("least squares") && (finest - p).abs() > 0.05, "{finest} and {p}: {sizes:?}");
+    assert_eq!((nested.method.as_str(), nested.order_of_limit()), ("Richardson and GCI", nested.observed_order));
+    for e in [sizes, nested] {
+        let law = |h: f64| e.power_law(h).expect("an order");
+        let range = (e.values[0] - e.extrapolated).abs();
+        // A millionth of h, to a power of more than one
+        assert!((law(1e-6 * e.h_m[0]) - e.extrapolated).abs() < 1e-4 * range, "{e:?}");
+        assert!((law(e.h_m[0]) - e.values[0]).abs() < 0.05 * range, "{e:?}");
+    }
+    let table = quantities(&found);
+    let column = |name: &str| table.columns.iter().position(|c| c.0 == name).unwrap_or_else(|| panic!("{name}"));
+    let is_row = |row: &&Vec<String>| row[0] == tension.peak_label() && row[1] == "length" && row[2].contains("sizes");
+    let row = table.rows.iter().find(is_row).expect("a row");
+    assert_eq!([&row[column("p finest")], &row[column("p")]], [&format!("{finest:.2}"), &format!("{p:.2}")]);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    store(dir.path(), &(study, cases));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let svg = std::fs::read_to_string(dir.path().join("figures/error-h.svg")).expect("written");
+    assert!(svg.contains(&format!("</tspan> = {p:.2}\n")), "no p = {p:.2}");
+    // Where noise hides the differences nothing is extrapolated, although there is a fit
+    let f = SIZES.map(|n| 60.0 + 6.0 * (size(n) / size(4500)).powf(1.8));
+    let noisy = of_family(Role::Sizes, &f, Some(3.0));
+    assert!(noisy.fit.is_some() && noisy.order_of_limit().is_none() && noisy.power_law(size(4500)).is_none());
 }
 
 #[test]

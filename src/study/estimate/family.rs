@@ -136,6 +136,24 @@ impl Estimate {
         ![SPREAD, INDEPENDENT].contains(&self.method.as_str())
     }
 
+    /// Observed order that f* is found with: that of the least squares over all meshes, or that of the three finest. None where the order is assumed, or
+    /// nothing is extrapolated.
+    pub fn order_of_limit(&self) -> Option<f64> {
+        match self.method.as_str() {
+            RICHARDSON => self.observed_order,
+            method if method.starts_with(LEAST_SQUARES) => self.fit.as_ref().map(|fit| fit.p),
+            _ => None,
+        }
+    }
+
+    /// φ at size h by the power law with that order, whose limit is f*.
+    pub fn power_law(&self, h: f64) -> Option<f64> {
+        let p = self.order_of_limit()?;
+        let fit = self.fit.as_ref().filter(|_| self.method != RICHARDSON);
+        let from_finest = || self.extrapolated + (self.values[0] - self.extrapolated) * (h / self.h_m[0]).powf(p);
+        Some(fit.map_or_else(from_finest, |fit| fit.at(h)))
+    }
+
     /// How the limit is found, with its source as `[@key]`.
     pub fn cited_method(&self) -> &'static str {
         match self.method.as_str() {

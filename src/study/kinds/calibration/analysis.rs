@@ -11,7 +11,7 @@
 //! ```
 //!
 //! [`super::corners`] takes all dimensions at their worst ends together. Where the pressures of
-//! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated.
+//! the finest mesh look locked, or its family diverges, U is no bound and no interval is stated; nor where a case of a dimension has no result.
 
 use super::corners::{self, Corners};
 use crate::calibrate::ErrorModel;
@@ -22,6 +22,7 @@ use crate::study::analysis::{self, Analysis};
 use crate::study::estimate::family::{Estimate, Level, estimate};
 use crate::study::locking;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase, StudyRecord};
+use crate::wording::few;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -50,6 +51,9 @@ pub struct CalibratedVariant {
     pub locking: Option<f64>,
     /// Errors of the data points, in words
     pub errors: String,
+    /// Cases of dimensions not known exactly that have no constants: what these dimensions change is in no interval
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub without_constants: Vec<String>,
     /// Forward solves of the finest case, and its time over the one of a forward solve \[–\]
     pub solves: usize,
     pub cost: f64,
@@ -66,7 +70,7 @@ pub struct CalibratedConstant {
     pub interval: Option<[f64; 2]>,
     /// Reason for which there is none
     pub open: Option<String>,
-    /// Half-width of the interval of the data alone, and of data and dimensions together, relative \[–\]
+    /// Half-width of the interval of the data alone, and of data and dimensions together where these are known, relative \[–\]
     pub rows: Option<f64>,
     pub rest: Option<f64>,
     /// Relative change from the next coarser mesh to the finest \[–\]
@@ -115,7 +119,7 @@ pub fn analyse(
 ) -> Analysis<CalibrationFindings> {
     let incomplete = study.incomplete(stored);
     let variants: Vec<CalibratedVariant> =
-        study.variants.iter().filter_map(|v| answer(study, &solved(study, stored, found, v), v)).collect();
+        study.variants.iter().filter_map(|v| answer(study, stored, &solved(study, stored, found, v), v)).collect();
     let doubts = variants.iter().flat_map(|a| doubts(a, study.tolerance));
     let warnings = doubts.chain(warnings(stored, found, &incomplete)).collect();
     let verdict = verdict(&variants, study.tolerance);
@@ -149,12 +153,18 @@ fn solved<'a>(
     all
 }
 
-fn answer(study: &StudyRecord, cases: &[SolvedSearch], variant: &str) -> Option<CalibratedVariant> {
+fn answer(
+    study: &StudyRecord,
+    stored: &[StoredCase],
+    cases: &[SolvedSearch],
+    variant: &str,
+) -> Option<CalibratedVariant> {
     let finest = cases.iter().rfind(|s| s.role == Role::Sizes).or(cases.first())?;
     let locking = locking::alarm(&finest.stored.record);
     let meshes = |k: usize| Meshes::of(cases, finest, k, study.tolerance);
+    let without_constants = without_constants(study, stored, cases, variant);
     let constants: Vec<CalibratedConstant> =
-        (0..finest.found.constants.len()).map(|k| judge(cases, finest, k, meshes(k))).collect();
+        (0..finest.found.constants.len()).map(|k| judge(cases, finest, k, meshes(k), &without_constants)).collect();
     let (found, record) = (finest.found, &finest.stored.record);
     Some(CalibratedVariant {
         variant: variant.into(),
@@ -167,9 +177,28 @@ fn answer(study: &StudyRecord, cases: &[SolvedSearch], variant: &str) -> Option<
         formulation: record.formulation.clone(),
         locking,
         errors: found.errors.to_string(),
+        without_constants,
         solves: found.solves,
         cost: found.wall_s / found.forward_s,
     })
+}
+
+/// Cases of the nuisance families of a variant that are not among those with an answer.
+fn without_constants(study: &StudyRecord, stored: &[StoredCase], cases: &[SolvedSearch], variant: &str) -> Vec<String> {
+    let mut out: Vec<String> = vec![];
+    for f in study.families.iter().filter(|f| f.role == Role::Nuisance) {
+        // A file of an earlier version does not say its members; the records of the cases do
+        let is_recorded =
+            |id: &String| stored.iter().find(|c| c.record.id == *id).is_none_or(|c| c.is_in(&f.name, variant));
+        let is_own = |k: usize, id: &String| f.members.get(k).map_or_else(|| is_recorded(id), |m| m.variant == variant);
+        let is_solved = |id: &String| cases.iter().any(|s| s.family == f.name && s.stored.record.id == *id);
+        for (_, id) in f.cases.iter().enumerate().filter(|(k, id)| is_own(*k, id) && !is_solved(id)) {
+            if !out.contains(id) {
+                out.push(id.clone());
+            }
+        }
+    }
+    out
 }
 
 /// The verdict on element and mesh: whether the constants are those of the material or partly those of the mesh.
@@ -227,10 +256,17 @@ impl Meshes {
     }
 }
 
-fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes) -> CalibratedConstant {
+fn judge(
+    cases: &[SolvedSearch],
+    finest: &SolvedSearch,
+    k: usize,
+    meshes: Meshes,
+    without_constants: &[String],
+) -> CalibratedConstant {
     let own: &Found = &finest.found.constants[k];
     let sizes: Vec<&SolvedSearch> = cases.iter().filter(|s| s.role == Role::Sizes).collect();
-    let corners = corners_of(cases, &sizes, own.value, k);
+    let are_known = without_constants.is_empty();
+    let corners = corners_of(cases, &sizes, own.value, k).filter(|_| are_known);
     // Where a case of a dimension has no interval, the data may determine less at that end
     let widest: Option<[f64; 2]> =
         (cases.iter().filter(|s| s.role == Role::Nuisance).chain([finest])).try_fold([0.0_f64; 2], |[a, b], s| {
@@ -240,7 +276,7 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
         });
     let [down, up] = corners.as_ref().map_or([0.0; 2], |c| c.change);
     let mesh = meshes.estimate.as_ref().map(|e| e.uncertainty_finest);
-    let interval = widest.filter(|_| meshes.refused.is_none()).map(|[below, above]| {
+    let interval = widest.filter(|_| are_known && meshes.refused.is_none()).map(|[below, above]| {
         let mesh = mesh.unwrap_or(0.0);
         [own.value - below - mesh + down, own.value + above + mesh + up]
     });
@@ -249,7 +285,7 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
         (_, ..=-1 | 1.., _) => Some("it is held at a bound".into()),
         (_, 0, None) => Some(format!("the curves do not determine it{}", left_words(finest.found, own))),
         (Some(why), 0, Some(_)) => Some(why.clone()),
-        (None, 0, Some(_)) => None,
+        (None, 0, Some(_)) => (!are_known).then(|| unknown_dimensions(without_constants)),
     };
     let gauge = finest.found.gauge.as_ref().and_then(|g| g.values[k]);
     // A case of two families is listed once
@@ -267,7 +303,7 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
         interval,
         open,
         rows: own.widest().map(|[a, b]| 0.5 * (b - a) / size),
-        rest: widest.map(|[a, b]| 0.5 * (a + b + up - down) / size),
+        rest: widest.filter(|_| are_known).map(|[a, b]| 0.5 * (a + b + up - down) / size),
         drift: meshes.drift.map(|d| d / size),
         mesh: mesh.map(|u| u / size),
         mesh_method: meshes.estimate.map(|e| e.method),
@@ -278,6 +314,12 @@ fn judge(cases: &[SolvedSearch], finest: &SolvedSearch, k: usize, meshes: Meshes
         bias: gauge.map(|g| g / own.value - 1.0),
         cases: listed.into_iter().map(|s| one(s, k)).collect(),
     }
+}
+
+/// Reason for which no interval is stated where cases of dimensions have no constants.
+fn unknown_dimensions(without_constants: &[String]) -> String {
+    let have = if without_constants.len() == 1 { "has" } else { "have" };
+    format!("what the dimensions change is not known, as {} {have} no constants", few(without_constants))
 }
 
 /// The words after the fact that a constant is not determined, where the search left it or others at their starting values.

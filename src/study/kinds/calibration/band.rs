@@ -42,6 +42,7 @@ pub struct Band {
     pub mesh_share: Option<f64>,
 }
 
+/// None where the constants have no band, or what the dimensions change is not known.
 pub fn band(
     study: &StudyRecord,
     stored: &[StoredCase],
@@ -49,6 +50,9 @@ pub fn band(
     sensitivities: &BTreeMap<String, Series>,
     answer: &CalibratedVariant,
 ) -> Option<Band> {
+    if !answer.without_constants.is_empty() {
+        return None;
+    }
     let own = format!("use-{}", answer.variant);
     let quantity = study.quantities.get(&own)?.first()?.clone();
     let ids = study.families.iter().filter(|f| f.role == Role::Use).flat_map(|f| &f.cases);

@@ -51,9 +51,13 @@ pub fn errors(a: &CalibrationFindings) -> String {
     let parts: Vec<&str> = [Some(DATA), mesh, dimensions].into_iter().flatten().collect();
     let ends = if parts.len() > 1 { ", all at their worst ends" } else { "" };
     let one_mesh = if mesh.is_none() { " The error of the mesh is not known, and in no interval." } else { "" };
+    let without = match a.variants.iter().any(|v| !v.without_constants.is_empty()) {
+        true => " Where cases of dimensions that are known by ranges have no result, no interval is stated.",
+        false => "",
+    };
     let shares: Vec<String> = a.variants.iter().flat_map(|v| shares(v, a.variants.len() > 1)).collect();
     let shares = if shares.is_empty() { String::new() } else { format!(" {}.", shares.join("; ")) };
-    format!("The interval of a constant contains {}{ends}.{one_mesh}{shares}", wording::all(&parts))
+    format!("The interval of a constant contains {}{ends}.{one_mesh}{without}{shares}", wording::all(&parts))
 }
 
 /// The shares of data, mesh and dimensions of each constant that has an interval, in per cent of its value.

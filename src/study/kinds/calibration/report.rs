@@ -248,7 +248,8 @@ fn law_file(
     p.insert("cells".into(), i64::try_from(v.cells).ok()?.into());
     p.insert("mesh".into(), v.element.clone().into());
     p.insert("locking".into(), v.locking.is_some().into());
-    for c in v.constants.iter().filter(|c| law_of(c) == Some(name)) {
+    let constants = || v.constants.iter().filter(|c| law_of(c) == Some(name));
+    for c in constants() {
         let key = c.key.rsplit('.').next()?;
         law.insert(key.into(), number(c, c.value));
         if let Some([low, high]) = c.interval {
@@ -262,14 +263,10 @@ fn law_file(
         }
     }
     let warnings: Vec<toml::Value> = warnings_of(a, v, case, found).into_iter().map(Into::into).collect();
-    p.insert(
-        "interval".into(),
-        format!(
-            "95 % from data, mesh and dimensions not known exactly; tolerance of the study {}",
-            percent(a.tolerance)
-        )
-        .into(),
-    );
+    if constants().any(|c| c.interval.is_some()) {
+        let words = "95 % from data, mesh and dimensions not known exactly; tolerance of the study";
+        p.insert("interval".into(), format!("{words} {}", percent(a.tolerance)).into());
+    }
     p.insert("warnings".into(), warnings.into());
     p.insert("durometer".into(), store.study.version.clone().into());
     law.insert("provenance".into(), p.into());

@@ -56,7 +56,8 @@ fn mesh_errors(cases: &Cases, variant: &str, quantity: &Quantity, deciding: bool
         let leading = estimates.iter().find(|e| e.family == r.family);
         independent::check(r, leading.and_then(|e| e.cases.first()), &one_run);
     }
-    let inputs = independent::input_uncertainty(cases, variant, quantity, scale);
+    let of_constants = |r| independent::input_uncertainty(cases, (variant, quantity), &estimates, r);
+    let inputs = reference.as_ref().and_then(of_constants);
     let step = errors::step_error(cases, variant, quantity, reference.as_ref());
     let errors = errors::errors(cases, (variant, quantity), reference.as_ref(), step.as_ref());
     let allowed = reference.as_ref().map_or(0.0, |r| tolerance.allowed(r.value));

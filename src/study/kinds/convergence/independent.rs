@@ -1,11 +1,12 @@
 //! Evidence in addition to the families of meshes: errors estimated from single runs, and the uncertainty of the constants.
 //!
 //! ```text
-//! constants     √(Σ (∂J/∂θₖ · half width of the 95 % interval of θₖ)²)/scale
+//! constants     √(Σ (∂J/∂θₖ · half width of the 95 % interval of θₖ)²)/scale      on the finest mesh of the leading family
 //! together      √(bar² + constants²)                                        after ASME V&V 20-2009, section 1-5
 //! ```
 
 use crate::study::curve::peak;
+use crate::study::estimate::family::Estimate;
 use crate::study::estimate::reference::Reference;
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::store::record::StoredCase;
@@ -50,16 +51,24 @@ pub fn check(reference: &mut Reference, finest: Option<&String>, own: &[OneRunBa
     }
 }
 
-/// Of the finest mesh that has derivatives by constants with intervals.
-pub fn input_uncertainty(cases: &Cases, variant: &str, quantity: &str, scale: f64) -> Option<InputUncertainty> {
-    let known = |c: &&StoredCase| {
-        let inputs = &c.record.inputs;
-        !inputs.is_empty() && inputs.iter().all(|i| i.derivatives.contains_key(quantity))
+/// Of the finest mesh of the leading family that has derivatives by constants with intervals; where none has, of the next family of the envelope. A
+/// mesh of another family may lock, and its derivatives with it.
+pub fn input_uncertainty(
+    cases: &Cases,
+    (variant, quantity): (&str, &str),
+    estimates: &[Estimate],
+    reference: &Reference,
+) -> Option<InputUncertainty> {
+    let families = std::iter::once(&reference.family).chain(&reference.envelope);
+    let mut ids = families.filter_map(|f| estimates.iter().find(|e| e.family == *f)).flat_map(|e| &e.cases);
+    let known = |id: &String| {
+        let case = &cases.of_variant(variant).find(|c| c.record.id == *id)?.record;
+        let is_known = !case.inputs.is_empty() && case.inputs.iter().all(|i| i.derivatives.contains_key(quantity));
+        is_known.then_some(case)
     };
-    let of = cases.of_variant(variant).filter(known);
-    let finest = &of.min_by(|a, b| a.record.mesh.h_m.total_cmp(&b.record.mesh.h_m))?.record;
+    let finest = ids.find_map(known)?;
     let squares = finest.inputs.iter().map(|i| (i.derivatives[quantity] * i.half_width).powi(2));
-    let share = squares.sum::<f64>().sqrt() / scale;
+    let share = squares.sum::<f64>().sqrt() / reference.scale;
     let constants = finest.inputs.iter().map(|i| i.constant.clone()).collect();
     share.is_finite().then(|| InputUncertainty { case: finest.id.clone(), constants, share })
 }

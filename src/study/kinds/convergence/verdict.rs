@@ -261,7 +261,7 @@ fn input_words(quantities: &[ByQuantity<MeshErrors>], setting: &MeshSetting) -> 
     )
 }
 
-/// The share of the constants of the deciding quantity where it is largest, of any mesh.
+/// The share of the constants of the deciding quantity where it is largest.
 pub fn constants_alone(quantities: &[ByQuantity<MeshErrors>]) -> String {
     let known = quantities.iter().filter(|q| q.deciding).filter_map(|q| Some((q, q.inputs.as_ref()?)));
     known.max_by(|a, b| a.1.share.total_cmp(&b.1.share)).map_or(String::new(), |(q, inputs)| {

@@ -5,10 +5,9 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_bel
 use crate::report::measure::width;
 use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
-use crate::report::plot::{Axis, Plot};
+use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
-use crate::study::estimate::richardson::CAUTIOUS_FACTOR;
 use crate::study::figures::{PANELS, first_of};
 use crate::study::kinds::convergence::figures::look::{Look, look};
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
@@ -25,6 +24,9 @@ const EACH: f64 = 70.0;
 const BETWEEN: f64 = 19.0;
 /// Least width of a panel \[mm\]
 const LEAST: f64 = 42.0;
+
+/// Label of the axis of errors
+pub(super) const ERROR: &str = "error [%]";
 
 /// One case in one panel.
 struct ErrorDot<'a> {
@@ -94,15 +96,6 @@ fn sheet(
     }))
 }
 
-/// Percent axis over what is resolved, four decades at most, with this share free at its head.
-fn percent_axis(q: &ByQuantity<MeshErrors>, dots: &[ErrorDot], tolerance: f64, bars: bool, head: f64) -> Axis {
-    let top = dots.iter().map(|d| if bars { d.bar } else { d.error }).fold(tolerance, f64::max);
-    let unresolved = q.reference.as_ref().map_or(0.0, |r| 100.0 * r.uncertainty / r.scale);
-    let least = (1e-4 * top).max(0.2 * unresolved).min(tolerance);
-    let lowest = dots.iter().map(|d| d.error.max(least)).fold(tolerance, f64::min);
-    Axis::log_below([lowest, tolerance, top].into_iter(), head, "error [%]")
-}
-
 /// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
 pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
     if let Some(r) = &q.reference {
@@ -119,17 +112,8 @@ pub(super) fn levels(plot: &Plot, q: &ByQuantity<MeshErrors>, tolerance: f64) {
 fn marks(plot: &Plot, dots: &[ErrorDot], x: impl Fn(&ErrorDot) -> f64) {
     for d in dots {
         let (shape, color) = look(d.family);
-        mark(plot.area, shape, plot.floored(x(d), d.error, color), 26, color);
+        mark(plot.area, shape, plot.floored(x(d), d.error), 26, color);
     }
-}
-
-/// The family's model φ(h), from its least squares or its Richardson extrapolation.
-fn model(e: &Estimate, h: f64) -> Option<(f64, f64)> {
-    if let Some(f) = &e.fit {
-        return (f.model == "αh^p").then(|| (f.at(h), f.p));
-    }
-    let (star, p) = (e.richardson?, e.observed_order?);
-    (e.fs < CAUTIOUS_FACTOR).then(|| (star + (e.values[0] - star) * (h / e.h_m[0]).powf(p), p))
 }
 
 /// The parts of |y(x)| above the lower edge of a logarithmic axis. Each ends at the edge where the curve goes on below it; y may change its sign.
@@ -158,7 +142,7 @@ fn number(store: &Results, family: &str) -> usize {
     store.study.families.iter().position(|f| f.name == family).unwrap_or(0)
 }
 
-/// The fitted orders of the families that have one, in lines at the head of a panel.
+/// The orders that the limits of the families are found with, in lines at the head of a panel.
 struct Orders {
     /// Each with the mark of its family
     words: Vec<(Look, String)>,
@@ -177,7 +161,7 @@ impl Orders {
 
     fn new(store: &Results, q: &ByQuantity<MeshErrors>, wide: i32) -> Self {
         let order = |e: &Estimate| {
-            let (_, p) = model(e, e.h_m[0])?;
+            let p = e.order_of_limit()?;
             Some((look(number(store, &e.family)), format!("{} = {p:.2}", italic("p"))))
         };
         let words: Vec<(Look, String)> = q.estimates.iter().filter_map(order).collect();
@@ -204,14 +188,14 @@ impl Orders {
     }
 }
 
-/// The models of the families, where they are above the lower edge.
-fn models(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
+/// The power laws of the families, where they are above the lower edge.
+fn power_laws(plot: &Plot, store: &Results, q: &ByQuantity<MeshErrors>) {
     let Some((reference, scale)) = q.reference.as_ref().map(|r| (r.value, r.scale)) else { return };
     for e in &q.estimates {
         let (a, b) = (e.h_m[0], e.h_m[e.h_m.len() - 1]);
         let hs = (0..=60).map(|k| a * (b / a).powf(f64::from(k) / 60.0));
         let curve: Vec<_> = hs
-            .filter_map(|h| Some((1e3 * h, 100.0 * (model(e, h)?.0 - reference) / scale)))
+            .filter_map(|h| Some((1e3 * h, 100.0 * (e.power_law(h)? - reference) / scale)))
             .filter(|(_, y)| y.abs() <= plot.y.hi)
             .collect();
         for part in parts_above(&curve, plot.y.lo) {
@@ -241,7 +225,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
-    let fits = |q: &ByQuantity<MeshErrors>| q.estimates.iter().any(|e| model(e, e.h_m[0]).is_some());
+    let fits = |q: &ByQuantity<MeshErrors>| q.estimates.iter().any(|e| e.order_of_limit().is_some());
     if analysis.quantities.iter().any(|q| q.deciding && q.reference.is_some() && fits(q)) {
         extra.insert(0, (Sample::Line(GREY), format!("fit of order {}", italic("p"))));
     }
@@ -250,9 +234,10 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
         let [l, t, r, b] = frame;
         let orders = Orders::new(store, q, r - l);
-        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, false, orders.head(b - t)) };
+        let y = Axis::of_errors(dots.iter().map(|d| d.error), tolerance, orders.head(b - t), ERROR);
+        let plot = Plot { area, frame, x, y };
         levels(&plot, q, tolerance);
-        models(&plot, store, q);
+        power_laws(&plot, store, q);
         scatter(&plot, store, q);
         marks(&plot, dots, h);
         plot.axes(true);
@@ -260,10 +245,14 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
         orders.draw(area, frame);
     })?;
     let drawn = || analysis.quantities.iter().filter(|q| q.deciding && q.reference.is_some()).take(PANELS);
-    let orders = if drawn().any(fits) { ", with the fitted order of each family that has one" } else { "" };
+    let orders = if drawn().any(fits) {
+        ", with the order p that the limit f* of a family is found with, where there is one"
+    } else {
+        ""
+    };
     let seeds = if drawn().any(|q| !q.noise.is_empty()) { "; the bar is the scatter of the seeds" } else { "" };
     let caption = format!(
-        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{}",
+        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; {BELOW}.{}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "error-h".into(), svg, caption })
@@ -279,7 +268,8 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
     ];
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
-        let plot = Plot { area, frame, x, y: percent_axis(q, dots, tolerance, true, 0.0) };
+        let y = Axis::of_errors(dots.iter().flat_map(|d| [d.error, d.bar]), tolerance, 0.0, ERROR);
+        let plot = Plot { area, frame, x, y };
         levels(&plot, q, tolerance);
         // Seeds show the scatter; a lucky one is no setting to choose
         let mut order: Vec<&ErrorDot> =
@@ -290,16 +280,16 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         for d in order {
             if d.error < best {
                 best = d.error;
-                let p = plot.at(d.cost, d.error.max(plot.y.lo));
+                let p = plot.floored(d.cost, d.error);
                 front.extend(front.last().map(|last| (p.0, last.1)));
                 front.push(p);
             }
         }
         front.extend(front.last().map(|last| (frame[2], last.1)));
         line(area, &front, GREY, 8);
-        // A bar below the axis has the arrow of its mark alone
+        // A bar below the axis is not drawn
         for d in dots.iter().filter(|d| d.bar > plot.y.lo) {
-            let (a, b) = (plot.at(d.cost, d.error.max(plot.y.lo)), plot.at(d.cost, d.bar));
+            let (a, b) = (plot.floored(d.cost, d.error), plot.at(d.cost, d.bar));
             line(area, &[a, b], look(d.family).1, 4);
             line(area, &[(b.0 - 14, b.1), (b.0 + 14, b.1)], look(d.family).1, 4);
         }
@@ -308,7 +298,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; an arrow points to an error below the axis.{}",
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; {BELOW}.{}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "work-precision".into(), svg, caption })

@@ -4,9 +4,9 @@ use crate::report::canvas::{INK, Mark, Point, columns, figure, hollow, italic, l
 use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_below, legend_lines};
 use crate::report::numbers::capital;
 use crate::report::panels::{letter, row_height};
-use crate::report::plot::{Axis, Plot};
+use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
-use crate::study::kinds::convergence::figures::errors::levels;
+use crate::study::kinds::convergence::figures::errors::{ERROR, levels};
 use crate::study::kinds::convergence::figures::look::look;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::study::store::record::Role;
@@ -80,10 +80,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
     let tolerance = 100.0 * analysis.tolerance;
-    let unresolved =
-        |q: &ByQuantity<MeshErrors>| q.reference.as_ref().map_or(f64::INFINITY, |r| 100.0 * r.uncertainty / r.scale);
-    let unresolved = shown.iter().map(|(q, _)| unresolved(q)).fold(f64::INFINITY, f64::min);
-    let y = percent_axis(dots().map(|d| d.error), unresolved, tolerance);
+    let y = Axis::of_errors(dots().map(|d| d.error), tolerance, 0.0, ERROR);
     type Abscissa = fn(&CurvePoint) -> f64;
     let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];
     let columns = columns(2, (LEFT + 5.0, GAP, LEAST));
@@ -110,30 +107,26 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
         }
         legend_below(area, (LEFT, below + 13.5), across, entries);
     });
-    let caption = "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
-                   and over the CPU seconds of the case (bottom). Open marks raise the locking alarm. Errors in the grey \
-                   zone are smaller than the uncertainty of the reference; an arrow points to an error below the axis."
-        .into();
+    let caption = format!(
+        "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
+         and over the CPU seconds of the case (bottom). Open marks raise the locking alarm. Errors in the grey \
+         zone are smaller than the uncertainty of the reference; {BELOW}."
+    );
     Some(Figure { name: "formulations".into(), svg, caption })
 }
 
-/// Percent axis down to half of what is resolved, four decades at most: an error far below is luck, and zero has no place on it.
-fn percent_axis(errors: impl Iterator<Item = f64> + Clone, unresolved: f64, tolerance: f64) -> Axis {
-    let top = errors.clone().fold(tolerance, f64::max);
-    let least = (1e-4 * top).max(0.5 * unresolved).min(tolerance);
-    Axis::log(errors.map(|error| error.max(least)).chain([tolerance]), "error [%]")
-}
-
-/// The line goes through the marks, also through those that are moved up to the axis.
+/// Marks, with a line through those that are not on the axis for an error below it.
 fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
     let (shape, color) = look(l.family);
-    let places: Vec<Point> = l.dots.iter().map(|d| plot.floored(x(d), d.error, color)).collect();
-    line(plot.area, &places, color, 8);
-    for (d, place) in l.dots.iter().zip(places) {
+    let place = |d: &CurvePoint| plot.floored(x(d), d.error);
+    for part in l.dots.split(|d| d.error < plot.y.lo) {
+        line(plot.area, &part.iter().map(place).collect::<Vec<Point>>(), color, 8);
+    }
+    for d in &l.dots {
         if d.flagged {
-            hollow(plot.area, shape, place, 28, color);
+            hollow(plot.area, shape, place(d), 28, color);
         } else {
-            mark(plot.area, shape, place, 28, color);
+            mark(plot.area, shape, place(d), 28, color);
         }
     }
 }
@@ -142,32 +135,37 @@ fn curve(plot: &Plot, l: &FormulationCurve, x: &fn(&CurvePoint) -> f64) {
 mod tests {
     use super::*;
 
-    /// The mesh of the reference has no error at all: its mark is above the axis, with an arrow, and the line of its series ends there.
+    /// Errors far below the uncertainty of the reference are drawn at their heights. The mesh of the reference has no error at all: its mark is on the axis, below
+    /// all others, and the line ends before it.
     #[test]
-    fn an_error_of_zero_has_a_mark_at_the_end_of_its_line() {
-        let errors = [20.0, 4.0, 0.0];
+    fn marks_are_at_the_heights_of_their_errors() {
+        let errors = [20.0, 0.116, 0.19, 0.0];
         let dot =
             |(k, error): (usize, f64)| CurvePoint { cells: 10.0 * (k + 1) as f64, seconds: 1.0, error, flagged: false };
         let series = FormulationCurve { family: 0, dots: errors.into_iter().enumerate().map(dot).collect() };
-        let y = percent_axis(errors.into_iter(), 2.0, 3.0);
-        assert!(0.5 < y.lo && y.lo < 1.0, "{}", y.lo);
+        let y = Axis::of_errors(errors.into_iter(), 3.0, 0.0, ERROR);
+        let frame = [mm(10.0), mm(5.0), mm(50.0), mm(40.0)];
+        let mut wanted = vec![];
         let svg = figure(60.0, 50.0, "", |area| {
             let x = Axis::log(series.dots.iter().map(|d| d.cells), "cells");
-            let plot = Plot { area, frame: [mm(10.0), mm(5.0), mm(50.0), mm(40.0)], x, y: y.clone() };
-            let x: fn(&CurvePoint) -> f64 = |d| d.cells;
-            curve(&plot, &series, &x);
+            let plot = Plot { area, frame, x, y: y.clone() };
+            let cells: fn(&CurvePoint) -> f64 = |d| d.cells;
+            curve(&plot, &series, &cells);
+            let of = |d: &CurvePoint| plot.at(d.cells, if d.error == 0.0 { y.lo } else { d.error });
+            wanted = series.dots.iter().map(of).map(|(x, y)| format!("{x},{y}")).collect();
         });
         let marks: Vec<String> = (svg.split("<circle cx=\"").skip(1))
             .filter_map(|rest| {
                 rest.split_once("\" cy=\"").and_then(|(x, rest)| Some(format!("{x},{}", rest.split('"').next()?)))
             })
             .collect();
-        assert_eq!(marks.len(), 3, "{svg}");
+        assert_eq!(marks, wanted, "{svg}");
+        assert!(marks[3].ends_with(&format!(",{}", frame[3])), "{marks:?}");
         let lines: Vec<Vec<&str>> = svg
             .split("points=\"")
             .skip(1)
             .filter_map(|rest| Some(rest.split('"').next()?.split_whitespace().collect()))
             .collect();
-        assert!(lines.contains(&marks.iter().map(String::as_str).collect()), "{marks:?} {lines:?}");
+        assert_eq!(lines, [marks[..3].iter().map(String::as_str).collect::<Vec<_>>()], "{svg}");
     }
 }

@@ -23,6 +23,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
                 optional(e.observed_order, 2),
                 optional(e.observed_order_coarser, 2),
                 optional(e.gci_percent, 2),
+                optional(e.order_of_limit(), 2),
                 format!("{}{}", within(e.extrapolated, e.uncertainty), space(&q.quantity.unit)),
                 cell(e.uncertainty / e.extrapolated.abs(), percent_cell),
                 e.method.clone(),
@@ -32,10 +33,11 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
     }
     Table {
         name: "quantities",
-        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, observed order, GCI of the finest mesh, extrapolated value with its uncertainty.".into(),
+        caption: "Peak of every quantity, per family of meshes: class and ratio R of the three finest, order of these three and of the three that are one mesh coarser, GCI of the finest mesh; order p that the limit f* is found with, and f* with its uncertainty.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Control", "", false), ("Family", "", false), ("Role", "", false), ("Class", "", false),
-            ("R", "", true), ("p", "", true), ("p coarser", "", true), ("GCI", "%", true), ("f*", "", true), ("U(f*)", "%", true),
+            ("R", "", true), ("p finest", "", true), ("p coarser", "", true), ("GCI", "%", true), ("p", "", true), ("f*", "", true),
+            ("U(f*)", "%", true),
             ("Method", "", false), ("Cross-check", "", false),
         ]),
         rows,
@@ -143,7 +145,7 @@ pub fn curves(analysis: &ConvergenceFindings) -> Table {
     }
     Table {
         name: "curves",
-        caption: "Curves: norms of the difference to the next finer mesh (of the peak), error against the Richardson curve, phase lag behind the finest, cycle-to-cycle defect (of the range), order of the family.".into(),
+        caption: "Curves: norms of the difference to the next finer mesh (of the peak), error against the Richardson curve, phase lag behind the finest, cycle-to-cycle defect (of the range), order p of the L2 norms of the family.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Family", "", false), ("Case", "", false), ("L2 to finer", "%", true), ("L∞ to finer", "%", true),
             ("L2 error", "%", true), ("Lag", "ms", true), ("Cycle defect", "", true), ("p", "", true),

@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lin
 use crate::report::names;
 use crate::report::numbers::{capital, raised};
 use crate::report::panels::{Panels, letter};
-use crate::report::plot::{Axis, Plot};
+use crate::report::plot::{Axis, BELOW, Plot};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::store::record::Role;
@@ -59,7 +59,7 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference; an arrow points to an error below the axis.{unknown}",
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; {BELOW}.{unknown}",
         store.study.label(variant)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
@@ -174,12 +174,10 @@ fn panel(
 ) {
     let error = |s: &CostedCase| 100.0 * s.errors[measure as usize];
     let (tolerance, unknown) = (100.0 * a.tolerance, 100.0 * q.uncertainty(measure));
-    let top = q.settings.iter().map(|s| error(s) + unknown).fold(tolerance, f64::max);
-    let least = (1e-4 * top).max(0.2 * unknown).min(tolerance);
-    let low = q.settings.iter().map(|s| error(s).max(least)).fold(tolerance, f64::min);
     let x = Axis::log(q.settings.iter().filter_map(amount.of), &amount.label);
     let label = format!("error of the {} [%]", measure.words());
-    let plot = Plot { area, frame, x, y: Axis::log([low, tolerance, top].into_iter(), &label) };
+    let values = q.settings.iter().flat_map(|s| [error(s), error(s) + unknown]);
+    let plot = Plot { area, frame, x, y: Axis::of_errors(values, tolerance, 0.0, &label) };
     if unknown > plot.y.lo {
         let (p, r) = (plot.at(plot.x.lo, unknown.min(plot.y.hi)), plot.at(plot.x.hi, plot.y.lo));
         fill(area, &[p, (r.0, p.1), r, (p.0, r.1)], UNRESOLVED.to_rgba());
@@ -193,23 +191,23 @@ fn panel(
     for (s, x) in order {
         if error(s) < best {
             best = error(s);
-            let p = plot.at(x, best.max(plot.y.lo));
+            let p = plot.floored(x, best);
             front.extend(front.last().map(|last| (p.0, last.1)));
             front.push(p);
         }
     }
     front.extend(front.last().map(|last| (frame[2], last.1)));
     line(area, &front, GREY, 8);
-    // A bar below the axis has the arrow of its mark alone
+    // A bar below the axis is not drawn
     for (s, x) in placed.iter().filter(|(s, _)| error(s) + unknown > plot.y.lo) {
         let color = look(store, &s.family).1;
-        let (p, bar) = (plot.at(*x, error(s).max(plot.y.lo)), plot.at(*x, error(s) + unknown));
+        let (p, bar) = (plot.floored(*x, error(s)), plot.at(*x, error(s) + unknown));
         line(area, &[p, bar], color, 4);
         line(area, &[(bar.0 - 14, bar.1), (bar.0 + 14, bar.1)], color, 4);
     }
     for (s, x) in &placed {
         let (shape, color) = look(store, &s.family);
-        mark(area, shape, plot.floored(*x, error(s), color), 26, color);
+        mark(area, shape, plot.floored(*x, error(s)), 26, color);
     }
     plot.axes(true);
     plot.title(letter, &capital(title));
