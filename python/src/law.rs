@@ -3,8 +3,7 @@
 use crate::error::{input, refused};
 use crate::python_law::{Class, PythonLaw};
 use crate::raised::Raised;
-use crate::solve::{Link, apart};
-use crate::value::tensor;
+use crate::solve::apart;
 use durometer::material::entry::Rates;
 use durometer::material::{LawEntry, LawInfo, Parameter, check_law as check, moduli, register_anew};
 use durometer::math::threads::locked;
