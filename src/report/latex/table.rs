@@ -112,6 +112,23 @@ mod tests {
     }
 
     #[test]
+    fn every_part_of_a_divided_table_tells_its_rows_apart() {
+        let names = ["Quantity", "Variant"].into_iter().chain(["Coefficientofrestitution"; 6]);
+        let columns = names.enumerate().map(|(k, name)| (name.to_string(), String::new(), k > 1)).collect();
+        let pairs = [("angle", "length"), ("angle", "load"), ("tension", "length"), ("tension", "load")];
+        let row = |(k, (quantity, variant)): (usize, (&str, &str))| {
+            [quantity, variant].map(String::from).into_iter().chain(vec![k.to_string(); 6]).collect()
+        };
+        let rows = pairs.into_iter().enumerate().map(row).collect();
+        let tex = table(&Table { name: "t", caption: String::new(), columns, rows, pick: None });
+        let parts = tex.matches("\\begin{tabular}{").count();
+        assert!(parts > 1, "{tex}");
+        for (quantity, variant) in pairs {
+            assert_eq!(tex.matches(&format!("  {quantity} & {variant} & ")).count(), parts, "{tex}");
+        }
+    }
+
+    #[test]
     fn a_long_table_breaks_across_pages() {
         assert!(of(vec![vec!["a", "1", "2"]; FLOAT_LINES - 1]).contains("\\begin{table}[htbp]"));
         assert!(of(vec![vec!["a", "1", "2"]; FLOAT_LINES]).contains("\\begin{longtable}"));
