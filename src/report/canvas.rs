@@ -32,6 +32,17 @@ pub const PALETTE: [RGBColor; 7] = [
     RGBColor(0x00, 0x00, 0x00),
 ];
 
+/// Areas next to each other, which are apart in grey too; the first three are the high contrast of Tol 2021.
+pub const AREAS: [RGBColor; 7] = [
+    RGBColor(0x00, 0x44, 0x88),
+    RGBColor(0xdd, 0xaa, 0x33),
+    RGBColor(0xbb, 0x55, 0x66),
+    PALETTE[6],
+    PALETTE[5],
+    PALETTE[2],
+    PALETTE[3],
+];
+
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Point = (i32, i32);
 
@@ -266,5 +277,22 @@ pub fn mark(area: &Area, shape: Mark, (x, y): Point, r: i32, color: RGBColor) {
             line(area, &[(x - r, y - r), (x + r, y + r)], color, 10);
             line(area, &[(x - r, y + r), (x + r, y - r)], color, 10);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Luma of Rec. 601, which printers of one colour use.
+    fn grey(RGBColor(r, g, b): RGBColor) -> f64 {
+        0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b)
+    }
+
+    #[test]
+    fn areas_are_apart_in_grey() {
+        let apart = |a: RGBColor, b: RGBColor| (grey(a) - grey(b)).abs() > 40.0;
+        assert!(AREAS.windows(2).all(|pair| apart(pair[0], pair[1])));
+        assert!(apart(AREAS[0], AREAS[2]));
     }
 }

@@ -38,6 +38,12 @@ impl Table {
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
     }
 
+    /// The caption as a sentence, which another one may follow.
+    pub fn sentence(&self) -> String {
+        let ends = self.caption.is_empty() || self.caption.ends_with(['.', '?', '!']);
+        if ends { self.caption.clone() } else { format!("{}.", self.caption) }
+    }
+
     /// The table in the page: of a long one the first rows and the answer, and where the others are.
     pub fn html(&self) -> String {
         let class = |k: usize| if self.columns[k].2 { " class=\"n\"" } else { "" };
@@ -47,6 +53,7 @@ impl Table {
         let mut caption = escape(&self.caption);
         if self.rows.len() > SHOWN {
             let (all, name) = (self.rows.len(), self.name);
+            caption = escape(&self.sentence());
             caption += &format!(" Shown are {SHOWN} of {all} rows; all are in <code>tables/{name}.csv</code>.");
         }
         let mut h = format!("<p class=\"caption\">{caption}</p>\n<div class=\"scroll{wide}\"><table>\n<tr>");

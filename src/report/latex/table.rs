@@ -35,7 +35,7 @@ fn caption(t: &Table, same: &[(String, String)]) -> String {
     let (without, with): (Vec<_>, Vec<_>) = same.iter().partition(|(_, cell)| EMPTY.contains(&cell.as_str()));
     let with: Vec<String> = with.iter().map(|(heading, cell)| format!("{heading} {cell}")).collect();
     let without: Vec<&str> = without.iter().map(|(heading, _)| heading.as_str()).collect();
-    let mut caption = t.caption.clone();
+    let mut caption = if same.is_empty() { t.caption.clone() } else { t.sentence() };
     for (words, columns) in [("The same in every row", with.join("; ")), ("Without values", without.join("; "))] {
         if !columns.is_empty() {
             caption += &format!(" {words}: {columns}.");
@@ -109,6 +109,15 @@ mod tests {
         assert!(tex.contains("  Case & {Stress [\\unit{\\kilo\\pascal}]} & Share [\\% of all] \\\\"), "{tex}");
         assert!(tex.contains("  a\\_1 & -1.25 & 3 \\% \\\\") && tex.contains("  b & {--} & 4 \\\\"), "{tex}");
         assert!(tex.contains("\\caption{100 \\% of \\ensuremath{\\mu}}\\label{tab:t}"), "{tex}");
+    }
+
+    #[test]
+    fn what_is_the_same_in_every_row_follows_the_caption_as_a_sentence() {
+        let columns = headings(&[("Case", "", false), ("Coefficientofrestitution", "", true)]);
+        let columns = columns.iter().cloned().chain(vec![columns[1].clone(); 5]).collect();
+        let rows = ["a", "b"].map(|case| [case, "1", "1", "1", "1", "1", "1"].map(String::from).to_vec()).to_vec();
+        let tex = table(&Table { name: "t", caption: "Noise of the record".into(), columns, rows, pick: None });
+        assert!(tex.contains("\\caption{Noise of the record. The same in every row: "), "{tex}");
     }
 
     #[test]
