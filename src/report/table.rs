@@ -1,6 +1,6 @@
 //! Tables, once as data: written as CSV and LaTeX, and set into the page.
 
-use crate::report::numbers::unsigned_zero;
+use crate::report::numbers::{minus_signs, unsigned_zero};
 use crate::report::page::escape;
 
 /// Columns with a heading and a unit; cells are text, ready to print.
@@ -21,15 +21,6 @@ pub fn headings(columns: &[(&str, &str, bool)]) -> Vec<(String, String, bool)> {
 
 /// Rows of a table on the page; a browser takes seconds for ten thousand of them
 const SHOWN: usize = 500;
-
-/// On the page a negative number has a minus sign, not a hyphen.
-fn minus(cell: &str) -> String {
-    let cell = unsigned_zero(cell);
-    match cell.strip_prefix('-') {
-        Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => format!("−{rest}"),
-        _ => cell.into(),
-    }
-}
 
 impl Table {
     /// The heading of a column by its number, with its unit.
@@ -64,7 +55,7 @@ impl Table {
             let pick = if is_pick(row) { " class=\"pick\"" } else { "" };
             h += &format!("</tr>\n<tr{pick}>");
             for (k, cell) in row.iter().enumerate() {
-                h += &format!("<td{}>{}</td>", class(k), escape(&minus(cell)));
+                h += &format!("<td{}>{}</td>", class(k), escape(&minus_signs(unsigned_zero(cell))));
             }
         }
         h + "</tr>\n</table></div>\n"

@@ -4,6 +4,7 @@ use super::column::{Column, EMPTY};
 use super::layout::{Layout, Part, Size};
 use super::letters::escape;
 use super::packages::NEEDS;
+use crate::report::numbers::minus_signs;
 use crate::report::table::Table;
 
 /// Lines of a float; a longer table is set by `longtable`, which a page with two columns does not take.
@@ -12,6 +13,7 @@ const FLOAT_LINES: usize = 40;
 /// The table with its caption, its label `tab:<name>`, rules of booktabs, and columns of numbers aligned by siunitx. It is no wider than
 /// the text of an article.
 pub fn table(t: &Table) -> String {
+    let t = &with_minus_signs(t);
     let columns: Vec<Column> = (0..t.columns.len()).map(|k| Column::of(t, k)).collect();
     let Layout { size, parts, same } = Layout::of(t, &columns);
     let caption = format!("\\caption{{{}}}\\label{{tab:{}}}", escape(&caption(t, &same)), t.name);
@@ -28,6 +30,12 @@ pub fn table(t: &Table) -> String {
     let inside: Vec<String> = parts.iter().map(Rules::float).collect();
     let inside = inside.join("\n\\par\\medskip\n");
     format!("{NEEDS}\n\\begin{{table}}[htbp]\n\\centering\n{caption}\n{gap}\n{inside}\n\\end{{table}}\n")
+}
+
+/// The table as it is read: its file of comma-separated values has hyphens in place of the signs.
+fn with_minus_signs(t: &Table) -> Table {
+    let rows = t.rows.iter().map(|row| row.iter().map(|cell| minus_signs(cell)).collect()).collect();
+    Table { name: t.name, caption: minus_signs(&t.caption), columns: t.columns.clone(), rows, pick: None }
 }
 
 /// The caption, and the columns that are the same in every row.
@@ -109,6 +117,15 @@ mod tests {
         assert!(tex.contains("  Case & {Stress [\\unit{\\kilo\\pascal}]} & Share [\\% of all] \\\\"), "{tex}");
         assert!(tex.contains("  a\\_1 & -1.25 & 3 \\% \\\\") && tex.contains("  b & {--} & 4 \\\\"), "{tex}");
         assert!(tex.contains("\\caption{100 \\% of \\ensuremath{\\mu}}\\label{tab:t}"), "{tex}");
+    }
+
+    #[test]
+    fn ranges_have_minus_signs() {
+        let tex = of(vec![vec!["-23.0 to -1.2", "-1", "3"], vec!["a-1", "2", "4"]]);
+        assert!(
+            tex.contains("  \\ensuremath{-}23.0 to \\ensuremath{-}1.2 & -1 & 3 ") && tex.contains("  a-1 & "),
+            "{tex}"
+        );
     }
 
     #[test]
