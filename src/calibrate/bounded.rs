@@ -24,7 +24,7 @@ impl Bounded {
     /// `0.213 (0.198 to 0.228)` with a unit; pascals in the unit that fits. An end without a bound is open.
     pub fn words(&self, unit: &str) -> String {
         let printed = within(self.value, unit, Some(self.interval));
-        let [low, high] = self.interval.map(|end| printed.number(end));
+        let [low, high] = self.interval.map(|end| printed.end(end));
         format!("{} ({low} to {high}){}", printed.number(self.value), printed.suffix())
     }
 }

@@ -57,12 +57,24 @@ pub struct Printed<'a> {
     pub factor: f64,
     pub unit: &'a str,
     pub decimals: usize,
+    /// The interval dwarfs the value, whose digits would be too many for its ends
+    pub wide: bool,
 }
 
 impl Printed<'_> {
     /// A number without its unit \[SI\]; an end that is not finite is open.
     pub fn number(&self, value: f64) -> String {
         if value.is_finite() { fixed(self.factor * value, self.decimals) } else { "open".into() }
+    }
+
+    /// An end of the interval without the unit: two digits of its own where the interval is wide.
+    pub fn end(&self, value: f64) -> String {
+        let end = self.factor * value;
+        if !self.wide || !end.is_finite() {
+            return self.number(value);
+        }
+        let shown = fixed(end, decimals(end, end.abs()).min(self.decimals));
+        if shown.bytes().all(|c| matches!(c, b'0' | b'.')) { "0".into() } else { shown }
     }
 
     /// A number with its unit.
@@ -75,7 +87,7 @@ impl Printed<'_> {
         if !low.is_finite() && !high.is_finite() {
             return "open at both ends".into();
         }
-        format!("{} to {}{}", self.number(low), self.number(high), self.suffix())
+        format!("{} to {}{}", self.end(low), self.end(high), self.suffix())
     }
 
     /// A half-width or a deviation with its unit, in two digits of its own, so that a small one is not rounded away.
@@ -111,8 +123,9 @@ pub fn within_size(size: f64, value: f64, unit: &str, interval: Option<[f64; 2]>
     let (factor, unit) = if unit == "Pa" { stress_unit(size) } else { (1.0, unit) };
     let half = interval.map_or(0.0, |[a, b]| 0.5 * (b - a).abs());
     // An interval that dwarfs the value leaves it two digits all the same
-    let half = if half > value.abs() && value != 0.0 { value.abs() } else { half };
-    Printed { factor, unit, decimals: decimals(factor * value, factor * half) }
+    let wide = half > value.abs() && value != 0.0;
+    let half = if wide { value.abs() } else { half };
+    Printed { factor, unit, decimals: decimals(factor * value, factor * half), wide }
 }
 
 /// The largest stress among constants with their units \[Pa\]: it decides about the unit of all.
@@ -170,6 +183,9 @@ mod tests {
         let one = estimate(357e3, "Pa", 23e3);
         assert_eq!(one.printed(357e3).span([334e3, 380e3]), "334 to 380 kPa");
         assert_eq!(one.printed(357e3).span([-0.1, f64::INFINITY]), "0 to open kPa");
+        let wide = within(0.98, "Pa", Some([1e-4, 2540.56]));
+        assert_eq!([wide.text(0.98), wide.span([1e-4, 2540.56])], ["0.98 Pa", "0 to 2541 Pa"]);
+        assert_eq!(within(-5.4, "–", Some([-857.1, 0.12])).span([-857.1, 0.12]), "-857 to 0.1");
         assert_eq!(one.printed(357e3).width(0.0), "0.0 kPa");
         assert_eq!(one.printed(357e3).width(31.0), "0.031 kPa");
     }

@@ -254,7 +254,7 @@ pub fn library_text(library: &Library, folder: &Path) -> String {
         let size = largest_stress(l.constants.iter().map(|c| (c.value, c.unit)));
         let constant = |c: &ListedConstant| {
             let printed = within_size(size, c.value, c.unit, c.interval);
-            let number = |v: f64| printed.number(v);
+            let number = |v: f64| printed.end(v);
             let ends = c.interval.map_or(String::new(), |[a, b]| format!(" ({} to {})", number(a), number(b)));
             format!("{} = {}{ends}", c.symbol, printed.text(c.value))
         };

@@ -89,9 +89,7 @@ pub fn evaluate_tracks(mut tracks: Tracks, request: &MotionRequest) -> Result<Ev
     };
     for EvaluatedCurve { curve, held, last, .. } in &curves {
         for (state, plateau) in [("held", held), ("final", last)] {
-            doubts.extend(
-                plateau.as_ref().and_then(Plateau::doubt).map(|d| format!("{}, {state} state: {d}", curve.name)),
-            );
+            doubts.extend(plateau.as_ref().and_then(Plateau::doubt).map(|d| words::doubt(&curve.name, state, &d)));
         }
     }
     let source = tracks.source.clone();

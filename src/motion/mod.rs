@@ -35,3 +35,4 @@ pub use evaluation::{Evaluation, evaluate, evaluate_tracks};
 pub use request::{BodyRequest, MotionRequest};
 pub use track::{ReadOptions, Track};
 pub use tracks::{LARGEST, SMALLEST, Tracks};
+pub(crate) use words::amount;

@@ -11,7 +11,6 @@ use crate::math::statistics::{extent, t_quantile};
 use crate::math::svd::svd;
 use nalgebra::{DMatrix, DVector};
 use std::collections::VecDeque;
-use std::fmt;
 
 /// Least number of rows of a plateau
 const LEAST: usize = 6;
@@ -82,16 +81,6 @@ pub struct Plateau {
 pub enum PlateauDoubt {
     /// The interval of the drift does not contain zero, and the change is above a tenth of the deviation
     Drifts { change: f64, duration_s: f64, deviation: f64 },
-}
-
-impl fmt::Display for PlateauDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::Drifts { change, duration_s, deviation } = self;
-        write!(
-            f,
-            "the plateau drifts by {change:.3e} in {duration_s:.3} s (deviation {deviation:.3e}): its level depends on the window"
-        )
-    }
 }
 
 impl Plateau {

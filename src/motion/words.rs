@@ -2,7 +2,7 @@
 
 use super::body::Pose;
 use super::curve::Curve;
-use super::plateau::PlateauRule;
+use super::plateau::{PlateauDoubt, PlateauRule};
 use super::registration::Registration;
 use super::release::{Release, ReleaseRule};
 use super::ring_down::RingDown;
@@ -19,7 +19,7 @@ fn millimetres(v: Vec3) -> String {
 }
 
 /// A value of a curve with its unit, lengths in mm.
-fn amount(x: f64, curve: &str) -> String {
+pub fn amount(x: f64, curve: &str) -> String {
     match column::words(curve).1 {
         "m" => format!("{:.4} mm", 1e3 * x),
         unit => format!("{x:.4e} {unit}").trim_end().into(),
@@ -45,6 +45,16 @@ pub fn windows(held: Option<[f64; 2]>, last: Option<[f64; 2]>) -> Vec<String> {
         at.map_or(format!("there is no {state} state"), |w| format!("{state} state: {}", window(w)))
     };
     [("held", held), ("final", last)].map(one).to_vec()
+}
+
+/// The reason to doubt the level of a state of a curve.
+pub fn doubt(curve: &str, state: &str, found: &PlateauDoubt) -> String {
+    let PlateauDoubt::Drifts { change, duration_s, deviation } = found;
+    format!(
+        "{curve}, {state} state: the plateau drifts by {} in {duration_s:.3} s (deviation {}): its level depends on the window",
+        amount(*change, curve),
+        amount(*deviation, curve)
+    )
 }
 
 /// The line on the release.
@@ -129,4 +139,18 @@ pub fn ring_down(name: &str, r: &RingDown) -> Vec<String> {
             amount(r.amplitude.half_width(), name)
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drift_has_the_unit_of_its_curve() {
+        let drift = PlateauDoubt::Drifts { change: -8.579e-5, duration_s: 2.175, deviation: 2.77e-5 };
+        assert_eq!(
+            doubt("tip1_z_m", "final", &drift),
+            "tip1_z_m, final state: the plateau drifts by -0.0858 mm in 2.175 s (deviation 0.0277 mm): its level depends on the window"
+        );
+    }
 }

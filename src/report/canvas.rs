@@ -32,6 +32,17 @@ pub const PALETTE: [RGBColor; 7] = [
     RGBColor(0x00, 0x00, 0x00),
 ];
 
+/// Areas next to each other, which are apart in grey too; the first three are the high contrast of Tol 2021.
+pub const AREAS: [RGBColor; 7] = [
+    RGBColor(0x00, 0x44, 0x88),
+    RGBColor(0xdd, 0xaa, 0x33),
+    RGBColor(0xbb, 0x55, 0x66),
+    PALETTE[6],
+    PALETTE[5],
+    PALETTE[2],
+    PALETTE[3],
+];
+
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub type Point = (i32, i32);
 
@@ -61,10 +72,25 @@ pub const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
 /// Text between these marks is raised, as an exponent. The third one ends the text that is lowered again behind it.
 pub const RAISED: (char, char) = ('\u{e002}', '\u{e003}');
 const LOWERED: char = '\u{e004}';
+/// Text between these marks is lowered, as an index; the text behind it is raised again until [`LOWERED`].
+pub const BELOW: (char, char) = ('\u{e005}', '\u{e006}');
 
-/// A symbol, in italics.
+/// A symbol, in italics; what follows a letter and `_` is its index: `J_m`.
 pub fn italic(symbol: &str) -> String {
-    format!("{}{symbol}{}", ITALIC.0, ITALIC.1)
+    let slanted = |text: &str| match text {
+        "" => String::new(),
+        text => format!("{}{text}{}", ITALIC.0, ITALIC.1),
+    };
+    let Some((letter, rest)) = symbol.split_once('_').filter(|(letter, _)| letter.chars().count() == 1) else {
+        return slanted(symbol);
+    };
+    let (index, rest) = rest.split_at(rest.find(|c: char| !c.is_alphanumeric()).unwrap_or(rest.len()));
+    format!("{}{}{index}{}{}", slanted(letter), BELOW.0, BELOW.1, slanted(rest))
+}
+
+/// The words of a figure without marks: an index follows `_` again.
+pub fn unmarked(text: &str) -> String {
+    text.replace([ITALIC.0, ITALIC.1, BELOW.1], "").replace(BELOW.0, "_")
 }
 
 /// A figure of `width` × `height` \[mm\] on the sheet; `under` is raw SVG in units that goes below what `paint` draws.
@@ -86,6 +112,8 @@ pub fn figure(width: f64, height: f64, under: &str, paint: impl FnOnce(&Area)) -
         .replace(ITALIC.1, "</tspan>")
         .replace(RAISED.0, "<tspan dy=\"-0.45em\" font-size=\"0.7em\">")
         .replace(RAISED.1, "</tspan><tspan dy=\"0.315em\">")
+        .replace(BELOW.0, "<tspan dy=\"0.2em\" font-size=\"0.7em\">")
+        .replace(BELOW.1, "</tspan><tspan dy=\"-0.14em\">")
         .replace(LOWERED, "</tspan>")
 }
 
@@ -123,7 +151,7 @@ where
 /// A text that a drawing can hold: without control characters, and with marks of italics and exponents in pairs.
 fn printable(text: &str) -> String {
     let (mut out, mut open) = (String::with_capacity(text.len()), false);
-    let (mut raised, mut lowered) = (false, 0);
+    let (mut small, mut lowered) = (false, 0);
     for c in text.chars() {
         match c {
             _ if c == ITALIC.0 || c == ITALIC.1 => {
@@ -132,10 +160,10 @@ fn printable(text: &str) -> String {
                     out.push(c);
                 }
             }
-            _ if c == RAISED.0 || c == RAISED.1 => {
-                if raised != (c == RAISED.0) {
-                    raised = !raised;
-                    lowered += usize::from(!raised);
+            _ if [RAISED.0, RAISED.1, BELOW.0, BELOW.1].contains(&c) => {
+                if small != (c == RAISED.0 || c == BELOW.0) {
+                    small = !small;
+                    lowered += usize::from(!small);
                     out.push(c);
                 }
             }
@@ -147,7 +175,7 @@ fn printable(text: &str) -> String {
     if open {
         out.push(ITALIC.1);
     }
-    if raised {
+    if small {
         out.push(LOWERED);
     }
     out.extend(std::iter::repeat_n(LOWERED, lowered));
@@ -266,5 +294,37 @@ pub fn mark(area: &Area, shape: Mark, (x, y): Point, r: i32, color: RGBColor) {
             line(area, &[(x - r, y - r), (x + r, y + r)], color, 10);
             line(area, &[(x - r, y + r), (x + r, y - r)], color, 10);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Luma of Rec. 601, which printers of one colour use.
+    fn grey(RGBColor(r, g, b): RGBColor) -> f64 {
+        0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b)
+    }
+
+    #[test]
+    fn an_index_is_lowered_and_every_mark_is_closed() {
+        let of = |words: &str| {
+            let svg = figure(20.0, 5.0, "", |area| text(area, words, (mm(1.0), mm(2.0)), At::Left, SMALL, INK));
+            svg.split_once("<text").expect("a text").1.to_string()
+        };
+        let shown = of(&format!("{} [N]", italic("F_z*")));
+        assert!(!shown.contains('_') && shown.contains(">z</tspan>"), "{shown}");
+        assert_eq!(shown.matches("<tspan").count(), shown.matches("</tspan>").count(), "{shown}");
+        let cut = of(&italic("F_z").chars().take(5).collect::<String>());
+        assert_eq!(cut.matches("<tspan").count(), cut.matches("</tspan>").count(), "{cut}");
+        assert_eq!(unmarked(&italic("F_z*")), "F_z*");
+        assert_eq!(italic("tip_z_m"), format!("{}tip_z_m{}", ITALIC.0, ITALIC.1), "a name is no symbol");
+    }
+
+    #[test]
+    fn areas_are_apart_in_grey() {
+        let apart = |a: RGBColor, b: RGBColor| (grey(a) - grey(b)).abs() > 40.0;
+        assert!(AREAS.windows(2).all(|pair| apart(pair[0], pair[1])));
+        assert!(apart(AREAS[0], AREAS[2]));
     }
 }

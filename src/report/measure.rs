@@ -1,6 +1,6 @@
 //! Widths of texts in the type of the figures, and texts that fit into a width.
 
-use crate::report::canvas::{ITALIC, LABEL, RAISED, SMALL};
+use crate::report::canvas::{BELOW, ITALIC, LABEL, RAISED, SMALL};
 
 /// Advances of the letters from the blank to the tilde in Liberation Sans \[1/1000 em\]; Liberation Serif is narrower.
 const ADVANCES: [u16; 95] = [
@@ -34,8 +34,8 @@ pub fn width(s: &str, size: i32) -> i32 {
     for c in s.chars() {
         match c {
             _ if c == ITALIC.0 || c == ITALIC.1 => {}
-            _ if c == RAISED.0 => of = RAISED_SIZE,
-            _ if c == RAISED.1 => of = 1.0,
+            _ if c == RAISED.0 || c == BELOW.0 => of = RAISED_SIZE,
+            _ if c == RAISED.1 || c == BELOW.1 => of = 1.0,
             c => ems += of * advance(c),
         }
     }

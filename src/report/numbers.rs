@@ -54,6 +54,32 @@ pub fn unsigned_zero(cell: &str) -> &str {
     }
 }
 
+/// Minus signs in place of the hyphens before numbers, `−857.1 to 0.0`; hyphens within words and exponents stay.
+pub fn minus_signs(text: &str) -> String {
+    let mut before = ' ';
+    let mut rest = text.chars().peekable();
+    let mut out = String::with_capacity(text.len());
+    while let Some(c) = rest.next() {
+        let is_sign = c == '-' && (before.is_whitespace() || matches!(before, '(' | '['));
+        out.push(if is_sign && rest.peek().is_some_and(char::is_ascii_digit) { '−' } else { c });
+        before = c;
+    }
+    out
+}
+
+/// A value with so many decimals; with a power of ten where these, or its digits before the point, are too many to be read.
+pub fn readable(value: f64, decimals: usize) -> String {
+    if value == 0.0 || (decimals <= MOST_DECIMALS && value.abs() < LARGEST) {
+        return format!("{value:.*}", decimals.min(MOST_DECIMALS));
+    }
+    let digits = (decimals as f64 + value.abs().log10().floor()).clamp(0.0, 4.0) as usize;
+    format!("{value:.digits$e}")
+}
+
+/// Decimals, and a number, beyond which a number is read with a power of ten
+const MOST_DECIMALS: usize = 10;
+const LARGEST: f64 = 1e9;
+
 /// `3.4 s`, `12 min`, `5.1 h`, `3.0 d`, `120 years`
 pub fn seconds(s: f64) -> String {
     const LONG: [(f64, &str); 3] = [(365.25 * 86_400.0, "years"), (86_400.0, "d"), (3600.0, "h")];
@@ -152,6 +178,21 @@ mod tests {
             ["-0.0", "−0.00", "-0", "-0.01", "-", "–"].map(unsigned_zero),
             ["0.0", "0.00", "0", "-0.01", "-", "–"]
         );
+    }
+
+    #[test]
+    fn only_hyphens_before_numbers_are_signs() {
+        let texts = ["-23.0 to -1.2", "[-1, 2] (-3)", "tet10-length-4500", "-9.0e-5 N", "a - 1", "--1"];
+        let shown = ["−23.0 to −1.2", "[−1, 2] (−3)", "tet10-length-4500", "−9.0e-5 N", "a - 1", "--1"];
+        assert_eq!(texts.map(minus_signs), shown);
+    }
+
+    #[test]
+    fn numbers_beyond_reading_have_a_power_of_ten() {
+        let of = |value: f64| readable(value, digits(1e-3 * value));
+        let shown = [-1_294_868_717_823.0, 4.844_291e-18, 3.21e-5, 2.657_123, 0.0].map(of);
+        assert_eq!(shown, ["-1.2949e12", "4.8443e-18", "0.000032100", "2.6571", "0.0"]);
+        assert_eq!([readable(3e-17, 4), readable(0.0, 22)], ["0.0000", "0.0000000000"]);
     }
 
     #[test]

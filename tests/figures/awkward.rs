@@ -6,7 +6,7 @@ use durometer::report::figure::Drawn;
 use durometer::report::style::{Style, within};
 use durometer::study::analysis::Analysis;
 use durometer::study::kinds::robustness::analysis::{JudgedCase, RobustnessFindings};
-use durometer::study::kinds::robustness::figures::matrix;
+use durometer::study::kinds::robustness::figures::{failed, matrix};
 use durometer::study::kinds::validation::budget::Contribution;
 use durometer::study::kinds::validation::figures::{budget, score};
 use durometer::study::kinds::validation::findings::{Prediction, ValidationFindings};
@@ -14,6 +14,7 @@ use durometer::study::outcome::CaseOutcome;
 use durometer::study::report;
 use durometer::study::store::record::{StoredCase, StudyRecord};
 use durometer::study::store::results::Results;
+use durometer::study::store::skin::Skin;
 
 type Study = (StudyRecord, Vec<StoredCase>);
 
@@ -211,10 +212,10 @@ fn a_score_names_what_it_is_compared_with() {
     assert!(figure.caption.starts_with("COMSOL minus predicted"), "{}", figure.caption);
 }
 
-#[test]
-fn a_matrix_of_many_cases_takes_several_pages() {
-    let case = |k: usize| JudgedCase {
-        case: format!("case-{k}"),
+/// A case of a robustness study with long names.
+fn judged(k: usize) -> JudgedCase {
+    JudgedCase {
+        case: format!("push_it_50-tet10-far_away_and_{k}_more_of_a_long_name"),
         suite: format!("suite {} of {LONG}", k / 70),
         member: format!("case {k}"),
         variant: ["length", "tension"][k % 2].into(),
@@ -226,8 +227,12 @@ fn a_matrix_of_many_cases_takes_several_pages() {
         newton_iterations: 1,
         cuts: 0,
         wall_s: 1.0,
-    };
-    let found = RobustnessFindings { suites: vec![], cases: (0..150).map(case).collect(), maps: vec![] };
+    }
+}
+
+#[test]
+fn a_matrix_of_many_cases_takes_several_pages() {
+    let found = RobustnessFindings { suites: vec![], cases: (0..150).map(judged).collect(), maps: vec![] };
     let (study, _) = with_words(synthetic::study(), LONG);
     let results = Results::without_cases(study);
     for of in STYLES {
@@ -236,6 +241,41 @@ fn a_matrix_of_many_cases_takes_several_pages() {
         let tall = sheets.iter().flatten().map(|f| attribute(&f.svg, "height")).fold(0.0, f64::max);
         assert!(tall <= LONGEST, "{of}: {tall} mm");
         let wrong = drawn_in(sheets, of, "matrix");
+        assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
+    }
+}
+
+/// The second mesh has dashes, of which each is a line.
+#[test]
+fn curves_of_meshes_differ_without_colour() {
+    let dir = tempfile::tempdir().expect("a folder");
+    synthetic::store(dir.path(), &synthetic::study());
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let (_, svg) = drawings(dir.path()).into_iter().find(|(name, _)| name == "curves-length").expect("curves");
+    let lines = |color: &str| svg.matches(&format!("stroke=\"{color}\" stroke-width=\"9\"")).count();
+    let (first, second) = (lines("#0072B2"), lines("#D55E00"));
+    assert!(first > 0 && second > 10 * first, "{first} lines of the first mesh, {second} of the second");
+}
+
+#[test]
+fn names_of_failed_cases_are_apart_and_their_statuses_whole() {
+    let case = |k: usize| JudgedCase { status: "StepTooSmall".into(), outcome: CaseOutcome::Fail, ..judged(k) };
+    let found = RobustnessFindings { suites: vec![], cases: (0..5).map(case).collect(), maps: vec![] };
+    let mut results = Results::without_cases(synthetic::study().0);
+    let body = Skin {
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+        t_s: 1.0,
+        displacement: vec![[0.0; 3]; 4],
+        stretch: vec![1.0; 4],
+        cables: vec![],
+        rigids: vec![],
+    };
+    results.skins = found.cases.iter().map(|c| (c.case.clone(), body.clone())).collect();
+    for of in STYLES {
+        let figure = within(style(of), || failed::draw(&results, &found)).expect("a figure");
+        assert_eq!(figure.svg.matches("StepTooSmall").count(), 5, "{of}");
+        let wrong = drawn_in(vec![Ok(figure)], of, "failures");
         assert!(wrong.is_empty(), "{} faults:\n{}", wrong.len(), wrong.join("\n"));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::common::synthetic;
 use crate::common::tools;
+use durometer::material::laws;
 use durometer::report::latex::{self, PACKAGES, escape};
 use durometer::report::page;
 use durometer::report::table::Table;
@@ -115,7 +116,8 @@ fn any_text_compiles_in_cells_captions_and_headings() {
         let table = Table { name: "t", caption, columns: columns.clone(), rows: rows(texts), pick: None };
         format!("{}\\clearpage % {k}\n", latex::table(&table))
     };
-    let body: String = all.chunks(25).enumerate().map(one).collect();
+    let formulae: String = all.iter().map(|text| latex::formula(text) + "\n\n").collect();
+    let body: String = all.chunks(25).enumerate().map(one).chain([formulae]).collect();
     std::fs::write(dir.path().join("texts.tex"), document(&body)).expect("a file");
     for engine in ENGINES {
         let log = compile(dir.path(), engine, "texts");
@@ -283,6 +285,22 @@ fn bibtex_reads_every_reference() {
         let set = std::fs::read_to_string(dir.path().join("all.bbl")).expect("a bibliography");
         assert_eq!(set.matches("\\bibitem").count(), all.lines().filter(|l| l.starts_with('@')).count());
         compile(dir.path(), engine, "all");
+    }
+}
+
+#[test]
+fn formulae_of_laws_compile() {
+    if without_latex() {
+        return;
+    }
+    let of_fits = laws().into_iter().filter_map(|law| Some(law.fit.as_ref()?.formula));
+    let all = laws().into_iter().map(|law| law.info.formula).chain(of_fits);
+    let body: String = all.map(|text| format!("{}\n\n", latex::formula(text))).collect();
+    let dir = tempfile::tempdir().expect("a temporary folder");
+    std::fs::write(dir.path().join("formulae.tex"), document(&body)).expect("a file");
+    for engine in ENGINES {
+        let log = compile(dir.path(), engine, "formulae");
+        assert!(!log.contains("Missing character") && !log.contains("Overfull"), "{engine}: {log}");
     }
 }
 

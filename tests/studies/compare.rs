@@ -97,6 +97,20 @@ fn a_value_without_a_bar_is_judged_by_the_tolerance() {
     assert!(!found.is_beyond() && !found.unmatched.is_empty());
 }
 
+#[test]
+fn a_negative_value_that_grows_away_from_zero_changes_by_a_positive_share() {
+    let of = |angle: f64| {
+        result(|s| {
+            s.as_object_mut().expect("an object").remove("claims");
+            s["cases"][0]["judged"]["bending_angle_deg"] = json!(angle);
+        })
+    };
+    let found = changes(&of(-0.125), &of(-0.1275));
+    let one: Vec<_> = found.values.iter().filter(|v| v.judgement != Judgement::Same).collect();
+    let share = one[0].relative.expect("a value other than zero");
+    assert!(one.len() == 1 && (share - 0.02).abs() < 1e-12, "{one:?}");
+}
+
 /// The synthetic results without bars, where the angle begins at 2000° and changes by this factor of what it does otherwise.
 fn raised(factor: f64) -> tempfile::TempDir {
     let (study, mut cases) = synthetic::study();

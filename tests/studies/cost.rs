@@ -154,6 +154,7 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     assert_eq!(name(answer(0.05).next), Some("tet10-length-3000"));
     assert_eq!(name(answer(0.01).cheapest), Some("tet10-length-3000"));
     assert_eq!(name(answer(0.01).next), None);
+    assert!(a.verdict.contains("costs 10 s (tet10, 3000 cells)"), "{}", a.verdict);
     assert_eq!(name(answer(0.005).cheapest), None);
     let front: Vec<&str> = q.settings.iter().filter(|s| s.front[0]).map(|s| s.case.as_str()).collect();
     assert_eq!(front, ["tet4-length-1000", "tet10-length-500", "tet10-length-1000", "tet10-length-3000"]);

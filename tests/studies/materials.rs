@@ -14,6 +14,7 @@ use durometer::study::report;
 use durometer::study::store::record::{FamilyRecord, Quantity, Role, Series, StoredCase, StudyRecord};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::path::Path;
 
 /// Three cycles; the tension follows the length L = 0.05 + 0.01 cos φ [m] with T = a (1 − cos(φ − δ)) [N].
 fn case(family: &str, member: &str, a: f64, delta: f64, template: &StoredCase) -> StoredCase {
@@ -284,6 +285,51 @@ fn without_a_pair_there_is_no_verdict() {
     let a = analyse(&study, &stored);
     assert!(a.verdict.starts_with("No verdict"), "{}", a.verdict);
     assert!(a.warnings.iter().any(|w| w.contains("laws-length-base: StepTooSmall")), "{:?}", a.warnings);
+}
+
+/// A law may come with the scene, or by `include` of a file of its own.
+#[test]
+fn a_member_has_the_title_of_its_law() {
+    let study = Study::read(Path::new("studies/finger-materials/study.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let names = ["neo_hookean", "linear", "mooney_rivlin", "arruda_boyce", "relaxing_nominal"];
+    let titles = ["Neo-Hookean", "linear elastic", "Mooney–Rivlin", "Arruda–Boyce", "relaxing (nominal)"];
+    assert_eq!(names.map(|name| study.record.member(name)), titles);
+}
+
+#[test]
+fn a_member_that_is_named_like_another_law_than_its_own_keeps_its_name() {
+    let dir = tempfile::tempdir().expect("temporary folder");
+    std::fs::copy("tests/cli/scene.toml", dir.path().join("scene.toml")).expect("copied");
+    let text = r#"kind = "comparison"
+question = "?"
+expectation = "!"
+scene = "scene.toml"
+tolerance = "5 %"
+reference = "base"
+[[variant]]
+name = "length"
+quantity = [{ name = "cable_tension_N", label = "T", symbol = "T", unit = "N" }]
+[[family]]
+name = "all"
+role = "members"
+labels = { stable_neo_hookean = "three terms" }
+[family.members]
+base = {}
+linear = { "mesh.element" = "tet4" }
+corotational = { "laws.rubber.law" = "corotational" }
+stable_neo_hookean = { "stage.0.dt" = "0.1 s" }
+st_venant_kirchhoff = { "laws.rubber.law" = "st_venant_kirchhoff" }
+"#;
+    let file = dir.path().join("study.toml");
+    std::fs::write(&file, text).expect("written");
+    let titles = |changes: &[(String, toml::Value)]| {
+        let study = Study::read(&file, changes).unwrap_or_else(|e| panic!("{e}")).record;
+        ["linear", "corotational", "stable_neo_hookean", "st_venant_kirchhoff"].map(|name| study.member(name))
+    };
+    assert_eq!(titles(&[]), ["linear", "corotational", "three terms", "St Venant–Kirchhoff"]);
+    // The law of all scenes tells none from the others
+    let all = [("laws.rubber.law".to_string(), "linear".into())];
+    assert_eq!(titles(&all), ["linear", "corotational", "three terms", "st venant kirchhoff"]);
 }
 
 #[test]

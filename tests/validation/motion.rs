@@ -81,7 +81,7 @@ fn plateaus_of_a_measured_beam_are_those_of_its_tables() {
         let z = drop_of(&poses);
         let turned = curve(&poses, "rotation_y_rad", |p| p.rotation_about(Vec3::y()));
         let [held, end] = both(&z, &PlateauRule::default());
-        println!("{trial}: held {held:?}\n final {end:?} {:?}", end.doubt().map(|d| d.to_string()));
+        println!("{trial}: held {held:?}\n final {end:?} {:?}", end.doubt());
         let found = 1e3 * (end.mean.value - held.mean.value);
         assert!((found - dz).abs() < 0.5 * creep + 0.01, "{trial}: {found} mm, {dz}");
         // The windows of the tables give the tables

@@ -103,7 +103,7 @@ fn is_drawn(modes: &[&ModeCurves], stretch: [f64; 2], fitted: bool) -> bool {
 
 /// `μ = 357 kPa [334, 380]`
 fn label((p, printed): (&Parameter, &Printed)) -> String {
-    let number = |v: f64| printed.number(v);
+    let number = |v: f64| printed.end(v);
     let interval = p.ends().map_or(String::new(), |[a, b]| format!("  [{}, {}]", number(a), number(b)));
     format!("{} = {}{interval}", italic(&p.symbol), printed.text(p.value)).replace('-', "−")
 }

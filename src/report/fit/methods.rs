@@ -11,7 +11,7 @@ pub fn paragraphs(fit: &StoredFit, law: Option<&str>) -> Vec<Paragraph> {
     let table = law.and_then(|text| text.parse::<toml::Table>().ok());
     let constants = match &table {
         Some(table) => describe(Paragraph::new("Law"), &LawGroup { name: None, tables: vec![table] }),
-        None => Paragraph::new("Law").text(format!("{}, {}. ", fit.label, fit.formula)),
+        None => Paragraph::new("Law").text(format!("{}, ", fit.label)).formula(fit.formula.as_str()).text(". "),
     };
     vec![
         data(fit),

@@ -3,7 +3,7 @@
 use crate::calibrate::{Printed, stretch_text};
 use crate::report::figure::Figure;
 use crate::report::fit::stored::{Entry, Parameter, StoredFit};
-use crate::report::numbers::capital;
+use crate::report::numbers::{capital, minus_signs};
 use crate::report::page::{document, drawing, escape, list, prose};
 use crate::report::table::Table;
 use crate::wording;
@@ -44,7 +44,7 @@ pub fn answer(fit: &StoredFit) -> String {
             near.join(" and ")
         );
     }
-    (out + &shorter_ranges(fit)).replace(" -", " −")
+    minus_signs(&(out + &shorter_ranges(fit)))
 }
 
 /// Constants of ranges that end earlier, in one sentence, and whether the intervals contain them.

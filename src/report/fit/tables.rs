@@ -34,8 +34,9 @@ fn parameters(fit: &StoredFit) -> Table {
             let number = |v: f64| printed[k].number(v);
             let known = |v: Option<f64>| v.map_or("not determined".into(), number);
             let [low, high] = fit.range_spread.get(k).copied().unwrap_or([p.value; 2]);
-            let wide = fit.in_use.get(k).copied().unwrap_or_default().map(|v| v.map_or("open".into(), number));
-            let end = |v: Option<f64>| if p.std_error.is_some() { v.map_or("open".into(), number) } else { known(v) };
+            let end = |v: f64| printed[k].end(v);
+            let wide = fit.in_use.get(k).copied().unwrap_or_default().map(|v| v.map_or("open".into(), end));
+            let end = |v: Option<f64>| if p.std_error.is_some() { v.map_or("open".into(), end) } else { known(v) };
             vec![
                 p.symbol.clone(),
                 p.name.clone(),
@@ -44,8 +45,8 @@ fn parameters(fit: &StoredFit) -> Table {
                 known(p.std_error),
                 end(p.interval[0]),
                 end(p.interval[1]),
-                wide.join(" to ").replace(" -", " −"),
-                format!("{} to {}", number(low), number(high)).replace(" -", " −"),
+                wide.join(" to "),
+                format!("{} to {}", number(low), number(high)),
             ]
         })
         .collect();
@@ -258,7 +259,7 @@ fn ranges(fit: &StoredFit) -> Table {
             cells.push(list(&r.parameters, &printed));
             // Intervals of several constants would hide the values
             if let ([p], [printed]) = (&r.parameters[..], &printed[..]) {
-                let ends = |[a, b]: [f64; 2]| format!("{} to {}", printed.number(a), printed.number(b));
+                let ends = |[a, b]: [f64; 2]| format!("{} to {}", printed.end(a), printed.end(b));
                 cells.push(p.ends().map_or("–".into(), ends));
             }
             cells.push(format!("{:.1}", 100.0 * r.rms_relative));

@@ -2,6 +2,7 @@
 
 use super::column::Column;
 use crate::report::table::Table;
+use std::collections::HashSet;
 
 /// Width of the text of an article in one column, less what widths are estimated too small by \[pt\].
 const LINE: f64 = 345.0 - 4.0;
@@ -34,7 +35,7 @@ pub type Part = Vec<(usize, f64)>;
 /// How a table is set.
 pub struct Layout {
     pub size: Size,
-    /// Parts that stand below each other, each of which begins with the first column
+    /// Parts below each other, each of which begins with the columns that tell its rows apart
     pub parts: Vec<Part>,
     /// Headings with units and cells of the columns that are the same in every row and are named in the caption
     pub same: Vec<(String, String)>,
@@ -62,7 +63,7 @@ impl Layout {
         let same = same.into_iter().map(|k| (t.heading(k), t.rows[0][k].clone())).collect();
         let layout = fits(&differ, Column::with_broken_heading, &SIZES)
             .or_else(|| fits(&differ, Column::least, &SIZES))
-            .unwrap_or_else(|| Self { size: OF_PARTS, parts: divided(columns, &differ), same: vec![] });
+            .unwrap_or_else(|| Self { size: OF_PARTS, parts: divided(t, columns, &differ), same: vec![] });
         Self { same, ..layout }.with_paragraphs_widened(columns)
     }
 
@@ -86,22 +87,34 @@ impl Size {
     }
 }
 
-/// As many of the columns in each part as fit next to the first one.
-fn divided(columns: &[Column], shown: &[usize]) -> Vec<Part> {
-    let Some((first, others)) = shown.split_first() else { return vec![] };
-    let of = |k: usize| (k, columns[k].least());
-    let room = |k: usize| OF_PARTS.room(of(k).1);
-    let mut parts: Vec<Part> = vec![vec![of(*first)]];
-    let mut long = room(*first);
+/// As many of the columns in each part as fit next to the leading ones that tell its rows apart; next to the first one where these leave no room.
+fn divided(t: &Table, columns: &[Column], shown: &[usize]) -> Vec<Part> {
+    let of = |k: &usize| (*k, columns[*k].least());
+    let room = |group: &[usize]| group.iter().map(|k| OF_PARTS.room(of(k).1)).sum::<f64>();
     // A column and the one that belongs to it stay together
-    for group in others.chunk_by(|_, next| columns[*next].follows) {
-        let wide: f64 = group.iter().map(|k| room(*k)).sum();
-        if long + wide > LINE && long > room(*first) {
-            parts.push(vec![of(*first)]);
-            long = room(*first);
+    let together = |_: &usize, next: &usize| columns[*next].follows;
+    let leave_room = |n: &usize| shown[*n..].chunk_by(together).all(|group| room(&shown[..*n]) + room(group) <= LINE);
+    let repeated = leading(t, shown).filter(leave_room).unwrap_or(1);
+    let Some((keys, others)) = shown.split_at_checked(repeated) else { return vec![] };
+    let begun = || keys.iter().map(of).collect::<Part>();
+    let mut parts = vec![begun()];
+    let mut long = room(keys);
+    for group in others.chunk_by(together) {
+        let wide = room(group);
+        if long + wide > LINE && long > room(keys) {
+            parts.push(begun());
+            long = room(keys);
         }
         long += wide;
-        parts.last_mut().expect("a part").extend(group.iter().map(|k| of(*k)));
+        parts.last_mut().expect("a part").extend(group.iter().map(of));
     }
     parts
+}
+
+/// The least number of leading columns that are not alike in any two rows; none where only all columns are, or rows are the same.
+fn leading(t: &Table, shown: &[usize]) -> Option<usize> {
+    (1..shown.len()).find(|n| {
+        let mut seen = HashSet::new();
+        t.rows.iter().all(|row| seen.insert(shown[..*n].iter().map(|k| &row[*k]).collect::<Vec<_>>()))
+    })
 }

@@ -68,13 +68,41 @@ fn with_accents(c: char, marks: &[char], opens: bool, before: Option<char>) -> S
     let left = |set: usize| own.iter().skip(set).map(|m| code_point(*m)).collect::<String>();
     match (command(base), accents.first()) {
         (Some(Math(math)), _) => {
-            let inner = accents.iter().fold(math.to_string(), |inner, a| format!("{}{{{inner}}}", a.math));
-            format!("\\ensuremath{{{inner}}}")
+            format!("\\ensuremath{{{}}}", over(math.to_string(), &accents))
         }
         (None, Some(first)) if base.is_ascii_alphabetic() => format!("{}{{{base}}}{}", first.text, left(1)),
         (Some(Text(words)), _) => format!("{words}{}", left(0)),
         (None, _) => plain(base, opens, before) + &left(0),
     }
+}
+
+/// The letter that a text begins with, in a formula with its accents, and what follows; `None` where it has no accent.
+pub(super) fn accented(text: &str) -> Option<(String, &str)> {
+    let mut rest = text.chars();
+    let mut parts = vec![];
+    decompose_canonical(rest.next()?, |part| parts.push(part));
+    let (base, own) = parts.split_first()?;
+    let mut accents: Vec<Accent> = own.iter().map(|mark| accent(*mark)).collect::<Option<_>>()?;
+    while let Some(next) = rest.clone().next().and_then(accent) {
+        accents.push(next);
+        rest.next();
+    }
+    let inner = match command(*base) {
+        Some(Math(math)) => math.to_string(),
+        _ if base.is_ascii_alphanumeric() => base.to_string(),
+        _ => return None,
+    };
+    (!accents.is_empty()).then(|| (over(inner, &accents), rest.as_str()))
+}
+
+/// Whether a letter is an accent over the one before.
+pub(super) fn is_accent(c: char) -> bool {
+    accent(c).is_some()
+}
+
+/// A letter in a formula with accents over it.
+fn over(letter: String, accents: &[Accent]) -> String {
+    accents.iter().fold(letter, |inner, a| format!("{}{{{inner}}}", a.math))
 }
 
 /// A character without a command.
@@ -92,7 +120,7 @@ fn plain(c: char, opens: bool, before: Option<char>) -> String {
 /// Marks without width: joiners, directions, soft hyphens, selectors of variants, and the marks of italics in figures.
 fn is_unseen(c: char) -> bool {
     matches!(c, '\u{ad}' | '\u{34f}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
-        || matches!(c, '\u{fe00}'..='\u{fe0f}' | '\u{e000}' | '\u{e001}' | '\u{e0100}'..='\u{e01ef}')
+        || matches!(c, '\u{fe00}'..='\u{fe0f}' | '\u{e000}'..='\u{e006}' | '\u{e0100}'..='\u{e01ef}')
 }
 
 fn code_point(c: char) -> String {

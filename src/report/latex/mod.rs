@@ -4,6 +4,7 @@
 
 mod column;
 mod commands;
+mod formula;
 mod layout;
 mod letters;
 mod packages;
@@ -11,12 +12,14 @@ mod table;
 mod units;
 mod widths;
 
+pub use formula::formula;
 pub use letters::escape;
 pub use packages::PACKAGES;
 pub use table::table;
 pub use units::{power_of_ten, quantity, unit};
 
 use crate::report::figure::Figure;
+use crate::report::numbers::minus_signs;
 use packages::NEEDS;
 
 /// Width above which a figure takes both columns of a page \[mm\].
@@ -29,6 +32,6 @@ pub fn figure(figure: &Figure) -> String {
     format!(
         "{NEEDS}\n\\begin{{{environment}}}[htbp]\n  \\centering\n  \\includegraphics[width=\\ifdim{mm}mm>\\linewidth\\linewidth\\else{mm}mm\\fi]{{{0}}}\n  \\caption{{{1}}}\n  \\label{{fig:{0}}}\n\\end{{{environment}}}\n",
         figure.name,
-        escape(&figure.caption)
+        escape(&minus_signs(&figure.caption))
     )
 }

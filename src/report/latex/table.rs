@@ -4,6 +4,7 @@ use super::column::{Column, EMPTY};
 use super::layout::{Layout, Part, Size};
 use super::letters::escape;
 use super::packages::NEEDS;
+use crate::report::numbers::minus_signs;
 use crate::report::table::Table;
 
 /// Lines of a float; a longer table is set by `longtable`, which a page with two columns does not take.
@@ -12,6 +13,7 @@ const FLOAT_LINES: usize = 40;
 /// The table with its caption, its label `tab:<name>`, rules of booktabs, and columns of numbers aligned by siunitx. It is no wider than
 /// the text of an article.
 pub fn table(t: &Table) -> String {
+    let t = &with_minus_signs(t);
     let columns: Vec<Column> = (0..t.columns.len()).map(|k| Column::of(t, k)).collect();
     let Layout { size, parts, same } = Layout::of(t, &columns);
     let caption = format!("\\caption{{{}}}\\label{{tab:{}}}", escape(&caption(t, &same)), t.name);
@@ -30,12 +32,18 @@ pub fn table(t: &Table) -> String {
     format!("{NEEDS}\n\\begin{{table}}[htbp]\n\\centering\n{caption}\n{gap}\n{inside}\n\\end{{table}}\n")
 }
 
+/// The table as it is read: its file of comma-separated values has hyphens in place of the signs.
+fn with_minus_signs(t: &Table) -> Table {
+    let rows = t.rows.iter().map(|row| row.iter().map(|cell| minus_signs(cell)).collect()).collect();
+    Table { name: t.name, caption: minus_signs(&t.caption), columns: t.columns.clone(), rows, pick: None }
+}
+
 /// The caption, and the columns that are the same in every row.
 fn caption(t: &Table, same: &[(String, String)]) -> String {
     let (without, with): (Vec<_>, Vec<_>) = same.iter().partition(|(_, cell)| EMPTY.contains(&cell.as_str()));
     let with: Vec<String> = with.iter().map(|(heading, cell)| format!("{heading} {cell}")).collect();
     let without: Vec<&str> = without.iter().map(|(heading, _)| heading.as_str()).collect();
-    let mut caption = t.caption.clone();
+    let mut caption = if same.is_empty() { t.caption.clone() } else { t.sentence() };
     for (words, columns) in [("The same in every row", with.join("; ")), ("Without values", without.join("; "))] {
         if !columns.is_empty() {
             caption += &format!(" {words}: {columns}.");
@@ -109,6 +117,41 @@ mod tests {
         assert!(tex.contains("  Case & {Stress [\\unit{\\kilo\\pascal}]} & Share [\\% of all] \\\\"), "{tex}");
         assert!(tex.contains("  a\\_1 & -1.25 & 3 \\% \\\\") && tex.contains("  b & {--} & 4 \\\\"), "{tex}");
         assert!(tex.contains("\\caption{100 \\% of \\ensuremath{\\mu}}\\label{tab:t}"), "{tex}");
+    }
+
+    #[test]
+    fn ranges_have_minus_signs() {
+        let tex = of(vec![vec!["-23.0 to -1.2", "-1", "3"], vec!["a-1", "2", "4"]]);
+        assert!(
+            tex.contains("  \\ensuremath{-}23.0 to \\ensuremath{-}1.2 & -1 & 3 ") && tex.contains("  a-1 & "),
+            "{tex}"
+        );
+    }
+
+    #[test]
+    fn what_is_the_same_in_every_row_follows_the_caption_as_a_sentence() {
+        let columns = headings(&[("Case", "", false), ("Coefficientofrestitution", "", true)]);
+        let columns = columns.iter().cloned().chain(vec![columns[1].clone(); 5]).collect();
+        let rows = ["a", "b"].map(|case| [case, "1", "1", "1", "1", "1", "1"].map(String::from).to_vec()).to_vec();
+        let tex = table(&Table { name: "t", caption: "Noise of the record".into(), columns, rows, pick: None });
+        assert!(tex.contains("\\caption{Noise of the record. The same in every row: "), "{tex}");
+    }
+
+    #[test]
+    fn every_part_of_a_divided_table_tells_its_rows_apart() {
+        let names = ["Quantity", "Variant"].into_iter().chain(["Coefficientofrestitution"; 6]);
+        let columns = names.enumerate().map(|(k, name)| (name.to_string(), String::new(), k > 1)).collect();
+        let pairs = [("angle", "length"), ("angle", "load"), ("tension", "length"), ("tension", "load")];
+        let row = |(k, (quantity, variant)): (usize, (&str, &str))| {
+            [quantity, variant].map(String::from).into_iter().chain(vec![k.to_string(); 6]).collect()
+        };
+        let rows = pairs.into_iter().enumerate().map(row).collect();
+        let tex = table(&Table { name: "t", caption: String::new(), columns, rows, pick: None });
+        let parts = tex.matches("\\begin{tabular}{").count();
+        assert!(parts > 1, "{tex}");
+        for (quantity, variant) in pairs {
+            assert_eq!(tex.matches(&format!("  {quantity} & {variant} & ")).count(), parts, "{tex}");
+        }
     }
 
     #[test]

@@ -39,12 +39,16 @@ pub fn describe(to: Paragraph, group: &LawGroup) -> Paragraph {
     let (Some(first), Some(Ok(entry))) = (first, law.map(find)) else { return to };
     let chosen = first.get("volumetric").and_then(Value::as_str);
     let volumetric = VolumetricKind::ALL.into_iter().find(|kind| Some(kind.name()) == chosen);
-    let volumetric = volumetric.map_or(String::new(), |kind| format!(", U(J) = {}", kind.formula()));
     let to = match group.name {
         Some(name) => to.text(format!("Law {}: ", name.replace('_', " "))),
         None => to,
     };
-    let to = formula(to, entry.info).text(format!("{volumetric}, with {}", constants(&group.tables)));
+    let to = formula(to, entry.info);
+    let to = match volumetric {
+        Some(kind) => to.text(", ").formula(format!("U(J) = {}", kind.formula())),
+        None => to,
+    };
+    let to = to.text(format!(", with {}", constants(&group.tables)));
     let to = match first.get("provenance").and_then(Value::as_table).and_then(source) {
         Some(source) => to.text(format!("; constants from {source}")),
         None => to.text("; the constants are those of the scene, without a stated source"),
@@ -78,7 +82,7 @@ fn formula(to: Paragraph, info: &LawInfo) -> Paragraph {
     let cited = Reference::named_in(info.source);
     let source = if cited.is_empty() { format!(" ({})", info.source) } else { String::new() };
     let to = to.text(format!("{} law{source}", capital(info.title))).cite(cited);
-    to.text(format!(", {}", info.formula))
+    to.text(", ").formula(info.formula)
 }
 
 /// `μ = 357 kPa (95 % interval 334 to 380 kPa)`, from the text of a scene, or the range of several values.
@@ -109,12 +113,12 @@ fn constant(p: &Parameter, values: &[&Value], provenance: &Table) -> Option<Stri
                 Some([a, b]) => {
                     let printed = within(number, unit, Some([a, b]));
                     let unit = joined(printed.unit);
-                    let text = |v: f64| printed.number(v);
+                    let text = |v: f64| printed.end(v);
                     // The interval for use contains the misfit of the law too
                     let wider = in_use.filter(|ends| *ends != [a, b]).map_or(String::new(), |[a, b]| {
                         format!(", {} to {}{unit} with the misfit of the law", text(a), text(b))
                     });
-                    format!("{}{unit} (95 % interval {} to {}{unit}{wider})", text(number), text(a), text(b))
+                    format!("{}{unit} (95 % interval {} to {}{unit}{wider})", printed.number(number), text(a), text(b))
                 }
             }
         }

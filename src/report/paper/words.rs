@@ -2,13 +2,15 @@
 //!
 //! A number and its unit are joined by a no-break space: LaTeX then sets both by siunitx.
 
-use crate::report::latex::{escape, power_of_ten, quantity};
+use crate::report::latex::{escape, formula, power_of_ten, quantity};
+use crate::report::numbers::minus_signs;
 use crate::report::paper::references::{Reference, program};
 
 /// A part of a text.
 #[derive(Clone, Debug, PartialEq)]
 enum Piece {
     Text(String),
+    Formula(String),
     Cite(Vec<&'static Reference>),
 }
 
@@ -28,6 +30,13 @@ impl Paragraph {
     #[must_use]
     pub fn text(mut self, text: impl Into<String>) -> Self {
         self.pieces.push(Piece::Text(text.into()));
+        self
+    }
+
+    /// Adds a formula as the laws write it: `ψ = C10 (Ī₁ − 3) + U(J)`.
+    #[must_use]
+    pub fn formula(mut self, formula: impl Into<String>) -> Self {
+        self.pieces.push(Piece::Formula(formula.into()));
         self
     }
 
@@ -65,7 +74,7 @@ impl Paragraph {
     /// Every reference that the paragraph cites, as often as it does.
     pub fn references(&self) -> impl Iterator<Item = &'static Reference> + '_ {
         self.pieces.iter().flat_map(|piece| match piece {
-            Piece::Text(_) => vec![],
+            Piece::Text(_) | Piece::Formula(_) => vec![],
             Piece::Cite(references) => references.clone(),
         })
     }
@@ -75,7 +84,8 @@ impl Paragraph {
         let mut out = format!("\\paragraph{{{}.}} ", escape(self.heading));
         for piece in &self.pieces {
             match piece {
-                Piece::Text(text) => out += &latex_text(text),
+                Piece::Text(text) => out += &latex_text(&minus_signs(text)),
+                Piece::Formula(text) => out += &formula(text),
                 Piece::Cite(references) => {
                     let keys: Vec<&str> = references.iter().map(|r| r.key).collect();
                     out += &format!("~\\cite{{{}}}", keys.join(","));
@@ -90,7 +100,7 @@ impl Paragraph {
         let mut out = format!("**{}.** ", self.heading);
         for piece in &self.pieces {
             match piece {
-                Piece::Text(text) => out += &markdown_text(text),
+                Piece::Text(text) | Piece::Formula(text) => out += &markdown_text(&minus_signs(text)),
                 Piece::Cite(references) => {
                     let keys: Vec<String> = references.iter().map(|r| format!("@{}", r.key)).collect();
                     out += &format!(" [{}]", keys.join("; "));
@@ -173,6 +183,14 @@ mod tests {
         let markdown = "**Law.** Yeoh's law [@yeoh1993] with C10 = 18\u{a0}kPa. From a\\_b \\[x\\].\n";
         assert_eq!(p.markdown(), markdown);
         assert_eq!(p.references().map(|r| r.key).collect::<Vec<_>>(), ["yeoh1993"]);
+    }
+
+    #[test]
+    fn formulae_and_signs_are_set() {
+        let p = Paragraph::new("Law").text("Of Ogden, ").formula("ψ = Σ λ^{α_n}").text(" with -857.1 to -1.0 of a-1");
+        let tex = "\\paragraph{Law.} Of Ogden, \\ensuremath{\\psi = \\sum \\lambda^{\\alpha_{n}}} with \\ensuremath{-}857.1 to \\ensuremath{-}1.0 of a-1\n";
+        assert_eq!(p.latex(), tex);
+        assert_eq!(p.markdown(), "**Law.** Of Ogden, ψ = Σ λ\\^\\{α\\_n\\} with −857.1 to −1.0 of a-1\n");
     }
 
     #[test]

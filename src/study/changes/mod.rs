@@ -40,7 +40,7 @@ pub struct Change {
     pub unit: String,
     pub old: f64,
     pub new: f64,
-    /// (new − old)/|old| \[–\]; none of zero
+    /// (new − old)/old \[–\], positive where the value grows away from zero; none of zero
     pub relative: Option<f64>,
     /// E_n; none where a result states no bar
     pub normalised: Option<f64>,
@@ -285,6 +285,6 @@ fn change_of(
     normalised: Option<f64>,
     judgement: Judgement,
 ) -> Change {
-    let relative = (old != 0.0).then(|| (new - old) / old.abs());
+    let relative = (old != 0.0).then(|| (new - old) / old);
     Change { what, unit: unit.into(), old, new, relative, normalised, judgement }
 }

@@ -1,6 +1,6 @@
 //! Where the time goes: shares of the phases and of the effects, per case.
 
-use crate::report::canvas::{Area, At, INK, PALETTE, RGB, SMALL, block, figure, mm, page_height, page_width, text};
+use crate::report::canvas::{AREAS, Area, At, INK, RGB, SMALL, block, figure, mm, page_height, page_width, text};
 use crate::report::figure::{Drawn, Figure, LINE, Sample, drawn, family_label, legend, numbered};
 use crate::report::measure::{shortened, width_in_mm};
 use crate::report::numbers::{seconds, thousands};
@@ -30,7 +30,7 @@ pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let total =
         |name: &str| -> f64 { rows.iter().flat_map(|r| &r.effects).filter(|e| e.name == name).map(|e| e.wall_s).sum() };
     effects.sort_by(|a, b| total(b).total_cmp(&total(a)));
-    effects.truncate(PALETTE.len());
+    effects.truncate(AREAS.len());
     let longest = rows.iter().map(|r| width_in_mm(&name_of(r), SMALL)).fold(0.0, f64::max);
     // A name takes half of the page at most
     let room = (longest + 5.0).clamp(41.0, (0.5 * page_width()).min(page_width() - 60.0).max(41.0));
@@ -61,13 +61,13 @@ fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below):
         let phase = |r: &CaseRecord| {
             let p = &r.phases;
             let parts = [p.assembly_s, p.factorisation_s, p.solve_s];
-            let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(PALETTE).collect();
+            let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(AREAS).collect();
             out.push(((r.wall_s - parts.iter().sum::<f64>()).max(0.0), REST));
             out
         };
         let effect = |r: &CaseRecord| {
             let of = |name: &&str| r.effects.iter().filter(|e| e.name == **name).map(|e| e.wall_s).sum::<f64>();
-            effects.iter().map(of).zip(PALETTE).collect()
+            effects.iter().map(of).zip(AREAS).collect()
         };
         let place = |k: usize| (panels.x(k), TOP + step * panels.row(k));
         let frame = |(x, top): (f64, f64)| [mm(x), mm(top), mm(x + panels.each), mm(top + tall)];
@@ -79,7 +79,7 @@ fn sheet(rows: &[&CaseRecord], effects: &[&str], panels: &Panels, (room, below):
         let put = |number: usize, names: &[&str]| {
             let (x, top) = place(number);
             for (k, name) in names.iter().enumerate() {
-                let color = if *name == "rest" { REST } else { PALETTE[k] };
+                let color = if *name == "rest" { REST } else { AREAS[k] };
                 // From the left edge of the page, so that the second name fits into a narrow one
                 let left = x - if panels.begins_row(number) { 10.0 } else { 0.0 };
                 let at = (mm(left + 28.0 * (k % 2) as f64), mm(top + tall + 13.5 + LINE * (k / 2) as f64));

@@ -1,6 +1,6 @@
 //! Measured curves laid over the recorded ones of the cases of a study: one figure per measured curve and variant, and the distances of all cases.
 
-use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, italic, line, mm};
+use crate::report::canvas::{INK, MARKS, PALETTE, figure, hollow, italic, line, mm, unmarked};
 use crate::report::figure::{Drawn, Figure, Sample, WithLegend, drawn, legend};
 use crate::report::numbers::percent_cell;
 use crate::report::plot::{Axis, Plot};
@@ -105,7 +105,7 @@ fn draw(
     let bars = if measured.half_widths.is_empty() { "" } else { BARS };
     let caption = format!(
         "Measured {} ({}) and that of the simulation, {}. Distances from the measured curve: {far}.{bars}{rest}",
-        own.replace(['\u{e000}', '\u{e001}'], "").split(" [").next().unwrap_or_default(),
+        unmarked(&own).split(" [").next().unwrap_or_default(),
         measured.source,
         store.study.label(variant)
     );

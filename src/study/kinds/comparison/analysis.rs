@@ -16,7 +16,7 @@
 //!
 //! What the mesh does to a difference is the change of the difference on a finer mesh (family of role `finer`).
 
-use crate::report::numbers::{capital, digits, percent, significant, space, span};
+use crate::report::numbers::{capital, digits, percent, readable, significant, space, span};
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::curve::{Curve, l2, lag};
@@ -226,8 +226,8 @@ fn sentence(
 ) -> String {
     let tolerance = study.tolerance;
     let unit = space(&q.quantity.unit);
-    let mut words =
-        format!("{}: {:.*}{unit} with {}", capital(&q.peak_title()), digits(q.peak), q.peak, study.member(reference));
+    let peak = readable(q.peak, digits(q.peak));
+    let mut words = format!("{}: {peak}{unit} with {}", capital(&q.peak_title()), study.member(reference));
     let others: Vec<&ComparedMember> = q.members.iter().filter(|c| c.member != reference).collect();
     let (near, far): (Vec<_>, Vec<_>) = others.iter().partition(|c| c.peak_difference.abs() <= tolerance);
     let list = |members: &[&&ComparedMember]| {

@@ -2,7 +2,7 @@
 
 use crate::report::figure::drawn;
 use crate::report::names::title;
-use crate::report::numbers::{digits, percent, percent_cell, space, span};
+use crate::report::numbers::{digits, percent, percent_cell, readable, space, span};
 use crate::report::table::{Table, headings};
 use crate::report::unit::labelled;
 use crate::scene::column;
@@ -114,7 +114,7 @@ fn comparison(store: &Results, a: &Analysis<ComparisonFindings>) -> Table {
             rows.push(vec![
                 format!("{}, {}", q.peak_label(), q.variant),
                 store.study.member(&c.member),
-                format!("{:.*}{}", digits(1e-2 * q.peak), c.peak, space(&q.quantity.unit)),
+                readable(c.peak, digits(1e-2 * q.peak)) + &space(&q.quantity.unit),
                 percent_cell(c.peak_difference),
                 optional(c.mesh_drift),
                 percent_cell(c.distance),
@@ -238,7 +238,7 @@ fn answers(store: &Results, a: &ComparisonFindings) -> Table {
                     store.study.member(&r.member),
                     l.variant.clone(),
                     label.map_or_else(|| column::label(column), |q| labelled(&q.label, &q.unit)),
-                    format!("{peak:.*}", digits(1e-2 * peak)),
+                    readable(*peak, digits(1e-2 * peak)),
                     change.map_or("–".into(), |c| format!("{:.3}", 100.0 * c)),
                 ]);
             }

@@ -61,7 +61,7 @@ fn claims(q: &ByQuantity<CostOfAccuracy>) -> impl Iterator<Item = Claim> + '_ {
 /// Cost of the peak at the tolerance.
 fn fact(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> Option<(String, String)> {
     let s = &q.settings[q.answer(Measure::Peak, tolerance)?.cheapest?];
-    Some((seconds(s.cost_s), format!("{} within {}, by {}", q.peak_title(), percent(tolerance), s.label)))
+    Some((seconds(s.cost_s), format!("{} within {} ({})", q.peak_title(), percent(tolerance), s.label)))
 }
 
 fn analysis(a: &Analysis<CostFindings>) -> Map<String, Value> {

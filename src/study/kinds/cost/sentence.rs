@@ -109,7 +109,7 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
         let mut words = match answer {
             Some(k) => {
                 let s = &q.settings[k];
-                format!("{title} costs {} by {}", seconds(s.cost_s), s.label)
+                format!("{title} costs {} ({})", seconds(s.cost_s), s.label)
             }
             None => format!("no setting is known to meet {title}"),
         };

@@ -1,9 +1,9 @@
 //! Bar over true error of every error bar, problem after problem.
 
 use crate::report::canvas::{
-    At, INK, Mark as Shape, PALE, PALETTE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text,
+    At, INK, Mark as Shape, PALE, RGB, SMALL, dashed, figure, line, mark, mm, page_width, text,
 };
-use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines};
+use crate::report::figure::{Figure, LINE, Sample, legend_below, legend_lines, style};
 use crate::report::measure::width;
 use crate::report::names::title;
 use crate::report::panels::letter;
@@ -37,7 +37,10 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
         return None;
     }
     let mut entries: Vec<(Sample, String)> = (formulations.iter().enumerate())
-        .map(|(k, f)| (Sample::Mark(Shape::Circle, PALETTE[k % PALETTE.len()]), title(f)))
+        .map(|(k, f)| {
+            let (shape, color) = style(k);
+            (Sample::Mark(shape, color), title(f))
+        })
         .collect();
     entries.push((Sample::Mark(Shape::Circle, GREY), "truth uncertain".into()));
     entries.push((Sample::Mark(Shape::Cross, GREY), "refused".into()));
@@ -91,7 +94,7 @@ pub fn draw(a: &Analysis<CoverageFindings>) -> Option<Figure> {
 fn look(m: &Mark, formulations: &[&str]) -> (Shape, RGB) {
     let k = formulations.iter().position(|f| *f == m.formulation).unwrap_or(0);
     match m.standing {
-        Standing::Counted => (Shape::Circle, PALETTE[k % PALETTE.len()]),
+        Standing::Counted => style(k),
         Standing::TruthUncertain => (Shape::Circle, GREY),
         Standing::Refused => (Shape::Cross, GREY),
     }
@@ -103,4 +106,16 @@ fn place(m: &Mark, problems: &[&str], all: &[Mark]) -> f64 {
     let own: Vec<&Mark> = all.iter().filter(|o| o.problem == m.problem && o.estimator == m.estimator).collect();
     let at = own.iter().position(|o| std::ptr::eq(*o, m)).unwrap_or(0);
     k as f64 + 0.06 + 0.88 * (at as f64 + 0.5) / own.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulations_differ_without_colour() {
+        let names = ["tet4", "tet10", "tet4_up", "tet10_up", "tet10_p0"];
+        let shapes: Vec<Shape> = (0..names.len()).map(|k| style(k).0).collect();
+        assert!(shapes.iter().enumerate().all(|(k, shape)| !shapes[..k].contains(shape) && *shape != Shape::Cross));
+    }
 }

@@ -16,7 +16,7 @@
 //! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. A list whose axes go
 //! together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::numbers::{capital, digits, percent, significant, space, unsigned_zero};
+use crate::report::numbers::{capital, digits, minus_signs, percent, readable, significant, space, unsigned_zero};
 use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
@@ -360,7 +360,7 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
     }
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
-    let [low, high] = [low, high].map(|v| format!("{v:.n$}"));
+    let [low, high] = [low, high].map(|v| readable(v, n));
     let (low, high) = (unsigned_zero(&low), unsigned_zero(&high));
     let from = if q.has_origin() { "; its changes are counted from its first value" } else { "" };
     let mut words = format!("{}: {low} to {high}{}{from}", capital(&q.peak_title()), space(&q.quantity.unit));
@@ -404,7 +404,7 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 &format!(" (elasticity{of} {ends:.2} from end to end, {least:.2} to {most:.2} between neighbours)");
         }
     }
-    (words + ".").replace(" -", " −")
+    minus_signs(&(words + "."))
 }
 
 fn warnings_of(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {

@@ -1,7 +1,7 @@
 //! Report of a sweep.
 
 use crate::report::figure::drawn;
-use crate::report::numbers::{digits, percent, percent_cell, space, unsigned_zero};
+use crate::report::numbers::{digits, minus_signs, percent, percent_cell, readable, space, unsigned_zero};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::content::Content;
@@ -35,7 +35,7 @@ pub fn content(store: &Results, a: &Analysis<SweepFindings>) -> Content {
 fn fact(q: &ByQuantity<Dependence>) -> (String, String) {
     let [low, high] = q.range();
     let n = digits(1e-1 * low.abs().max(high.abs()));
-    let [low, high] = [low, high].map(|v| unsigned_zero(&format!("{v:.n$}")).replace('-', "−"));
+    let [low, high] = [low, high].map(|v| minus_signs(unsigned_zero(&readable(v, n))));
     (format!("{low} to {high}{}", space(&q.quantity.unit)), q.peak_title())
 }
 

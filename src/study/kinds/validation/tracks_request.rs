@@ -3,7 +3,7 @@
 use crate::math::tensor::Vec3;
 use crate::math::units::{self, Dimension};
 use crate::motion::release::ReleaseRule;
-use crate::motion::{BodyRequest, MotionError, MotionRequest, ReadOptions};
+use crate::motion::{BodyRequest, MotionError, MotionRequest, ReadOptions, amount};
 use crate::study::kinds::validation::spec::TracksSpec;
 use std::path::Path;
 
@@ -21,11 +21,15 @@ pub enum TracksError {
     )]
     NoState { file: String, curve: String, state: &'static str, value: &'static str },
     #[error(
-        "tracks {file}: the {state} state of {curve} drifts by {change:.3e} in {duration_s:.3} s, which is more than a plateau may change by ({limit:.3e}); state a window in which it rests with `{state}`, or record longer"
+        "tracks {file}: the {state} state of {curve} drifts by {} in {duration_s:.3} s, which is more than a plateau may change by ({}); state a window in which it rests with `{state}`, or record longer",
+        amount(*.change, .curve),
+        amount(*.limit, .curve)
     )]
     Drifts { file: String, curve: String, state: &'static str, change: f64, duration_s: f64, limit: f64 },
     #[error(
-        "tracks {file}: the {state} state of {curve} does not rest: its values deviate by {deviation:.3e} from their mean (rms), which is more than those of a plateau may ({limit:.3e}); state a window in which it rests with `{state}`"
+        "tracks {file}: the {state} state of {curve} does not rest: its values deviate by {} from their mean (rms), which is more than those of a plateau may ({}); state a window in which it rests with `{state}`",
+        amount(*.deviation, .curve),
+        amount(*.limit, .curve)
     )]
     Moves { file: String, curve: String, state: &'static str, deviation: f64, limit: f64 },
     #[error("tracks: {0}")]

@@ -1,6 +1,6 @@
 //! Sentences of a validation: its verdict, predictions, advice, and warnings of the calibration.
 
-use crate::report::numbers::{capital, digits, space};
+use crate::report::numbers::{capital, digits, minus_signs, space};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::consistency::Consistency;
 use crate::study::kinds::validation::findings::{FoundScatter, Prediction, ValidationFindings};
@@ -52,7 +52,7 @@ pub fn sentence(p: &Prediction, reference: &str) -> String {
         };
         words += &format!("; {reference} {m:.n$}{}, {place}", space(&p.unit));
     }
-    (words + ".").replace(" -", " −")
+    minus_signs(&(words + "."))
 }
 
 pub fn verdict(found: &ValidationFindings) -> String {

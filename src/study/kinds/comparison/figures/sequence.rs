@@ -1,6 +1,6 @@
 //! Cost of a step with effects added one by one.
 
-use crate::report::canvas::{At, INK, PALETTE, RGB, SMALL, block, figure, mm, text};
+use crate::report::canvas::{AREAS, At, INK, RGB, SMALL, block, figure, mm, text};
 use crate::report::figure::{Figure, LINE, Sample, legend};
 use crate::report::numbers::digits;
 use crate::report::panels::{Panels, letter};
@@ -23,12 +23,12 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
             effects.push(name);
         }
     }
-    let color = |name: &str| effects.iter().position(|e| *e == name).map_or(REST, |k| PALETTE[k % PALETTE.len()]);
+    let color = |name: &str| effects.iter().position(|e| *e == name).map_or(REST, |k| AREAS[k % AREAS.len()]);
     let evaluations = |r: &Addition| r.evaluation_s.iter().map(|(n, s)| (*s, color(n))).collect::<Vec<_>>();
     let whole = |r: &Addition| {
         let all: f64 = r.evaluation_s.iter().map(|e| e.1).sum();
         let parts = [all, r.factorisation_s, r.solve_s];
-        let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(PALETTE).collect();
+        let mut out: Vec<(f64, RGB)> = parts.into_iter().zip(AREAS).collect();
         out.push(((r.step_s - parts.iter().sum::<f64>()).max(0.0), REST));
         out
     };
@@ -77,7 +77,7 @@ pub fn draw(study: &StudyRecord, l: &Sequence) -> Option<Figure> {
                 legend(area, at, &[entry]);
             }
         };
-        let parts = ["evaluations", "factorisation", "solve"].iter().zip(PALETTE);
+        let parts = ["evaluations", "factorisation", "solve"].iter().zip(AREAS);
         let parts = parts.map(|(n, c)| (Sample::Block(c), n.to_string()));
         put(0, parts.chain([(Sample::Block(REST), "rest".into())]).collect());
         put(1, effects.iter().map(|n| (Sample::Block(color(n)), n.replace('_', " "))).collect());

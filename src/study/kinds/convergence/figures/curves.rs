@@ -1,8 +1,8 @@
 //! The deciding quantities (bending angle and tension, if they are judged) against time for the sizes, with the Richardson curve and its GCI band; below each, the
 //! difference to the Richardson curve, where the meshes come apart.
 
-use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, line, mm, page_width};
-use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines};
+use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, mm, page_width};
+use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines, stroke};
 use crate::report::names::title;
 use crate::report::numbers::{capital, thousands};
 use crate::report::panels::{letter, row_height};
@@ -95,7 +95,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
 /// The legend: meshes, of which the one behind the sizes has a star, and the limit where it is drawn.
 fn entries(cases: &[&StoredCase], sizes: usize, has_limit: bool) -> Vec<(Sample, String)> {
     let name = |c: &&StoredCase| format!("{} {}", title(&c.record.formulation), thousands(c.record.mesh.cells));
-    let mut entries: Vec<_> = cases.iter().zip(PALETTE).map(|(c, color)| (Sample::Line(color), name(c))).collect();
+    let mut entries: Vec<_> = cases.iter().enumerate().map(|(k, c)| (Sample::Stroke(k), name(c))).collect();
     if let Some(e) = entries.get_mut(sizes) {
         e.1 += " *";
     }
@@ -168,9 +168,9 @@ fn panel(
         ring.extend(plot.path(&s.t, &band(-1.0)).into_iter().rev());
         fill(area, &ring, BAND.to_rgba());
     }
-    for (c, color) in curves.iter().zip(PALETTE).rev() {
+    for (k, c) in curves.iter().enumerate().rev() {
         if let Some(c) = c {
-            line(area, &plot.path(&c.t, &c.f), color, 9);
+            stroke(area, &plot.path(&c.t, &c.f), k, 9);
         }
     }
     if let Some(s) = study {
@@ -191,9 +191,9 @@ fn panel(
     let mut ring = plot.path(&s.t, &s.gci);
     ring.extend(plot.path(&s.t, &minus).into_iter().rev());
     fill(area, &ring, BAND.to_rgba());
-    for (d, color) in off.iter().zip(PALETTE).rev() {
+    for (k, d) in off.iter().enumerate().rev() {
         if let Some(d) = d {
-            line(area, &plot.path(&s.t, d), color, 9);
+            stroke(area, &plot.path(&s.t, d), k, 9);
         }
     }
     dashed(area, &[plot.at(plot.x.lo, 0.0), plot.at(plot.x.hi, 0.0)], INK, 8, 30.0);

@@ -1,8 +1,8 @@
 //! Pictures of what went wrong: the body of each failed case at the state farthest from rest.
 
-use crate::report::canvas::{At, INK, RGB, SMALL, figure, mm, text};
+use crate::report::canvas::{RGB, figure, mm};
 use crate::report::figure::Figure;
-use crate::report::panels::Panels;
+use crate::report::panels::{Panels, headed};
 use crate::report::surface::{Fit, Look, View, extent, surface};
 use crate::study::kinds::robustness::analysis::RobustnessFindings;
 use crate::study::outcome::CaseOutcome;
@@ -49,7 +49,7 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     let svg = figure(panels.width(), panels.rows() * (tall + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {
             let (x, y) = place(k);
-            text(area, &format!("{}: {}", case.case, case.status), (mm(x), mm(y + 3.0)), At::Left, SMALL, INK);
+            headed(area, (mm(x), mm(y + 6.0)), mm(panels.each), None, &format!("{}: {}", case.case, case.status));
         }
     });
     let caption =
