@@ -1,7 +1,8 @@
-//! Narrow gaps between parts of a mesh, which nothing joins.
+//! Narrow gaps between parts of a mesh, which nothing joins, and parts that overlap.
 
 use durometer::math::tensor::{Mat3, Vec3};
 use durometer::mesh::gap::gap;
+use durometer::mesh::overlap::overlap_of_parts;
 use durometer::mesh::parts::{image, parts, side_by_side};
 use durometer::mesh::{Order, TetMesh, structured::block};
 use std::collections::HashMap;
@@ -54,6 +55,7 @@ fn common_nodes_do_not_hide_a_crack() {
         let found = gap(&with_corners).expect("a crack");
         assert!(found.pairs == 1 && !found.is_within_parts && found.between_nodes.is_none(), "{found:?}");
         assert!((found.area - 1e-4).abs() < 1e-12 && found.distance < 1e-15, "{found:?}");
+        assert_eq!(overlap_of_parts(&with_corners), None);
 
         let is_low = |p: &Vec3| p.y < 5.1e-3;
         let mut slit = joined(two(2, [10.0, 0.0, 0.0], order), is_low);
@@ -65,5 +67,15 @@ fn common_nodes_do_not_hide_a_crack() {
         slit.points[count..].iter_mut().filter(|p| !is_low(p)).for_each(|p| p.x += 1e-5);
         assert_eq!(gap(&slit), None);
         assert_eq!(gap(&joined(two(2, [10.0, 0.0, 0.0], order), |_| true)), None);
+    }
+}
+
+/// A block that reaches from the middle of another one, where both have a node, out of its corner.
+#[test]
+fn a_common_node_does_not_hide_an_overlap() {
+    for order in [Order::Linear, Order::Quadratic] {
+        let mesh = joined(two(3, [5.0; 3], order), |p| p.max() < 5.1e-3);
+        let at = overlap_of_parts(&mesh).expect("an overlap");
+        assert!(at.iter().all(|x| (5e-3..=10e-3).contains(x)), "{at}");
     }
 }

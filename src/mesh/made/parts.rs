@@ -73,10 +73,10 @@ pub fn parts_by_faces(mesh: &TetMesh) -> Vec<u32> {
     (0..cells as u32).map(|cell| sets.first(cell)).collect()
 }
 
-/// The parts of a mesh as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
+/// The parts of a mesh that no face joins as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
 pub fn apart(mesh: &TetMesh) -> Vec<TetMesh> {
     let mut of_part: BTreeMap<u32, (TetMesh, FxHashMap<u32, u32>)> = BTreeMap::new();
-    for (part, cell) in parts(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
+    for (part, cell) in parts_by_faces(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
         let (own, numbers) = of_part.entry(part).or_insert_with(|| {
             let none = TetMesh { points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new(), ..*mesh };
             (none, FxHashMap::default())

@@ -68,8 +68,8 @@ fn of_wall(wall: Wall) -> String {
 /// In words, for facets of a pin and its hole that do not fit lie in each other by the height of an arc.
 fn of_overlap(at: &Vec3) -> String {
     format!(
-        "two parts of the body both fill {}: their stiffness and mass count twice there, and nothing joins them; unite them where the mesh comes \
-         from, or move one of them",
+        "two parts of the body both fill {}: their stiffness and mass count twice there, and no common facet joins them; unite them where the mesh \
+         comes from, or move one of them",
         point(at)
     )
 }
