@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, nastran
+from . import abaqus, avs, nastran
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -27,6 +27,8 @@ ENDINGS = {
     "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "su2": ".su2", "stl": ".stl",
     "ply": ".ply", "off": ".off", "obj": ".obj", "dolfin-xml": ".xml",
 }  # fmt: skip
+# Formats of which meshio gets a prepared text
+TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
 # Beginning of a file that gmsh reads -> the ending that it expects
 GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
 MOST_VALUES = 64  # integer data of the cells with more values are no regions
@@ -65,7 +67,7 @@ def load(path: Path, format: str):
             raise refuse(f"it has {pieces(readable)} pieces, of which only one is read", "merge them, for example in ParaView, and write one piece")
         try:
             # Not meshio.read, which prints what is wrong and exits
-            return meshio._helpers.reader_map[format](nastran.bulk(path, readable) if format == "nastran" else readable)
+            return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
         except BadRequest:
             raise
         except ModuleNotFoundError as error:

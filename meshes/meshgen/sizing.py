@@ -141,7 +141,7 @@ def find_length(generate, volume: float, target: int, tolerance: float, log) -> 
     raise SizeNotReached(
         f"{target} cells within {100 * near:g} % not reached in {len(tried)} attempts; "
         f"the nearest was {cells} cells at length {math.exp(nearest[0]):.5g} m",
-        "allow a larger tolerance, another count, or another seed; graded lengths bound the count from below",
+        "ask for another number of cells, or take another seed; graded lengths bound the count from below",
         cells,
     )
 

@@ -52,7 +52,7 @@ pub enum MeshError {
     #[error("{}: no tetrahedra ({found}); mesh the volume, or save its elements too (gmsh: Mesh.SaveAll = 1 or a physical volume)", file.display())]
     NoCells { file: PathBuf, found: String },
     #[error("{}: {owner} refers to node {node}, which the file does not define; write the file again", file.display())]
-    UnknownNode { file: PathBuf, owner: String, node: u64 },
+    UnknownNode { file: PathBuf, owner: String, node: i64 },
     #[error("{}: node {node} is defined twice; write the file again", file.display())]
     NodeTwice { file: PathBuf, node: u64 },
     #[error("{}: node {node} has a coordinate that is not finite; the file is damaged, write it again", file.display())]

@@ -218,7 +218,7 @@ fn commands_agree_on_the_limits_of_a_mesh() {
     assert!(warnings.len() == 2 && warnings[1] == wall, "{warnings:?}");
     let gap = "two parts of the body face each other across a gap of up to 0.01 mm over 1600.0000 mm^2, at (";
     assert!(notes.len() == 1 && notes[0].starts_with(gap), "{notes:?}");
-    let remedy = "have no common node: nothing joins them; merge = \"0.011 mm\" in [mesh] makes them one, or declare a contact between them";
+    let remedy = "have no common facet there: nothing joins them; merge = \"0.011 mm\" in [mesh] makes them one, or declare a contact between them";
     assert!(notes[0].ends_with(remedy), "{notes:?}");
     let scene = at("scene.toml");
     for arguments in

@@ -243,6 +243,27 @@ class Conversion(Case):
             Path(self.path("other.bdf")).write_text(text.replace(old, new))
             self.reject(words, "other.bdf", "nastran")
 
+    def test_avs(self):
+        triangles = np.array([[0, 2, 1], [0, 3, 2]])
+        data = {"part": [np.array([5, 5]), np.array([1, 1, 1, 2, 2])], "load": [np.zeros(2), np.ones(5)], "flow": [np.zeros((2, 3)), np.ones((5, 3))]}
+        mesh = meshio.Mesh(CUBE, [("triangle", triangles), ("tetra", TETS)], {"heat": np.arange(8.0)}, data)
+        meshio.write(self.path("two.avs"), mesh)
+        text = Path(self.path("two.avs")).read_text()
+        self.assertIn("8 7 1 4 0", text)
+        mesh = self.converted("two.avs", "avsucd")
+        self.assertEqual({"avsucd:material_1", "avsucd:material_2"}, set(mesh["names"]))
+        self.assertTrue(np.allclose(mesh["nodes"], CUBE))
+        cells = np.vstack([rows for (dim, _), rows in mesh["elements"].items() if dim == 3])
+        self.assertEqual(sorted(map(sorted, cells.tolist())), sorted(map(sorted, TETS.tolist())))
+        lines = text.splitlines(keepends=True)
+        for kept in (-1, -9, 18, 16):
+            Path(self.path("cut.avs")).write_text("".join(lines[:kept]))
+            self.reject("lines of at least", "cut.avs", "avsucd")
+        Path(self.path("cut.avs")).write_text("".join(lines[:14]))
+        self.reject("cannot read cut.avs", "cut.avs", "avsucd")
+        Path(self.path("wrong.avs")).write_text("8 7\n")
+        self.reject("cannot read wrong.avs", "wrong.avs", "avsucd")
+
     def test_lines_of_nastran(self):
         middles = [[0.5, 0, 0], [0.5, 0.5, 0], [0, 0.5, 0], [0, 0, 0.5], [0.5, 0, 0.5], [0, 0.5, 0.5]]
         nodes = CUBE[[0, 1, 3, 4]].tolist() + middles

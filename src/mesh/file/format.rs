@@ -43,6 +43,11 @@ impl Reader {
         }
     }
 
+    /// Whether files of this format state their unit of length, by which they are converted to millimetres.
+    pub fn states_its_unit(self) -> bool {
+        matches!(self, Self::Cad(name) if name != "brep")
+    }
+
     /// Whether files of this format hold volume cells, not a shape that is yet to be meshed.
     pub fn is_volume(self) -> bool {
         !matches!(self, Self::Surface(_) | Self::Cad(_))

@@ -255,7 +255,7 @@ fn cells_of(path: &Path, points: &[Vec3], [nodes, offsets, types]: [&[f64]; 3]) 
         nodes.len() == size * types.len() && offsets.iter().enumerate().all(|(k, end)| *end == ((k + 1) * size) as f64);
     let known = |n: &&f64| **n >= 0.0 && **n < points.len() as f64;
     if let Some(node) = nodes.iter().find(|n| !known(n)) {
-        return Err(MeshError::UnknownNode { file: path.into(), owner: "a cell".into(), node: *node as u64 });
+        return Err(MeshError::UnknownNode { file: path.into(), owner: "a cell".into(), node: *node as i64 });
     }
     if !fits {
         return Err(refuse(path, "the offsets of its cells do not fit their nodes", "write it again"));

@@ -258,10 +258,10 @@ fn read_elements(
             let tag = at.long("an element tag")? as u64;
             let mut found = [0u32; 27];
             for i in &mut found[..nodes] {
-                let node = at.long("a node of an element")? as u64;
+                let node = at.long("a node of an element")?;
                 let unknown =
                     || MeshError::UnknownNode { file: raw.file.clone(), owner: format!("element {tag}"), node };
-                *i = *index.get(&node).ok_or_else(unknown)?;
+                *i = *index.get(&(node as u64)).ok_or_else(unknown)?;
             }
             add_element(raw, kind, &mut found, tag, &regions);
         }

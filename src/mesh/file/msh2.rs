@@ -128,9 +128,9 @@ fn element(
     }
     let mut found = [0u32; 27];
     for i in &mut found[..nodes] {
-        let node = at.int("a node of an element")? as u64;
+        let node = at.int("a node of an element")?;
         let unknown = || MeshError::UnknownNode { file: raw.file.clone(), owner: format!("element {tag}"), node };
-        *i = *index.get(&node).ok_or_else(unknown)?;
+        *i = *index.get(&(node as u64)).ok_or_else(unknown)?;
     }
     let regions = if group == 0 { vec![] } else { vec![group_name(names, dim, group)] };
     Ok(Element { number, tag, nodes: found, regions })

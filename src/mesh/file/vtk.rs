@@ -252,7 +252,7 @@ impl Grid {
             let nodes = &self.nodes[self.offsets[c]..self.offsets[c + 1]];
             if let Some(&bad) = nodes.iter().find(|&&i| i < 0 || i as usize >= raw.points.len()) {
                 let owner = format!("cell {c}");
-                return Err(MeshError::UnknownNode { file: file.into(), owner, node: bad as u64 });
+                return Err(MeshError::UnknownNode { file: file.into(), owner, node: bad });
             }
             let &(_, dim, name) = KINDS.iter().find(|k| k.0 == number).unwrap_or(&(number, 3, "cells of unknown type"));
             let solid = match number {

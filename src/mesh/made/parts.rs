@@ -2,8 +2,10 @@
 
 use crate::math::disjoint_sets::DisjointSets;
 use crate::math::tensor::{Mat3, Vec3};
+use crate::mesh::element::CELL_FACES;
+use crate::mesh::surface::boundary::sorted;
 use crate::mesh::{Region, TetMesh};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::collections::BTreeMap;
 
 /// The image under X ↦ A X + b, A orthogonal. A mirror image gets the other order of nodes, so that volumes stay positive.
@@ -56,10 +58,25 @@ pub fn parts(mesh: &TetMesh) -> Vec<u32> {
     mesh.cells.chunks_exact(mesh.order.cell_nodes()).map(|cell| sets.first(cell[0])).collect()
 }
 
-/// The parts of a mesh as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
+/// \[cells\] the same of cells that are joined by common faces, as a cell of each part: parts that only have nodes or edges in common are several.
+pub fn parts_by_faces(mesh: &TetMesh) -> Vec<u32> {
+    let cells = mesh.cell_count();
+    let mut sets = DisjointSets::new(cells);
+    let mut first_cells = FxHashMap::with_capacity_and_hasher(cells * 5 / 2, FxBuildHasher);
+    for cell in 0..cells {
+        for face in CELL_FACES {
+            let key = sorted([0, 1, 2].map(|k| mesh.cell(cell)[face[k]]));
+            let first = *first_cells.entry(key).or_insert(cell as u32);
+            sets.join(&[first, cell as u32]);
+        }
+    }
+    (0..cells as u32).map(|cell| sets.first(cell)).collect()
+}
+
+/// The parts of a mesh that no face joins as meshes of their own, without facets and regions; the inverse of [`side_by_side`].
 pub fn apart(mesh: &TetMesh) -> Vec<TetMesh> {
     let mut of_part: BTreeMap<u32, (TetMesh, FxHashMap<u32, u32>)> = BTreeMap::new();
-    for (part, cell) in parts(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
+    for (part, cell) in parts_by_faces(mesh).into_iter().zip(mesh.cells.chunks_exact(mesh.order.cell_nodes())) {
         let (own, numbers) = of_part.entry(part).or_insert_with(|| {
             let none = TetMesh { points: vec![], cells: vec![], facets: vec![], regions: BTreeMap::new(), ..*mesh };
             (none, FxHashMap::default())

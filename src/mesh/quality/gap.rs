@@ -1,27 +1,32 @@
-//! Narrow gaps between the parts of a body: facets of parts without common nodes that face each other much closer than they are long.
+//! Narrow gaps between the parts of a body: facets of parts without common faces that face each other much closer than they are long.
 //!
-//! From the middle of every facet the nearest one of another part is looked for that faces it within 45°. Curved facets count as flat triangles.
+//! From the middle of every facet the nearest one is looked for that faces it within 45°. Facets of one part, as of solids of which only some facets
+//! are common, count where they lie on each other: a slit may be narrow on purpose. Curved facets count as flat triangles.
 
 use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::embed::closest_on_triangle;
 use crate::mesh::geometry::bounds;
 use crate::mesh::locator::{aabb, hierarchy};
-use crate::mesh::made::parts::parts;
+use crate::mesh::made::parts::parts_by_faces;
 use crate::mesh::surface::boundary::facet_cells;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
 /// Distance of two facets over the shorter of their mean edges, up to which they may have been meant as one \[–\].
 const NARROW: f64 = 0.05;
+/// The same of two facets of one part, beyond the rounding of coordinates in files \[–\].
+const COINCIDENT: f64 = 1e-4;
 /// Cosine between outward normals of two facets that face each other is below this.
 const OPPOSITE: f64 = -std::f64::consts::FRAC_1_SQRT_2;
 
 /// All narrow gaps between parts of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// Number of pairs of parts
+    /// Number of pairs of parts; two sides of one part are a pair
     pub pairs: usize,
+    /// Whether no two parts face each other, only sides of one part
+    pub is_within_parts: bool,
     /// The largest distance of two sides \[m\]
     pub distance: f64,
     /// Where the distance is largest \[m\]
@@ -39,7 +44,7 @@ struct Facet {
     normal: Vec3,
     area: f64,
     edge: f64,
-    /// As a node of it
+    /// As a cell of it
     part: u32,
 }
 
@@ -53,12 +58,9 @@ struct Facing {
     corners: Option<f64>,
 }
 
-/// The narrow gaps of a mesh; none where its parts are clearly apart, or there is one.
+/// The narrow gaps of a mesh; none where its parts are clearly apart, or joined.
 pub fn gap(mesh: &TetMesh) -> Option<Gap> {
-    let of_cells = parts(mesh);
-    if of_cells.iter().all(|part| *part == of_cells[0]) {
-        return None;
-    }
+    let of_cells = parts_by_faces(mesh);
     let outer = facet_cells(mesh).into_iter().enumerate().filter(|(_, (_, is_inside))| !is_inside);
     let facets: Vec<Facet> = outer.map(|(f, (cell, _))| facet(mesh, f, of_cells[cell as usize])).collect();
     let boxes = hierarchy(facets.iter().map(|facet| bounds(facet.corners.iter().copied())));
@@ -73,6 +75,7 @@ pub fn gap(mesh: &TetMesh) -> Option<Gap> {
     let corners = found.iter().map(|f| f.corners).collect::<Option<Vec<f64>>>();
     Some(Gap {
         pairs: found.iter().map(|f| f.parts).collect::<BTreeSet<_>>().len(),
+        is_within_parts: found.iter().all(|f| f.parts[0] == f.parts[1]),
         distance: widest.distance,
         at: widest.at,
         area: 0.5 * found.iter().map(|f| f.area).sum::<f64>(),
@@ -88,10 +91,11 @@ fn facet(mesh: &TetMesh, f: usize, part: u32) -> Facet {
     Facet { corners, middle: (a + b + c) / 3.0, normal: twice.normalize(), area: 0.5 * twice.norm(), edge, part }
 }
 
-/// Two facets of different parts that face each other across a narrow gap.
+/// Two facets that face each other across a narrow gap.
 fn facing(one: &Facet, other: &Facet) -> Option<Facing> {
-    let reach = NARROW * one.edge.min(other.edge);
-    if one.part == other.part || one.normal.dot(&other.normal) > OPPOSITE {
+    let narrow = if one.part == other.part { COINCIDENT } else { NARROW };
+    let reach = narrow * one.edge.min(other.edge);
+    if one.normal.dot(&other.normal) > OPPOSITE {
         return None;
     }
     let [a, b, c] = other.corners;

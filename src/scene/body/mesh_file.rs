@@ -2,7 +2,7 @@
 
 use super::mesh_spec::MeshSpec;
 use crate::math::units::{self, Dimension};
-use crate::mesh::format::{Format, recognise};
+use crate::mesh::format::{Format, Reader, recognise};
 use crate::mesh::{Changes, Reading, TetMesh};
 use crate::scene::error::{SceneError, part};
 use crate::wording::nearest;
@@ -71,16 +71,19 @@ pub(super) fn taken_over(changes: &Changes) -> Vec<String> {
     counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect()
 }
 
-/// A warning about a body of a size that no soft robot has, with the unit that would give it one.
-pub(super) fn doubtful_unit(mesh: &TetMesh, unit_m: f64) -> Option<String> {
+/// A warning about a body of a size that no soft robot has, with the unit that would give it one, unless its file states another.
+pub(super) fn doubtful_unit(mesh: &TetMesh, reader: Reader, unit_m: f64) -> Option<String> {
     let (low, high) = mesh.bounding_box();
     let size = (high - low).norm();
     if PLAUSIBLE.contains(&size) {
         return None;
     }
     let length = if size < 1.0 { format!("{:.3} mm", size * 1e3) } else { format!("{size:.3} m") };
-    let hint =
-        plausible_unit(size / unit_m).map_or(String::new(), |unit| format!("; unit = \"{unit}\" would be plausible"));
+    let hint = match plausible_unit(size / unit_m) {
+        _ if reader.states_its_unit() => "; the unit that its file states is probably wrong: export it again".into(),
+        Some(unit) => format!("; unit = \"{unit}\" would be plausible"),
+        None => String::new(),
+    };
     Some(format!("the body is {length} across, which is unusual for a soft robot{hint}"))
 }
 
@@ -105,4 +108,29 @@ pub(in crate::scene) fn unit_m(file: &Path, spec: &MeshSpec) -> Result<f64, Scen
         return Err(content(file, "the file has no unit of length", "add for example unit = \"mm\""));
     };
     units::parse(&format!("1 {unit}"), Dimension::LENGTH).map_err(|e| part(file, "mesh.unit", e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Order;
+    use crate::mesh::structured::block;
+
+    /// No other unit is advised to a file that states its own, as the mesher refuses it.
+    #[test]
+    fn a_body_of_an_unusual_size_is_warned_of_with_its_remedy() {
+        let warning = |metres: f64, reader| {
+            let side = metres / 3.0_f64.sqrt();
+            doubtful_unit(&block(1, 1, 1, side, side, side, Order::Linear), reader, 1e-3)
+        };
+        let fact = "the body is 57.000 m across, which is unusual for a soft robot; ";
+        for reader in [Reader::Surface("stl"), Reader::Cad("brep")] {
+            assert_eq!(warning(57.0, reader), Some(format!("{fact}unit = \"um\" would be plausible")));
+        }
+        for reader in [Reader::Cad("step"), Reader::Cad("iges")] {
+            let remedy = "the unit that its file states is probably wrong: export it again";
+            assert_eq!(warning(57.0, reader), Some(format!("{fact}{remedy}")));
+            assert_eq!(warning(0.1, reader), None);
+        }
+    }
 }

@@ -15,7 +15,7 @@ use super::build::patches::Patches;
 use super::error::{SceneError, part};
 use super::text::quantity::Length;
 use crate::mesh::element::CELL_EDGES;
-use crate::mesh::format::Reader;
+use crate::mesh::format::{Reader, recognise};
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::referred::digest;
 use crate::mesh::generate::{
@@ -190,7 +190,7 @@ impl Body {
             check_element(file, spec, &mesh)?;
             let mut body = Self::new(file, mesh, BTreeMap::new(), (&path, format.reader))?;
             body.notes = taken_over(&changes);
-            body.warnings.extend(doubtful_unit(&body.mesh, how.unit_m));
+            body.warnings.extend(doubtful_unit(&body.mesh, format.reader, how.unit_m));
             return Ok(body);
         }
         let request = request_from(file, spec, store)?;
@@ -203,8 +203,9 @@ impl Body {
         body.warnings.extend(volume.as_ref().and_then(SourceVolume::warning));
         body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
         body.volumes.extend(volume);
-        if let Source::File { unit_m, .. } = request.source {
-            body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
+        if let Source::File { path, unit_m } = &request.source {
+            let reader = recognise(path).map_err(|e| fail(e.into()))?.reader;
+            body.warnings.extend(doubtful_unit(&body.mesh, reader, *unit_m));
         }
         Ok(body)
     }

@@ -148,8 +148,8 @@ fn surface_census(file: &Path) -> Option<Census> {
 fn guessed_unit(format: &Format, census: Option<&Census>) -> (String, String) {
     let Some(census) = census else {
         let reason = match format.reader {
-            Reader::Cad(_) if format.name == "BREP" => "usual for CAD",
-            Reader::Cad(_) => "the file states its own unit",
+            reader if reader.states_its_unit() => "the file states its own unit",
+            Reader::Cad(_) => "usual for CAD",
             _ => "usual for CAD, the file states none; check it",
         };
         return ("mm".into(), reason.into());

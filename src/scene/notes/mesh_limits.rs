@@ -68,8 +68,8 @@ fn of_wall(wall: Wall) -> String {
 /// In words, for facets of a pin and its hole that do not fit lie in each other by the height of an arc.
 fn of_overlap(at: &Vec3) -> String {
     format!(
-        "two parts of the body both fill {}: their stiffness and mass count twice there, and nothing joins them; unite them where the mesh comes \
-         from, or move one of them",
+        "two parts of the body both fill {}: their stiffness and mass count twice there, and no common facet joins them; unite them where the mesh \
+         comes from, or move one of them",
         point(at)
     )
 }
@@ -81,14 +81,47 @@ fn of_gap(gap: &Gap, is_volume_mesh: bool) -> String {
         true => format!("face each other across a gap of up to {} mm", mm(gap.distance)),
         false => "touch".into(),
     };
-    let pairs = if gap.pairs == 1 { "two parts of the body".into() } else { format!("{} pairs of parts", gap.pairs) };
+    let sides = match (gap.pairs, gap.is_within_parts) {
+        (1, true) => "two sides of one part of the body".into(),
+        (1, false) => "two parts of the body".into(),
+        (parts, true) => format!("sides of {parts} parts"),
+        (pairs, false) => format!("{pairs} pairs of parts"),
+    };
     let remedy = match gap.between_nodes.filter(|_| is_volume_mesh) {
         Some(between) => format!("merge = \"{} mm\" in [mesh] makes them one", mm(1.1 * between)),
         None => "make them one where the mesh comes from".into(),
     };
     format!(
-        "{pairs} {how} over {:.4} mm^2, at {}, and have no common node: nothing joins them; {remedy}, or declare a contact between them",
+        "{sides} {how} over {:.4} mm^2, at {}, and have no common facet there: nothing joins them; {remedy}, or declare a contact between them",
         gap.area * 1e6,
         point(&gap.at)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_is_told_with_its_sides() {
+        let gap = |pairs, is_within_parts| Gap {
+            pairs,
+            is_within_parts,
+            distance: 0.0,
+            at: Vec3::new(0.03, 0.0, 0.0),
+            area: 3.45e-4,
+            between_nodes: None,
+        };
+        let told = |pairs, is_within_parts| of_gap(&gap(pairs, is_within_parts), true);
+        let rest = " touch over 345.0000 mm^2, at (30, 0, 0) mm, and have no common facet there: nothing joins them; make them one where the mesh \
+                    comes from, or declare a contact between them";
+        for (pairs, is_within_parts, sides) in [
+            (1, false, "two parts of the body"),
+            (3, false, "3 pairs of parts"),
+            (1, true, "two sides of one part of the body"),
+            (2, true, "sides of 2 parts"),
+        ] {
+            assert_eq!(told(pairs, is_within_parts), format!("{sides}{rest}"));
+        }
+    }
 }

@@ -1,0 +1,23 @@
+"""AVS-UCD as meshio reads it: the nodes and cells, without the data at them, which make no region.
+
+meshio fails at the data of cells of several kinds."""
+
+import io
+from pathlib import Path
+
+from .errors import BadRequest
+
+
+def grid(path: Path, content: Path) -> io.StringIO:
+    """The nodes and cells of a file, whose unpacked text is in `content`; one that ends within its data is cut off."""
+    lines = [line for line in content.read_text("utf-8").splitlines() if line.strip() and not line.lstrip().startswith("#")]
+    nodes, cells, of_nodes, of_cells, _ = (int(word) for word in lines[0].partition("#")[0].split())
+    kept = end = 1 + nodes + cells
+    for owners, components in ((nodes, of_nodes), (cells, of_cells)):
+        if components:
+            # A line with the number of fields and their sizes, one for each name, and one for each owner
+            fields = int(lines[end].split()[0]) if end < len(lines) else 0
+            end += 1 + fields + owners
+    if end > len(lines):
+        raise BadRequest(f"cannot read {path.name}: it has {len(lines)} lines of at least {end}", "write or copy it again")
+    return io.StringIO("\n".join([f"{nodes} {cells} 0 0 0", *lines[1:kept], ""]))
