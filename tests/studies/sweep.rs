@@ -158,15 +158,38 @@ fn each_line_has_steps_of_its_own() {
     assert!(found.trend == Trend::Rising && found.everywhere, "{found:?}");
     let (grid, mut stored) = study(&P, &Q, |p, q| if q == 1.0 { p } else { 1e-9 * (3.0 * p).sin() });
     assert_eq!(along(&analyse(&grid, &stored).quantities[0].along, "p").trend, Trend::Turning);
-    for case in &mut stored {
+    solved_to_1e8(&mut stored);
+    let a = analyse(&grid, &stored);
+    let found = along(&a.quantities[0].along, "p");
+    assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+}
+
+/// Cases with another column of 1 N and an algebraic error of 1e-8 of it.
+fn solved_to_1e8(stored: &mut [StoredCase]) {
+    for case in stored {
         let mut other = case.record.probes["cable_tension_N"].clone();
         other.peak = 1.0;
         case.record.probes.insert("other_N".into(), other);
         case.record.solver.algebraic_error = 1e-8;
     }
+}
+
+/// A quantity of 1e-9 N of either sign, where the solver leaves 1e-8 N, is constant: its change is zero in words, numbers and decisions. Where the solver
+/// leaves less, it changes by twice its size.
+#[test]
+fn what_the_solver_leaves_is_no_change() {
+    let (grid, mut stored) = study(&P, &Q, |p, q| 1e-9 * (3.0 * p + q).sin());
     let a = analyse(&grid, &stored);
-    let found = along(&a.quantities[0].along, "p");
-    assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+    assert!(a.verdict.contains(" changes with ") && a.verdict.contains("key p p (up to 1"), "{}", a.verdict);
+    solved_to_1e8(&mut stored);
+    let a = analyse(&grid, &stored);
+    for name in ["p", "q"] {
+        let found = along(&a.quantities[0].along, name);
+        assert_eq!((found.trend, found.change), (Trend::Constant, 0.0), "{name}");
+    }
+    assert!(a.verdict.contains(" stays within ") && !a.verdict.contains("change"), "{}", a.verdict);
+    let sentence = &a.quantities[0].sentence;
+    assert!(["p p", "q q"].iter().all(|key| sentence.contains(&format!("does not depend on key {key}"))), "{sentence}");
 }
 
 /// y moves by 1.7 near zero, where an absolute tolerance of 2 accepts it whatever share of the value it is; a move by 2.1 it does not accept.
