@@ -268,6 +268,32 @@ fn a_missing_point_is_named_and_the_report_is_written() {
     }
 }
 
+/// Of a part of the points the verdict says so, and names the axis along which there are no two of them, with the quantity where another one is judged there.
+#[test]
+fn an_axis_without_two_points_is_not_judged() {
+    let (mut study, mut stored) = study(&P, &Q, |p, q| p * q);
+    let whole = analyse(&study, &stored).verdict;
+    assert!(whole.starts_with("Over 12 points the ") && !whole.contains("not judged"), "{whole}");
+    stored.retain(|c| c.record.member.starts_with("p1_"));
+    let a = analyse(&study, &stored);
+    assert!(a.verdict.starts_with("Over 3 of 12 points the "), "{}", a.verdict);
+    let says = "Key p p is not judged: no two converged points differ in it alone.";
+    assert!(a.verdict.contains(&format!(" {says} 9 cases have no usable result.")), "{}", a.verdict);
+    assert!(a.quantities[0].sentence.ends_with(&format!(". {says}")), "{}", a.quantities[0].sentence);
+
+    let (grid, mut stored) = self::study(&P, &Q, |p, q| p * q);
+    let other =
+        Quantity { name: "other_N".into(), label: "other force".into(), ..grid.quantities["length"][0].clone() };
+    study.quantities.get_mut("length").expect("quantities").push(other);
+    for case in stored.iter_mut().filter(|c| c.record.member.starts_with("p1_")) {
+        let probe = case.record.probes["cable_tension_N"].clone();
+        case.record.probes.insert("other_N".into(), probe);
+    }
+    let said = analyse(&study, &stored).verdict;
+    assert!(said.starts_with("Over 3 to 12 of 12 points the "), "{said}");
+    assert!(said.contains("Key p p is not judged for the maximum other force (") && !said.contains("Key q"), "{said}");
+}
+
 /// A quantity that does not start at zero is judged by its change: its peaks are called so, its curve over time is not.
 #[test]
 fn peaks_that_are_changes_are_called_so() {

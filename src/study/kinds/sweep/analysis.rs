@@ -16,13 +16,14 @@
 //! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. What is constant has a
 //! change of zero. A list whose axes go together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::numbers::{capital, digits, percent, significant, space, unsigned_zero};
+use crate::report::numbers::{capital, digits, percent, significant, space, span, unsigned_zero};
 use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::{peak, start};
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
+use crate::wording;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -374,6 +375,17 @@ fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool
     format!("{}{change}", if several { "up to " } else { "" })
 }
 
+/// The axes of a grid along which a quantity has no two values.
+fn unjudged<'a>(q: &'a Dependence, axes: &'a [AxisRecord], list: bool) -> impl Iterator<Item = &'a AxisRecord> {
+    axes.iter().filter(move |axis| !list && q.along.iter().all(|a| a.axis != axis.name))
+}
+
+/// `Young's modulus E is not judged: no two converged points differ in it alone`, with the quantities in words where others are judged.
+fn not_judged(axes: &[AxisRecord], axis: &AxisRecord, quantities: &str) -> String {
+    let axis = capital(&axis_words(axes, &axis.name, false));
+    format!("{axis} is not judged{quantities}: no two converged points differ in it alone")
+}
+
 fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
     if q.along.is_empty() {
         return format!("{}: too few converged cases to say anything.", capital(&q.peak_title()));
@@ -424,6 +436,9 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 &format!(" (elasticity{of} {ends:.2} from end to end, {least:.2} to {most:.2} between neighbours)");
         }
     }
+    for axis in unjudged(q, axes, list) {
+        words += &format!(". {}", not_judged(axes, axis, ""));
+    }
     (words + ".").replace(" -", " −")
 }
 
@@ -469,12 +484,13 @@ fn verdict_of(
     if known.is_empty() {
         return "No verdict: there are no two converged cases to compare.".into();
     }
+    let name = |q: &ByQuantity<Dependence>| format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
     let one = |q: &&ByQuantity<Dependence>| {
         let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
         let own = q.quantity.tolerance(tolerance);
         let from = if q.has_origin() { ", counted from its first value," } else { "" };
-        let name = format!("the {} {} ({}){from}", q.peak_is, q.quantity.label, q.variant_label);
+        let name = format!("{}{from}", name(q));
         let words: Vec<String> = (strong.iter())
             .map(|a| format!("{} ({})", axis_words(&sweep.axes, &a.axis, list), amount(q, a, &sweep.axes, list, own)))
             .collect();
@@ -489,5 +505,17 @@ fn verdict_of(
         }
     };
     let all: Vec<String> = known.iter().map(one).collect();
-    format!("Over {} points {}.{}", sweep.points.len(), all.join("; "), analysis::without_result(missing))
+    let not = sweep.axes.iter().filter_map(|axis| {
+        let lacks = |q: &&&ByQuantity<Dependence>| unjudged(q, &sweep.axes, list).any(|a| a.name == axis.name);
+        let names: Vec<String> = known.iter().filter(lacks).map(|q| name(q)).collect();
+        let of = if names.len() < known.len() { format!(" for {}", wording::all(&names)) } else { String::new() };
+        (!names.is_empty()).then(|| format!(" {}.", not_judged(&sweep.axes, axis, &of)))
+    });
+    let not: String = not.collect();
+    let planned = sweep.points.len().to_string();
+    let points = match span(known.iter().map(|q| q.points.len() as f64), |n| n.to_string()) {
+        Some(found) if found != planned => format!("{found} of {planned}"),
+        _ => planned,
+    };
+    format!("Over {points} points {}.{not}{}", all.join("; "), analysis::without_result(missing))
 }
