@@ -316,6 +316,55 @@ fn peaks_that_are_changes_are_called_so() {
     assert_eq!(drawn(50.0), [true, true, false]);
 }
 
+/// A grid over p, q and r with the peak p q r, whose third axis has a long unit.
+fn three_axes() -> (StudyRecord, Vec<StoredCase>) {
+    let (mut study, layer) = study(&[1.0, 2.0], &Q, |p, q| p * q);
+    let mut sweep = sweep_of(&study);
+    let (points, mut stored) = (std::mem::take(&mut sweep.points), vec![]);
+    let r = [0.535, 1.07, 2.14];
+    for (k, factor) in r.into_iter().enumerate() {
+        for mut case in layer.clone() {
+            let at = [points[&case.record.member].clone(), vec![k]].concat();
+            case.record.member += &format!("_r{k}");
+            case.record.id += &format!("_r{k}");
+            case.record.probes.get_mut("cable_tension_N").expect("recorded").peak *= factor;
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value *= factor);
+            sweep.points.insert(case.record.member.clone(), at);
+            stored.push(case);
+        }
+    }
+    let values = r.iter().map(|r| format!("{r} g/cm^3")).collect();
+    sweep.axes.push(AxisRecord { unit: "g/cm^3".into(), values, ..axis("r", &r) });
+    study.families[0].cases = stored.iter().map(|c| c.record.id.clone()).collect();
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    (study, stored)
+}
+
+/// Every axis of a grid has a panel with a curve for each value of the next one, named in full, and the caption says where each panel keeps the third; an axis
+/// along which nothing is judged has none, and is kept where the points are.
+#[test]
+fn each_axis_has_a_panel() {
+    let (study, stored) = three_axes();
+    let drawn = |stored: Vec<StoredCase>| {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &(study.clone(), stored));
+        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        ["figures/against-cable_tension_N-length.svg", "index.html"]
+            .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
+    };
+    let [svg, page] = drawn(stored.clone());
+    assert!(["key p", "key q", "key r", "(c)"].iter().all(|words| svg.contains(words)), "one panel for each axis");
+    assert!(svg.contains(" = 0.535 g/cm³") && !svg.contains('…'), "whole legends");
+    let kept = "Further axes are kept in (a) at r = 1.07 g/cm³, in (b) at p = 2 kPa, in (c) at q = 3 kPa.";
+    assert!(page.contains(kept), "{page}");
+    let [svg, page] = drawn(stored.into_iter().filter(|c| c.record.member.ends_with("_r0")).collect());
+    assert!(svg.contains("key p") && svg.contains("key q") && !svg.contains("key r"), "two panels");
+    let kept = "Further axes are kept in (a) at r = 0.535 g/cm³, in (b) at r = 0.535 g/cm³.";
+    assert!(page.contains(kept), "{page}");
+    assert!(page.contains("coloured by key p, with q = 3 kPa and r = 0.535 g/cm³."), "{page}");
+}
+
 #[test]
 fn rows_that_are_left_out_change_no_peak() {
     let (study, stored) = study(&P, &Q, |p, q| p / q);
