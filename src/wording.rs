@@ -23,6 +23,25 @@ pub fn all<T: Display>(items: &[T]) -> String {
     }
 }
 
+/// Alternatives within a sentence, the first three of many: "a", "a or b", "a, b, c or 2 more".
+pub fn either<T: Display>(items: &[T]) -> String {
+    match (items.len().saturating_sub(NAMED), items) {
+        (0, [first @ .., last]) if !first.is_empty() => format!("{} or {last}", joined(first)),
+        (0, _) => all(items),
+        (others, _) => format!("{} or {others} more", joined(&items[..NAMED])),
+    }
+}
+
+/// Distinct values in the order of their first appearance.
+pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    values.fold(vec![], |mut all, v| {
+        if !all.contains(&v) {
+            all.push(v);
+        }
+        all
+    })
+}
+
 /// The first three entries within a sentence and the number of the others: "a, b, c and 2 more".
 pub fn few<T: Display>(items: &[T]) -> String {
     match items.len().saturating_sub(NAMED) {
@@ -84,6 +103,9 @@ mod tests {
         let named = |n: usize| few(&["a", "b", "c", "d", "e"][..n]);
         assert_eq!([0, 1, 2, 3, 5].map(named), ["", "a", "a and b", "a, b and c", "a, b, c and 2 more"]);
         assert_eq!(all(&["a", "b", "c", "d", "e"]), "a, b, c, d and e");
+        let alternatives = |n: usize| either(&["a", "b", "c", "d", "e"][..n]);
+        assert_eq!([0, 1, 2, 3, 5].map(alternatives), ["", "a", "a or b", "a, b or c", "a, b, c or 2 more"]);
+        assert_eq!(distinct(["b", "a", "b"].into_iter()), ["b", "a"]);
     }
 
     #[test]

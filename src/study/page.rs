@@ -8,11 +8,11 @@ use crate::report::table::Table;
 use crate::report::viewer::pack::Packed;
 use crate::study::content::Content;
 use crate::study::locking;
-use crate::study::paper::methods::{distinct, law_tables, scenes};
+use crate::study::paper::methods::{law_tables, scenes};
 use crate::study::store::builds;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results::Results;
-use crate::wording;
+use crate::wording::{self, distinct};
 
 /// The page next to this one that shows the cases in three dimensions.
 pub const VIEW: &str = "view.html";

@@ -158,15 +158,38 @@ fn each_line_has_steps_of_its_own() {
     assert!(found.trend == Trend::Rising && found.everywhere, "{found:?}");
     let (grid, mut stored) = study(&P, &Q, |p, q| if q == 1.0 { p } else { 1e-9 * (3.0 * p).sin() });
     assert_eq!(along(&analyse(&grid, &stored).quantities[0].along, "p").trend, Trend::Turning);
-    for case in &mut stored {
+    solved_to_1e8(&mut stored);
+    let a = analyse(&grid, &stored);
+    let found = along(&a.quantities[0].along, "p");
+    assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+}
+
+/// Cases with another column of 1 N and an algebraic error of 1e-8 of it.
+fn solved_to_1e8(stored: &mut [StoredCase]) {
+    for case in stored {
         let mut other = case.record.probes["cable_tension_N"].clone();
         other.peak = 1.0;
         case.record.probes.insert("other_N".into(), other);
         case.record.solver.algebraic_error = 1e-8;
     }
+}
+
+/// A quantity of 1e-9 N of either sign, where the solver leaves 1e-8 N, is constant: its change is zero in words, numbers and decisions. Where the solver
+/// leaves less, it changes by twice its size.
+#[test]
+fn what_the_solver_leaves_is_no_change() {
+    let (grid, mut stored) = study(&P, &Q, |p, q| 1e-9 * (3.0 * p + q).sin());
     let a = analyse(&grid, &stored);
-    let found = along(&a.quantities[0].along, "p");
-    assert!(found.trend == Trend::Rising && !found.everywhere, "{found:?}");
+    assert!(a.verdict.contains(" changes with ") && a.verdict.contains("key p p (up to 1"), "{}", a.verdict);
+    solved_to_1e8(&mut stored);
+    let a = analyse(&grid, &stored);
+    for name in ["p", "q"] {
+        let found = along(&a.quantities[0].along, name);
+        assert_eq!((found.trend, found.change), (Trend::Constant, 0.0), "{name}");
+    }
+    assert!(a.verdict.contains(" stays within ") && !a.verdict.contains("change"), "{}", a.verdict);
+    let sentence = &a.quantities[0].sentence;
+    assert!(["p p", "q q"].iter().all(|key| sentence.contains(&format!("does not depend on key {key}"))), "{sentence}");
 }
 
 /// y moves by 1.7 near zero, where an absolute tolerance of 2 accepts it whatever share of the value it is; a move by 2.1 it does not accept.
@@ -245,6 +268,32 @@ fn a_missing_point_is_named_and_the_report_is_written() {
     }
 }
 
+/// Of a part of the points the verdict says so, and names the axis along which there are no two of them, with the quantity where another one is judged there.
+#[test]
+fn an_axis_without_two_points_is_not_judged() {
+    let (mut study, mut stored) = study(&P, &Q, |p, q| p * q);
+    let whole = analyse(&study, &stored).verdict;
+    assert!(whole.starts_with("Over 12 points the ") && !whole.contains("not judged"), "{whole}");
+    stored.retain(|c| c.record.member.starts_with("p1_"));
+    let a = analyse(&study, &stored);
+    assert!(a.verdict.starts_with("Over 3 of 12 points the "), "{}", a.verdict);
+    let says = "Key p p is not judged: no two converged points differ in it alone.";
+    assert!(a.verdict.contains(&format!(" {says} 9 cases have no usable result.")), "{}", a.verdict);
+    assert!(a.quantities[0].sentence.ends_with(&format!(". {says}")), "{}", a.quantities[0].sentence);
+
+    let (grid, mut stored) = self::study(&P, &Q, |p, q| p * q);
+    let other =
+        Quantity { name: "other_N".into(), label: "other force".into(), ..grid.quantities["length"][0].clone() };
+    study.quantities.get_mut("length").expect("quantities").push(other);
+    for case in stored.iter_mut().filter(|c| c.record.member.starts_with("p1_")) {
+        let probe = case.record.probes["cable_tension_N"].clone();
+        case.record.probes.insert("other_N".into(), probe);
+    }
+    let said = analyse(&study, &stored).verdict;
+    assert!(said.starts_with("Over 3 to 12 of 12 points the "), "{said}");
+    assert!(said.contains("Key p p is not judged for the maximum other force (") && !said.contains("Key q"), "{said}");
+}
+
 /// A quantity that does not start at zero is judged by its change: its peaks are called so, its curve over time is not.
 #[test]
 fn peaks_that_are_changes_are_called_so() {
@@ -265,6 +314,55 @@ fn peaks_that_are_changes_are_called_so() {
     };
     assert_eq!(drawn(0.0), [false; 3]);
     assert_eq!(drawn(50.0), [true, true, false]);
+}
+
+/// A grid over p, q and r with the peak p q r, whose third axis has a long unit.
+fn three_axes() -> (StudyRecord, Vec<StoredCase>) {
+    let (mut study, layer) = study(&[1.0, 2.0], &Q, |p, q| p * q);
+    let mut sweep = sweep_of(&study);
+    let (points, mut stored) = (std::mem::take(&mut sweep.points), vec![]);
+    let r = [0.535, 1.07, 2.14];
+    for (k, factor) in r.into_iter().enumerate() {
+        for mut case in layer.clone() {
+            let at = [points[&case.record.member].clone(), vec![k]].concat();
+            case.record.member += &format!("_r{k}");
+            case.record.id += &format!("_r{k}");
+            case.record.probes.get_mut("cable_tension_N").expect("recorded").peak *= factor;
+            let tension = case.series.columns.get_mut("cable_tension_N").expect("recorded");
+            tension.iter_mut().for_each(|value| *value *= factor);
+            sweep.points.insert(case.record.member.clone(), at);
+            stored.push(case);
+        }
+    }
+    let values = r.iter().map(|r| format!("{r} g/cm^3")).collect();
+    sweep.axes.push(AxisRecord { unit: "g/cm^3".into(), values, ..axis("r", &r) });
+    study.families[0].cases = stored.iter().map(|c| c.record.id.clone()).collect();
+    study.details = serde_json::to_value(sweep).expect("numbers and strings");
+    (study, stored)
+}
+
+/// Every axis of a grid has a panel with a curve for each value of the next one, named in full, and the caption says where each panel keeps the third; an axis
+/// along which nothing is judged has none, and is kept where the points are.
+#[test]
+fn each_axis_has_a_panel() {
+    let (study, stored) = three_axes();
+    let drawn = |stored: Vec<StoredCase>| {
+        let dir = tempfile::tempdir().expect("temporary folder");
+        synthetic::store(dir.path(), &(study.clone(), stored));
+        report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+        ["figures/against-cable_tension_N-length.svg", "index.html"]
+            .map(|file| std::fs::read_to_string(dir.path().join(file)).expect("written"))
+    };
+    let [svg, page] = drawn(stored.clone());
+    assert!(["key p", "key q", "key r", "(c)"].iter().all(|words| svg.contains(words)), "one panel for each axis");
+    assert!(svg.contains(" = 0.535 g/cm³") && !svg.contains('…'), "whole legends");
+    let kept = "Further axes are kept in (a) at r = 1.07 g/cm³, in (b) at p = 2 kPa, in (c) at q = 3 kPa.";
+    assert!(page.contains(kept), "{page}");
+    let [svg, page] = drawn(stored.into_iter().filter(|c| c.record.member.ends_with("_r0")).collect());
+    assert!(svg.contains("key p") && svg.contains("key q") && !svg.contains("key r"), "two panels");
+    let kept = "Further axes are kept in (a) at r = 0.535 g/cm³, in (b) at r = 0.535 g/cm³.";
+    assert!(page.contains(kept), "{page}");
+    assert!(page.contains("coloured by key p, with q = 3 kPa and r = 0.535 g/cm³."), "{page}");
 }
 
 #[test]

@@ -7,12 +7,17 @@ use crate::report::canvas::italic;
 use crate::report::unit::labelled;
 use crate::study::store::record::Quantity;
 
-/// Quantities that a figure with a panel for each shows.
+/// Quantities or axes that a figure with a panel for each shows.
 pub const PANELS: usize = 6;
 
 /// The end of a caption where there are more quantities than panels.
 pub fn first_of(quantities: usize) -> String {
-    if quantities > PANELS { format!(" Of {quantities} quantities the first {PANELS}.") } else { String::new() }
+    first_panels(quantities, "quantities")
+}
+
+/// The end of a caption where there are more things than panels.
+pub fn first_panels(count: usize, things: &str) -> String {
+    if count > PANELS { format!(" Of {count} {things} the first {PANELS}.") } else { String::new() }
 }
 
 /// `bending angle θ [°]`, for an axis.
@@ -28,5 +33,6 @@ mod tests {
     fn a_caption_says_what_has_no_panel() {
         assert_eq!(first_of(PANELS), "");
         assert_eq!(first_of(8), " Of 8 quantities the first 6.");
+        assert_eq!(first_panels(7, "axes"), " Of 7 axes the first 6.");
     }
 }

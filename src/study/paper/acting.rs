@@ -5,7 +5,7 @@ use crate::report::numbers::capital;
 use crate::report::paper::Paragraph;
 use crate::report::paper::law::plain;
 use crate::study::store::record::CaseRecord;
-use crate::wording;
+use crate::wording::{self, distinct};
 use toml::{Table, Value};
 
 /// Lists of a scene whose entries act on its bodies, with the word for an entry that has no kind.
@@ -19,20 +19,15 @@ const WORDS: [(&str, &str); 5] =
 /// Numbers of a list that are printed; of a longer one, and of one of points, their count.
 const MOST: usize = 3;
 
-/// One sentence for each entry of the scenes. Numbers that differ between the cases are ranges; an entry that not all cases have names those that have it.
+/// One sentence for each entry of the scenes. Numbers that differ between the cases are ranges, other values alternatives; an entry or a key that not all
+/// cases have names those that have it.
 pub fn physics(records: &[&CaseRecord]) -> Paragraph {
     let cases: Vec<(&str, Vec<(String, Table)>)> = records.iter().map(|r| (r.id.as_str(), entries(r))).collect();
-    let names = cases.iter().flat_map(|(_, own)| own).fold(vec![], |mut names: Vec<&str>, (name, _)| {
-        if !names.contains(&name.as_str()) {
-            names.push(name);
-        }
-        names
-    });
+    let names = distinct(cases.iter().flat_map(|(_, own)| own).map(|(name, _)| name.as_str()));
     let sentence = |name: &str| {
-        let of = |own: &Vec<(String, Table)>| own.iter().find(|(n, _)| n == name).map(|(_, entry)| entry.clone());
-        let tables: Vec<Table> = cases.iter().filter_map(|(_, own)| of(own)).collect();
-        let cases = not_in_all(&cases, |own| of(own).is_some());
-        let details = pairs(&tables.iter().collect::<Vec<_>>(), &NAMING);
+        let tables: Vec<(&str, &Table)> = cases.iter().filter_map(|(id, own)| Some((*id, entry(own, name)?))).collect();
+        let cases = not_in_all(&cases, |own| entry(own, name).is_some());
+        let details = pairs(&tables, &NAMING);
         let colon = if details.is_empty() { "" } else { ": " };
         format!("{}{cases}{colon}{}.", capital(name), details.join(", "))
     };
@@ -67,6 +62,11 @@ fn entries(record: &CaseRecord) -> Vec<(String, Table)> {
     all
 }
 
+/// The entry of this name.
+fn entry<'a>(own: &'a [(String, Table)], name: &str) -> Option<&'a Table> {
+    own.iter().find(|(known, _)| known == name).map(|(_, entry)| entry)
+}
+
 /// The cases that have something, in brackets, or those that have not where these are fewer; nothing where all have it.
 fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
     let (with, without): (Vec<_>, Vec<_>) = cases.iter().partition(|(_, parts)| has(parts));
@@ -78,29 +78,27 @@ fn not_in_all<T>(cases: &[(&str, T)], has: impl Fn(&T) -> bool) -> String {
     }
 }
 
-/// The keys of tables with their values, but for those that are left out.
-fn pairs(tables: &[&Table], without: &[&str]) -> Vec<String> {
-    let mut keys: Vec<&str> = vec![];
-    for key in tables.iter().flat_map(|table| table.keys()) {
-        if !keys.contains(&key.as_str()) && !without.contains(&key.as_str()) {
-            keys.push(key);
-        }
-    }
+/// The keys of the tables of cases with their values, but for those that are left out.
+fn pairs(tables: &[(&str, &Table)], without: &[&str]) -> Vec<String> {
+    let keys = tables.iter().flat_map(|(_, table)| table.keys()).map(String::as_str);
+    let keys = distinct(keys.filter(|key| !without.contains(key)));
     let pair = |key: &str| {
-        let values: Vec<&Value> = tables.iter().filter_map(|table| table.get(key)).collect();
+        let values: Vec<(&str, &Value)> =
+            tables.iter().filter_map(|(id, table)| Some((*id, table.get(key)?))).collect();
+        let cases = not_in_all(tables, |table| table.contains_key(key));
         let spoken = key.replace('_', " ");
         if let Some(counted) = counted(&values, &spoken) {
-            return counted;
+            return format!("{counted}{cases}");
         }
         let before = WORDS.iter().find(|(known, _)| *known == key).map(|(_, words)| (*words).to_string());
-        format!("{}{}", before.unwrap_or_else(|| format!("{spoken} ")), shown(&values))
+        format!("{}{}{cases}", before.unwrap_or_else(|| format!("{spoken} ")), shown(&values))
     };
     keys.into_iter().map(pair).collect()
 }
 
 /// `4 guides` for lists of points or of many numbers.
-fn counted(values: &[&Value], key: &str) -> Option<String> {
-    let lists: Vec<&Vec<Value>> = values.iter().filter_map(|v| v.as_array()).collect();
+fn counted(values: &[(&str, &Value)], key: &str) -> Option<String> {
+    let lists: Vec<&Vec<Value>> = values.iter().filter_map(|(_, v)| v.as_array()).collect();
     let is_long = |list: &&Vec<Value>| list.len() > MOST || list.iter().any(Value::is_array);
     if lists.len() < values.len() || !lists.iter().any(is_long) {
         return None;
@@ -110,23 +108,24 @@ fn counted(values: &[&Value], key: &str) -> Option<String> {
     Some(if lists.iter().all(|l| l.len() == lists[0].len()) { most } else { format!("{least} to {most}") })
 }
 
-/// The values of one key in the cases: as given where they agree, a range of numbers of one unit, or all that are given.
-fn shown(values: &[&Value]) -> String {
-    let tables: Vec<&Table> = values.iter().filter_map(|v| v.as_table()).collect();
-    if tables.len() == values.len() && tables.iter().all(|t| t.get("kind") == tables[0].get("kind")) {
-        return pairs(&tables, &[]).join(" ");
+/// The values of one key in the cases: as given where they agree, a range of numbers of one unit, or the alternatives that are given.
+fn shown(values: &[(&str, &Value)]) -> String {
+    let tables: Vec<(&str, &Table)> = values.iter().filter_map(|(id, v)| Some((*id, v.as_table()?))).collect();
+    if tables.len() == values.len() {
+        let kinds = tables.iter().map(|(_, table)| table.get("kind"));
+        let of_kind = |kind: Option<&Value>| {
+            tables.iter().copied().filter(|(_, table)| table.get("kind") == kind).collect::<Vec<_>>()
+        };
+        let each: Vec<String> = distinct(kinds).into_iter().map(|kind| pairs(&of_kind(kind), &[]).join(" ")).collect();
+        return wording::either(&each);
     }
-    let lists: Vec<&Vec<Value>> = values.iter().filter_map(|v| v.as_array()).collect();
-    if lists.len() == values.len() && lists.iter().all(|l| l.len() == lists[0].len()) {
-        let places = (0..lists[0].len()).map(|k| shown(&lists.iter().map(|l| &l[k]).collect::<Vec<_>>()));
+    let lists: Vec<(&str, &Vec<Value>)> = values.iter().filter_map(|(id, v)| Some((*id, v.as_array()?))).collect();
+    if lists.len() == values.len() && lists.iter().all(|(_, l)| l.len() == lists[0].1.len()) {
+        let places =
+            (0..lists[0].1.len()).map(|k| shown(&lists.iter().map(|(id, list)| (*id, &list[k])).collect::<Vec<_>>()));
         return format!("({})", places.collect::<Vec<_>>().join(", "));
     }
-    let mut words: Vec<String> = vec![];
-    for value in values.iter().map(|v| one(v)) {
-        if !words.contains(&value) {
-            words.push(value);
-        }
-    }
+    let words = distinct(values.iter().map(|(_, value)| one(value)));
     let number = |text: &String| {
         let (number, unit) = text.split_once('\u{a0}').unwrap_or((text, ""));
         Some((number.replace('−', "-").parse::<f64>().ok()?, unit.to_string()))
@@ -139,7 +138,7 @@ fn shown(values: &[&Value]) -> String {
             let high = (0..all.len()).max_by(order).unwrap_or_default();
             format!("between {} and {} ({} values)", words[low], words[high], all.len())
         }
-        _ => wording::few(&words),
+        _ => wording::either(&words),
     }
 }
 
@@ -157,7 +156,7 @@ fn one(value: &Value) -> String {
         },
         Value::Integer(n) => number(&n.to_string()),
         Value::Float(x) => number(&plain(*x)),
-        Value::Table(_) | Value::Array(_) => shown(&[value]),
+        Value::Table(_) | Value::Array(_) => shown(&[("", value)]),
         other => other.to_string(),
     }
 }
@@ -247,8 +246,27 @@ density = "1 g/cm^3"
         let alone = format!("Cable: pull point {point}, 2 guides, guide radius 4\u{a0}mm, {drive}");
         assert!(said.ends_with(&alone), "{said}");
         let said = words(&[("a", &cable("4 mm", "2 N")), ("b", &cable("2 mm", "2 N")), ("c", &cable("point", "2 N"))]);
-        assert!(said.contains("guide radius 4\u{a0}mm, 2\u{a0}mm and point, driven by"), "{said}");
+        assert!(said.contains("guide radius 4\u{a0}mm, 2\u{a0}mm or point, driven by"), "{said}");
         let said = words(&[("a", &cable("4 mm", "9 N")), ("b", &cable("4 mm", "10 N")), ("c", &cable("4 mm", "9 N"))]);
         assert!(said.ends_with("from 0\u{a0}N to between 9\u{a0}N and 10\u{a0}N (2 values) until 1\u{a0}s."), "{said}");
+    }
+
+    /// A key that some cases have names them, also within the signal of a drive; drives of several kinds are alternatives.
+    #[test]
+    fn what_some_cases_have_is_not_said_of_all() {
+        let mixed = BEAM.replace("law = \"rubber\"\n", "law = \"rubber\"\nformulation = \"mixed\"\n");
+        let said = words(&[("a", BEAM), ("b", &mixed), ("c", BEAM)]);
+        assert!(said.starts_with("Elastic on body: law rubber, formulation mixed (in b). Fixed on xmin."), "{said}");
+        let said = words(&[("a", &mixed), ("b", &mixed), ("c", BEAM)]);
+        assert!(said.contains(", formulation mixed (in all cases but c). "), "{said}");
+        assert!(words(&[("a", &mixed), ("b", &mixed)]).contains(", formulation mixed. "));
+        let cable = |drive: &str| format!("{BEAM}[[constraint]]\nkind = \"cable\"\ndrive = {{ {drive} }}\n");
+        let length = cable("kind = \"length\", signal = { kind = \"ramp\", from = \"0 mm\", to = \"2 mm\" }");
+        let late =
+            cable("kind = \"length\", signal = { kind = \"ramp\", from = \"0 mm\", to = \"2 mm\", end = \"1 s\" }");
+        let tension = cable("kind = \"tension\", signal = { kind = \"ramp\", from = \"0 N\", to = \"1 N\" }");
+        let said = words(&[("a", &length), ("b", &tension), ("c", &late)]);
+        let drives = "Cable: driven by length as ramp from 0\u{a0}mm to 2\u{a0}mm until 1\u{a0}s (in c) or tension as ramp from 0\u{a0}N to 1\u{a0}N.";
+        assert!(said.ends_with(drives), "{said}");
     }
 }

@@ -8,7 +8,7 @@ use crate::scene::{GeneratorSpec, MeshSpec, SceneSpec, from_text};
 use crate::study::paper::acting::physics;
 use crate::study::store::builds::builds;
 use crate::study::store::record::{CaseRecord, LawRecord};
-use crate::wording;
+use crate::wording::{self, distinct};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -53,22 +53,18 @@ fn scene(record: &CaseRecord) -> Option<SceneSpec> {
     from_text(Path::new(&record.id), &record.provenance.scene, "").ok()
 }
 
-/// Distinct values in the order of their first appearance.
-pub fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
-    values.fold(vec![], |mut all, v| {
-        if !all.contains(&v) {
-            all.push(v);
-        }
-        all
-    })
-}
-
 fn range(values: impl Iterator<Item = f64>, print: impl Fn(f64) -> String) -> String {
     span(values, print).unwrap_or_default()
 }
 
 fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
-    let count = distinct(records.iter().map(|r| (r.mesh.cells, r.mesh.nodes, r.mesh.h_m.to_bits()))).len();
+    let seen = records.iter().fold(vec![], |mut seen: Vec<&CaseRecord>, r| {
+        if !seen.iter().any(|known| known.has_cells_of(r)) {
+            seen.push(r);
+        }
+        seen
+    });
+    let count = seen.len();
     let cells =
         range(records.iter().map(|r| r.mesh.cells as f64), |n| thousands(n as usize).replace('\u{2009}', "\u{202f}"));
     let h = range(records.iter().map(|r| 1e3 * r.mesh.h_m), |h| format!("{h:.2}"));
@@ -76,6 +72,11 @@ fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
     let meshes = if count == 1 { "One mesh of".to_string() } else { format!("{count} meshes of") };
     let origins: Vec<String> = distinct(scenes.iter().map(|s| origin(&s.mesh))).into_iter().map(String::from).collect();
     let by = if origins.is_empty() { String::new() } else { format!(", {}", wording::all(&origins)) };
+    let is_nested = |s: &SceneSpec| s.mesh.levels > 0 || s.mesh.parts.iter().any(|part| part.levels > 0);
+    let nested = match scenes.iter().any(is_nested) {
+        true => " Of nested meshes, the cells of a coarser one are divided into eight each.",
+        false => "",
+    };
     let walls: Vec<f64> = records.iter().filter_map(|r| r.mesh.wall_cells).collect();
     let wall = match walls.is_empty() {
         true => String::new(),
@@ -84,7 +85,7 @@ fn mesh(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
         }
     };
     Paragraph::new("Mesh").marked(&format!(
-        "{meshes} {cells} tetrahedra{by}, with h = (V/N)^(1/3) = {h}\u{a0}mm and a radius ratio 3r/R of at least {quality:.2}.{wall}"
+        "{meshes} {cells} tetrahedra{by}, with h = (V/N)^(1/3) = {h}\u{a0}mm and a radius ratio 3r/R of at least {quality:.2}.{nested}{wall}"
     ))
 }
 
@@ -219,4 +220,71 @@ fn solver(records: &[&CaseRecord], scenes: &[SceneSpec]) -> Paragraph {
 fn versions(records: &[&CaseRecord]) -> Paragraph {
     let all: Vec<String> = builds(records.iter().copied()).iter().map(|(build, _)| build.words()).collect();
     software(&all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::store::record::{MeshRecord, Provenance};
+
+    const FINGER: &str = r#"
+[mesh]
+body = "finger"
+cells = 1150
+[laws.rubber]
+law = "neo_hookean"
+E = "100 kPa"
+nu = 0.45
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[constraint]]
+kind = "fixed"
+region = "root"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "0.5 s"
+"#;
+
+    /// Cells with and without nodes at the middles of their edges are one mesh, whatever h their volumes give; as many cells of another quality, or with
+    /// another digest, are another one. Nested meshes are said to be divided.
+    #[test]
+    fn meshes_are_counted_by_their_cells() {
+        let record = |nodes: usize, h_m: f64, mean_quality: f64, digest: &str| {
+            let mesh = MeshRecord {
+                cells: 96,
+                nodes,
+                h_m,
+                edge_m: Some(7e-3),
+                min_quality: 0.5,
+                mean_quality,
+                ..MeshRecord::default()
+            };
+            let mut record = CaseRecord { mesh, ..CaseRecord::default() };
+            record.provenance.identity.mesh_sha256 = digest.into();
+            record
+        };
+        let records = [
+            record(45, 3.4668e-3, 0.6, "a"),
+            record(45, 3.4668e-3, 0.6, "a"),
+            record(225, 3.4669e-3, 0.6, "b"),
+            record(45, 3.4668e-3, 0.61, "c"),
+            record(45, 3.4668e-3, 0.6, "d"),
+        ];
+        let said = |shown: &[usize], scenes: &[SceneSpec]| {
+            mesh(&shown.iter().map(|k| &records[*k]).collect::<Vec<_>>(), scenes).markdown()
+        };
+        assert!(said(&[0, 1, 2], &[]).contains("One mesh of 96 tetrahedra"), "{}", said(&[0, 1, 2], &[]));
+        assert!(said(&[0, 1, 2, 3, 4], &[]).contains("3 meshes of 96 tetrahedra"), "{}", said(&[0, 1, 2, 3, 4], &[]));
+        let read = |text: &str| {
+            let provenance = Provenance { scene: text.into(), ..Provenance::default() };
+            scene(&CaseRecord { provenance, ..CaseRecord::default() }).expect("a scene")
+        };
+        let scenes = [read(FINGER), read(&FINGER.replace("cells = 1150", "cells = 1150\nlevels = 1"))];
+        let divided = "Of nested meshes, the cells of a coarser one are divided into eight each.";
+        assert!(!said(&[0], &scenes[..1]).contains(divided) && said(&[0], &scenes).contains(divided));
+        assert!(said(&[0], &scenes).contains("generated by Gmsh"), "{}", said(&[0], &scenes));
+    }
 }

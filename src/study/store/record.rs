@@ -183,6 +183,15 @@ impl CaseRecord {
         may_be && self.mesh.source == other.mesh.source && key(self) == key(other)
     }
 
+    /// Whether both ran on the same cells, with or without nodes at the middles of their edges, which leave edges and quality as they are.
+    pub fn has_cells_of(&self, other: &Self) -> bool {
+        let key = |r: &Self| {
+            let m = &r.mesh;
+            (m.cells, m.edge_m.unwrap_or(m.h_m).to_bits(), m.min_quality.to_bits(), m.mean_quality.to_bits())
+        };
+        key(self) == key(other) && (self.mesh.nodes != other.mesh.nodes || self.has_mesh_of(other))
+    }
+
     /// Time steps of the stages \[s\]; of a record of an earlier version its longest one.
     pub fn steps_s(&self) -> &[f64] {
         if self.stage_dt_s.is_empty() { std::slice::from_ref(&self.dt_s) } else { &self.stage_dt_s }

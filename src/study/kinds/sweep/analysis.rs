@@ -13,16 +13,19 @@
 //! negative everywhere, words tell how its magnitude changes too.
 //!
 //! A step is none below 1e-6 of the largest |y| of its line, below what the solver leaves in its runs, the algebraic error times the largest change of a
-//! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. A list whose axes go
-//! together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
+//! recorded column of this unit, and below the rounding of the largest |y| of all lines: a line of zeros among others is constant. What is constant has a
+//! change of zero. A list whose axes go together is one line along its points: what each key does alone cannot be told, and no elasticity is given.
 
-use crate::report::numbers::{capital, digits, minus_signs, percent, readable, significant, space, unsigned_zero};
+use crate::report::numbers::{
+    capital, digits, minus_signs, percent, readable, significant, space, span, unsigned_zero,
+};
 use crate::scene::ExtremeKind;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::axis::AxisRecord;
 use crate::study::curve::{peak, start};
 use crate::study::estimate::tolerance::Tolerance;
 use crate::study::store::record::{CaseRecord, Role, StoredCase, StudyRecord};
+use crate::wording;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -98,6 +101,9 @@ pub struct SweepFindings {
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Dependence {
     pub points: Vec<SweepPoint>,
+    /// Largest |y| of all points
+    #[serde(skip)]
+    size: f64,
     /// Per axis; of a list the first one, for all together
     pub along: Vec<Along>,
 }
@@ -125,7 +131,7 @@ pub struct Along {
     pub trend: Trend,
     /// On every line, none of them constant where others are not
     pub everywhere: bool,
-    /// Largest (max − min)/scale(max |y|) over the lines along this axis \[–\]
+    /// Largest (max − min)/scale(max |y|) over the lines along this axis, constant ones without a difference \[–\]
     pub change: f64,
     /// Smallest and largest between neighbours, and from end to end of the middle line \[–\]
     pub elasticity: Option<[f64; 3]>,
@@ -191,9 +197,39 @@ impl Dependence {
         lines.iter_mut().for_each(|line| line.sort_by_key(|p| p.at[k]));
         lines
     }
+
+    /// Differences between these points up to this are none \[unit of the quantity\].
+    fn noise(&self, points: &[&SweepPoint]) -> f64 {
+        let algebraic = points.iter().map(|p| p.algebraic).fold(0.0, f64::max);
+        (STEP * Spread::of(points.iter().copied()).size).max(algebraic).max(ROUNDING * self.size)
+    }
+
+    /// The trend along a line.
+    fn trend(&self, line: &[&SweepPoint]) -> Trend {
+        let step = self.noise(line);
+        let steps = || line.windows(2).map(|w| w[1].change - w[0].change);
+        match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
+            (true, true) => Trend::Turning,
+            (true, false) => Trend::Rising,
+            (false, true) => Trend::Falling,
+            (false, false) => Trend::Constant,
+        }
+    }
+
+    /// The spread of a line, without a difference where it is constant.
+    fn spread_of_line(&self, line: &[&SweepPoint]) -> Spread {
+        let spread = Spread::of(line.iter().copied());
+        if self.trend(line) == Trend::Constant { spread.without_difference() } else { spread }
+    }
+
+    /// The spread of all points, without a difference that is none.
+    fn spread(&self) -> Spread {
+        let (all, spread) = (self.points.iter().collect::<Vec<_>>(), Spread::of(&self.points));
+        if spread.difference <= self.noise(&all) { spread.without_difference() } else { spread }
+    }
 }
 
-/// Difference of the largest and the smallest of some values, and the largest magnitude among them.
+/// Difference of the largest and the smallest change of some points, and the largest magnitude among them.
 #[derive(Clone, Copy)]
 struct Spread {
     difference: f64,
@@ -201,13 +237,14 @@ struct Spread {
 }
 
 impl Spread {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    fn of<'a>(points: impl IntoIterator<Item = &'a SweepPoint>) -> Self {
+        let changes = points.into_iter().map(|p| p.change);
+        let (low, high) = changes.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
         Self { difference: high - low, size: low.abs().max(high.abs()) }
     }
 
-    fn of_line(line: &[&SweepPoint]) -> Self {
-        Self::of(line.iter().map(|p| p.change))
+    fn without_difference(self) -> Self {
+        Self { difference: 0.0, ..self }
     }
 
     /// The difference over the scale of the tolerance \[–\].
@@ -230,7 +267,7 @@ impl ByQuantity<Dependence> {
     fn widest(&self, a: &Along, axes: &[AxisRecord], list: bool, tolerance: Tolerance) -> (Spread, bool) {
         let lines = self.lines(axes.iter().position(|x| x.name == a.axis).unwrap_or(0), list);
         let spreads: Vec<Spread> =
-            lines.iter().filter(|line| line.len() > 1).map(|line| Spread::of_line(line)).collect();
+            lines.iter().filter(|line| line.len() > 1).map(|line| self.spread_of_line(line)).collect();
         let widest = spreads.iter().copied().max_by(|a, b| a.share(tolerance).total_cmp(&b.share(tolerance)));
         (widest.expect("an axis has a line of two points"), spreads.len() > 1)
     }
@@ -242,7 +279,7 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
     let mut quantities = ByQuantity::each(study, stored, |variant, quantity| {
         let found = (stored.iter().filter(|c| c.record.converged()))
             .flat_map(|c| members(study, c, variant).into_iter().map(move |member| (c, member)));
-        let points = found
+        let points: Vec<SweepPoint> = found
             .filter_map(|(c, member)| {
                 let value = sweep.judged.of(c, &quantity.name)?;
                 Some(SweepPoint {
@@ -255,7 +292,7 @@ pub fn analyse(study: &StudyRecord, sweep: &SweepRecord, stored: &[StoredCase]) 
                 })
             })
             .collect();
-        let mut found = Dependence { points, along: vec![] };
+        let mut found = Dependence { size: Spread::of(&points).size, points, along: vec![] };
         let axes = sweep.axes.iter().enumerate().take(if list { 1 } else { sweep.axes.len() });
         let tolerance = quantity.tolerance(study.tolerance);
         found.along = axes.filter_map(|(k, axis)| along_axis(&found, (k, axis), list, tolerance)).collect();
@@ -293,8 +330,7 @@ pub fn members<'a>(study: &StudyRecord, case: &'a StoredCase, variant: &str) -> 
 fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, tolerance: Tolerance) -> Option<Along> {
     let lines: Vec<Vec<&SweepPoint>> = q.lines(k, list).into_iter().filter(|l| l.len() > 1).collect();
     let middle = lines.get(lines.len() / 2)?;
-    let size = Spread::of(q.points.iter().map(|p| p.change)).size;
-    let trends: Vec<Trend> = lines.iter().map(|line| trend_of(line, size)).collect();
+    let trends: Vec<Trend> = lines.iter().map(|line| q.trend(line)).collect();
     let trend = trends.iter().copied().reduce(|a, b| match (a, b) {
         (a, b) if a == b => a,
         (Trend::Constant, other) | (other, Trend::Constant) => other,
@@ -314,7 +350,7 @@ fn along_axis(q: &Dependence, (k, axis): (usize, &AxisRecord), list: bool, toler
     let elasticity = between.zip(ends).filter(|_| !list && trend != Trend::Constant).map(|(all, ends)| {
         [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max), ends]
     });
-    let change = lines.iter().map(|line| Spread::of_line(line).share(tolerance)).fold(0.0, f64::max);
+    let change = lines.iter().map(|line| q.spread_of_line(line).share(tolerance)).fold(0.0, f64::max);
     Some(Along { axis: axis.name.clone(), trend, everywhere, change, elasticity })
 }
 
@@ -324,19 +360,6 @@ fn algebraic(case: &StoredCase, quantity: &str) -> f64 {
     let alike = case.record.probes.keys().filter(|column| unit(column) == unit(quantity));
     let largest = alike.filter_map(|column| peak(case, column)).fold(0.0, |m: f64, change| m.max(change.abs()));
     case.record.solver.algebraic_error * largest
-}
-
-/// The trend along a line; `size` is the largest |y| of all lines.
-fn trend_of(line: &[&SweepPoint], size: f64) -> Trend {
-    let algebraic = line.iter().map(|p| p.algebraic).fold(0.0, f64::max);
-    let step = (STEP * Spread::of_line(line).size).max(algebraic).max(ROUNDING * size);
-    let steps = || line.windows(2).map(|w| w[1].change - w[0].change);
-    match (steps().any(|d| d > step), steps().any(|d| d < -step)) {
-        (true, true) => Trend::Turning,
-        (true, false) => Trend::Rising,
-        (false, true) => Trend::Falling,
-        (false, false) => Trend::Constant,
-    }
 }
 
 /// `Young's modulus E`, of a list `the points of the list`
@@ -352,6 +375,17 @@ fn amount(q: &ByQuantity<Dependence>, a: &Along, axes: &[AxisRecord], list: bool
     let (widest, several) = q.widest(a, axes, list, tolerance);
     let [change, _] = widest.words(tolerance, &q.quantity.unit);
     format!("{}{change}", if several { "up to " } else { "" })
+}
+
+/// The axes of a grid along which a quantity has no two values.
+fn unjudged<'a>(q: &'a Dependence, axes: &'a [AxisRecord], list: bool) -> impl Iterator<Item = &'a AxisRecord> {
+    axes.iter().filter(move |axis| !list && q.along.iter().all(|a| a.axis != axis.name))
+}
+
+/// `Young's modulus E is not judged: no two converged points differ in it alone`, with the quantities in words where others are judged.
+fn not_judged(axes: &[AxisRecord], axis: &AxisRecord, quantities: &str) -> String {
+    let axis = capital(&axis_words(axes, &axis.name, false));
+    format!("{axis} is not judged{quantities}: no two converged points differ in it alone")
 }
 
 fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], list: bool) -> String {
@@ -404,6 +438,9 @@ fn sentence_of(q: &ByQuantity<Dependence>, tolerance: f64, axes: &[AxisRecord], 
                 &format!(" (elasticity{of} {ends:.2} from end to end, {least:.2} to {most:.2} between neighbours)");
         }
     }
+    for axis in unjudged(q, axes, list) {
+        words += &format!(". {}", not_judged(axes, axis, ""));
+    }
     minus_signs(&(words + "."))
 }
 
@@ -449,19 +486,20 @@ fn verdict_of(
     if known.is_empty() {
         return "No verdict: there are no two converged cases to compare.".into();
     }
+    let name = |q: &ByQuantity<Dependence>| format!("the {} {} ({})", q.peak_is, q.quantity.label, q.variant_label);
     let one = |q: &&ByQuantity<Dependence>| {
         let mut strong: Vec<&Along> = q.along.iter().filter(|a| a.change > tolerance).collect();
         strong.sort_by(|a, b| b.change.total_cmp(&a.change));
         let own = q.quantity.tolerance(tolerance);
         let from = if q.has_origin() { ", counted from its first value," } else { "" };
-        let name = format!("the {} {} ({}){from}", q.peak_is, q.quantity.label, q.variant_label);
+        let name = format!("{}{from}", name(q));
         let words: Vec<String> = (strong.iter())
             .map(|a| format!("{} ({})", axis_words(&sweep.axes, &a.axis, list), amount(q, a, &sweep.axes, list, own)))
             .collect();
         if !words.is_empty() {
             return format!("{name} changes with {}", words.join(", then "));
         }
-        let spread = Spread::of(q.points.iter().map(|p| p.change));
+        let spread = q.spread();
         let [change, allowed] = spread.words(own, &q.quantity.unit);
         match spread.share(own) <= tolerance {
             true => format!("{name} stays within {allowed}"),
@@ -469,5 +507,17 @@ fn verdict_of(
         }
     };
     let all: Vec<String> = known.iter().map(one).collect();
-    format!("Over {} points {}.{}", sweep.points.len(), all.join("; "), analysis::without_result(missing))
+    let not = sweep.axes.iter().filter_map(|axis| {
+        let lacks = |q: &&&ByQuantity<Dependence>| unjudged(q, &sweep.axes, list).any(|a| a.name == axis.name);
+        let names: Vec<String> = known.iter().filter(lacks).map(|q| name(q)).collect();
+        let of = if names.len() < known.len() { format!(" for {}", wording::all(&names)) } else { String::new() };
+        (!names.is_empty()).then(|| format!(" {}.", not_judged(&sweep.axes, axis, &of)))
+    });
+    let not: String = not.collect();
+    let planned = sweep.points.len().to_string();
+    let points = match span(known.iter().map(|q| q.points.len() as f64), |n| n.to_string()) {
+        Some(found) if found != planned => format!("{found} of {planned}"),
+        _ => planned,
+    };
+    format!("Over {points} points {}.{not}{}", all.join("; "), analysis::without_result(missing))
 }

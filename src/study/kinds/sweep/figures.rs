@@ -11,9 +11,12 @@ use crate::study::analysis::ByQuantity;
 use crate::study::axis::AxisRecord;
 use crate::study::curve::Curve;
 use crate::study::figures::grid::{MapNumbers, raised, sides};
-use crate::study::figures::{PANELS, axis_label, first_of};
+use crate::study::figures::{PANELS, axis_label, first_of, first_panels};
 use crate::study::kinds::sweep::analysis::{Dependence, SweepFindings, SweepPoint};
 use crate::study::store::results::Results;
+use crate::wording;
+use std::cmp::Reverse;
+use std::collections::BTreeMap;
 
 const LEFT: f64 = 16.5;
 const GAP: f64 = 18.0;
@@ -24,8 +27,6 @@ const LEGEND: f64 = 32.0;
 /// Least and usual width of a panel \[mm\]
 const LEAST: f64 = 40.0;
 const EACH: f64 = 52.0;
-/// From a row of panels to the next one \[mm\]
-const ROW: f64 = TALL + BETWEEN;
 /// Between two rows of panels \[mm\]
 const BETWEEN: f64 = 17.0;
 
@@ -65,37 +66,99 @@ fn unevenness(numbers: &[f64], scale: impl Fn(f64) -> f64) -> f64 {
     gaps().fold(0.0, f64::max) / gaps().fold(f64::INFINITY, f64::min)
 }
 
+/// `ν = 0.45`, a line of a legend, with the symbol in italics.
+fn entry(axis: &AxisRecord, value: &str) -> String {
+    format!("{} = {}", italic(&axis.symbol), raised(value))
+}
+
+/// A panel against one axis.
+struct Against {
+    /// The axis
+    along: usize,
+    /// The axis that has a curve for each value
+    other: Option<usize>,
+    /// The rest of the axes
+    kept: Kept,
+}
+
+impl Against {
+    /// A panel for each axis along which the quantity is judged. Along an ordered list the points are one line; scattered ones are seen from each axis.
+    fn all(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Vec<Self> {
+        let is_judged = |k: &usize| q.along.iter().any(|x| x.axis == a.axes[*k].name);
+        let axes: Vec<usize> = match a.list {
+            true if a.axes[0].is_ordered() => vec![0],
+            true => (0..a.axes.len()).collect(),
+            false => (0..a.axes.len()).filter(is_judged).collect(),
+        };
+        let one = |(n, &along): (usize, &usize)| {
+            let other = (!a.list && axes.len() > 1).then(|| axes[(n + 1) % axes.len()]);
+            let is_kept = |k: &usize| !a.list && *k != along && Some(*k) != other;
+            let rest: Vec<usize> = (0..a.axes.len()).filter(is_kept).collect();
+            Self { along, other, kept: Kept::of(q.points.iter(), &a.axes, &rest) }
+        };
+        axes.iter().enumerate().map(one).collect()
+    }
+}
+
+/// Axes that a panel keeps at one value each: the axis, and the index of its value.
+struct Kept(Vec<(usize, usize)>);
+
+impl Kept {
+    /// These axes at the values at which the most points are, of several such at the nearest to the middle.
+    fn of<'a>(points: impl Iterator<Item = &'a SweepPoint>, axes: &[AxisRecord], rest: &[usize]) -> Self {
+        let mut counts: BTreeMap<Vec<usize>, usize> = BTreeMap::new();
+        for p in points {
+            *counts.entry(rest.iter().map(|k| p.at[*k]).collect()).or_default() += 1;
+        }
+        let middle = |k: &usize| axes[*k].values.len() / 2;
+        let off = |at: &[usize]| rest.iter().zip(at).map(|(k, at)| at.abs_diff(middle(k))).sum::<usize>();
+        let most = counts.into_iter().max_by_key(|(at, count)| (*count, Reverse(off(at))));
+        Self(most.map_or(vec![], |(at, _)| rest.iter().copied().zip(at).collect()))
+    }
+
+    /// Whether a point has these values.
+    fn has(&self, p: &SweepPoint) -> bool {
+        self.0.iter().all(|(k, at)| p.at[*k] == *at)
+    }
+
+    /// `ρ = 1.07 g/cm³ and E = 250 kPa`; none without an axis.
+    fn words(&self, axes: &[AxisRecord]) -> Option<String> {
+        let values = self.0.iter().map(|(k, at)| format!("{} = {}", axes[*k].symbol, raised(&axes[*k].values[*at])));
+        (!self.0.is_empty()).then(|| wording::all(&values.collect::<Vec<_>>()))
+    }
+}
+
 /// Peak of a quantity against every axis, one panel each, one curve for each value of the next axis; the rest of the axes
-/// are kept at their middle value. Scattered points of a list are marks without a line. `None` without two points on a line.
+/// are kept at a value. Scattered points of a list are marks without a line. `None` without two points on a line.
 pub fn against(a: &SweepFindings, q: &ByQuantity<Dependence>) -> Option<Figure> {
     if q.along.is_empty() {
         return None;
     }
-    // Along an ordered list the points are one line; scattered ones are seen from each axis
-    let is_line = a.list && a.axes[0].is_ordered();
-    let count = if is_line { 1 } else { a.axes.len().min(2) };
+    let mut shown = Against::all(a, q);
+    let more = first_panels(shown.len(), "axes");
+    shown.truncate(PANELS);
+    let others = shown.iter().filter_map(|panel| panel.other).map(|k| &a.axes[k]);
+    let names: Vec<_> = others.flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v)))).collect();
+    let longest = (legend_width(&names) + 2.5).clamp(LEGEND - 10.0, 0.3 * page_width());
     // Lines of a single axis have no legend
-    let entry = |axis: &AxisRecord, value: &String| format!("{} = {}", italic(&axis.symbol), raised(value));
-    let names = a.axes.iter().take(2).flat_map(|x| x.values.iter().map(|v| (Sample::Nothing, entry(x, v))));
-    let longest = legend_width(&names.collect::<Vec<_>>()) + 2.5;
-    let side = if count > 1 { longest.clamp(LEGEND - 10.0, 0.3 * page_width()) } else { 5.0 };
-    let panels = Panels::new(count, (LEFT, side + GAP, side), (LEAST, EACH));
-    let svg = figure(panels.width(), TOP + ROW * panels.rows() - 6.0, "", |area| {
-        for k in 0..count {
-            panel(
-                area,
-                a,
-                q,
-                (k, letter(k, count)),
-                [panels.x(k), TOP + ROW * panels.row(k), panels.x(k) + panels.each],
-            );
+    let side = if names.is_empty() { 5.0 } else { longest };
+    let panels = Panels::new(shown.len(), (LEFT, side + GAP, side), (LEAST, EACH));
+    let tall = panels.tall(TALL, (BETWEEN, TOP + 11.0));
+    let row = tall + BETWEEN;
+    let svg = figure(panels.width(), TOP + row * panels.rows() - 6.0, "", |area| {
+        for (k, of) in shown.iter().enumerate() {
+            let (left, top) = (panels.x(k), TOP + row * panels.row(k));
+            panel(area, a, q, (of, letter(k, shown.len())), [left, top, left + panels.each, top + tall]);
         }
     });
-    let kept = a.axes.iter().skip(2).map(|x| format!("{} = {}", x.symbol, x.values[x.values.len() / 2]));
-    let kept: Vec<String> = kept.filter(|_| !a.list).collect();
-    let held = if kept.is_empty() { String::new() } else { format!(" Further axes are kept at {}.", kept.join(", ")) };
+    let places = shown.iter().enumerate().filter_map(|(k, of)| {
+        let place = letter(k, shown.len()).map_or(String::new(), |letter| format!("in ({letter}) "));
+        Some(format!("{place}at {}", of.kept.words(&a.axes)?))
+    });
+    let places: Vec<String> = places.collect();
+    let held = if places.is_empty() { String::new() } else { format!(" Further axes are kept {}.", places.join(", ")) };
     let caption = format!(
-        "{} against {}.{held}",
+        "{} against {}.{held}{more}",
         capital(&q.peak_title()),
         if a.list { "the points of the list" } else { "the swept keys" }
     );
@@ -106,33 +169,29 @@ fn panel(
     area: &Area,
     a: &SweepFindings,
     q: &ByQuantity<Dependence>,
-    (k, letter): (usize, Option<char>),
-    [left, top, right]: [f64; 3],
+    (of, letter): (&Against, Option<char>),
+    frame: [f64; 4],
 ) {
-    let axis = &a.axes[k];
-    let other = (!a.list && a.axes.len() > 1).then(|| (k + 1) % a.axes.len());
-    let middle =
-        |p: &SweepPoint| (0..p.at.len()).all(|i| i == k || Some(i) == other || p.at[i] == a.axes[i].values.len() / 2);
-    let lines: Vec<Vec<&SweepPoint>> = (q.lines(k, a.list).into_iter()).filter(|l| a.list || middle(l[0])).collect();
+    let axis = &a.axes[of.along];
+    let lines: Vec<Vec<&SweepPoint>> = q.lines(of.along, a.list).into_iter().filter(|l| of.kept.has(l[0])).collect();
     let label = axis_label(&q.quantity, q.peak_prefix());
     let y = Axis::linear(lines.iter().flatten().map(|p| p.value), &label);
-    let frame = [mm(left), mm(top), mm(right), mm(top + TALL)];
-    let plot = Plot { area, frame, x: scale(axis), y };
+    let [_, top, right, _] = frame;
+    let plot = Plot { area, frame: frame.map(mm), x: scale(axis), y };
     plot.grid();
     let mut entries = vec![];
     for (n, points) in lines.iter().enumerate() {
         let (shape, color) = style(n);
-        let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[k])).collect();
+        let x: Vec<f64> = points.iter().map(|p| place(axis, p.at[of.along])).collect();
         let y: Vec<f64> = points.iter().map(|p| p.value).collect();
         // Words and scattered values have no order that a line could follow
         if axis.is_ordered() {
             stroke(area, &plot.path(&x, &y), n, 8);
         }
         plot.path(&x, &y).into_iter().for_each(|at| mark(area, shape, at, 22, color));
-        if let Some(other) = other {
+        if let Some(other) = of.other {
             let value = &a.axes[other].values[points[0].at[other]];
-            entries
-                .push((Sample::Mark(shape, color), format!("{} = {}", italic(&a.axes[other].symbol), raised(value))));
+            entries.push((Sample::Mark(shape, color), entry(&a.axes[other], value)));
         }
     }
     match axis.numbers.is_empty() {
@@ -221,20 +280,20 @@ fn squares(
     sides(area, (first, second), frame.map(mm), (true, mm(LEFT + 8.0)));
 }
 
-/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at their middle value.
+/// Quantities over time, coloured by the first axis; the other axes of a grid are kept at a value.
 pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Figure> {
     let (panels, more) = shown(a, variant);
     let first = a.axes.first()?;
     if panels.is_empty() {
         return None;
     }
-    let middle = |p: &&SweepPoint| a.list || (1..p.at.len()).all(|i| p.at[i] == a.axes[i].values.len() / 2);
+    let rest: Vec<usize> = (1..a.axes.len()).filter(|_| !a.list).collect();
+    let kept = Kept::of(panels.iter().flat_map(|q| &q.points), &a.axes, &rest);
     let color = |k: usize| viridis(0.9 * k as f64 / (first.values.len() - 1) as f64);
     let places = Panels::new(panels.len(), (LEFT, GAP, 4.0), (LEAST, 70.0));
     let across = places.width() - LEFT;
-    let entry =
-        |(k, v): (usize, &String)| (Sample::Line(color(k)), format!("{} = {}", italic(&first.symbol), raised(v)));
-    let entries: Vec<_> = first.values.iter().enumerate().map(entry).collect();
+    let entries: Vec<_> =
+        first.values.iter().enumerate().map(|(k, v)| (Sample::Line(color(k)), entry(first, v))).collect();
     let legend = LINE * legend_lines(&entries, across);
     let tall = places.tall(TALL, (BETWEEN, TOP + 11.0 + legend));
     let row = tall + BETWEEN;
@@ -242,7 +301,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
     let svg = figure(places.width(), bottom + legend, "", |area| {
         for (k, q) in panels.iter().enumerate() {
             let (x, top) = (places.x(k), TOP + row * places.row(k));
-            let curves: Vec<(usize, Curve)> = (q.points.iter().filter(middle))
+            let curves: Vec<(usize, Curve)> = (q.points.iter().filter(|p| kept.has(p)))
                 .filter_map(|p| {
                     let stored = store.cases.iter().find(|c| c.record.id == p.case)?;
                     Some((p.at[0], Curve::of(&stored.series, &q.quantity.name)?))
@@ -259,10 +318,7 @@ pub fn over_time(store: &Results, a: &SweepFindings, variant: &str) -> Option<Fi
         }
         legend_below(area, (LEFT, bottom + 0.5), across, entries);
     });
-    let held: Vec<String> = (a.axes.iter().skip(1).filter(|_| !a.list))
-        .map(|x| format!("{} = {}", x.symbol, x.values[x.values.len() / 2]))
-        .collect();
-    let held = if held.is_empty() { String::new() } else { format!(", with {}", held.join(", ")) };
+    let held = kept.words(&a.axes).map_or(String::new(), |words| format!(", with {words}"));
     let caption =
         format!("The quantities over time, {}, coloured by {}{held}.{more}", store.study.label(variant), first.label);
     Some(Figure { name: format!("sweep-{variant}"), svg, caption })
