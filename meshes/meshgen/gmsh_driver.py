@@ -77,14 +77,15 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     else:
         length, jitter = request.length, 0
         log(f"{generate(length, jitter)} cells at length {length:.4g} m")
-    straightened = 0
+    off = [np.zeros(0)]
     for level in range(request.levels):
-        straightened += nested.refine(collect_cells, log)
+        off.append(nested.refine(collect_cells, log))
         log(f"level {level + 1}: {count_cells()} cells")
     if request.order == 2:
         gmsh.model.mesh.setOrder(2)
-        straightened += curved.untangle(collect_cells, log)
-    return collect(geometry), {"length_m": length, "jitter": jitter, "straightened_edges": straightened}
+        off.append(curved.untangle(collect_cells, log))
+    off = np.concatenate(off)
+    return collect(geometry), {"length_m": length, "jitter": jitter, "straightened_edges": len(off), "straightened_m": float(off.max(initial=0))}
 
 
 def check_grading(request: Request, geometry: Geometry) -> None:
