@@ -59,6 +59,14 @@ def cad_volume(geometry: Geometry) -> float:
     return (geometry.volume or sum(gmsh.model.occ.getMass(3, tag) for tag in geometry.volumes)) * MM**3
 
 
+def solid_volumes(geometry: Geometry) -> dict:
+    """Volumes of the cell regions that are a part of the CAD [m³]; none where the CAD kernel does not know them."""
+    if geometry.volume:
+        return {}
+    parts = {name: tags for name, (dim, tags) in geometry.regions.items() if dim == 3 and set(tags) != set(geometry.volumes)}
+    return {name: sum(gmsh.model.occ.getMass(3, tag) for tag in tags) * MM**3 for name, tags in parts.items()}
+
+
 def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     """Mesh the CAD as requested. Returns the mesh and notes for the manifest.
 

@@ -23,6 +23,9 @@ pub struct Manifest {
     pub volume_cad_m3: Option<f64>,
     /// volume / CAD volume − 1
     pub volume_error: Option<f64>,
+    /// Volumes in the CAD of the regions of cells that are a part of it \[m³\]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub volumes_cad_m3: BTreeMap<String, f64>,
     /// Largest distance of the CAD's sharp edges from the mesh \[m\]
     #[serde(default)]
     pub edge_error_m: Option<f64>,

@@ -196,13 +196,14 @@ impl Body {
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
-        let (volume, off) = (SourceVolume::of(&made.manifest), straightened(request.levels, &made.manifest));
+        let (volumes, off) =
+            (SourceVolume::all(&made.manifest, &made.mesh), straightened(request.levels, &made.manifest));
         let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
         body.warnings.extend(off);
         body.notes = made.manifest.dropped;
-        body.warnings.extend(volume.as_ref().and_then(SourceVolume::warning));
+        body.warnings.extend(volumes.iter().filter_map(SourceVolume::warning));
         body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
-        body.volumes.extend(volume);
+        body.volumes = volumes;
         if let Source::File { unit_m, .. } = request.source {
             body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
         }

@@ -1,24 +1,32 @@
 //! Volumes of a surface or CAD file and of the mesh that was made of it.
 
 use crate::math::units::Decimals;
+use crate::mesh::TetMesh;
 use crate::mesh::generate::Manifest;
 use std::fmt;
 
 /// Difference of the volumes, as a share, above which it is a warning.
 const LARGE: f64 = 0.02;
 
-/// The volume that a surface or CAD encloses, without its cavities, and that of its mesh \[m³\].
+/// The volume that a surface or CAD, or one of its solids, encloses, without its cavities, and that of its mesh \[m³\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceVolume {
+    /// Name of the solid; none for all of them together
+    pub region: Option<String>,
     pub enclosed: f64,
     pub mesh: f64,
 }
 
 impl SourceVolume {
-    /// From the manifest of a mesh; none where the mesher does not know the volume that is enclosed.
-    pub(in crate::scene) fn of(manifest: &Manifest) -> Option<Self> {
-        let enclosed = manifest.volume_cad_m3.filter(|volume| *volume > 0.0)?;
-        Some(Self { enclosed, mesh: manifest.volume_m3 })
+    /// From the manifest of a mesh, the whole first, then the solids: they differ where the surface between two of them is another one. None where the
+    /// mesher does not know the volume that is enclosed.
+    pub(in crate::scene) fn all(manifest: &Manifest, mesh: &TetMesh) -> Vec<Self> {
+        let whole = manifest.volume_cad_m3.map(|enclosed| Self { region: None, enclosed, mesh: manifest.volume_m3 });
+        let solids = manifest.volumes_cad_m3.iter().filter_map(|(name, enclosed)| {
+            let mesh = mesh.region_volume(&mesh.regions.get(name)?.cells);
+            Some(Self { region: Some(name.clone()), enclosed: *enclosed, mesh })
+        });
+        whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
     }
 
     /// The volume of the mesh over the enclosed one, less one.
@@ -30,7 +38,11 @@ impl SourceVolume {
     pub(in crate::scene) fn warning(&self) -> Option<String> {
         (self.difference().abs() > LARGE).then(|| {
             let limit = 100.0 * LARGE;
-            format!("the volume of the mesh is far from that of its surface or CAD ({self}; limit {limit} %): use more cells, or a smaller size")
+            let cause = match self.region {
+                None => "",
+                Some(_) => ", also where the whole agrees, since the cells cut its surface to other solids",
+            };
+            format!("the volume of the mesh is far from that of its surface or CAD ({self}; limit {limit} %){cause}: use more cells, or a smaller size")
         })
     }
 }
@@ -41,17 +53,20 @@ impl fmt::Display for SourceVolume {
         let (enclosed, mesh, difference) = (mm3(self.enclosed), mm3(self.mesh), 100.0 * self.difference());
         // Rounding has no sign
         let difference = if difference.abs() < 5e-4 { 0.0 } else { difference };
-        write!(f, "{enclosed} enclosed, {mesh} in the mesh, difference {difference:.3} %")
+        let of = self.region.as_ref().map_or_else(String::new, |name| format!("{name}: "));
+        write!(f, "{of}{enclosed} enclosed, {mesh} in the mesh, difference {difference:.3} %")
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::structured::block;
+    use crate::mesh::{Order, Region};
 
     #[test]
     fn a_large_difference_of_volumes_is_a_warning() {
-        let of = |mesh: f64| SourceVolume { enclosed: 2e-6, mesh };
+        let of = |mesh: f64| SourceVolume { region: None, enclosed: 2e-6, mesh };
         assert_eq!(of(1.99e-6).to_string(), "2000.0000 mm^3 enclosed, 1990.0000 mm^3 in the mesh, difference -0.500 %");
         assert_eq!(
             of(2e-6 * (1.0 - 1e-9)).to_string(),
@@ -60,5 +75,31 @@ mod tests {
         assert_eq!(of(1.97e-6).warning(), None);
         assert!(of(1.95e-6).warning().is_some_and(|text| text.contains("difference -2.500 %; limit 2 %")));
         assert!(of(2.05e-6).warning().is_some());
+    }
+
+    /// Two halves of a block of 2 mm^3 whose border is shifted by a quarter of it: the whole agrees, and the solids do not.
+    #[test]
+    fn solids_are_compared_one_by_one() {
+        let mut mesh = block(4, 1, 1, 2e-3, 1e-3, 1e-3, Order::Linear);
+        let is_left = |c: &u32| mesh.cell(*c as usize).iter().all(|node| mesh.points[*node as usize].x < 1.6e-3);
+        let (left, right): (Vec<u32>, Vec<u32>) = (0..mesh.cell_count() as u32).partition(is_left);
+        for (name, cells) in [("volume_1", left), ("volume_2", right)] {
+            mesh.regions.insert(name.into(), Region { cells, ..Region::default() });
+        }
+        let text = r#"{"request":{},"cells":24,"nodes":20,"facets":36,"order":1,"h_m":0.0004,"regions":{},"volume_m3":2e-9,"volume_cad_m3":2e-9,
+            "volume_error":0.0,"volumes_cad_m3":{"volume_1":1e-9,"volume_2":1e-9}}"#;
+        let manifest: Manifest = serde_json::from_str(text).expect("a manifest");
+        let told: Vec<String> = SourceVolume::all(&manifest, &mesh).iter().map(ToString::to_string).collect();
+        assert_eq!(
+            told,
+            [
+                "2.0000 mm^3 enclosed, 2.0000 mm^3 in the mesh, difference 0.000 %",
+                "volume_1: 1.0000 mm^3 enclosed, 1.5000 mm^3 in the mesh, difference 50.000 %",
+                "volume_2: 1.0000 mm^3 enclosed, 0.5000 mm^3 in the mesh, difference -50.000 %",
+            ]
+        );
+        let warned: Vec<bool> =
+            SourceVolume::all(&manifest, &mesh).iter().map(|volume| volume.warning().is_some()).collect();
+        assert_eq!(warned, [false, true, true]);
     }
 }
