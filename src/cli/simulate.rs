@@ -365,9 +365,11 @@ fn mesh(
     folder::write(&table, &csv_text::refinement(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
+        let lacks =
+            if found.steps.iter().any(RefinementStep::lacks_surface) { ", or without curved facets," } else { "," };
         tell!(
-            "not complete: the error bar is above the tolerance on every mesh, and smallest on that of {} cells, which is taken; allow more `meshes`, or more \
-             tolerance",
+            "not complete: the error bar is above the tolerance on every mesh{lacks} and smallest on that of {} cells, which is taken; allow more `meshes`, or \
+             more tolerance",
             found.body.mesh.cell_count()
         );
     }
@@ -377,10 +379,11 @@ fn mesh(
 fn print_refinement(step: &RefinementStep) {
     let RefinementStep { cells, error, bar, tolerance, .. } = step;
     say!(
-        "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
+        "mesh of {cells} cells: {} = {}, error bar {}{} (tolerance {}), {}",
         error.column,
         five_digits(error.value),
         five_digits(*bar),
+        if step.lacks_surface() { WITHOUT_FACETS } else { "" },
         five_digits(*tolerance),
         seconds(step.cpu)
     );
@@ -430,7 +433,16 @@ fn estimate(
     Ok(Some(found))
 }
 
+/// The words for an error bar without the error of geometry.
+const WITHOUT_FACETS: &str = " (without curved facets, which are not estimated here)";
+
 fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
+    for volume in &found.missed_volumes {
+        tell!(
+            "warning: the error bars do not contain the error of the surface, since the mesh is too far from its surface or CAD ({volume}): the error may be \
+             several times the bar; use more cells, or a smaller size"
+        );
+    }
     if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {
         tell!(
             "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
@@ -442,7 +454,7 @@ fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
         let geometry = match q.geometry {
             Some(g) if g.change == 0.0 => String::new(),
             Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
-            None => " (without curved facets, which are not estimated here)".into(),
+            None => WITHOUT_FACETS.into(),
         };
         let extent = match (&found.cut_regions[..], q.extent) {
             ([], 0.0) => String::new(),

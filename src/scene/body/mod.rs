@@ -19,8 +19,8 @@ use crate::mesh::format::Reader;
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::referred::digest;
 use crate::mesh::generate::{
-    CablePath, GenerateError, Generator, GradedPlace, Grading, Manifest, MeshRequest, MeshStore, Size, SizeField,
-    Source, TIME_LIMIT_S,
+    CablePath, GenerateError, Generated, Generator, GradedPlace, Grading, Manifest, MeshRequest, MeshStore, Size,
+    SizeField, Source, TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
 use cut_edges::cut_edges;
@@ -128,8 +128,8 @@ impl Body {
             sha256: String::new(),
             notes: self.notes.clone(),
             warnings: self.warnings.clone(),
-            // Those of the shape before
-            volumes: vec![],
+            // Those of the shape before, as of a body that is deformed where it is loaded
+            volumes: self.volumes.clone(),
             undeformed: None,
             patches: Patches::default(),
         };
@@ -196,14 +196,7 @@ impl Body {
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
-        let (volumes, off) =
-            (SourceVolume::all(&made.manifest, &made.mesh), straightened(request.levels, &made.manifest));
-        let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
-        body.warnings.extend(off);
-        body.notes = made.manifest.dropped;
-        body.warnings.extend(volumes.iter().filter_map(SourceVolume::warning));
-        body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
-        body.volumes = volumes;
+        let mut body = Self::generated(file, made, request.levels)?;
         if let Source::File { unit_m, .. } = request.source {
             body.warnings.extend(doubtful_unit(&body.mesh, unit_m));
         }
@@ -223,7 +216,19 @@ impl Body {
         let size = Size::Cells { count, tolerance: ADAPTED_TOLERANCE };
         let request = MeshRequest { size: Some(size), levels: 0, field: Some(field), ..of };
         let made = given_or_found(store).and_then(|store| store.mesh(&request, progress)).map_err(fail)?;
-        Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))
+        Self::generated(file, made, 0)
+    }
+
+    /// A mesh of the mesher, with what is to be said of it.
+    fn generated(file: &Path, made: Generated, levels: u32) -> Result<Self, SceneError> {
+        let (volumes, off) = (SourceVolume::all(&made.manifest, &made.mesh), straightened(levels, &made.manifest));
+        let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
+        body.warnings.extend(off);
+        body.notes = made.manifest.dropped;
+        body.warnings.extend(volumes.iter().filter_map(SourceVolume::warning));
+        body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
+        body.volumes = volumes;
+        Ok(body)
     }
 
     fn new(

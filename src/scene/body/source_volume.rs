@@ -7,6 +7,10 @@ use std::fmt;
 
 /// Difference of the volumes, as a share, above which it is a warning.
 const LARGE: f64 = 0.02;
+/// The same of curved cells some of whose edges left the CAD: on it they are within 1e-4 with a few cells around a circle.
+const LARGE_OF_STRAIGHTENED: f64 = 0.002;
+/// Share by which the change to a smooth surface may be wrong, as in the bounds of the error of geometry.
+const OF_SMOOTH: f64 = 0.5;
 
 /// The volume that a surface or CAD, or one of its solids, encloses, without its cavities, and that of its mesh \[m³\].
 #[derive(Clone, Debug, PartialEq)]
@@ -15,16 +19,20 @@ pub struct SourceVolume {
     pub region: Option<String>,
     pub enclosed: f64,
     pub mesh: f64,
+    /// Whether edges of curved cells left the CAD
+    pub straightened: bool,
 }
 
 impl SourceVolume {
     /// From the manifest of a mesh, the whole first, then the solids: they differ where the surface between two of them is another one. None where the
     /// mesher does not know the volume that is enclosed.
     pub(in crate::scene) fn all(manifest: &Manifest, mesh: &TetMesh) -> Vec<Self> {
-        let whole = manifest.volume_cad_m3.map(|enclosed| Self { region: None, enclosed, mesh: manifest.volume_m3 });
+        let straightened = manifest.straightened_edges.is_some_and(|edges| edges > 0);
+        let of = |region, enclosed, mesh| Self { region, enclosed, mesh, straightened };
+        let whole = manifest.volume_cad_m3.map(|enclosed| of(None, enclosed, manifest.volume_m3));
         let solids = manifest.volumes_cad_m3.iter().filter_map(|(name, enclosed)| {
             let mesh = mesh.region_volume(&mesh.regions.get(name)?.cells);
-            Some(Self { region: Some(name.clone()), enclosed: *enclosed, mesh })
+            Some(of(Some(name.clone()), *enclosed, mesh))
         });
         whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
     }
@@ -32,6 +40,14 @@ impl SourceVolume {
     /// The volume of the mesh over the enclosed one, less one.
     pub fn difference(&self) -> f64 {
         self.mesh / self.enclosed - 1.0
+    }
+
+    /// Whether a smooth surface through the nodes of the mesh, which changes its volume by the share `gain`, is another one than that of the CAD: it leaves
+    /// more of the difference than it may.
+    pub(in crate::scene) fn is_missed(&self, gain: f64) -> bool {
+        let limit = if self.straightened { LARGE_OF_STRAIGHTENED } else { LARGE };
+        let left = (1.0 + self.difference()) * (1.0 + gain) - 1.0;
+        left.abs() > OF_SMOOTH * gain.abs() + limit
     }
 
     /// The warning of a mesh whose volume is far from the enclosed one.
@@ -66,7 +82,7 @@ mod tests {
 
     #[test]
     fn a_large_difference_of_volumes_is_a_warning() {
-        let of = |mesh: f64| SourceVolume { region: None, enclosed: 2e-6, mesh };
+        let of = |mesh: f64| SourceVolume { region: None, enclosed: 2e-6, mesh, straightened: false };
         assert_eq!(of(1.99e-6).to_string(), "2000.0000 mm^3 enclosed, 1990.0000 mm^3 in the mesh, difference -0.500 %");
         assert_eq!(
             of(2e-6 * (1.0 - 1e-9)).to_string(),
@@ -75,6 +91,13 @@ mod tests {
         assert_eq!(of(1.97e-6).warning(), None);
         assert!(of(1.95e-6).warning().is_some_and(|text| text.contains("difference -2.500 %; limit 2 %")));
         assert!(of(2.05e-6).warning().is_some());
+        // Of curved cells less is too much where edges left the CAD
+        let curved = |mesh: f64| SourceVolume { straightened: true, ..of(mesh) };
+        let meshes = [1.997e-6, 1.99e-6, 1.95e-6];
+        assert_eq!(meshes.map(|mesh| of(mesh).is_missed(0.0)), [false, false, true]);
+        assert_eq!(meshes.map(|mesh| curved(mesh).is_missed(0.0)), [false, true, true]);
+        // A smooth surface that fills what the facets cut off, or most of it, is that of the CAD; one that goes the other way is not
+        assert_eq!([0.1, 0.08, 0.04, -0.1].map(|gain| of(1.8e-6).is_missed(gain)), [false, false, true, true]);
     }
 
     /// Two halves of a block of 2 mm^3 whose border is shifted by a quarter of it: the whole agrees, and the solids do not.
