@@ -4,7 +4,7 @@ import gmsh
 import numpy as np
 
 from .errors import MesherFailed
-from .geometry import MM
+from .geometry import MM, SNAP
 from .mesh import EDGES
 from .quality import relative_jacobian
 
@@ -12,8 +12,8 @@ SMALLEST = 0.1  # smallest accepted det J over that of the straight cell
 ROUNDS = 12
 
 
-def untangle(collect_cells, log) -> int:
-    """Repair cells whose Jacobian is not safely positive; returns the number of edges that had to leave the CAD.
+def untangle(collect_cells, log) -> np.ndarray:
+    """Repair cells whose Jacobian is not safely positive; returns the distances [m] of the edges that had to leave the CAD from where they were on it.
 
     Mid-nodes inside the body may follow those on the boundary: a few rounds of averaging their bulge
     (distance from the middle of the edge) over the bad cells and their neighbours. The edges of cells that
@@ -21,7 +21,7 @@ def untangle(collect_cells, log) -> int:
     points, cells = collect_cells()
     bad = relative_jacobian(points, cells) < SMALLEST
     if not bad.any():
-        return 0
+        return np.zeros(0)
     before = points.copy()
     ends = np.zeros((len(points), 2), int)
     ends[cells[:, 4:]] = cells[:, EDGES]
@@ -53,9 +53,10 @@ def untangle(collect_cells, log) -> int:
     tags = np.sort(gmsh.model.mesh.getNodes()[0])
     for row in moved:
         gmsh.model.mesh.setNode(int(tags[row]), points[row] / MM, [])
-    straightened = len(np.setdiff1d(moved, mids[free]))
-    log(f"repaired {total} folded curved cells; {straightened} edges left the CAD")
-    return straightened
+    off = np.linalg.norm((points - before)[np.setdiff1d(moved, mids[free])], axis=1)
+    off = off[off > SNAP * MM]
+    log(f"repaired {total} folded curved cells; {len(off)} edges left the CAD")
+    return off
 
 
 def inner_nodes() -> np.ndarray:

@@ -59,6 +59,14 @@ def cad_volume(geometry: Geometry) -> float:
     return (geometry.volume or sum(gmsh.model.occ.getMass(3, tag) for tag in geometry.volumes)) * MM**3
 
 
+def solid_volumes(geometry: Geometry) -> dict:
+    """Volumes of the cell regions that are a part of the CAD [m³]; none where the CAD kernel does not know them."""
+    if geometry.volume:
+        return {}
+    parts = {name: tags for name, (dim, tags) in geometry.regions.items() if dim == 3 and set(tags) != set(geometry.volumes)}
+    return {name: sum(gmsh.model.occ.getMass(3, tag) for tag in tags) * MM**3 for name, tags in parts.items()}
+
+
 def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     """Mesh the CAD as requested. Returns the mesh and notes for the manifest.
 
@@ -77,14 +85,15 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     else:
         length, jitter = request.length, 0
         log(f"{generate(length, jitter)} cells at length {length:.4g} m")
-    straightened = 0
+    off = [np.zeros(0)]
     for level in range(request.levels):
-        straightened += nested.refine(collect_cells, log)
+        off.append(nested.refine(collect_cells, log))
         log(f"level {level + 1}: {count_cells()} cells")
     if request.order == 2:
         gmsh.model.mesh.setOrder(2)
-        straightened += curved.untangle(collect_cells, log)
-    return collect(geometry), {"length_m": length, "jitter": jitter, "straightened_edges": straightened}
+        off.append(curved.untangle(collect_cells, log))
+    off = np.concatenate(off)
+    return collect(geometry), {"length_m": length, "jitter": jitter, "straightened_edges": len(off), "straightened_m": float(off.max(initial=0))}
 
 
 def check_grading(request: Request, geometry: Geometry) -> None:

@@ -26,10 +26,11 @@ def generate(request: Request) -> tuple:
             geometry = importer.read_geometry(request)
         else:
             geometry = bodies.build(request.body, request.parameters)
-        volume = gmsh_driver.cad_volume(geometry)
+        volume, solids = gmsh_driver.cad_volume(geometry), gmsh_driver.solid_volumes(geometry)
         if request.generator == "cgal":
             from . import cgal_driver as driver
         else:
             driver = gmsh_driver
         mesh, notes = driver.mesh(request, geometry, volume)
-        return mesh, volume, geometry.paths, notes | ({"dropped": geometry.dropped} if geometry.dropped else {})
+        told = {"volumes_cad_m3": solids, "dropped": geometry.dropped}
+        return mesh, volume, geometry.paths, notes | {key: value for key, value in told.items() if value}

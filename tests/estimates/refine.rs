@@ -21,10 +21,14 @@ const BLOCK: &str =
 const REACTION: &str = "quantity = \"xmax_reaction_z_N\"";
 
 fn simulate(folder: &Path, text: &str) -> Output {
+    simulate_with(folder, text, &[])
+}
+
+fn simulate_with(folder: &Path, text: &str, flags: &[&str]) -> Output {
     let file = folder.join("beam.toml");
     std::fs::write(&file, text).expect("writable");
     let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
-    command.arg("simulate").arg(&file).arg("--out").arg(folder).output().expect("the program starts")
+    command.arg("simulate").arg(&file).arg("--out").arg(folder).args(flags).output().expect("the program starts")
 }
 
 fn has_mesher() -> bool {
@@ -70,6 +74,25 @@ fn too_few_meshes_are_a_status() {
     let said = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(done.status.code() == Some(3) && said.contains("allow more `meshes`"), "{said}");
     assert!(folder.path().join("beam.csv").exists() && folder.path().join("beam.refinement.csv").exists());
+}
+
+/// A cylinder of five edges has another volume than its CAD, also on the smooth surface through its nodes: no bar on it is within a tolerance, and all say
+/// that they are without that surface.
+#[test]
+fn a_mesh_of_another_body_is_within_no_tolerance() {
+    if tools::is_missing(has_mesher(), "the mesher (durometer doctor --setup)") {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let quantity = "quantity = \"xmax_reaction_z_N\", tolerance = \"90 %\", meshes = 1";
+    let text = scene("body = \"cylinder\"\nsize = \"20 mm\"", quantity);
+    let text = text.replace("tet10", "tet4").replace("xmin", "bottom").replace("xmax", "top");
+    let done = simulate_with(folder.path(), &text, &["--error", "top_reaction_z_N"]);
+    let [said, told] = [done.stdout, done.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+    assert!(done.status.code() == Some(3) && told.contains("on every mesh, or without curved facets, and"), "{told}");
+    assert!(told.contains("warning: the error bars do not contain the error of the surface"), "{told}");
+    let without = "(without curved facets, which are not estimated here)";
+    assert_eq!(said.matches(without).count(), 2, "{said}");
 }
 
 /// A position that is zero needs an absolute tolerance.

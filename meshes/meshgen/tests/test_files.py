@@ -67,6 +67,15 @@ class Files(Case):
         gmsh.write(self.path(name))
         gmsh.finalize()
 
+    def concentric(self, name: str, combine, radius: float) -> None:
+        """A ball with a radius of 10 mm, combined with a smaller one in it, in a CAD file."""
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        combine(*([(3, gmsh.model.occ.addSphere(0, 0, 0, r))] for r in (10, radius)))
+        gmsh.model.occ.synchronize()
+        gmsh.write(self.path(name))
+        gmsh.finalize()
+
     def test_iges(self):
         self.export("part.step", "part.iges")
         size = {"length": 0.003}
@@ -134,12 +143,7 @@ class Files(Case):
         self.assertAlmostEqual(self.take("tangent.step", size=size)["volume_cad_m3"] * 1e9 / (2 * np.pi / 6 * 1000), 1, delta=1e-6)
 
     def test_thin_walls(self):
-        gmsh.initialize([], False, False)
-        occ = gmsh.model.occ
-        occ.cut([(3, occ.addSphere(0, 0, 0, 10))], [(3, occ.addSphere(0, 0, 0, 9.7))])
-        occ.synchronize()
-        gmsh.write(self.path("thin.step"))
-        gmsh.finalize()
+        self.concentric("thin.step", gmsh.model.occ.cut, 9.7)
         self.refused(3, "thinner than a cell", "file", self.parameters("thin.step"), size={"length": 0.009})
 
     def test_surface(self):
@@ -151,6 +155,18 @@ class Files(Case):
                 self.assertEqual(manifest["regions"]["outer"]["count"], manifest["facets"])
                 self.assertLess(abs(manifest["volume_error"]), error)
                 self.assertEqual(manifest["order"], order)
+
+    def test_volumes_of_solids(self):
+        """The manifest has that of each solid in the CAD, whether gmsh keeps the surface between them or CGAL does not; of one solid it has the whole alone."""
+        self.concentric("filled.step", gmsh.model.occ.fragment, 6)
+        inner, whole = (4 / 3 * np.pi * radius**3 for radius in (6, 10))
+        for generator in ("gmsh", "cgal"):
+            manifest = self.take("filled.step", size={"length": 0.006}, generator=generator)
+            self.assertEqual(set(manifest["volumes_cad_m3"]), {"volume_1", "volume_2"})
+            for volume, wanted in zip(sorted(manifest["volumes_cad_m3"].values()), sorted((inner, whole - inner)), strict=True):
+                self.assertAlmostEqual(volume * 1e9 / wanted, 1, delta=1e-6)
+        self.concentric("hollow.step", gmsh.model.occ.cut, 6)
+        self.assertNotIn("volumes_cad_m3", self.take("hollow.step", size={"length": 0.006}))
 
     def test_levels_of_a_surface(self):
         """Each cell of a surface file becomes eight; those of order 2 are the ones of order 1 with nodes in the middle of straight edges."""

@@ -39,6 +39,7 @@ class Sizes(Case):
         manifest = self.made("finger", size={"length": 0.005, "levels": 1}, order=2)
         self.assertGreaterEqual(manifest["quality"]["jacobian_min"], 0.0999)
         self.assertGreater(manifest["straightened_edges"], 0)
+        self.assertTrue(1e-5 < manifest["straightened_m"] < 0.0025)  # half of an edge
 
     def test_grading(self):
         plain = self.made("finger", size={"length": 0.006})

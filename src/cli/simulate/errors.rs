@@ -48,7 +48,16 @@ pub fn estimate(
     Ok(Some(found))
 }
 
+/// The words for an error bar without the error of geometry.
+pub const WITHOUT_FACETS: &str = " (without curved facets, which are not estimated here)";
+
 pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
+    for volume in &found.missed_volumes {
+        tell!(
+            "warning: the error bars do not contain the error of the surface, since the mesh is too far from its surface or CAD ({volume}): the error may be \
+             several times the bar; use more cells, or a smaller size"
+        );
+    }
     if found.enrichment == Enrichment::Split && record.locking.as_ref().is_some_and(|l| l.alarm) {
         tell!(
             "warning: the smaller cells by which the errors are estimated lock too: the error may be several times the bar"
@@ -60,7 +69,7 @@ pub fn print_errors(found: &ErrorEstimate, record: &CaseRecord) {
         let geometry = match q.geometry {
             Some(g) if g.change == 0.0 => String::new(),
             Some(g) => format!(" (of it {} by curved facets)", five_digits(g.change)),
-            None => " (without curved facets, which are not estimated here)".into(),
+            None => WITHOUT_FACETS.into(),
         };
         let extent = match (&found.cut_regions[..], q.extent) {
             ([], 0.0) => String::new(),

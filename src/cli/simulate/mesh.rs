@@ -1,6 +1,7 @@
 //! The mesh that `durometer simulate` runs on, refined where the scene asks for it.
 
 use super::Args;
+use super::errors::WITHOUT_FACETS;
 use crate::bars::Bars;
 use crate::interrupt;
 use durometer::report::numbers::{five_digits, seconds};
@@ -46,9 +47,11 @@ pub fn mesh(
     folder::write(&table, &csv_text::refinement(&found.steps))?;
     let is_within = found.steps.last().is_some_and(RefinementStep::is_within);
     if !is_within {
+        let lacks =
+            if found.steps.iter().any(RefinementStep::lacks_surface) { ", or without curved facets," } else { "," };
         tell!(
-            "not complete: the error bar is above the tolerance on every mesh, and smallest on that of {} cells, which is taken; allow more `meshes`, or more \
-             tolerance",
+            "not complete: the error bar is above the tolerance on every mesh{lacks} and smallest on that of {} cells, which is taken; allow more `meshes`, or \
+             more tolerance",
             found.body.mesh.cell_count()
         );
     }
@@ -58,10 +61,11 @@ pub fn mesh(
 fn print_refinement(step: &RefinementStep) {
     let RefinementStep { cells, error, bar, tolerance, .. } = step;
     say!(
-        "mesh of {cells} cells: {} = {}, error bar {} (tolerance {}), {}",
+        "mesh of {cells} cells: {} = {}, error bar {}{} (tolerance {}), {}",
         error.column,
         five_digits(error.value),
         five_digits(*bar),
+        if step.lacks_surface() { WITHOUT_FACETS } else { "" },
         five_digits(*tolerance),
         seconds(step.cpu)
     );

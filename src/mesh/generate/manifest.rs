@@ -23,9 +23,18 @@ pub struct Manifest {
     pub volume_cad_m3: Option<f64>,
     /// volume / CAD volume − 1
     pub volume_error: Option<f64>,
+    /// Volumes in the CAD of the regions of cells that are a part of it \[m³\]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub volumes_cad_m3: BTreeMap<String, f64>,
     /// Largest distance of the CAD's sharp edges from the mesh \[m\]
     #[serde(default)]
     pub edge_error_m: Option<f64>,
+    /// Edges of curved cells on the boundary and between solids that left the CAD, because cells would be folded; none where the mesher has no such edges
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub straightened_edges: Option<usize>,
+    /// Largest distance by which they left it \[m\]; none in meshes of earlier versions
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub straightened_m: Option<f64>,
     /// `cable`, …
     #[serde(default)]
     pub paths: BTreeMap<String, CablePath>,

@@ -19,8 +19,8 @@ use crate::mesh::format::{Reader, recognise};
 use crate::mesh::generate::body::Body as Declared;
 use crate::mesh::generate::referred::digest;
 use crate::mesh::generate::{
-    CablePath, GenerateError, Generator, GradedPlace, Grading, Manifest, MeshRequest, MeshStore, Size, SizeField,
-    Source, TIME_LIMIT_S,
+    CablePath, GenerateError, Generated, Generator, GradedPlace, Grading, Manifest, MeshRequest, MeshStore, Size,
+    SizeField, Source, TIME_LIMIT_S,
 };
 use crate::mesh::{self, Order, TetMesh};
 use cut_edges::cut_edges;
@@ -128,8 +128,8 @@ impl Body {
             sha256: String::new(),
             notes: self.notes.clone(),
             warnings: self.warnings.clone(),
-            // Those of the shape before
-            volumes: vec![],
+            // Those of the shape before, as of a body that is deformed where it is loaded
+            volumes: self.volumes.clone(),
             undeformed: None,
             patches: Patches::default(),
         };
@@ -196,13 +196,7 @@ impl Body {
         let request = request_from(file, spec, store)?;
         let store = given_or_found(store).map_err(|e| fail(e.into()))?;
         let made = store.mesh(&request, progress).map_err(|e| fail(e.into()))?;
-        let (volume, off) = (SourceVolume::of(&made.manifest), straightened(request.levels, &made.manifest));
-        let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
-        body.warnings.extend(off);
-        body.notes = made.manifest.dropped;
-        body.warnings.extend(volume.as_ref().and_then(SourceVolume::warning));
-        body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
-        body.volumes.extend(volume);
+        let mut body = Self::generated(file, made, request.levels)?;
         if let Source::File { path, unit_m } = &request.source {
             let reader = recognise(path).map_err(|e| fail(e.into()))?.reader;
             body.warnings.extend(doubtful_unit(&body.mesh, reader, *unit_m));
@@ -223,7 +217,19 @@ impl Body {
         let size = Size::Cells { count, tolerance: ADAPTED_TOLERANCE };
         let request = MeshRequest { size: Some(size), levels: 0, field: Some(field), ..of };
         let made = given_or_found(store).and_then(|store| store.mesh(&request, progress)).map_err(fail)?;
-        Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))
+        Self::generated(file, made, 0)
+    }
+
+    /// A mesh of the mesher, with what is to be said of it.
+    fn generated(file: &Path, made: Generated, levels: u32) -> Result<Self, SceneError> {
+        let (volumes, off) = (SourceVolume::all(&made.manifest, &made.mesh), straightened(levels, &made.manifest));
+        let mut body = Self::new(file, made.mesh, made.manifest.paths, (&made.path, Reader::Msh))?;
+        body.warnings.extend(off);
+        body.notes = made.manifest.dropped;
+        body.warnings.extend(volumes.iter().filter_map(SourceVolume::warning));
+        body.warnings.extend(made.manifest.edge_error_m.and_then(|off| cut_edges(&body.mesh, off)));
+        body.volumes = volumes;
+        Ok(body)
     }
 
     fn new(
@@ -388,15 +394,20 @@ pub fn request(file: &Path, spec: &MeshSpec) -> Result<MeshRequest, SceneError> 
     request_from(file, spec, None)
 }
 
-/// The warning of nested meshes whose boundary left the CAD on a coarser level.
+/// The warning of a mesh whose curved edges left the CAD. Meshes of earlier versions, whose distance is not known, are warned of where they are nested.
 fn straightened(levels: u32, manifest: &Manifest) -> Option<String> {
-    let edges = manifest.notes.get("straightened_edges").and_then(serde_json::Value::as_u64).filter(|_| levels > 0);
-    edges.filter(|n| *n > 0).map(|n| {
-        format!(
-            "{n} edges of the boundary left the CAD, because cells on it would be folded: their nodes stay off it on all finer levels, which approach another \
-             shape; begin with a finer mesh"
-        )
-    })
+    let edges = manifest.straightened_edges.filter(|edges| *edges > 0)?;
+    let distance = manifest.straightened_m.map_or_else(String::new, |off| format!(" by up to {:.4} mm", off * 1e3));
+    let left = format!(
+        "{edges} edges on the surface of the body or of a solid left the CAD{distance}, because cells on it would be folded"
+    );
+    match manifest.straightened_m {
+        _ if levels > 0 => Some(format!(
+            "{left}: their nodes stay off it on all finer levels, which approach another shape; begin with a finer mesh"
+        )),
+        Some(_) => Some(format!("{left}: the shape is another one there; use more cells, or a smaller size")),
+        None => None,
+    }
 }
 
 pub(super) fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStore>) -> Result<MeshRequest, SceneError> {
@@ -504,19 +515,30 @@ impl ElementSpec {
 mod tests {
     use super::*;
 
-    /// Edges that left the CAD matter on nested levels alone: without them a finer mesh has its own.
+    /// Edges that left the CAD are a warning; where an earlier version made the mesh, on nested levels alone.
     #[test]
-    fn a_boundary_that_left_the_cad_is_a_warning_on_finer_levels() {
-        let manifest = |edges: u32| -> Manifest {
+    fn a_boundary_that_left_the_cad_is_a_warning() {
+        let manifest = |edges: u32, more: &str| -> Manifest {
             let text = format!(
-                r#"{{"request":{{}},"cells":1,"nodes":4,"facets":4,"order":1,"h_m":0.5,"regions":{{}},"volume_m3":0.2,"volume_cad_m3":null,"volume_error":null,"straightened_edges":{edges}}}"#
+                r#"{{"request":{{}},"cells":1,"nodes":4,"facets":4,"order":1,"h_m":0.5,"regions":{{}},"volume_m3":0.2,"volume_cad_m3":null,"volume_error":null,"straightened_edges":{edges}{more}}}"#
             );
             serde_json::from_str(&text).expect("a manifest")
         };
-        assert!(
-            straightened(2, &manifest(12))
-                .is_some_and(|text| text.starts_with("12 edges of the boundary left the CAD"))
+        let (earlier, now) = (manifest(12, ""), manifest(12, r#","straightened_m":0.0014"#));
+        let on_levels = straightened(2, &earlier).expect("a warning");
+        assert!(on_levels.starts_with("12 edges on the surface of the body or of a solid left the CAD, because"));
+        assert!(on_levels.ends_with("begin with a finer mesh"));
+        let far = "12 edges on the surface of the body or of a solid left the CAD by up to 1.4000 mm, because";
+        for levels in [0, 2] {
+            assert!(straightened(levels, &now).is_some_and(|text| text.starts_with(far)));
+        }
+        assert_eq!(
+            [
+                straightened(0, &earlier),
+                straightened(2, &manifest(0, "")),
+                straightened(0, &manifest(0, r#","straightened_m":0.0"#))
+            ],
+            [None, None, None]
         );
-        assert_eq!([straightened(0, &manifest(12)), straightened(2, &manifest(0))], [None, None]);
     }
 }

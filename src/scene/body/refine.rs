@@ -6,7 +6,8 @@
 //! The share η_K of a cell is taken to fall as h^α. Least cells for a given Σ η_K (h/h_K)^α, with N = Σ (h_K/h)³, gives
 //! h/h_K ∝ η_K^{−1/(α + 3)}; the factor in front follows from the error that is aimed at, and is bounded by the growth of the number of
 //! cells from mesh to mesh, so that a coarse first estimate does not decide the last mesh. Every mesh follows from the one with the smallest bar so far; after one
-//! that did not improve on it, half of the error is aimed at, and no cell becomes larger.
+//! that did not improve on it, half of the error is aimed at, and no cell becomes larger. A bar without the error of curved facets is no measure: the next mesh
+//! follows from that mesh in the same way.
 //!
 //! A tolerance that is a share is one of the largest departure from the start, so that it does not depend on the origin of coordinates.
 
@@ -61,6 +62,11 @@ impl RefinementStep {
     pub fn is_within(&self) -> bool {
         is_within(&self.error, [self.bar, self.tolerance])
     }
+
+    /// Whether the error of curved facets is missing in the bar.
+    pub fn lacks_surface(&self) -> bool {
+        self.error.geometry.is_none()
+    }
 }
 
 /// Whether a bar is within a tolerance, with the error of curved facets in it.
@@ -74,11 +80,18 @@ struct Best {
     /// Sizes of the shares of its cells
     shares: Vec<f64>,
     bar: f64,
-    /// Meshes since then, none of which has improved on it
+    /// Whether no part of the bar is missing
+    is_whole: bool,
+    /// Meshes since then, none of which has improved on it; a bar with a part missing counts as one
     failures: i32,
 }
 
 impl Best {
+    /// Whether it remains the best one next to a mesh with another bar: one with a part missing is no measure, and gives way to any later one.
+    fn remains(&self, bar: f64, is_whole: bool) -> bool {
+        self.is_whole && (!is_whole || self.bar <= bar)
+    }
+
     /// The size field of the next mesh, and the number of cells that it asks for.
     fn next(&self, tolerance: f64) -> (SizeField, u64) {
         let mesh = &self.body.mesh;
@@ -161,12 +174,16 @@ pub fn refine(
         until = error.t;
         let [bar, tolerance] = wanted.judged(&error)?;
         let is_last = shares.is_none();
+        let is_whole = error.geometry.is_some();
         let best = match &mut best {
-            Some(best) if best.bar <= bar => {
+            Some(best) if best.remains(bar, is_whole) => {
                 best.failures += 1;
                 best
             }
-            best => best.insert(Best { body: body.clone(), shares: shares.unwrap_or_default(), bar, failures: 0 }),
+            best => {
+                let (shares, failures) = (shares.unwrap_or_default(), i32::from(!is_whole));
+                best.insert(Best { body: body.clone(), shares, bar, is_whole, failures })
+            }
         };
         if !is_last && !watch.is_stopped() {
             body = Arc::new(Body::sized(file, &spec.mesh, best.next(tolerance), store, watch.mesher)?);
@@ -332,13 +349,24 @@ mod tests {
         assert_eq!(absolute.judged(&error(0.5, 0.5)).expect("given"), [8e-5, 1e-6]);
     }
 
+    /// A bar without the error of curved facets is within no tolerance, whatever it is, and no reason to keep a mesh.
+    #[test]
+    fn a_bar_with_a_part_missing_is_no_measure() {
+        let body = Arc::new(Body::of_mesh(block(1, 1, 1, 1.0, 1.0, 1.0, Order::Linear)));
+        let best = |is_whole| Best { body: body.clone(), shares: vec![], bar: 1.0, is_whole, failures: 0 };
+        assert!(best(true).remains(0.1, false) && best(true).remains(2.0, true) && !best(true).remains(0.1, true));
+        assert!(!best(false).remains(2.0, false) && !best(false).remains(2.0, true));
+    }
+
     /// After a mesh that did not improve on the best one, the next one follows from the best one, has more cells than it would have had, and no larger ones.
     #[test]
     fn a_failure_is_followed_by_a_finer_mesh() {
         let mesh = block(3, 3, 3, 1.0, 1.0, 1.0, Order::Linear);
         let shares: Vec<f64> = (0..mesh.cell_count()).map(|c| (-(c as f64) / 20.0).exp()).collect();
         let body = Arc::new(Body::of_mesh(mesh));
-        let after = |failures| Best { body: body.clone(), shares: shares.clone(), bar: 1.0, failures }.next(0.9).1;
+        let after = |failures| {
+            Best { body: body.clone(), shares: shares.clone(), bar: 1.0, is_whole: true, failures }.next(0.9).1
+        };
         let [first, second, third] = [0, 1, 2].map(after);
         assert!(first < second && second < third, "{first} {second} {third}");
         let lengths = lengths(&body.mesh, &shares, 0.9, BOUNDS_AFTER_FAILURE);

@@ -1,24 +1,40 @@
 //! Volumes of a surface or CAD file and of the mesh that was made of it.
 
 use crate::math::units::Decimals;
+use crate::mesh::TetMesh;
 use crate::mesh::generate::Manifest;
 use std::fmt;
 
 /// Difference of the volumes, as a share, above which it is a warning.
 const LARGE: f64 = 0.02;
+/// The same of curved cells some of whose edges left the CAD: on it they are within 1e-4 with a few cells around a circle.
+const LARGE_OF_STRAIGHTENED: f64 = 0.002;
+/// Share by which the change to a smooth surface may be wrong, as in the bounds of the error of geometry.
+const OF_SMOOTH: f64 = 0.5;
 
-/// The volume that a surface or CAD encloses, without its cavities, and that of its mesh \[m³\].
+/// The volume that a surface or CAD, or one of its solids, encloses, without its cavities, and that of its mesh \[m³\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct SourceVolume {
+    /// Name of the solid; none for all of them together
+    pub region: Option<String>,
     pub enclosed: f64,
     pub mesh: f64,
+    /// Whether edges of curved cells left the CAD
+    pub straightened: bool,
 }
 
 impl SourceVolume {
-    /// From the manifest of a mesh; none where the mesher does not know the volume that is enclosed.
-    pub(in crate::scene) fn of(manifest: &Manifest) -> Option<Self> {
-        let enclosed = manifest.volume_cad_m3.filter(|volume| *volume > 0.0)?;
-        Some(Self { enclosed, mesh: manifest.volume_m3 })
+    /// From the manifest of a mesh, the whole first, then the solids: they differ where the surface between two of them is another one. None where the
+    /// mesher does not know the volume that is enclosed.
+    pub(in crate::scene) fn all(manifest: &Manifest, mesh: &TetMesh) -> Vec<Self> {
+        let straightened = manifest.straightened_edges.is_some_and(|edges| edges > 0);
+        let of = |region, enclosed, mesh| Self { region, enclosed, mesh, straightened };
+        let whole = manifest.volume_cad_m3.map(|enclosed| of(None, enclosed, manifest.volume_m3));
+        let solids = manifest.volumes_cad_m3.iter().filter_map(|(name, enclosed)| {
+            let mesh = mesh.region_volume(&mesh.regions.get(name)?.cells);
+            Some(of(Some(name.clone()), *enclosed, mesh))
+        });
+        whole.into_iter().chain(solids).filter(|volume| volume.enclosed > 0.0).collect()
     }
 
     /// The volume of the mesh over the enclosed one, less one.
@@ -26,11 +42,23 @@ impl SourceVolume {
         self.mesh / self.enclosed - 1.0
     }
 
+    /// Whether a smooth surface through the nodes of the mesh, which changes its volume by the share `gain`, is another one than that of the CAD: it leaves
+    /// more of the difference than it may.
+    pub(in crate::scene) fn is_missed(&self, gain: f64) -> bool {
+        let limit = if self.straightened { LARGE_OF_STRAIGHTENED } else { LARGE };
+        let left = (1.0 + self.difference()) * (1.0 + gain) - 1.0;
+        left.abs() > OF_SMOOTH * gain.abs() + limit
+    }
+
     /// The warning of a mesh whose volume is far from the enclosed one.
     pub(in crate::scene) fn warning(&self) -> Option<String> {
         (self.difference().abs() > LARGE).then(|| {
             let limit = 100.0 * LARGE;
-            format!("the volume of the mesh is far from that of its surface or CAD ({self}; limit {limit} %): use more cells, or a smaller size")
+            let cause = match self.region {
+                None => "",
+                Some(_) => ", also where the whole agrees, since the cells cut its surface to other solids",
+            };
+            format!("the volume of the mesh is far from that of its surface or CAD ({self}; limit {limit} %){cause}: use more cells, or a smaller size")
         })
     }
 }
@@ -41,17 +69,20 @@ impl fmt::Display for SourceVolume {
         let (enclosed, mesh, difference) = (mm3(self.enclosed), mm3(self.mesh), 100.0 * self.difference());
         // Rounding has no sign
         let difference = if difference.abs() < 5e-4 { 0.0 } else { difference };
-        write!(f, "{enclosed} enclosed, {mesh} in the mesh, difference {difference:.3} %")
+        let of = self.region.as_ref().map_or_else(String::new, |name| format!("{name}: "));
+        write!(f, "{of}{enclosed} enclosed, {mesh} in the mesh, difference {difference:.3} %")
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::structured::block;
+    use crate::mesh::{Order, Region};
 
     #[test]
     fn a_large_difference_of_volumes_is_a_warning() {
-        let of = |mesh: f64| SourceVolume { enclosed: 2e-6, mesh };
+        let of = |mesh: f64| SourceVolume { region: None, enclosed: 2e-6, mesh, straightened: false };
         assert_eq!(of(1.99e-6).to_string(), "2000.0000 mm^3 enclosed, 1990.0000 mm^3 in the mesh, difference -0.500 %");
         assert_eq!(
             of(2e-6 * (1.0 - 1e-9)).to_string(),
@@ -60,5 +91,38 @@ mod tests {
         assert_eq!(of(1.97e-6).warning(), None);
         assert!(of(1.95e-6).warning().is_some_and(|text| text.contains("difference -2.500 %; limit 2 %")));
         assert!(of(2.05e-6).warning().is_some());
+        // Of curved cells less is too much where edges left the CAD
+        let curved = |mesh: f64| SourceVolume { straightened: true, ..of(mesh) };
+        let meshes = [1.997e-6, 1.99e-6, 1.95e-6];
+        assert_eq!(meshes.map(|mesh| of(mesh).is_missed(0.0)), [false, false, true]);
+        assert_eq!(meshes.map(|mesh| curved(mesh).is_missed(0.0)), [false, true, true]);
+        // A smooth surface that fills what the facets cut off, or most of it, is that of the CAD; one that goes the other way is not
+        assert_eq!([0.1, 0.08, 0.04, -0.1].map(|gain| of(1.8e-6).is_missed(gain)), [false, false, true, true]);
+    }
+
+    /// Two halves of a block of 2 mm^3 whose border is shifted by a quarter of it: the whole agrees, and the solids do not.
+    #[test]
+    fn solids_are_compared_one_by_one() {
+        let mut mesh = block(4, 1, 1, 2e-3, 1e-3, 1e-3, Order::Linear);
+        let is_left = |c: &u32| mesh.cell(*c as usize).iter().all(|node| mesh.points[*node as usize].x < 1.6e-3);
+        let (left, right): (Vec<u32>, Vec<u32>) = (0..mesh.cell_count() as u32).partition(is_left);
+        for (name, cells) in [("volume_1", left), ("volume_2", right)] {
+            mesh.regions.insert(name.into(), Region { cells, ..Region::default() });
+        }
+        let text = r#"{"request":{},"cells":24,"nodes":20,"facets":36,"order":1,"h_m":0.0004,"regions":{},"volume_m3":2e-9,"volume_cad_m3":2e-9,
+            "volume_error":0.0,"volumes_cad_m3":{"volume_1":1e-9,"volume_2":1e-9}}"#;
+        let manifest: Manifest = serde_json::from_str(text).expect("a manifest");
+        let told: Vec<String> = SourceVolume::all(&manifest, &mesh).iter().map(ToString::to_string).collect();
+        assert_eq!(
+            told,
+            [
+                "2.0000 mm^3 enclosed, 2.0000 mm^3 in the mesh, difference 0.000 %",
+                "volume_1: 1.0000 mm^3 enclosed, 1.5000 mm^3 in the mesh, difference 50.000 %",
+                "volume_2: 1.0000 mm^3 enclosed, 0.5000 mm^3 in the mesh, difference -50.000 %",
+            ]
+        );
+        let warned: Vec<bool> =
+            SourceVolume::all(&manifest, &mesh).iter().map(|volume| volume.warning().is_some()).collect();
+        assert_eq!(warned, [false, true, true]);
     }
 }

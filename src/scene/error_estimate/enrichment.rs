@@ -10,6 +10,7 @@ use crate::mesh::interface::{Interface, interfaces};
 use crate::mesh::smooth_surface::{Smoothed, are_smooth, on_smooth_surface};
 use crate::mesh::{Order, Region, TetMesh};
 use crate::scene::body::Body;
+use crate::scene::body::source_volume::SourceVolume;
 use crate::scene::build::SceneBuilder;
 use crate::scene::build::patches::Patches;
 use crate::scene::build::regions::regions;
@@ -161,6 +162,8 @@ pub(super) enum SmoothSurface {
     Flat,
     /// Cells would fold on it.
     Folded,
+    /// It is not that of the CAD, as these volumes of solids show.
+    Missed(Vec<SourceVolume>),
     /// With its nodes at this part of the way to the surface
     Curved(Box<EnrichedScene>, f64),
 }
@@ -199,7 +202,12 @@ impl EnrichedScene {
     /// The same with its new nodes on the boundary and between solids on the smooth surfaces through those of the run.
     pub fn on_smooth_surface(&self, scene: &Scene) -> SmoothSurface {
         let (mesh, interfaces) = &*self.whole;
-        match on_smooth_surface(mesh, interfaces, &self.map) {
+        let found = on_smooth_surface(mesh, interfaces, &self.map);
+        let missed = self.missed_volumes(scene, &found);
+        if !missed.is_empty() {
+            return SmoothSurface::Missed(missed);
+        }
+        match found {
             Smoothed::Flat => SmoothSurface::Flat,
             Smoothed::Folded => SmoothSurface::Folded,
             Smoothed::Moved(map, part) => Self::on(scene, self.enrichment, *map, self.whole.clone())
@@ -207,6 +215,20 @@ impl EnrichedScene {
                     SmoothSurface::Curved(Box::new(Self { stop: self.stop.clone(), ..moved }), part)
                 }),
         }
+    }
+
+    /// Volumes of the CAD that the mesh of the run misses on the smooth surface, too.
+    fn missed_volumes(&self, scene: &Scene, found: &Smoothed) -> Vec<SourceVolume> {
+        let of = |mesh: &TetMesh, volume: &SourceVolume| match &volume.region {
+            None => Some(mesh.volume()),
+            Some(name) => mesh.regions.get(name).map(|region| mesh.region_volume(&region.cells)),
+        };
+        let gain = |volume: &SourceVolume| -> Option<f64> {
+            let Smoothed::Moved(moved, part) = found else { return None };
+            Some((of(&moved.mesh, volume)? / of(&self.map.mesh, volume)? - 1.0) / part)
+        };
+        let is_missed = |volume: &&SourceVolume| volume.is_missed(gain(volume).unwrap_or(0.0));
+        scene.body.volumes.iter().filter(is_missed).cloned().collect()
     }
 
     /// This space with wider regions: they hold all nodes of the cells that have a node in them.
@@ -483,5 +505,32 @@ mod tests {
         for space in [&enriched, &*moved] {
             assert!(space.solver().equations.limit.reached().is_some());
         }
+    }
+
+    /// The smooth surface through the nodes of a hollow sphere has its volume. It is no measure where that of the CAD is another one, or of a solid that it does
+    /// not change.
+    #[test]
+    fn a_smooth_surface_is_that_of_the_volume() {
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../studies/coverage/scenes/sphere-volume.toml");
+        let mut scene = parse_scene(&std::fs::read_to_string(file).expect("the scene")).expect("a scene");
+        let mesh = scene.body.mesh.clone();
+        let radii = mesh.points.iter().map(|point| point.norm());
+        let [inner, outer] = [radii.clone().fold(f64::INFINITY, f64::min), radii.fold(0.0, f64::max)];
+        let octant = std::f64::consts::FRAC_PI_6 * (outer.powi(3) - inner.powi(3));
+        let mut finds = |region: Option<&str>, enclosed: f64, straightened: bool| {
+            let mut body = Body::of_mesh(mesh.clone());
+            let volume = SourceVolume { region: region.map(Into::into), enclosed, mesh: mesh.volume(), straightened };
+            body.volumes = vec![volume.clone()];
+            scene.body = Arc::new(body);
+            let enriched = EnrichedScene::new(&scene, Enrichment::Raise).expect("an enriched scene");
+            match enriched.on_smooth_surface(&scene) {
+                SmoothSurface::Curved(..) => true,
+                SmoothSurface::Missed(missed) => missed != [volume],
+                _ => panic!("a sphere is curved"),
+            }
+        };
+        assert!(finds(None, octant, false) && !finds(None, 1.25 * octant, false) && !finds(None, 0.8 * octant, false));
+        let mut solid = |share: f64, straightened| finds(Some("solid"), mesh.volume() / (1.0 + share), straightened);
+        assert!(solid(-0.01, false) && solid(-0.001, true) && !solid(-0.03, false) && !solid(-0.003, true));
     }
 }

@@ -3,6 +3,7 @@
 use super::enrichment::{EnrichedScene, SmoothSurface};
 use super::kept_state::{Kept, Solved};
 use crate::scene::Scene;
+use crate::scene::body::source_volume::SourceVolume;
 
 /// Change of a quantity where the boundary nodes of the enriched space lie on a smooth surface \[unit of J\].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -37,11 +38,19 @@ impl Geometry {
         Self { surface, start, factorisations }
     }
 
-    /// Of all columns at a solution in the enriched space; none where the smooth surface folds cells or has no equilibrium.
+    /// Volumes of the CAD that the mesh misses, also on the smooth surface, which is no measure then.
+    pub fn missed_volumes(&self) -> Vec<SourceVolume> {
+        match &self.surface {
+            SmoothSurface::Missed(volumes) => volumes.clone(),
+            _ => vec![],
+        }
+    }
+
+    /// Of all columns at a solution in the enriched space; none where the smooth surface is no measure, folds cells or has no equilibrium.
     pub fn errors(&mut self, solved: &Solved) -> Option<Vec<GeometryError>> {
         let (moved, part) = match &self.surface {
             SmoothSurface::Flat => return Some(vec![GeometryError::default(); solved.values.len()]),
-            SmoothSurface::Folded => return None,
+            SmoothSurface::Folded | SmoothSurface::Missed(_) => return None,
             SmoothSurface::Curved(moved, part) => (moved, *part),
         };
         let curved = moved.columns_from(&solved.end, &solved.memory, &mut self.factorisations)?;

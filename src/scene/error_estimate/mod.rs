@@ -36,6 +36,7 @@ pub use geometry::GeometryError;
 pub use indicators::CellErrors;
 pub use refusal::{EstimateError, path_dependence};
 
+use super::body::source_volume::SourceVolume;
 use super::notes::wrinkles::no_limit_at;
 use super::record::extreme::extreme;
 use super::record::recorder::Energies;
@@ -120,6 +121,8 @@ pub struct ErrorEstimate {
     pub quantities: Vec<QuantityError>,
     /// Regions whose border runs through cells: no bar contains the error of their extent
     pub cut_regions: Vec<String>,
+    /// Volumes of the mesh that are far from those of its CAD: no bar contains the error of its surface
+    pub missed_volumes: Vec<SourceVolume>,
     /// Shares of the cells, one for each of the quantities, where they were asked for
     pub cells: Vec<CellErrors>,
     /// Equations of the enriched space
@@ -271,6 +274,7 @@ impl<'a> ErrorEstimator<'a> {
                 cells.extend(own.iter().map(|(column, ..)| *column).zip(shares));
             }
         }
+        let missed_volumes = geometry.as_ref().map_or_else(Vec::new, Geometry::missed_volumes);
         factorisations += geometry.map_or(0, |g| g.factorisations) + extent.factorisations;
         quantities.sort_by_key(|(column, _)| *column);
         cells.sort_by_key(|(column, _)| *column);
@@ -279,6 +283,7 @@ impl<'a> ErrorEstimator<'a> {
             whole_run: self.whole_run,
             quantities: quantities.into_iter().map(|(_, error)| error).collect(),
             cut_regions: extent.unknown,
+            missed_volumes,
             cells: cells.into_iter().map(|(_, shares)| shares).collect(),
             dofs: enriched.scene.system.dofs.free.len(),
             solves: peaks.len().max(1),
