@@ -23,9 +23,12 @@ OPTIONS = {
 }
 
 
-# Words of gmsh where the facets of a surface mesh cross each other, as they do on the two sides of a thin wall.
+# Words of gmsh where the facets of a surface mesh cross each other: on the two sides of a thin wall, or where the faces of many struts meet.
 SIGNS_OF_CROSSING = ("PLC", "overlapping facets", "intersect")
-CROSSED = "facets cross each other, as on the two sides of a wall that is thinner than a cell: take a size no larger than the wall is thick, or more cells"
+CROSSED = (
+    "facets of the surface mesh cross each other. If a wall is thinner than a cell, take a size no larger than the wall is thick, or more cells; "
+    'if not, write generator = "cgal" and element = "tet4" in [mesh] of a scene: CGAL meshes no face by itself, and rounds sharp edges'
+)
 OTHER_SIZE = "change the size a little, or the parameters"
 
 

@@ -144,7 +144,8 @@ class Files(Case):
 
     def test_thin_walls(self):
         self.concentric("thin.step", gmsh.model.occ.cut, 9.7)
-        self.refused(3, "thinner than a cell", "file", self.parameters("thin.step"), size={"length": 0.009})
+        told = self.refused(3, "If a wall is thinner than a cell", "file", self.parameters("thin.step"), size={"length": 0.009})
+        self.assertIn('generator = "cgal" and element = "tet4"', told["hint"])
 
     def test_surface(self):
         self.export("part.stl")
