@@ -101,7 +101,7 @@
 //! remedy; a panic is a bug. A module may use only modules to its left (a test enforces it):
 //!
 //! ```text
-//! wording → storage → child_process → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → live → study → prelude
+//! wording → storage → subprocess → schema → catalogue → math → mesh → material → system → effect → solve → scene → reduction → calibrate → motion → report → live → study → prelude
 //! ```
 //!
 //! [`open_scene`]: prelude::open_scene
@@ -120,7 +120,6 @@
 
 pub mod calibrate;
 pub mod catalogue;
-pub mod child_process;
 pub mod effect;
 pub mod live;
 pub mod material;
@@ -135,6 +134,7 @@ pub mod schema;
 pub mod solve;
 pub mod storage;
 pub mod study;
+pub mod subprocess;
 pub mod system;
 #[doc(hidden)]
 pub mod wording;

@@ -22,7 +22,7 @@ use syn::visit::{self, Visit};
 const ORDER: [&str; 18] = [
     "wording",
     "storage",
-    "child_process",
+    "subprocess",
     "schema",
     "catalogue",
     "math",

@@ -1,6 +1,6 @@
 //! Discretisation errors of one run: `--error`.
 
-use super::Args;
+use super::args::Args;
 use crate::bars::Bars;
 use durometer::report::numbers::{five_digits, seconds};
 use durometer::scene::{Enrichment, ErrorEstimate, ErrorEstimator, EstimateError, Run, Scene};

@@ -1,6 +1,6 @@
 //! The mesh that `durometer simulate` runs on, refined where the scene asks for it.
 
-use super::Args;
+use super::args::Args;
 use super::errors::WITHOUT_FACETS;
 use crate::bars::Bars;
 use crate::interrupt;

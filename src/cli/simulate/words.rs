@@ -1,6 +1,6 @@
-//! What `durometer simulate` prints: notes before the run, then its results, its costs, and why it is not complete.
+//! Output of `durometer simulate`: notes before the run, then its results, its costs, and why it is not complete.
 
-use super::Args;
+use super::args::Args;
 use super::drawing::Drawn;
 use super::errors::print_errors;
 use crate::outcome::Outcome;

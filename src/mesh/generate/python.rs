@@ -3,8 +3,8 @@
 use super::error::GenerateError;
 use super::interpreter;
 use crate::catalogue::{Home, host};
-use crate::child_process::{ends_with_parent, kill};
 use crate::math::threads::locked;
+use crate::subprocess::{ends_with_parent, kill};
 use serde::Deserialize;
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{BufRead, BufReader, Read, Seek, Write};

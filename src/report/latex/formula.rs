@@ -29,7 +29,7 @@ fn is_mathematical(c: char) -> bool {
     is_letter(c) || is_accent(c) || has_accent || matches!(command(c), Some(Math(_)))
 }
 
-/// What is set so far.
+/// The formula as far as it is set.
 #[derive(Default)]
 struct Setting {
     out: String,

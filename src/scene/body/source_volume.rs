@@ -96,7 +96,7 @@ mod tests {
         let meshes = [1.997e-6, 1.99e-6, 1.95e-6];
         assert_eq!(meshes.map(|mesh| of(mesh).is_missed(0.0)), [false, false, true]);
         assert_eq!(meshes.map(|mesh| curved(mesh).is_missed(0.0)), [false, true, true]);
-        // A smooth surface that fills what the facets cut off, or most of it, is that of the CAD; one that goes the other way is not
+        // A smooth surface that fills what the facets cut off, or most of it, is that of the CAD; one that takes away more is not
         assert_eq!([0.1, 0.08, 0.04, -0.1].map(|gain| of(1.8e-6).is_missed(gain)), [false, false, true, true]);
     }
 

@@ -12,8 +12,8 @@
 
 use super::strict_json::Strict;
 use super::{ControlError, Controller, Observation, Opening, Reply};
-use crate::child_process::ends_with_parent;
 use crate::scene::error::hint;
+use crate::subprocess::ends_with_parent;
 use serde::Deserialize;
 use serde::de::Error;
 use serde_json::{Map, Value, json};
