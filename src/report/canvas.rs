@@ -309,7 +309,7 @@ mod tests {
     #[test]
     fn an_index_is_lowered_and_every_mark_is_closed() {
         let of = |words: &str| {
-            let svg = figure(20.0, 5.0, "", |area| text(area, words, (mm(1.0), mm(2.0)), At::Left, SMALL, INK));
+            let svg = super::figure(20.0, 5.0, "", |area| text(area, words, (mm(1.0), mm(2.0)), At::Left, SMALL, INK));
             svg.split_once("<text").expect("a text").1.to_string()
         };
         let shown = of(&format!("{} [N]", italic("F_z*")));

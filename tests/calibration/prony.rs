@@ -483,8 +483,8 @@ fn bad_tables_are_refused_with_place_and_remedy() {
     let unit = table("unit", "time [mm];stress [kPa]", times().into_iter().map(good));
     refused(&relaxation(unit.clone()), "\"mm\" is no unit of time");
     // Another unit without other numbers would be wrong
-    let hours = table("hours", "Time (h);stress [kPa]", times().into_iter().map(good));
-    refused(&relaxation(hours), "\"h\" is no unit of time; convert the numbers to one such as s");
+    let weeks = table("weeks", "Time (w);stress [kPa]", times().into_iter().map(good));
+    refused(&relaxation(weeks), "\"w\" is no unit of time; convert the numbers to one such as s");
     let moved =
         table("moved", "time [s];Displacement (mm);stress [kPa]", times().into_iter().map(|t| vec![t, 1.0, 5.0]));
     refused(&RelaxationRequest::new(moved, TestKind::History), "divide the displacement by the gauge length");

@@ -117,9 +117,13 @@ fn what_is_not_declared_is_not_executed() {
 #[test]
 fn a_step_does_not_see_the_registry() {
     let (Some(short), Some(long)) = (instructions(&[]), instructions(&["stage.0.duration=\"2 s\""])) else { return };
-    for file in
-        ["scene/parts/effects/mod.rs", "scene/build.rs", "scene/builder.rs", "scene/stages.rs", "material/registry.rs"]
-    {
+    for file in [
+        "scene/parts/effects/mod.rs",
+        "scene/build/mod.rs",
+        "scene/build/builder.rs",
+        "scene/stages.rs",
+        "material/registry.rs",
+    ] {
         let (a, b) = (of(&short, file), of(&long, file));
         assert!(a > 0, "{file} was not seen at all");
         assert!(a.abs_diff(b) as f64 <= 1e-3 * a as f64, "{file}: {a} instructions for 4 steps, {b} for 8");

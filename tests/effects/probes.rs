@@ -442,7 +442,7 @@ fn a_cell_with_several_effects_has_its_stretch_once() {
     };
     let (alone, alone_at_nodes) = run("");
     for more in [
-        "[[effect]]\nkind = \"edge_springs\"\nregion = \"half\"\nE = \"0.01 Pa\"\n",
+        "[[effect]]\nkind = \"edge_springs\"\nregion = \"half\"\nE = \"0.01 Pa\"\noverlap = \"add\"\n",
         "[[effect]]\nkind = \"elastic\"\nregion = \"half\"\nlaw = \"weak\"\noverlap = \"add\"\n",
     ] {
         let (both, at_nodes) = run(more);

@@ -49,7 +49,9 @@ pub fn draw(store: &Results, a: &RobustnessFindings) -> Option<Figure> {
     let svg = figure(panels.width(), panels.rows() * (tall + 8.0) + 2.0, &under, |area| {
         for (k, (case, _)) in shown.iter().enumerate() {
             let (x, y) = place(k);
-            headed(area, (mm(x), mm(y + 6.0)), mm(panels.each), None, &format!("{}: {}", case.case, case.status));
+            // There is no margin behind the last panel, into which a heading may reach elsewhere
+            let wide = mm(panels.each - 2.0);
+            headed(area, (mm(x), mm(y + 6.0)), wide, None, &format!("{}: {}", case.case, case.status));
         }
     });
     let caption =
