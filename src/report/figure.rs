@@ -136,7 +136,7 @@ pub fn legend_below(area: &Area, (left, top): (f64, f64), width: f64, entries: V
 }
 
 /// Dashes of lines by number, the first of which is solid \[units\]; neighbours differ without their colours.
-const DASHES: [f64; 4] = [0.0, 30.0, 12.0, 60.0];
+const DASHES: [f64; 4] = [0.0, 18.0, 8.0, 60.0];
 
 /// A line in the colour and with the dashes of a number: 28 lines are different.
 pub fn stroke(area: &Area, points: &[Point], number: usize, width: u32) {

@@ -6,6 +6,7 @@ use crate::common::synthetic;
 use durometer::study::kinds::cost::analysis::analyse;
 use durometer::study::kinds::cost::findings::{Grows, Measure};
 use durometer::study::kinds::cost::line::How;
+use durometer::study::kinds::cost::sentence;
 use durometer::study::report;
 use durometer::study::run::work::RepeatRecord;
 use durometer::study::store::record::{FamilyRecord, LockingRecord, Quantity, Role, StoredCase, StudyRecord};
@@ -195,6 +196,25 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
     for figure in ["work-precision-length.svg", "work-amounts-length.svg"] {
         assert!(!dir.path().join("figures").join(figure).exists(), "{figure}");
     }
+}
+
+/// Without the cases of the reference nothing is said of the settings, neither what they cost nor that none is known; where other quantities have a reference, the
+/// verdict names those that have none.
+#[test]
+fn a_quantity_without_a_reference_is_not_judged() {
+    let (study, stored) = study();
+    let whole = analyse(&study, &stored).quantities;
+    let family = &whole[0].reference.as_ref().expect("a reference").family;
+    let others: Vec<StoredCase> =
+        stored.iter().filter(|c| !c.record.id.starts_with(&format!("{family}-"))).cloned().collect();
+    assert!(!others.is_empty() && others.len() < stored.len());
+    let a = analyse(&study, &others);
+    assert_eq!(a.verdict, "No verdict: no quantity has a reference.");
+    let mut both = whole.clone();
+    both.extend(a.quantities);
+    let verdict = sentence::verdict(&both, study.tolerance, 0);
+    assert!(verdict.contains(" costs ") && verdict.contains("has no reference"), "{verdict}");
+    assert!(!verdict.contains("no setting is known"), "{verdict}");
 }
 
 /// Locking is an error of the mesh: it refuses a reference over meshes, and none over the time steps of one mesh.

@@ -111,6 +111,11 @@ impl Paragraph {
     }
 }
 
+/// A text in LaTeX that may go on in the next line behind each `_`, as within the names of cases.
+fn breakable(text: &str) -> String {
+    escape(text).replace("\\_", "\\_\\allowbreak{}")
+}
+
 /// Text in LaTeX, with quantities by siunitx.
 fn latex_text(text: &str) -> String {
     let mut out = String::new();
@@ -118,7 +123,7 @@ fn latex_text(text: &str) -> String {
     for (start, word) in words(text) {
         let formula = word.trim_end_matches([',', '.', ';']);
         if let Some(set) = raised(formula) {
-            out += &escape(&text[from..start]);
+            out += &breakable(&text[from..start]);
             out += &set;
             from = start + formula.len();
             continue;
@@ -128,12 +133,12 @@ fn latex_text(text: &str) -> String {
         let set = open.split_once('\u{a0}').map_or_else(|| power_of_ten(open), |(n, unit)| quantity(n, unit));
         if let Some(set) = set {
             let begin = start + end.len() - open.len();
-            out += &escape(&text[from..begin]);
+            out += &breakable(&text[from..begin]);
             out += &set;
             from = start + end.len();
         }
     }
-    out + &escape(&text[from..])
+    out + &breakable(&text[from..])
 }
 
 /// `(V/N)^{1/3}` as a formula for `(V/N)^(1/3)`; `None` where the text is no power.

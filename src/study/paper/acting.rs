@@ -104,7 +104,9 @@ fn counted(values: &[(&str, &Value)], key: &str) -> Option<String> {
         return None;
     }
     let (least, most) = (lists.iter().map(|l| l.len()).min()?, lists.iter().map(|l| l.len()).max()?);
-    let most = wording::count(most, key.trim_end_matches('s'));
+    // The points of a signal are the key `of`
+    let one = if key == "of" { "value" } else { key.trim_end_matches('s') };
+    let most = wording::count(most, one);
     Some(if lists.iter().all(|l| l.len() == lists[0].len()) { most } else { format!("{least} to {most}") })
 }
 

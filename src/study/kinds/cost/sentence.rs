@@ -94,6 +94,9 @@ fn relative_cost([expensive, cheap]: [&str; 2], ratio: f64, extrapolated: Option
 }
 
 pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missing: usize) -> String {
+    if quantities.iter().all(|q| q.reference.is_none()) {
+        return "No verdict: no quantity has a reference.".into();
+    }
     let mut parts = vec![];
     for q in quantities {
         let Some(level) = q.answers.iter().filter(|a| a.measure == Measure::Peak).position(|a| a.level == tolerance)
@@ -101,6 +104,10 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
             continue;
         };
         let answer = q.answer(Measure::Peak, tolerance).and_then(|a| a.cheapest);
+        if q.reference.is_none() {
+            parts.push(format!("the {} has no reference", q.title()));
+            continue;
+        }
         let title = format!("the {}", q.peak_title());
         if let Some(r) = q.reference.as_ref().filter(|r| r.refused) {
             parts.push(format!("{title} has no reference (family {}: {})", r.family, r.reasons.join("; ")));

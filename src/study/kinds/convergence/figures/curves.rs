@@ -2,7 +2,7 @@
 //! difference to the Richardson curve, where the meshes come apart.
 
 use crate::report::canvas::{INK, PALETTE, RGB, columns, dashed, figure, fill, italic, mm, page_width};
-use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines, stroke};
+use crate::report::figure::{Figure, Sample, legend, legend_below, legend_lines, legend_width, stroke};
 use crate::report::names::title;
 use crate::report::numbers::{capital, thousands};
 use crate::report::panels::{letter, row_height};
@@ -54,12 +54,12 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings, variant: &str) -> O
     let (left, gap) = (14.0, 17.0);
     // The legend is at the right where there is room for it
     let is_narrow = page_width() < NARROW;
-    let legend_width = if is_narrow { 4.0 } else { 34.0 };
+    let has_limit = panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty()));
+    let entries = entries(&cases, sizes, has_limit);
+    let legend_width = if is_narrow { 4.0 } else { 4.0 + legend_width(&entries).clamp(30.0, 60.0) };
     let columns = columns(panels.len(), (left + legend_width, gap, LEAST));
     let each = (page_width() - left - legend_width - gap * (columns as f64 - 1.0)) / columns as f64;
-    let has_limit = panels.iter().any(|(_, s)| s.is_some_and(|s| !s.star.is_empty()));
     let (first, low, between) = (6.0, 24.0, 5.0);
-    let entries = entries(&cases, sizes, has_limit);
     let lines = if is_narrow { 4.2 * legend_lines(&entries, page_width() - left) + 3.0 } else { 0.0 };
     let rows = panels.len().div_ceil(columns) as f64;
     let others = first + if has_limit { between + low } else { 0.0 } + 11.0;

@@ -107,9 +107,10 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
         }
         legend_below(area, (LEFT, below + 13.5), across, entries);
     });
+    let below = if columns == 1 { "below each" } else { "bottom" };
     let caption = format!(
         "Error of the peak against the reference value, one line a formulation: over the number of cells (top) \
-         and over the CPU seconds of the case (bottom). Open marks raise the locking alarm. Errors in the grey \
+         and over the CPU seconds of the case ({below}). Open marks raise the locking alarm. Errors in the grey \
          zone are smaller than the uncertainty of the reference; {BELOW}."
     );
     Some(Figure { name: "formulations".into(), svg, caption })
