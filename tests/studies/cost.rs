@@ -203,7 +203,7 @@ fn a_family_that_does_not_resolve_a_wall_is_no_reference() {
 #[test]
 fn a_quantity_without_a_reference_is_not_judged() {
     let (study, stored) = study();
-    let whole = analyse(&study, &stored).quantities;
+    let whole = analyse(&study, &stored).quantities.clone();
     let family = &whole[0].reference.as_ref().expect("a reference").family;
     let others: Vec<StoredCase> =
         stored.iter().filter(|c| !c.record.id.starts_with(&format!("{family}-"))).cloned().collect();
@@ -211,7 +211,7 @@ fn a_quantity_without_a_reference_is_not_judged() {
     let a = analyse(&study, &others);
     assert_eq!(a.verdict, "No verdict: no quantity has a reference.");
     let mut both = whole.clone();
-    both.extend(a.quantities);
+    both.extend(a.quantities.iter().cloned());
     let verdict = sentence::verdict(&both, study.tolerance, 0);
     assert!(verdict.contains(" costs ") && verdict.contains("has no reference"), "{verdict}");
     assert!(!verdict.contains("no setting is known"), "{verdict}");

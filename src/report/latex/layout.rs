@@ -5,7 +5,7 @@ use crate::report::table::Table;
 use std::collections::HashSet;
 
 /// Width of the text of an article in one column, less what widths are estimated too small by \[pt\].
-const LINE: f64 = 345.0 - 6.0;
+const LINE: f64 = 345.0 - 4.0;
 
 /// Characters of a cell that may move into the caption.
 const LONGEST_IN_CAPTION: usize = 40;
