@@ -182,8 +182,7 @@ mod tests {
     #[test]
     fn a_sentence_has_citations_and_quantities_in_both_forms() {
         let p = Paragraph::new("Law").marked("Yeoh's law [@yeoh1993] with C10 = 18\u{a0}kPa.").text(" From a_b [x].");
-        let tex =
-            "\\paragraph{Law.} Yeoh's law~\\cite{yeoh1993} with C10 = \\qty{18}{\\kilo\\pascal}. From a\\_b {[}x].\n";
+        let tex = "\\paragraph{Law.} Yeoh's law~\\cite{yeoh1993} with C10 = \\qty{18}{\\kilo\\pascal}. From a\\_\\allowbreak{}b {[}x].\n";
         assert_eq!(p.latex(), tex);
         let markdown = "**Law.** Yeoh's law [@yeoh1993] with C10 = 18\u{a0}kPa. From a\\_b \\[x\\].\n";
         assert_eq!(p.markdown(), markdown);
