@@ -99,15 +99,15 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
     }
     let mut parts = vec![];
     for q in quantities {
+        if q.reference.is_none() {
+            parts.push(format!("the {} has no reference", q.title()));
+            continue;
+        }
         let Some(level) = q.answers.iter().filter(|a| a.measure == Measure::Peak).position(|a| a.level == tolerance)
         else {
             continue;
         };
         let answer = q.answer(Measure::Peak, tolerance).and_then(|a| a.cheapest);
-        if q.reference.is_none() {
-            parts.push(format!("the {} has no reference", q.title()));
-            continue;
-        }
         let title = format!("the {}", q.peak_title());
         if let Some(r) = q.reference.as_ref().filter(|r| r.refused) {
             parts.push(format!("{title} has no reference (family {}: {})", r.family, r.reasons.join("; ")));
