@@ -72,7 +72,7 @@ pub const ITALIC: (char, char) = ('\u{e000}', '\u{e001}');
 /// Text between these marks is raised, as an exponent. The third one ends the text that is lowered again behind it.
 pub const RAISED: (char, char) = ('\u{e002}', '\u{e003}');
 const LOWERED: char = '\u{e004}';
-/// Text between these marks is lowered, as an index; the text behind it is raised again until [`LOWERED`].
+/// Text between these marks is lowered, as an index; the text behind it is raised again until `LOWERED`.
 pub const BELOW: (char, char) = ('\u{e005}', '\u{e006}');
 
 /// A symbol, in italics; what follows a letter and `_` is its index: `J_m`.

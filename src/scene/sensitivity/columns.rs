@@ -141,7 +141,7 @@ impl<'a> SensitivityRecorder<'a> {
         Self::of(scene, keys, false)
     }
 
-    /// The same at the [extremes](crate::scene::record::extreme) of the columns and at the first row only, where the steps do not need each other: in statics without history.
+    /// The same at the [extremes](crate::scene::extreme) of the columns and at the first row only, where the steps do not need each other: in statics without history.
     /// This saves a factorisation for every other row.
     ///
     /// # Errors
