@@ -133,6 +133,15 @@ impl Stressed for MeanDilatation {
         self.hooke
     }
 
+    fn volume_gaps(&self, x: &[f64], b: usize) -> Option<Vec<(f64, f64)>> {
+        let (_, mean) = self.mean_gap(x, b).ok()?;
+        let at = |q| {
+            let dilatation = dilatation(&self.points.deformation_gradient(x, b, q));
+            Some((1.0 + dilatation, self.volumetric.gap(dilatation).ok()?.0 - mean))
+        };
+        (0..self.points.points()).map(at).collect()
+    }
+
     /// Π is linear in ψ̃ and κ.
     fn along(&self, _: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect> {
         let (rest, volumetric) = law.split().expect("the derivative of a law splits where the law does");

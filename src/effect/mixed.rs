@@ -301,6 +301,17 @@ impl Stressed for MixedElastic {
         self.hooke
     }
 
+    fn volume_gaps(&self, x: &[f64], b: usize) -> Option<Vec<(f64, f64)>> {
+        let pressures = self.pressures(x, b);
+        let at = |(q, shape): (usize, &[f64; 4])| {
+            let dilatation = det_minus_one(&(self.points.deformation_gradient(x, b, q) - Mat3::identity()));
+            let p: f64 = shape.iter().zip(&pressures).map(|(n, p)| n * p).sum();
+            let (g, ..) = self.volumetric.gap(dilatation).ok()?;
+            Some((1.0 + dilatation, g - p / self.volumetric.kappa))
+        };
+        self.shape.iter().enumerate().map(at).collect()
+    }
+
     fn constitution(&self) -> Option<Constitution<'_>> {
         let pressure = PressureField { scale: self.s, shape: &self.shape, compliance: &self.compliance };
         let law = self.whole.clone();

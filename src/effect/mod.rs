@@ -31,6 +31,7 @@ pub mod rigid_insert;
 pub mod stiffness_damping;
 mod stress;
 pub mod viscoelastic;
+pub mod volume_gap;
 pub mod wrinkling;
 
 pub use cable::{Cable, CableLength, CableTension, Guide};

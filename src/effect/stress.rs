@@ -20,11 +20,16 @@ pub trait PointStress: Send + Sync {
 }
 
 /// An elastic effect of a law, with its derivatives by the constants.
-pub trait Stressed: PointStress {
+pub trait Stressed: PointStress + Effect {
     /// Whether the volume change is penalised point by point, without a pressure field; only such elements can lock.
     fn displacement_only(&self) -> bool;
     /// Hooke's constants at F = I
     fn moduli(&self) -> Moduli;
+    /// J and G(J) − p/κ at the points of block `b`; none for a formulation without pressures, and where the law is not defined.
+    fn volume_gaps(&self, x: &[f64], b: usize) -> Option<Vec<(f64, f64)>> {
+        let _ = (x, b);
+        None
+    }
     /// ∂/∂θ of this effect, on its blocks, from ∂/∂θ of its law ([`Law::along`]): its residual is ∂r/∂θ at fixed x.
     fn along(&self, mesh: &TetMesh, law: Box<dyn Law>) -> Box<dyn Effect>;
     /// From what its forces at a point follow; none where they depend on more than that point.

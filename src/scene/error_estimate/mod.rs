@@ -37,6 +37,7 @@ pub use indicators::CellErrors;
 pub use refusal::{EstimateError, path_dependence};
 
 use super::body::source_volume::SourceVolume;
+use super::notes::volumes::lost_volumes;
 use super::notes::wrinkles::no_limit_at;
 use super::record::extreme::extreme;
 use super::record::recorder::Energies;
@@ -222,6 +223,9 @@ impl<'a> ErrorEstimator<'a> {
         let (wall, cpu) = (Instant::now(), CpuClock::start());
         if let Some(why) = no_limit_at(self.scene, &run.peak.x) {
             return Err(EstimateError::NoLimit { why });
+        }
+        if let Some(lost) = lost_volumes(self.scene, &run.peak.x).next() {
+            return Err(EstimateError::VolumesLost { why: lost.to_string() });
         }
         let columns = self.columns(&run.columns, columns)?;
         if !self.whole_run && self.states.len() != run.rows.len() {

@@ -20,6 +20,8 @@ pub enum EstimateError {
     Rigid,
     #[error("{why}, so the answer has no limit as h → 0, and no error")]
     NoLimit { why: String },
+    #[error("{why}; a state of that kind has no bar")]
+    VolumesLost { why: String },
     #[error(
         "the scene has a mesh, laws, effects or recorders from Rust that are not known for the enriched mesh: {why}"
     )]

@@ -7,4 +7,5 @@ pub(super) mod jump;
 pub(super) mod mesh_limits;
 pub(super) mod stable;
 pub(super) mod unheld;
+pub(super) mod volumes;
 pub(super) mod wrinkles;
