@@ -23,6 +23,9 @@ pub struct VolumeGap {
 /// The most squeezed point of an elastic effect at displacements and pressures `x` \[unknowns\]; none without pressures of its own, or where they hold the
 /// volume.
 pub fn lost_volume(effect: &dyn Stressed, x: &[f64]) -> Option<VolumeGap> {
+    if effect.displacement_only() {
+        return None;
+    }
     let cells = &effect.points().cells;
     let gaps = |(b, &cell): (usize, &u32)| {
         let of_block = effect.volume_gaps(x, b).unwrap_or_default();
