@@ -123,7 +123,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         audit: experiment.audit.clone(),
         modes,
     };
-    result.warnings = warnings(&result, &answer, model, &experiment, options.tolerance);
+    result.warnings = warnings(&result, &answer, model, (&*experiment, &fitted[..]), options.tolerance);
     let patterns = patterns.unwrap_or_else(|| vec![answer.pattern]);
     let patterned = systematic(&patterns, misfit.rms_relative, answer.errors.smooth > 0.0);
     result.warnings.extend(patterned.or_else(|| unequal(&result, answer.errors.ratio())));

@@ -4,9 +4,11 @@ use super::constant_format::{Printed, list, printed, stress_unit, stretch_text};
 use super::judgement::compressibility::Written;
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
+use super::treatment::rupture;
 use super::{
-    Audit, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit, Mode, Model,
-    Partner, Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment, Weighting,
+    Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit,
+    Mode, Model, Partner, Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment,
+    Weighting,
 };
 use crate::material::Choice;
 use crate::storage;
@@ -240,7 +242,7 @@ impl fmt::Display for FitResult {
         self.write_intervals(f)?;
         self.write_validity(f)?;
         for warning in &self.warnings {
-            writeln!(f, "warning: {warning}")?;
+            writeln!(f, "{}: {warning}", if warning.is_note() { "note" } else { "warning" })?;
         }
         Ok(())
     }
@@ -258,6 +260,9 @@ impl FitResult {
             let all = list(&self.parameters, o.parameters.iter().map(|e| e.value));
             let (words, percent) = (o.treatment.words(), 100.0 * o.change);
             writeln!(f, "{words} ({} data points): {all}; the stresses differ by {percent:.1} % rms", o.rows)?;
+        }
+        for entry in self.audit.of(AuditKind::LeftOut).filter(|e| e.message.contains(rupture::AFTER)) {
+            writeln!(f, "note: {entry}")?;
         }
         Ok(())
     }

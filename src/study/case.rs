@@ -87,7 +87,7 @@ impl Case {
     /// The files that its scenes name, with the SHA-256 of what they hold now; without one where a file cannot be read.
     pub fn files(&self) -> BTreeMap<PathBuf, String> {
         let more = self.plan.iter().flat_map(|plan| &plan.more);
-        let scenes = more.map(|curve| (&curve.scene_file, curve.scene_of(&self.member)));
+        let scenes = more.map(|curve| (&curve.scene_file, curve.text.as_str()));
         let named = |(file, text): (&PathBuf, &str)| {
             let base = file.parent().unwrap_or(Path::new("")).to_path_buf();
             let files = text.parse().map_or_else(|_| vec![], |scene| named_files(file, &scene));

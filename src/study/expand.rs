@@ -7,7 +7,7 @@ use crate::storage;
 use crate::study::case::{After, Case};
 use crate::study::extension::{AddedLines, Additions, at_line};
 use crate::study::growth::{self, Growth};
-use crate::study::inverse::UseSpec;
+use crate::study::inverse::{CalibrationPlan, Member, UseSpec};
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
 use crate::study::overridden::Differences;
@@ -20,6 +20,7 @@ use serde::de::{Deserializer, Error};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The keys of `studies/<name>/study.toml` that every kind has.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -337,7 +338,7 @@ struct CaseList<'a> {
     changes: &'a Changes<'a>,
     all: Vec<Case>,
     ids: HashSet<String>,
-    /// Variant, where it counts, and scene → id of the case that runs it
+    /// Variant with what is asked of it, where it counts, and scene → id of the case that runs it
     scenes: HashMap<(String, String), String>,
     differences: Differences,
 }
@@ -428,8 +429,9 @@ impl CaseList<'_> {
         }
         let formulation = spec.formulation();
         let expansion = self.expansion;
-        let of_variant = if expansion.plans.is_empty() { String::new() } else { variant.name.clone() };
-        let scene = (of_variant, text.clone());
+        let plan = self.plan((family, variant, label), scene_file, member, place)?;
+        let asked = plan.as_ref().map_or_else(String::new, |p| format!("{} {}", variant.name, p.sha256));
+        let scene = (asked, text.clone());
         if let Some(same) = self.scenes.get(&scene).filter(|_| expansion.rules.share_cases) {
             return Ok((same.clone(), formulation));
         }
@@ -459,11 +461,28 @@ impl CaseList<'_> {
             scene_file: scene_file.to_path_buf(),
             spec,
             text,
-            plan: expansion.plans.get(&variant.name).cloned(),
+            plan,
             after: None,
             derivatives,
         });
         Ok((id, formulation))
+    }
+
+    /// The constants to be found in the case of a member.
+    fn plan(
+        &self,
+        (family, variant, label): (&FamilySpec, &VariantSpec, &String),
+        scene_file: &Path,
+        own: &Pairs,
+        place: &str,
+    ) -> Result<Option<Arc<CalibrationPlan>>, SceneError> {
+        let Some(plan) = self.expansion.plans.get(&variant.name) else { return Ok(None) };
+        let set: Vec<_> = family.set.clone().into_iter().collect();
+        let member = Member { scene_file, label, family: &set, own, given: self.changes.given };
+        plan.of(&member).map(Some).map_err(|e| {
+            let (file, place) = self.origin(family, label, place);
+            SceneError::Part { file: file.into(), place, source: e.into() }
+        })
     }
 }
 

@@ -12,6 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// `[calibration]`
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -83,7 +84,7 @@ pub struct CurveSpec {
     #[serde(default)]
     #[schemars(with = "AnyTable")]
     pub set: toml::Table,
-    /// Label of a member of a family → further changes in the case of that member
+    /// Label of a member of a family → further changes in the case of that member; a curve of the scene of the study has those of the family if absent
     #[serde(default)]
     #[schemars(with = "AnyTable")]
     pub members: toml::Table,
@@ -107,9 +108,26 @@ pub struct MeasuredPlan {
 pub struct CurvePlan {
     pub curve: MeasuredPlan,
     pub scene_file: PathBuf,
-    /// Its scene with all changes, and where they differ that of a member
+    /// Its scene with all changes
     pub text: String,
-    pub members: BTreeMap<String, String>,
+    /// Changes of its scene in every case, and those in the cases of a member
+    #[serde(skip)]
+    set: Vec<Change>,
+    #[serde(skip)]
+    members: BTreeMap<String, Vec<Change>>,
+}
+
+/// A key of a scene with the value that it is set to.
+type Change = (String, toml::Value);
+
+/// The case that a plan is made for.
+pub struct Member<'a> {
+    pub scene_file: &'a Path,
+    pub label: &'a str,
+    /// Changes for all members of its family, its own, and those of the command line
+    pub family: &'a [Change],
+    pub own: &'a [Change],
+    pub given: &'a [Change],
 }
 
 /// A case of a calibration.
@@ -147,24 +165,36 @@ impl CurvePlan {
         let curve = MeasuredPlan::new(base, &spec.name, &spec.measured)?;
         let scene_file = base.join(&spec.scene);
         let pairs = |set: &toml::Table| set.clone().into_iter().collect::<Vec<_>>();
-        let text = |more: &[(String, toml::Value)]| {
-            let (_, text) = read_scene(&scene_file, &[pairs(&spec.set), more.to_vec()].concat())?;
-            Ok::<_, InverseError>(text)
-        };
-        let mut members = BTreeMap::new();
-        for (label, changes) in &spec.members {
-            let Some(changes) = changes.as_table() else {
+        let set = pairs(&spec.set);
+        let (_, text) = read_scene(&scene_file, &set)?;
+        let member = |(label, changes): (&String, &toml::Value)| match changes.as_table() {
+            Some(changes) => Ok((label.clone(), pairs(changes))),
+            None => {
                 let fact = "it is not a table; write { \"mesh.cells\" = 4500 }".into();
-                return Err(InverseError::Setting { key: "curve.members", text: label.clone(), fact });
-            };
-            members.insert(label.clone(), text(&pairs(changes))?);
-        }
-        Ok(Self { curve, text: text(&[])?, members, scene_file })
+                Err(InverseError::Setting { key: "curve.members", text: label.clone(), fact })
+            }
+        };
+        let members = spec.members.iter().map(member).collect::<Result<_, _>>()?;
+        Ok(Self { curve, scene_file, text, set, members })
     }
 
-    /// The scene in the case of this member.
-    pub fn scene_of(&self, member: &str) -> &str {
-        self.members.get(member).unwrap_or(&self.text)
+    /// This curve in the case of a member. That of the same scene file has the changes of the case unless it names others; a change of the case means nothing to
+    /// another scene, and is refused without its own.
+    fn of(&self, m: &Member) -> Result<Self, InverseError> {
+        let is_same = self.scene_file == m.scene_file;
+        let given = if is_same { m.given } else { &[] };
+        let changes = match self.members.get(m.label) {
+            Some(own) => [&self.set[..], own, given].concat(),
+            None if is_same => [&self.set[..], m.family, m.own, given].concat(),
+            None if m.own.is_empty() => self.set.clone(),
+            None => {
+                let keys: Vec<&str> = m.own.iter().map(|(key, _)| key.as_str()).collect();
+                let (curve, member) = (self.curve.name.clone(), m.label.into());
+                return Err(InverseError::OtherScene { curve, member, keys: keys.join(", ") });
+            }
+        };
+        let (_, text) = read_scene(&self.scene_file, &changes)?;
+        Ok(Self { text, ..self.clone() })
     }
 }
 
@@ -183,10 +213,6 @@ impl CalibrationPlan {
         let all = std::iter::once(&curve).chain(more.iter().map(|c| &c.curve));
         Measured::check_repeats(all.map(|c| (&*c.name, &c.measured)))?;
         let settings = settings(spec)?;
-        let scenes = more.iter().flat_map(|c| {
-            let texts = std::iter::once(&c.text).chain(c.members.values());
-            texts.map(|text| Identity::of(&c.scene_file, text, "", String::new()).sha256)
-        });
         let asked = format!(
             "{:?} {:?} {measured:?} {:?} {:?} {:?}",
             Settings { time_budget: None, ..settings.clone() },
@@ -195,10 +221,29 @@ impl CalibrationPlan {
             more.iter()
                 .map(|c| (&c.curve.measured, &c.curve.x, &c.curve.y, &c.curve.specimen, &c.curve.offsets))
                 .collect::<Vec<_>>(),
-            scenes.collect::<Vec<_>>()
+            scenes_of(&more)
         );
         Ok(Self { constants, bounds: spec.bounds.clone(), curve, more, settings, sha256: storage::sha256(asked) })
     }
+
+    /// The plan of the case of a member: that of all cases where there are no further curves.
+    ///
+    /// # Errors
+    ///
+    /// A curve whose scene is refused, or whose changes are not known.
+    pub fn of(self: &Arc<Self>, member: &Member) -> Result<Arc<Self>, InverseError> {
+        if self.more.is_empty() {
+            return Ok(self.clone());
+        }
+        let more = self.more.iter().map(|c| c.of(member)).collect::<Result<Vec<_>, _>>()?;
+        let sha256 = storage::sha256(format!("{} {:?}", self.sha256, scenes_of(&more)));
+        Ok(Arc::new(Self { more, sha256, ..(**self).clone() }))
+    }
+}
+
+/// Digests of the scenes of the curves.
+fn scenes_of(curves: &[CurvePlan]) -> Vec<String> {
+    curves.iter().map(|c| Identity::of(&c.scene_file, &c.text, "", String::new()).sha256).collect()
 }
 
 fn settings(spec: &CalibrationSpec) -> Result<Settings, InverseError> {

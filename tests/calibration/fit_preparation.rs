@@ -3,7 +3,7 @@
 use crate::common::Random;
 use crate::common::tables::{MU, log_of, stress};
 use durometer::calibrate::{
-    AuditKind, ColumnChoice, Cycle, Experiment, FitError, FitOptions, FitRequest, FitResult, FitWarning, Mode,
+    AuditKind, ColumnChoice, Cycle, Experiment, FitError, FitOptions, FitRequest, FitResult, FitWarning, Loss, Mode,
     Preparation, Treatment, fit, fit_experiment,
 };
 use std::fmt::Write;
@@ -173,6 +173,65 @@ fn a_hold_at_the_peak_is_no_loading() {
         let all = prepared(&made(hold, back), &Preparation { cycle: Some(Cycle::All), ..Preparation::default() });
         assert!(log_of(&all, AuditKind::LeftOut).is_empty() && mu(&all) < 0.97 * MU);
     }
+}
+
+/// One data point of forty that is five times the modulus: no rupture, so that all of them are fitted, and the terminal names its file and line, of one table and of several.
+/// Huber's loss gives the constant back.
+#[test]
+fn a_spike_is_named_and_removes_nothing() {
+    let mut noise = Random(3);
+    let mut made = |wrong: Option<usize>| {
+        let row = |k: usize| {
+            let l = 1.02 + 0.025 * k as f64;
+            (l, if wrong == Some(k) { 5.0 * MU } else { stress(Mode::Uniaxial, l) + 0.005 * MU * noise.normal() })
+        };
+        table("stretch,nominal stress (Pa)", (0..40).map(row))
+    };
+    let [first, second] = [made(None), made(Some(3))];
+    let e = prepared(&second, &Preparation::default());
+    assert!(log_of(&e, AuditKind::LeftOut).is_empty());
+    let squares = fitted(&e);
+    assert_eq!(squares.rows, 40);
+    let warned =
+        "warning: data points far from their neighbours influence the fit (1 of made.csv: line 5); pass --loss";
+    assert!(squares.to_string().contains(warned), "{squares}");
+    let huber = FitOptions { loss: Loss::Huber, ..FitOptions::new("neo_hookean") };
+    let huber = fit_experiment(&e, &huber).expect("well posed");
+    // 0.5 % of μ in forty data points of up to 1.75 μ is 1e-3 of it; the limited one moves it by a few times that
+    assert!((huber.parameters[0].value / MU - 1.0).abs() < 0.01, "{}", huber.parameters[0].value / MU);
+    let noted =
+        "note: data points far from their neighbours have a limited weight by --loss huber (1 of made.csv: line 5)";
+    assert!(huber.to_string().contains(noted), "{huber}");
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let [one, two] = [("one.csv", &first), ("two.csv", &second)].map(|(name, text)| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).expect("writable");
+        path
+    });
+    let mut request = FitRequest::new(&one, "neo_hookean");
+    (request.options.modes, request.more) = (vec![Mode::Uniaxial], vec![two]);
+    let both = fit(&request).expect("fits");
+    assert!(both.to_string().contains("influence the fit (1 of two.csv: line 5)"), "{both}");
+}
+
+/// A piece that breaks after three quarters of the table: the rest is left out, the terminal names its file and lines, and the fit is repeated with it.
+#[test]
+fn a_rupture_is_named_with_the_answer_without_it() {
+    let row = |k: u32| {
+        let l = 1.0 + 0.025 * f64::from(k);
+        (l, if k < 30 { stress(Mode::Uniaxial, l) } else { 0.01 * MU })
+    };
+    let rows = (1..=40).map(row);
+    let r = fitted(&prepared(&table("stretch,nominal stress (Pa)", rows), &Preparation::default()));
+    assert!(r.rows == 29 && (r.parameters[0].value / MU - 1.0).abs() < 1e-9, "{r}");
+    let with = r.otherwise.iter().find(|o| o.treatment == Treatment::WithRupture).expect("tried");
+    assert!(with.rows == 40 && !with.unasked && with.parameters[0].value < 0.9 * MU, "{with:?}");
+    let said = r.to_string();
+    assert!(said.contains("with the data points after rupture (40 data points): μ = "), "{said}");
+    assert!(
+        said.contains("note: left out: uniaxial data points after rupture in made.csv: ")
+            && said.contains("lines 31, ")
+    );
 }
 
 /// Two cycles to a stretch of 2, the second 30 % softer, unloading softer still (as in Mullins' tests). Each choice gives the constant of its

@@ -4,6 +4,7 @@
 use crate::common;
 use crate::common::Random;
 use durometer::scene::{Body, Scene, read_scene};
+use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use durometer::study::report::{self, Summary};
 use durometer::study::run::runner::{self, Options, RunError, Watch};
@@ -408,6 +409,57 @@ fn a_second_curve_is_a_scene_of_its_own() {
     assert!((mu / 150e3 - 1.0).abs() < 0.03, "{mu}");
     assert_eq!(law["provenance"]["data"].as_array().expect("both tables").len(), 2);
     assert_eq!(summary.analysis["bend"]["rms_relative"].as_array().expect("both curves").len(), 2);
+}
+
+/// A repeat in the scene of the study has the changes of every member and of the command line, as the scene of the case has. A curve with another scene
+/// names its own; without them it is refused, and members that change nothing but its scene are cases of their own.
+#[test]
+fn members_change_the_scenes_of_all_curves() {
+    let grids = "coarse = { \"mesh.grid.divisions\" = [12, 2, 2] }\nfine = { \"mesh.grid.divisions\" = [18, 3, 3] }\n";
+    let dimension = |members: &str| {
+        let own = sizes("\"mesh.grid.divisions\" = [6, 1, 1]", members);
+        own.replace("\"mesh\"", "\"thick\"").replace("\"sizes\"", "\"nuisance\"")
+    };
+    let heights = "nominal = {}\nthin = { \"mesh.grid.size\" = [\"60 mm\", \"10 mm\", \"9.8 mm\"] }\n";
+    let families = format!("{}{}", sizes("", grids), dimension(heights));
+    let divisions = "set = { \"mesh.grid.divisions\" = [12, 2, 2] }\n";
+    let repeat = PULL.replace(divisions, "").replace("pull.toml", "scene.toml").replace("xmax_x", "xmax_z");
+    let repeat = repeat.replace("reaction_x", "reaction_z");
+    let cases = |keys: String| {
+        let study = folder(&keys);
+        let nu = ("laws.rubber.nu".to_string(), Value::from(0.49));
+        let found = Study::read(&study.path().join("study.toml"), &[nu]);
+        found.map(|s| s.cases).map_err(|why| {
+            let all = std::iter::successors(Some(&why as &dyn std::error::Error), |e| e.source());
+            all.map(ToString::to_string).collect::<Vec<_>>().join(": ")
+        })
+    };
+    let curve = |case: &Case| case.plan.as_ref().expect("a calibration").more[0].text.clone();
+    let same = cases(format!("{repeat}{CALIBRATION}{families}")).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(same.len(), 4);
+    for case in &same {
+        assert_eq!(curve(case), case.text, "{}", case.id);
+    }
+    assert!(same.iter().any(|c| c.text.contains("9.8 mm")) && same.iter().all(|c| c.text.contains("nu = 0.49\n")));
+    // Its own members come first
+    let own = repeat
+        .replace("[variant.curve.", "members = { thin = { \"mesh.grid.divisions\" = [20, 3, 3] } }\n[variant.curve.");
+    let own = cases(format!("{own}{CALIBRATION}{families}")).unwrap_or_else(|e| panic!("{e}"));
+    let thin = own.iter().find(|c| c.member == "thin").expect("a case");
+    assert!(curve(thin).contains("[20, 3, 3]") && !curve(thin).contains("9.8 mm"), "{}", curve(thin));
+
+    let why = cases(format!("{PULL}{CALIBRATION}{families}")).expect_err("another scene");
+    for words in ["family mesh, member coarse", "curve pull has another scene", "mesh.grid.divisions", "members = {"] {
+        assert!(why.contains(words), "{words}: {why}");
+    }
+    let told = |members: &str| PULL.replace("[variant.curve.", &format!("members = {{ {members} }}\n[variant.curve."));
+    let all = told("coarse = {}, fine = { \"mesh.grid.divisions\" = [24, 4, 4] }, thin = {}");
+    let other = cases(format!("{all}{CALIBRATION}{families}")).unwrap_or_else(|e| panic!("{e}"));
+    let fine = other.iter().find(|c| c.member == "fine").expect("a case");
+    assert!(curve(fine).contains("[24, 4, 4]") && fine.text.contains("[18, 3, 3]"), "{}", curve(fine));
+    let grips = told("long = { \"mesh.grid.size\" = [\"61 mm\", \"10 mm\", \"10 mm\"] }");
+    let grips = format!("{grips}{CALIBRATION}{}", dimension("nominal = {}\nlong = {}\n"));
+    assert_eq!(cases(grips).unwrap_or_else(|e| panic!("{e}")).len(), 2);
 }
 
 /// A bar of two halves with laws of their own, by two curves: each law has a file, verdict and methods say of which law a constant is, and

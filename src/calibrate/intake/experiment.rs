@@ -194,7 +194,7 @@ impl Experiment {
 
 /// Alternatives of several tables: those without this one are taken as they are.
 fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
-    use Treatment::{EveryRow, LastLoading, WithHold, WithoutToe, WithoutZero};
+    use Treatment::{EveryRow, LastLoading, WithHold, WithRupture, WithoutToe, WithoutZero};
     let of = |treatment: Treatment| {
         let own = |e: &Experiment| e.alternatives.iter().find(|a| a.treatment == treatment).cloned();
         let unasked = parts.iter().filter_map(own).map(|a| a.unasked).reduce(|a, b| a || b)?;
@@ -207,7 +207,7 @@ fn pool_alternatives(parts: &[Experiment]) -> Vec<Alternative> {
         }
         Some(Alternative { treatment, unasked, samples: all })
     };
-    [WithHold, WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
+    [WithHold, WithRupture, WithoutZero, WithoutToe, LastLoading, EveryRow].into_iter().filter_map(of).collect()
 }
 
 /// The line of names with the units of a line below, and the lines of data. Where the columns are named by numbers and the line holds numbers, the table has no names, and

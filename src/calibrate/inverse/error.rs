@@ -68,6 +68,11 @@ pub enum InverseError {
     MovesX { key: String, name: String },
     #[error("{}", wrong.join("; "))]
     Unknowns { wrong: Vec<String> },
+    #[error(
+        "curve {curve} has another scene than the study, and does not say what the member \"{member}\" ({keys}) changes there; give it \
+         members = {{ \"{member}\" = {{ … }} }} with the keys of its scene, an empty table where nothing changes"
+    )]
+    OtherScene { curve: String, member: String, keys: String },
     #[error("{key} = \"{text}\": {fact}")]
     Setting { key: &'static str, text: String, fact: String },
     #[error("gauge.{key} = \"{text}\": {fact}")]

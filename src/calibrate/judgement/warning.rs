@@ -41,8 +41,10 @@ pub enum FitWarning {
     Held { mode: Mode, range: [f64; 2] },
     /// A law of several constants and tests of one mode only
     OneMode { mode: Mode },
-    /// Rows far off their neighbours
-    Outliers { lines: Vec<u64> },
+    /// Rows of a file far off their neighbours
+    Outliers { file: String, lines: Vec<u64> },
+    /// The same where the loss limits their weight
+    LimitedOutliers { file: String, lines: Vec<u64> },
     /// A specimen whose stresses, over those of the fit to all, differ from the others as an outlier
     Specimen { file: String, level: f64 },
     /// Modes of which only one of several specimens was tested, and those of which several were
@@ -111,7 +113,7 @@ impl fmt::Display for FitWarning {
                 "only {mode} tests: nothing checks this law of several constants in other modes; bending involves tension \
                  and compression, a membrane is under equibiaxial tension"
             ),
-            Self::Outliers { lines } => write_outliers(f, lines),
+            Self::Outliers { .. } | Self::LimitedOutliers { .. } => self.write_outliers(f),
             Self::Specimen { .. } | Self::NoRepeat { .. } | Self::Unequal | Self::UnequalCurves { .. } => {
                 self.write_scatter(f)
             }
@@ -162,6 +164,27 @@ fn write_compressible(f: &mut fmt::Formatter<'_>, given: Partner, change: &Chang
 }
 
 impl FitWarning {
+    /// Whether it is said for information, and limits nothing.
+    pub fn is_note(&self) -> bool {
+        matches!(self, Self::LimitedOutliers { .. })
+    }
+
+    /// Data points far off their neighbours.
+    fn write_outliers(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let write = |f: &mut fmt::Formatter<'_>, what: &str, file: &str, lines: &[u64]| {
+            let (n, lines) = (lines.len(), wording::lines(lines));
+            write!(f, "data points far from their neighbours {what} ({n} of {file}: {lines})")
+        };
+        match self {
+            Self::Outliers { file, lines } => {
+                write(f, "influence the fit", file, lines)?;
+                f.write_str("; pass --loss huber, or leave them out")
+            }
+            Self::LimitedOutliers { file, lines } => write(f, "have a limited weight by --loss huber", file, lines),
+            _ => Ok(()),
+        }
+    }
+
     /// Warnings about other constants that describe the data.
     fn write_others(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let test = |decides: &Option<(Mode, f64)>| {
@@ -316,12 +339,4 @@ fn write_unstable(f: &mut fmt::Formatter<'_>, lost: &[(&str, f64)], reach: f64, 
         words.join(", ")
     )?;
     if linear { write!(f, ", or pass --stable {:.3}..{reach:.3}", 1.0 / reach) } else { Ok(()) }
-}
-
-fn write_outliers(f: &mut fmt::Formatter<'_>, lines: &[u64]) -> fmt::Result {
-    write!(
-        f,
-        "data points far from their neighbours influence the fit ({}); pass --loss huber, or leave them out",
-        wording::lines(lines)
-    )
 }

@@ -5,7 +5,7 @@ use super::compressibility::UNNOTICED;
 use super::determined::limits;
 use super::estimate::Estimate;
 use super::mirrored::decisive;
-use super::misfit::{Misfit, Residual};
+use super::misfit::{Misfit, Residual, residuals};
 use super::repeats::Repeats;
 use super::warning::FitWarning;
 use crate::calibrate::constant_format::list;
@@ -29,7 +29,7 @@ pub fn warnings(
     result: &FitResult,
     answer: &LawFit,
     model: Model,
-    experiment: &Experiment,
+    (experiment, fitted): (&Experiment, &[Sample]),
     tolerance: f64,
 ) -> Vec<FitWarning> {
     let mut found = Vec::new();
@@ -60,9 +60,13 @@ pub fn warnings(
     if let ([mode], true) = (&result.modes[..], result.parameters.len() > 1 && experiment.modes().len() == 1) {
         found.push(FitWarning::OneMode { mode: *mode });
     }
-    // Neighbours of several specimens differ by the scatter between them, and lines would not say of which file
-    if result.loss == Loss::Squares && experiment.specimens.len() == 1 {
-        found.extend(outliers(&result.residuals));
+    for (k, file) in experiment.specimens.iter().enumerate() {
+        let own: Vec<Sample> = fitted.iter().filter(|s| s.specimen == k).copied().collect();
+        let (file, lines) = (file.clone(), outliers(&residuals(&own, |s| model.at(&answer.values, s))));
+        found.extend((!lines.is_empty()).then_some(match result.loss {
+            Loss::Squares => FitWarning::Outliers { file, lines },
+            Loss::Huber => FitWarning::LimitedOutliers { file, lines },
+        }));
     }
     found.extend(result.scatter.as_ref().and_then(|s| {
         let one = s.specimens.iter().find(|one| Some(&one.file) == s.outlier.as_ref())?;
@@ -172,16 +176,16 @@ const SMALL: f64 = 0.05;
 /// Fewer data points have no neighbourhood
 const FEW: usize = 10;
 
-/// Data points whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
+/// Lines of one specimen whose residual differs from the median of their neighbours' (two on each side, same mode): a misfit of the law is smooth, an
 /// outlier is not.
-fn outliers(rows: &[Residual]) -> Option<FitWarning> {
+fn outliers(rows: &[Residual]) -> Vec<u64> {
     let off = |k: usize| {
         let near = rows[k.saturating_sub(2)..(k + 3).min(rows.len())].iter().filter(|r| r.mode == rows[k].mode);
         (rows[k].residual - median(&near.map(|r| r.residual).collect::<Vec<_>>())).abs()
     };
     let all: Vec<f64> = (0..rows.len()).map(off).collect();
     if rows.len() < FEW {
-        return None;
+        return vec![];
     }
     let largest = rows.iter().map(|r| r.measured.abs()).fold(0.0, f64::max);
     let relative: Vec<f64> =
@@ -192,7 +196,7 @@ fn outliers(rows: &[Residual]) -> Option<FitWarning> {
     let is_off = |(r, off): (&Residual, &f64)| *off > limit && *off > part * r.measured.abs();
     let mut lines: Vec<u64> = rows.iter().zip(&all).filter(|p| is_off(*p)).map(|(r, _)| r.line).collect();
     lines.sort_unstable();
-    (!lines.is_empty()).then_some(FitWarning::Outliers { lines })
+    lines
 }
 
 /// The law of the file, or of the scene that completes it, follows the fitted curve only as far as it is incompressible.

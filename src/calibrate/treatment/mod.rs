@@ -44,6 +44,8 @@ pub enum Treatment {
     EveryRow,
     /// The data points of a hold at the end of the loading, too
     WithHold,
+    /// The data points after the rupture, too
+    WithRupture,
 }
 
 impl Treatment {
@@ -55,6 +57,7 @@ impl Treatment {
             Self::LastLoading => "on the last loading",
             Self::EveryRow => "on every data point, unloading too",
             Self::WithHold => "with the hold at the peak, whose relaxation `durometer prony` fits",
+            Self::WithRupture => "with the data points after rupture",
         }
     }
 }

@@ -33,7 +33,8 @@ impl Experiment {
         let every = self.samples.clone();
         let loading = self.of_cycle(&every, chosen)?;
         let held = self.holds(&every, &loading, chosen, true);
-        let picked = self.before_rupture(&outside(&loading, &held), true);
+        let whole = outside(&loading, &held);
+        let picked = self.before_rupture(&whole, true);
         let taken = self.treat(&picked, asked.zero, asked.toe.as_deref(), true)?;
         let mut others = vec![];
         if loading.len() < every.len() {
@@ -50,6 +51,9 @@ impl Experiment {
             let taken: HashSet<u64> = loading.iter().map(|s| s.line).chain(held.iter().copied()).collect();
             let with: Vec<Sample> = every.iter().filter(|s| taken.contains(&s.line)).copied().collect();
             others.push((Treatment::WithHold, false, with, asked.zero, asked.toe.as_deref()));
+        }
+        if picked.len() < whole.len() {
+            others.push((Treatment::WithRupture, false, whole, asked.zero, asked.toe.as_deref()));
         }
         if asked.zero.is_some() {
             others.push((Treatment::WithoutZero, false, picked.clone(), None, asked.toe.as_deref()));
@@ -167,8 +171,10 @@ impl Experiment {
             let gone: Vec<u64> = own[whole..].iter().map(|s| s.line).collect();
             if log && !gone.is_empty() {
                 let message = format!(
-                    "{} data points after rupture: the stress falls below half of its largest value and does not return",
-                    self.group_name(group)
+                    "{} {} in {}: the stress falls below half of its largest level and does not return",
+                    self.group_name(group),
+                    rupture::AFTER,
+                    self.file
                 );
                 self.audit.add(AuditKind::LeftOut, message, gone);
             }

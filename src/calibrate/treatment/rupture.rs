@@ -1,37 +1,48 @@
 //! Data points after the rupture of a test piece, and the beginning of a curve that does not start at zero.
 //!
-//! *Rupture*: the stress falls below half of its largest value and stays there to the end, while the stretch does not go back. The data points
-//! from the first one below 90 % of the largest stress on are left out. *Beginning*: the parabola of least squares through the first
-//! data points, up to a strain of 0.3 (or half of the largest one), does not go through zero; a Neo-Hookean curve makes it miss by 1 % of
-//! the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; a Neo-Hookean curve
+//! *Rupture*: the stress falls below half of its largest level and stays there to the end, while the stretch does not go back. The data points
+//! from the first one below 90 % of that level on are left out. The level of a data point is its own stress, or the median of itself and two neighbours on either side
+//! where that is less: a single one far above its neighbours is no level from which a piece breaks, and does not carry after a rupture. *Beginning*: the
+//! parabola of least squares through the first data points, up to a strain of 0.3 (or half of the largest one), does not go through zero; a Neo-Hookean curve makes it
+//! miss by 1 % of the stress at the end. Or the stress stays below 2 % of that at the end over more than a tenth of these strains; a Neo-Hookean curve
 //! does so over a fiftieth.
+//!
+//! Limits: three or more successive data points far above the others are a level.
 
 use crate::calibrate::{Mode, Sample};
+use crate::math::statistics::{extent, median};
 use nalgebra::{DMatrix, DVector};
 
-/// Parts of the largest stress below which a piece is broken, and above which it is whole \[–\]
+/// The data points that are left out, in the log and in the terminal
+pub const AFTER: &str = "data points after rupture";
+
+/// Neighbours on either side of a data point
+const NEAR: usize = 2;
+/// Parts of the largest level below which a piece is broken, and above which it is whole \[–\]
 const BROKEN: f64 = 0.5;
 const WHOLE: f64 = 0.9;
-/// The stretch has gone back where it is below this part of the one at the largest stress \[–\]
+/// The stretch has gone back where it is below this part of the one at the largest level \[–\]
 const BACK: f64 = 0.98;
 
 /// How many of these data points of one loading come before the rupture.
 pub fn before(samples: &[Sample]) -> usize {
-    let side = |s: &Sample| if s.stretch < 1.0 { -s.stress } else { s.stress };
     let all = samples.len();
-    // Of stresses against the stretch the largest one is negative, and no rupture
-    let size = |k: &usize| side(&samples[*k]).abs();
-    let Some(top) = (0..all).max_by(|a, b| size(a).total_cmp(&size(b))) else { return 0 };
-    let largest = side(&samples[top]);
-    let after = &samples[top..];
+    let side: Vec<f64> = samples.iter().map(|s| if s.stretch < 1.0 { -s.stress } else { s.stress }).collect();
+    let near = |k: usize| median(&side[k.saturating_sub(NEAR)..(k + NEAR + 1).min(all)]);
+    let medians: Vec<f64> = (0..all).map(near).collect();
+    let [low, high] = extent(medians.iter().copied());
+    let carried: Vec<f64> = side.iter().zip(&medians).map(|(own, near)| own.min(*near)).collect();
+    let Some(top) = (0..all).max_by(|a, b| carried[*a].total_cmp(&carried[*b])) else { return 0 };
     let amount = |s: &Sample| s.stretch.ln().abs();
     let least = BACK * amount(&samples[top]);
-    if largest <= 0.0 || !after.iter().all(|s| amount(s) >= least) {
+    // Of stresses against the stretch the largest level is negative, and no rupture
+    if high <= -low || carried[top] <= 0.0 || samples[top..].iter().any(|s| amount(s) < least) {
         return all;
     }
-    // From the end back to the last data point that carries
-    let low = |part: f64| after.iter().rev().take_while(|s| side(s) < part * largest).count();
-    if low(BROKEN) == 0 { all } else { all - low(WHOLE) }
+    // From the end back to the last data point that carries; one far above its neighbours does not
+    let is_below = |k: &usize, part: f64| side[*k] < part * carried[top] || medians[*k] < BROKEN * carried[top];
+    let below = |part: f64| (top..all).rev().take_while(|k| is_below(k, part)).count();
+    if below(BROKEN) == 0 { all } else { all - below(WHOLE) }
 }
 
 /// Strain up to which the beginning is looked at, and data points of it at least
@@ -116,6 +127,49 @@ mod tests {
         let pressed =
             curve((0..20).map(|k| 1.0 - 0.03 * f64::from(k)).map(|l| (l, if l < 0.5 { 0.0 } else { law(l) })));
         assert_eq!(before(&pressed), pressed.iter().filter(|s| s.stress < 0.0 || s.stretch == 1.0).count());
+    }
+
+    /// One data point far above the others, anywhere in a curve of few or many: the curve stays whole, and a rupture behind it is found where it is. In the tail of a broken piece it carries nothing.
+    #[test]
+    fn a_spike_is_no_rupture() {
+        for n in [3_usize, 5, 10, 40, 200] {
+            let whole = curve((1..=n).map(|k| 1.0 + k as f64 / n as f64).map(|l| (l, law(l))));
+            let broken = n - n / 4;
+            for k in 0..n {
+                let with = |factor: f64| {
+                    let mut rows = whole.clone();
+                    rows[k].stress *= factor;
+                    rows
+                };
+                assert_eq!([before(&with(2.5)), before(&with(100.0))], [n, n], "{k} of {n}");
+                let mut torn = with(10.0);
+                torn[broken..].iter_mut().for_each(|s| s.stress *= 1e-3);
+                if n >= 10 && k + 3 < broken {
+                    assert_eq!(before(&torn), broken, "{k} of {n}");
+                }
+            }
+        }
+        let mut tail =
+            curve((0..60).map(|k| 1.0 + 0.05 * f64::from(k)).map(|l| (l, if l < 3.0 { law(l) } else { 0.0 })));
+        let broken = before(&tail);
+        tail[50].stress = 5.0 * law(3.0);
+        assert_eq!([broken, before(&tail)], [40, 40]);
+    }
+
+    /// A test goes on after the piece has begun to tear: the stress falls over many data points, with the noise of the machine, down to a tenth.
+    #[test]
+    fn a_slow_rupture_ends_the_curve_where_it_begins() {
+        let noise = |k: u32| 1.0 + 0.02 * f64::from(k * 7 % 5) / 4.0;
+        let at = |k: u32| {
+            let l = 1.0 + 0.01 * f64::from(k);
+            let left = 1.0 - 0.045 * f64::from(k.saturating_sub(150).min(20));
+            (l, law(l) * left * noise(k))
+        };
+        let whole = before(&curve((0..300).map(at)));
+        assert!((150..156).contains(&whole), "{whole}");
+        // A piece that keeps more than half of its stress is not broken
+        let partly = |k: u32| (at(k).0, law(at(k).0) * if k < 150 { 1.0 } else { 0.7 } * noise(k));
+        assert_eq!(before(&curve((0..200).map(partly))), 200);
     }
 
     #[test]

@@ -104,7 +104,7 @@ fn curves(
     };
     let mut all = vec![own(&plan.curve, &case.scene_file, case.spec.clone(), &case.text, body.clone())?];
     for more in &plan.more {
-        let text = more.scene_of(&case.member);
+        let text = &more.text;
         let spec: SceneSpec = from_text(&more.scene_file, text, "")?;
         let body = Arc::new(Body::load(&more.scene_file, &spec.mesh, meshing)?);
         all.push(own(&more.curve, &more.scene_file, spec, text, body)?);
