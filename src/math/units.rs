@@ -335,6 +335,8 @@ mod tests {
             ("0.5", Dimension::NONE, 0.5),
             ("1e3 Pa", Dimension::PRESSURE, 1e3),
             ("2 1/s", Dimension::FREQUENCY, 2.0),
+            ("0.5 h", Dimension::TIME, 1800.0),
+            ("2 min", Dimension::TIME, 120.0),
             ("2 %", Dimension::NONE, 0.02),
         ] {
             let got = parse(text, wanted).unwrap_or_else(|e| panic!("{text}: {e}"));
