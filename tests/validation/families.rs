@@ -1,4 +1,4 @@
-//! Discretisation errors of calibration records, whose families are not those of the predicted record.
+//! Numerical errors of calibration records: of discretisation, where their families are not those of the predicted record, and of their response surfaces.
 
 use crate::beam::{LOADS, by_formula, drop};
 use durometer::study::analysis::Analysis;
@@ -118,4 +118,26 @@ fn a_calibration_record_without_a_family_is_a_doubt() {
     let lacks = "no family of role \"time_step\" runs none and light: the interval lacks the error of the time steps";
     assert!(a.warnings.iter().any(|w| w.contains(lacks)), "{:?}", a.warnings);
     assert!(a.found.predictions[0].inside.is_some(), "{}", a.verdict);
+}
+
+/// Checks of the calibration records that are 10 % off their surfaces make the modulus and the prediction uncertain by about as much: the modulus rests on
+/// the light load, since both records share a zero error, and its check has a drop of 0.8 to 1.4 times that of the centre.
+#[test]
+fn the_response_surface_of_a_calibration_record_reaches_constants_and_predictions() {
+    let shares = |off: f64| {
+        let mut study = beam();
+        add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.0));
+        for case in study.1.cases.iter_mut().filter(|c| c.record.id.starts_with("check-") && !c.is_of("heavy")) {
+            let z = case.series.columns.get_mut("xmax_z_m").expect("recorded");
+            z[1] = z[0] + (1.0 + off) * (z[1] - z[0]);
+        }
+        let f = analysed(&study).found;
+        let (c, p) = (&f.constants[0], &f.predictions[0]);
+        [deviation(&c.budget, "response surface") / c.value, deviation(&p.budget, "response surface") / p.value]
+    };
+    let (before, after) = (shares(0.0), shares(0.1));
+    println!("{before:?} {after:?}");
+    for (before, after) in before.into_iter().zip(after) {
+        assert!(before < 0.02 && (0.05..0.2).contains(&after), "{before} {after}");
+    }
 }

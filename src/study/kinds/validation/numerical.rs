@@ -9,6 +9,12 @@
 //!
 //! A record counts in one family. What is left of an error after the correction to its limit has no known sign, so that different families count as
 //! independent (JCGM 100:2008, 5.1.2; ASME V&V 20-2009, u_num).
+//!
+//! ```text
+//! u² = Σ mean over runs k of (Σ ∂z/∂dᵢ eᵢₖ)²      over records and their data i; eₖ is the distance of the surface from run k, ∂z/∂d = 1 of the predicted value
+//! ```
+//!
+//! is that of the response surfaces, in first order.
 
 use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
 use crate::study::estimate::step_size::step_sizes;
@@ -84,7 +90,12 @@ pub struct Meshes<'a> {
     plan: &'a ValidationPlan,
     /// Data of the calibration
     data: &'a [&'a Target<'a>],
+    /// \[data\] of their surfaces
+    errors: Vec<Errors<'a>>,
 }
+
+/// Distances of a surface from runs, case by case: from the checks, and from the runs that it was fitted to.
+type Errors<'a> = [BTreeMap<&'a str, f64>; 2];
 
 /// Records that one family moves together, or that none runs.
 struct Group<'a> {
@@ -102,7 +113,9 @@ struct Discretisation {
 
 impl<'a> Meshes<'a> {
     pub fn new(results: &'a Results, plan: &'a ValidationPlan, data: &'a [&'a Target<'a>]) -> Self {
-        Self { results, plan, data }
+        let mut own = Self { results, plan, data, errors: vec![] };
+        own.errors = data.iter().map(|t| own.errors(t)).collect();
+        own
     }
 
     /// Errors of an outcome.
@@ -123,7 +136,7 @@ impl<'a> Meshes<'a> {
             mesh: mesh.variance.sqrt(),
             lacks_mesh: mesh.is_incomplete,
             steps: steps.variance.sqrt(),
-            surface: outcome.own.map_or(0.0, |t| self.surface(t)),
+            surface: self.surface(outcome),
             algebraic: algebraic.unwrap_or(0.0),
             doubts,
         }
@@ -283,18 +296,41 @@ impl<'a> Meshes<'a> {
         (0..family.1.members).filter_map(one).collect()
     }
 
-    /// Root mean square distance of the checks from the surface, and at least that of the runs it was fitted to.
-    fn surface(&self, target: &Target) -> f64 {
-        let surface = &target.response.surface;
-        let error = |(id, (xi, s)): (&String, &(Vec<f64>, Vec<f64>))| {
+    /// Standard deviation by the surfaces of all records that an outcome rests on, those of different records independent.
+    fn surface(&self, outcome: &Outcome) -> f64 {
+        let own = outcome.own.map(|t| (t.record.name.as_str(), self.errors(t)));
+        let mut records: BTreeMap<&str, Vec<(&Errors, f64)>> = BTreeMap::new();
+        for ((t, errors), by) in self.data.iter().zip(&self.errors).zip(&outcome.by_data) {
+            records.entry(&t.record.name).or_default().push((errors, *by));
+        }
+        if let Some((record, errors)) = &own {
+            records.entry(record).or_default().push((errors, 1.0));
+        }
+        records.values().map(|parts| by_surfaces(parts)).sum::<f64>().sqrt()
+    }
+
+    /// Distances of the surface of a target from the checks, and from the runs that it was fitted to.
+    fn errors(&self, target: &Target) -> Errors<'a> {
+        let error = |id: &'a String, xi: &[f64], s: &[f64]| {
             let case = self.case(id).filter(|c| c.is_of(&target.record.name))?;
             let (value, _) = evaluate(target.quantity, &case.series, None, &[])?;
-            Some((surface.at(xi, s).0 - value).powi(2))
+            Some((id.as_str(), target.response.surface.at(xi, s).0 - value))
         };
-        let errors: Vec<f64> = self.plan.checks.iter().filter_map(error).collect();
-        let rms = (errors.iter().sum::<f64>() / errors.len().max(1) as f64).sqrt();
-        rms.max(surface.misfit)
+        let checks = self.plan.checks.iter().filter_map(|(id, (xi, s))| error(id, xi, s));
+        [checks.collect(), self.plan.points.iter().filter_map(|(id, xi)| error(id, xi, &[])).collect()]
     }
+}
+
+/// Variance by the surfaces of one record, each with the derivative of an outcome by its value. They are wrong together: mean square of the sum over the
+/// checks, and at least that over the runs that they were fitted to.
+fn by_surfaces(parts: &[(&Errors, f64)]) -> f64 {
+    let mean_square = |k: usize| {
+        let runs = parts.first().into_iter().flat_map(|(errors, _)| errors[k].keys());
+        let sum = |run: &&str| parts.iter().map(|(errors, by)| Some(by * errors[k].get(run)?)).sum::<Option<f64>>();
+        let squares: Vec<f64> = runs.filter_map(sum).map(|e| e * e).collect();
+        squares.iter().sum::<f64>() / squares.len().max(1) as f64
+    };
+    mean_square(0).max(mean_square(1))
 }
 
 /// Correction to the limit of an estimate, which is not taken where it is refused, and its standard deviation.
@@ -304,4 +340,21 @@ fn of_limit(e: &Estimate, value: f64, doubts: &mut Vec<String>) -> (f64, f64) {
         return (0.0, e.uncertainty_finest.max((e.values[0] - value).abs()) / COVERAGE);
     }
     (e.extrapolated - value, e.uncertainty / COVERAGE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors of two data of one record cancel or add run by run; the runs of the fit count where they are farther off than the checks.
+    #[test]
+    fn surfaces_of_a_record_are_wrong_together() {
+        let errors = |checks: [f64; 2], fit: f64| -> Errors {
+            [["a", "b"].into_iter().zip(checks).collect(), [("c", fit)].into()]
+        };
+        let (x, y) = (errors([3.0, -1.0], 0.5), errors([-3.0, 1.0], 0.5));
+        assert_eq!(by_surfaces(&[(&x, 1.0), (&y, -1.0)]), 20.0);
+        assert_eq!(by_surfaces(&[(&x, 1.0), (&y, 1.0)]), 1.0);
+        assert_eq!(by_surfaces(&[]), 0.0);
+    }
 }
