@@ -73,6 +73,30 @@ fn understated_errors_widen_the_intervals() {
     assert!(a.warnings.iter().any(|w| w.contains("times as much as their errors say")), "{:?}", a.warnings);
 }
 
+/// A calibration record whose drop is never below 1 mm, whatever the modulus, has been measured with the wrong sign. The search ends at the least drop, where
+/// it does not depend on the modulus: the datum is named, and no verdict is given.
+#[test]
+fn a_datum_that_no_constant_fits_is_refused() {
+    let (mut plan, mut results) = by_formula();
+    plan.inputs.clear();
+    plan.records.retain(|r| r.name != "none");
+    plan.records.iter_mut().for_each(|r| r.inputs.clear());
+    plan.quantities[0].errors.truncate(1);
+    plan.quantities[0].records = [("light".to_string(), vec![-1000.0]), ("heavy".to_string(), vec![])].into();
+    for (id, at) in plan.points.iter().filter(|(id, _)| id.starts_with("design-light-")) {
+        let case = results.cases.iter_mut().find(|c| c.record.id == *id).expect("a run");
+        case.series.columns.get_mut("xmax_z_m").expect("recorded")[1] = 0.01 - 1e-3 * ((at[0] - 1.5).powi(2) + 1.0);
+        let slopes = results.sensitivities.get_mut(id).expect("derivatives");
+        // ξ is 100 kPa
+        slopes.columns.insert("d xmax_z_m/d laws.rubber.E".into(), vec![0.0, -1e-3 * 2.0 * (at[0] - 1.5) / 1e5]);
+    }
+    let a = analyse(&results, &plan);
+    let says = "No value of Young's modulus (laws.rubber.E, 200 to 400 kPa) fits the calibration records: tip drop of light is measured as −1000 and \
+                comes no closer than 1 mm, 5005 standard deviations off; look for a mistake in the measured values";
+    assert!(a.warnings.iter().any(|w| w.starts_with(says)), "{:?}", a.warnings);
+    assert!(a.verdict.starts_with("No verdict") && a.found.predictions.is_empty(), "{}", a.verdict);
+}
+
 /// A coarse mesh on which every drop has the other sign fits no modulus of the range. It is named with the range, and neither side of the interval, which
 /// lacks the error of the mesh, is claimed for a measured value; with meshes of the range the same value is judged.
 #[test]

@@ -5,12 +5,14 @@
 //! all data with that scatter (JCGM 101:2008, 6.4.9), with the response linear in constants and sources.
 
 use crate::math::random::SplitMix;
-use crate::study::kinds::validation::joint::{Problem, Response, Solution};
+use crate::study::kinds::validation::joint::{FARTHEST, Problem, Response, Solution};
 use crate::study::kinds::validation::monte_carlo::{chi_square, upper};
 use std::collections::BTreeMap;
 
 /// Seed of the draws of χ².
 const SEED: u64 = 1932;
+/// χ² of an exact fit, of which the search leaves residuals of 0.03 standard deviations at most.
+const EXACT: f64 = 1e-3;
 /// 95 % quantile of the normal distribution.
 const NORMAL: f64 = 1.644_853_627;
 
@@ -31,9 +33,16 @@ impl Consistency {
         Self { chi2: solution.chi2, freedom: solution.freedom, limit }
     }
 
-    /// Whether χ² is below its 95 % quantile.
+    /// Whether χ² is below its 95 % quantile. As many constants as data fit them exactly, unless the search ends where no constant brings them closer.
     pub fn holds(&self) -> bool {
-        self.freedom == 0 || self.chi2 <= self.limit
+        self.chi2 <= if self.freedom == 0 { EXACT } else { self.limit }
+    }
+
+    /// The constant that the scatter of the data leaves open over all that the search goes through, where it is beyond chance: the search has ended at a
+    /// place where the data do not depend on it, and their misfit is no measure of it.
+    pub fn open(&self, solution: &Solution) -> Option<usize> {
+        let deviation = |k: &usize| self.birge() * solution.covariance[(*k, *k)].sqrt();
+        (0..solution.xi.len()).find(|k| !self.holds() && deviation(k) > FARTHEST)
     }
 
     /// Factor √(χ²/ν) by which the data scatter more than their errors say, where that is beyond chance; 1 elsewhere.
@@ -80,6 +89,7 @@ fn parts(r: &Response) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::kinds::validation::surface::{Sample, Surface};
 
     /// The share of true-model data whose χ² is called inconsistent is 5 %: 95 % quantiles of ν = 2, 10 from tables (5.991, 18.307), to which
     /// Wilson & Hilferty come within 1 %.
@@ -90,5 +100,27 @@ mod tests {
             assert!(with(0.99 * expected).holds() && !with(1.01 * expected).holds());
         }
         assert_eq!(Consistency { chi2: 40.0, freedom: 10, limit: quantile(10) }.birge(), 2.0);
+    }
+
+    /// A parabola is never below its vertex: a datum there leaves the constant open, with two equal data too, and one above it does not.
+    #[test]
+    fn a_datum_out_of_reach_leaves_its_constant_open() {
+        let at = |x: f64| Sample {
+            at: vec![x],
+            value: (x - 1.5).powi(2),
+            by_constants: vec![2.0 * (x - 1.5)],
+            by_inputs: vec![],
+        };
+        let surface = Surface::fit(1, &[at(-1.0), at(0.0), at(1.0)]).expect("three runs");
+        let noise = vec![0.1];
+        let one = Response { surface, constants: vec![0], inputs: vec![], noise, scatter: None, shared: vec![] };
+        for (values, open) in
+            [(vec![-10.0], true), (vec![-10.0, -10.0], true), (vec![1.0], false), (vec![1.0, 1.1], false)]
+        {
+            let problem = Problem { constants: 1, sources: 0, data: vec![&one; values.len()] };
+            let found = problem.solve(&values).map(|s| Consistency::of(&problem, &s).open(&s));
+            let is_refused = found.as_ref().map_or(true, Option::is_some);
+            assert_eq!(is_refused, open, "{values:?}: {found:?}");
+        }
     }
 }

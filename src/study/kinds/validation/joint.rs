@@ -24,7 +24,7 @@ const STEPS: usize = 100;
 /// A step below this share of a standard deviation ends the search.
 const SETTLED: f64 = 1e-6;
 /// Largest |ξ| of the search: beyond its design a surface is an extrapolation.
-const FARTHEST: f64 = 2.0;
+pub const FARTHEST: f64 = 2.0;
 /// Largest standard deviation of a constant that data determine, in halves of its range.
 const OPEN: f64 = 1e3;
 

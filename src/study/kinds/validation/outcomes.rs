@@ -10,7 +10,7 @@ use crate::study::kinds::validation::monte_carlo::{Draws, draws};
 use crate::study::kinds::validation::numerical::{Meshes, Numerical, Outcome};
 use crate::study::kinds::validation::plan::{UnknownPlan, ValidationPlan};
 use crate::study::kinds::validation::responses::{Shift, Target, shared_errors, shares};
-use crate::study::kinds::validation::words::named;
+use crate::study::kinds::validation::words::{named, not_fitted};
 use crate::study::store::results::Results;
 
 /// Seed of the simulated experiments.
@@ -49,7 +49,11 @@ impl<'a> Calibration<'a> {
         let consistency = Consistency::of(&problem, &solution);
         let (widened, meshes) = (consistency.birge(), Meshes::new(results, plan, data));
         let shares = data.iter().map(|t| shares(t)).collect();
-        Ok(Self { plan, data, values, problem, solution, consistency, widened, meshes, sources, shares })
+        let found = Self { plan, data, values, problem, solution, consistency, widened, meshes, sources, shares };
+        match found.consistency.open(&found.solution) {
+            Some(constant) => Err(not_fitted(&plan.unknowns[constant], &found.fitted())),
+            None => Ok(found),
+        }
     }
 
     pub fn constants(&self) -> Vec<FoundConstant> {

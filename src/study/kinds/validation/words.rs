@@ -3,9 +3,9 @@
 use crate::report::numbers::{capital, digits, minus_signs, space};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::consistency::Consistency;
-use crate::study::kinds::validation::findings::{FoundScatter, Prediction, ValidationFindings};
+use crate::study::kinds::validation::findings::{FittedDatum, FoundScatter, Prediction, ValidationFindings};
 use crate::study::kinds::validation::joint::Solution;
-use crate::study::kinds::validation::plan::ValidationPlan;
+use crate::study::kinds::validation::plan::{UnknownPlan, ValidationPlan};
 use crate::wording::count;
 
 /// Predictions that a verdict names.
@@ -148,6 +148,25 @@ pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &Valida
             consistency.birge(), consistency.chi2, count(consistency.freedom, "degree")
         ));
     }
+}
+
+/// The refusal of a calibration that fits no value of a constant, by the datum that is farthest off.
+pub fn not_fitted(u: &UnknownPlan, fitted: &[FittedDatum]) -> String {
+    let farthest = fitted.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
+    let datum = farthest.map_or(String::new(), |d| {
+        let n = digits(1e-2 * d.measured);
+        let (measured, closest) = (format!("{:.n$}", d.measured), format!("{:.n$}{}", d.fitted, space(&d.unit)));
+        let fact =
+            format!("{} of {} is measured as {measured} and comes no closer than {closest}", d.quantity, d.record);
+        format!(": {fact}, {:.0} standard deviations off", d.residual.abs())
+    });
+    let [low, high] = u.range;
+    minus_signs(&format!(
+        "no value of {} ({}, {low} to {high}{}) fits the calibration records{datum}; look for a mistake in the measured values, their signs and units, or widen the range",
+        u.label,
+        u.key,
+        space(&u.unit)
+    ))
 }
 
 /// The message with names of constants in place of their indices.
