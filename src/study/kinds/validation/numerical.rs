@@ -19,7 +19,7 @@
 use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
 use crate::study::estimate::step_size::step_sizes;
 use crate::study::kinds::validation::budget::COVERAGE;
-use crate::study::kinds::validation::design::{TIGHTER, tighter_case};
+use crate::study::kinds::validation::design::{ALGEBRAIC, TIGHTER};
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::plan::{FamilyPlan, QuantityPlan, RecordPlan, ValidationPlan};
 use crate::study::kinds::validation::responses::{Shift, Target};
@@ -214,19 +214,23 @@ impl<'a> Meshes<'a> {
     /// Standard deviation by the runs whose tolerances are 100 times tighter. The error of the design is the difference to them over 1 − 1/100, since
     /// theirs is in proportion to the tolerance.
     fn algebraic(&self, outcome: &Outcome) -> Result<Option<f64>, String> {
-        let on = |r: &RecordPlan, q: &QuantityPlan| self.moved(r, q, self.case(&tighter_case(&r.name)));
+        // A check may be the same run, which is in both families then
+        let tighter = |r: &RecordPlan| self.run(|c| c.is_in(ALGEBRAIC, &r.name));
+        let on = |r: &RecordPlan, q: &QuantityPlan| self.moved(r, q, tighter(r));
         Ok((outcome.again)(&on)?.map(|then| (then - outcome.value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE))
     }
 
     /// By how much a quantity of a record is another one in a run than at the centre of its design.
     fn moved(&self, record: &RecordPlan, quantity: &QuantityPlan, run: Option<&StoredCase>) -> Option<f64> {
-        let centre = self.case(&format!("design-{}-centre", record.name));
+        let mut centres = self.plan.points.iter().filter(|(_, xi)| xi.iter().all(|x| *x == 0.0));
+        let centre = centres.find_map(|(id, _)| self.run(|c| c.record.id == *id && c.is_of(&record.name)));
         let [there, here] = [run?, centre?].map(|c| evaluate(quantity, &c.series, None, &[]).map(|(value, _)| value));
         Some(there? - here?)
     }
 
-    fn case(&self, id: &str) -> Option<&'a StoredCase> {
-        self.results.cases.iter().find(|c| c.record.id == *id && c.record.converged())
+    /// The first case of some that has converged.
+    fn run(&self, is: impl Fn(&StoredCase) -> bool) -> Option<&'a StoredCase> {
+        self.results.cases.iter().find(|c| is(c) && c.record.converged())
     }
 
     /// The family of one of these roles that runs the record.
@@ -244,7 +248,8 @@ impl<'a> Meshes<'a> {
         r: &RecordPlan,
     ) -> Option<&'a StoredCase> {
         let place = plan.records.iter().position(|name| *name == r.name)?;
-        self.case(family.cases.get(place * plan.members + member)?)
+        let id = family.cases.get(place * plan.members + member)?;
+        self.run(|c| c.record.id == *id)
     }
 
     /// The limit of an outcome over the members of a family, with these records moved; sizes are those of the first one.
@@ -312,7 +317,7 @@ impl<'a> Meshes<'a> {
     /// Distances of the surface of a target from the checks, and from the runs that it was fitted to.
     fn errors(&self, target: &Target) -> Errors<'a> {
         let error = |id: &'a String, xi: &[f64], s: &[f64]| {
-            let case = self.case(id).filter(|c| c.is_of(&target.record.name))?;
+            let case = self.run(|c| c.record.id == *id && c.is_of(&target.record.name))?;
             let (value, _) = evaluate(target.quantity, &case.series, None, &[])?;
             Some((id.as_str(), target.response.surface.at(xi, s).0 - value))
         };
