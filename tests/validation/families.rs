@@ -84,6 +84,16 @@ fn the_error_of_a_calibration_record_reaches_constants_and_predictions() {
     }
 }
 
+/// One prediction is in the singular, inside or not.
+#[test]
+fn the_verdict_of_one_prediction_is_singular() {
+    let mut study = beam();
+    add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.0));
+    study.0.quantities[0].records.insert("heavy".into(), vec![99.0]);
+    let a = analysed(&study);
+    assert!(a.verdict.starts_with("0 of 1 measured prediction lies in its 95 % interval."), "{}", a.verdict);
+}
+
 /// Families of different records are independent: the variance of the mesh is the sum of those that each family alone gives.
 #[test]
 fn families_of_different_records_are_independent() {

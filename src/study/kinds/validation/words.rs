@@ -63,8 +63,8 @@ pub fn verdict(found: &ValidationFindings) -> String {
     let mut words: Vec<String> = vec![];
     if !scored.is_empty() {
         let inside = scored.iter().filter(|i| **i).count();
-        let lie = match inside {
-            1 => "lies in its 95 % interval",
+        let lie = match (inside, scored.len()) {
+            (1, _) | (_, 1) => "lies in its 95 % interval",
             _ => "lie in their 95 % intervals",
         };
         words.push(format!("{inside} of {} {lie}.", compared(found, scored.len())));
