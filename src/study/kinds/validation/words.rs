@@ -127,7 +127,7 @@ pub fn advice(p: &Prediction) -> Option<String> {
     ))
 }
 
-/// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more than they may.
+/// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more, or less, than they may.
 pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &ValidationPlan, warnings: &mut Vec<String>) {
     for (u, xi) in plan.unknowns.iter().zip(&solution.xi).filter(|(_, xi)| xi.abs() > 1.0) {
         warnings.push(format!(
@@ -146,6 +146,14 @@ pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &Valida
         warnings.push(format!(
             "The calibration records scatter {:.1} times as much as their errors say (χ² = {:.1} with {} of freedom): the model misses something, or errors are understated. All statistical parts of the intervals are widened by this factor.",
             consistency.birge(), consistency.chi2, count(consistency.freedom, "degree")
+        ));
+    }
+    if consistency.agrees_too_well() {
+        let why = "errors are overstated, or data share errors that count as independent. No interval is narrowed";
+        warnings.push(format!(
+            "The calibration records agree better than their errors say (χ² = {:.1} with {} of freedom, which chance gives in less than 1 %): {why}.",
+            consistency.chi2,
+            count(consistency.freedom, "degree")
         ));
     }
 }
