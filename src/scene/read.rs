@@ -257,6 +257,7 @@ mod tests {
                 "[[stage]]\ndt = \"1 s\"\nduration = \"1 s\"\nintegrator = \"generalised_alpha\"",
                 "line 12: stage 2: the key `rho` is missing; add it",
             ),
+            ("[numerics]\ntolerance = nan", "s.toml, line 10: nan is no finite number; give one"),
             ("[[stages]]\ndt = 1", "s.toml, line 9: stages 1: unknown key `stages`; did you mean `stage`?"),
             ("[mesh]\n", "s.toml, line 9: "),
         ] {

@@ -65,3 +65,26 @@ fn the_algebraic_error_is_a_term_that_covers_it() {
         assert!(loose.algebraic.hypot(loose.surface) >= off, "{off}: {} {}", loose.algebraic, loose.surface);
     }
 }
+
+/// Without unknowns and inputs every check is the run with tighter tolerances, which is run once and is the evidence of the term all the same.
+#[test]
+fn a_check_that_is_the_same_run_shows_the_algebraic_error() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let study = folder.path().join("beam");
+    std::fs::create_dir(&study).expect("a folder");
+    let loose = "[numerics]\ntolerance = 0.05\naccuracy = 0.2\nextrapolate = false\n";
+    std::fs::write(study.join("scene.toml"), format!("{SCENE}{loose}")).expect("writable");
+    let (head, _) = STUDY.split_once("[[unknown]]").expect("unknowns");
+    let heavy = STUDY.find("[[record]]\nname = \"heavy\"").expect("a record");
+    let text = format!("{head}{}", &STUDY[heavy..]).replace("none = [2.9, 3.1], light = 5.0", "heavy = 9.0");
+    std::fs::write(study.join("study.toml"), text).expect("writable");
+    let (code, out) = durometer(folder.path(), &["run", "beam/study.toml", "--out", "out"]);
+    assert_eq!(code, Some(0), "{out}");
+    assert!(!out.contains("tighter tolerances"), "{out}");
+    assert!(!folder.path().join("out/cases/algebraic-heavy-tighter.csv").exists(), "{out}");
+    let text = std::fs::read_to_string(folder.path().join("out/predictions.toml")).expect("a file");
+    let all: toml::Table = text.parse().expect("TOML");
+    let half = all["prediction"][0]["budget"].get("algebraic").and_then(toml::Value::as_float);
+    let off = (drop_of(folder.path(), "design-heavy-centre") - drop_of(folder.path(), "check-heavy-1")).abs() / 0.99;
+    assert!(half.is_some_and(|half| (half / off - 1.0).abs() < 1e-4 && off > 0.0), "{half:?} {off}");
+}

@@ -73,6 +73,30 @@ fn understated_errors_widen_the_intervals() {
     assert!(a.warnings.iter().any(|w| w.contains("times as much as their errors say")), "{:?}", a.warnings);
 }
 
+/// A calibration record whose drop is never below 1 mm, whatever the modulus, has been measured with the wrong sign. The search ends at the least drop, where
+/// it does not depend on the modulus: the datum is named, and no verdict is given.
+#[test]
+fn a_datum_that_no_constant_fits_is_refused() {
+    let (mut plan, mut results) = by_formula();
+    plan.inputs.clear();
+    plan.records.retain(|r| r.name != "none");
+    plan.records.iter_mut().for_each(|r| r.inputs.clear());
+    plan.quantities[0].errors.truncate(1);
+    plan.quantities[0].records = [("light".to_string(), vec![-1000.0]), ("heavy".to_string(), vec![])].into();
+    for (id, at) in plan.points.iter().filter(|(id, _)| id.starts_with("design-light-")) {
+        let case = results.cases.iter_mut().find(|c| c.record.id == *id).expect("a run");
+        case.series.columns.get_mut("xmax_z_m").expect("recorded")[1] = 0.01 - 1e-3 * ((at[0] - 1.5).powi(2) + 1.0);
+        let slopes = results.sensitivities.get_mut(id).expect("derivatives");
+        // ξ is 100 kPa
+        slopes.columns.insert("d xmax_z_m/d laws.rubber.E".into(), vec![0.0, -1e-3 * 2.0 * (at[0] - 1.5) / 1e5]);
+    }
+    let a = analyse(&results, &plan);
+    let says = "No value of Young's modulus (laws.rubber.E, 200 to 400 kPa) fits the calibration records: tip drop of light is measured as −1000 and \
+                comes no closer than 1 mm, 5005 standard deviations off; look for a mistake in the measured values";
+    assert!(a.warnings.iter().any(|w| w.starts_with(says)), "{:?}", a.warnings);
+    assert!(a.verdict.starts_with("No verdict") && a.found.predictions.is_empty(), "{}", a.verdict);
+}
+
 /// A coarse mesh on which every drop has the other sign fits no modulus of the range. It is named with the range, and neither side of the interval, which
 /// lacks the error of the mesh, is claimed for a measured value; with meshes of the range the same value is judged.
 #[test]
@@ -184,8 +208,9 @@ shift = "0.1 mm"
 rotation = "0.3 deg"
 source = "the test"
 "#;
-    // Inputs are exact in this experiment
-    let (head, rest) = STUDY.split_at(STUDY.find("[[input]]").expect("inputs"));
+    // Inputs are exact in this experiment, and the truth is that of the mesh of the scene, without an error of the mesh
+    let (whole, _) = STUDY.split_once("[[family]]").expect("a family");
+    let (head, rest) = whole.split_at(whole.find("[[input]]").expect("inputs"));
     let only_field = format!("{head}{}", &rest[rest.find("[[record]]").expect("records")..]).replace("measured = { none = [2.9, 3.1], light = 5.0 }", "records = [\"heavy\"]").replace(
         "[[record]]\nname = \"none\"\npurpose = \"calibration\"\nset = { \"effect.load.traction.to\" = \"1 Pa\" }\n",
         "",
@@ -241,5 +266,17 @@ fn mistakes_are_named_together() {
         "experiment light is in the calibration and in the predictions",
     ] {
         assert!(why.contains(part), "{part} is missing in: {why}");
+    }
+}
+
+/// A measured value that is no number is refused with its line before anything runs.
+#[test]
+fn a_measured_value_is_a_finite_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (value, said) in [("light = nan", "nan"), ("light = [5.0, -inf]", "-inf")] {
+        let why = crate::beam::plan(folder.path(), &STUDY.replace("light = 5.0", value)).expect_err(value);
+        let line = 1 + STUDY[..STUDY.find("light = 5.0").expect("a value")].matches('\n').count();
+        let part = format!("study.toml, line {line}: quantity 1 (drop): {said} is no finite number; give one");
+        assert!(why.contains(&part), "{part} is missing in: {why}");
     }
 }

@@ -2,6 +2,7 @@
 
 mod algebraic;
 mod beam;
+mod families;
 mod intervals;
 mod markers;
 mod motion;

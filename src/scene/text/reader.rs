@@ -4,6 +4,7 @@
 //!   with every key that is added,
 //! - enums are choices by [`kind`](super::kind),
 //! - dates are texts,
+//! - numbers are finite; TOML has `inf` and `nan` too,
 //! - one reader is compiled per type; toml compiles three, of which two are for values with their place and for dates.
 
 use super::kind::{Choice, Chosen};
@@ -134,7 +135,10 @@ fn whole(number: &DeInteger) -> Option<u64> {
 
 fn float(text: &str) -> Result<f64> {
     match text.parse::<f64>() {
-        Ok(number) if number.is_finite() || text.contains("inf") || text.contains("nan") => Ok(number),
+        Ok(number) if number.is_finite() => Ok(number),
+        _ if text.contains("inf") || text.contains("nan") => {
+            Err(ReadError::custom(format!("{text} is no finite number; give one")))
+        }
         _ => Err(ReadError::custom(format!("{text} is beyond the numbers of double precision"))),
     }
 }
@@ -232,8 +236,8 @@ mod tests {
     #[test]
     fn values_are_those_of_the_text() {
         let text =
-            "seed = 0xffff_ffff_ffff_ffff\nsize = 3\nmade = 2026-11-29\nrest = { b = -inf, a = [1, { kind = true }] }";
-        let rest = toml::from_str("b = -inf\na = [1, { kind = true }]").expect("TOML");
+            "seed = 0xffff_ffff_ffff_ffff\nsize = 3\nmade = 2026-11-29\nrest = { b = -1.5, a = [1, { kind = true }] }";
+        let rest = toml::from_str("b = -1.5\na = [1, { kind = true }]").expect("TOML");
         let expected = Numbers { seed: u64::MAX, size: 3.0, made: "2026-11-29".into(), rest };
         assert_eq!(of::<Numbers>(text).expect(text), expected);
     }
@@ -248,6 +252,13 @@ mod tests {
                 format!("{rest}size = 99999999999999999999"),
                 "is beyond the whole numbers of 64 bits",
                 "99999999999999999999",
+            ),
+            (format!("{rest}size = nan"), "nan is no finite number; give one", "nan"),
+            (format!("{rest}size = -inf"), "-inf is no finite number; give one", "-inf"),
+            (
+                "seed = 1\nsize = 1.0\nmade = \"\"\nrest = { a = [1.0, inf] }".into(),
+                "inf is no finite number; give one",
+                "inf",
             ),
             (format!("{rest}size = [1]"), "invalid type: sequence, expected f64", "[1]"),
             ("x = [1, 2.0, \"3\"]".into(), "invalid type: string \"3\", expected f64", "\"3\""),

@@ -1,27 +1,15 @@
 //! Analysis of a validation: the calibration, the predictions with their budgets, and their score.
 
-use crate::math::statistics::mean;
 use crate::report::numbers::{capital, space};
 use crate::study::analysis::{self, Analysis};
-use crate::study::kinds::validation::budget::{COVERAGE, Contribution, Groups, contributions, half_width};
-use crate::study::kinds::validation::consistency::Consistency;
-use crate::study::kinds::validation::findings::{
-    FittedDatum, FoundConstant, FoundScatter, Prediction, ValidationFindings,
-};
-use crate::study::kinds::validation::joint::{JointError, Problem, Response, Solution};
-use crate::study::kinds::validation::monte_carlo::{Draws, draws};
-use crate::study::kinds::validation::numerical::{Meshes, Numerical};
-use crate::study::kinds::validation::plan::{QuantityPlan, RecordPlan, UnknownPlan, ValidationPlan};
-use crate::study::kinds::validation::responses::{Target, shared_errors, shares, targets};
+use crate::study::kinds::validation::findings::{FoundScatter, ValidationFindings};
+use crate::study::kinds::validation::outcomes::Calibration;
+use crate::study::kinds::validation::plan::{QuantityPlan, ValidationPlan};
+use crate::study::kinds::validation::responses::{Target, targets};
 use crate::study::kinds::validation::scatter::{Repeats, Scatter};
 use crate::study::kinds::validation::spec::Purpose;
-use crate::study::kinds::validation::words::{named, of_scatter, verdict, warn_of_fit, warn_of_scatter};
+use crate::study::kinds::validation::words::{of_scatter, verdict, warn_of_fit, warn_of_scatter};
 use crate::study::store::results::Results;
-
-/// Seed of the simulated experiments.
-const SEED: u64 = 19;
-/// Largest relative difference of the deviations by derivatives and by simulated experiments.
-const CURVED: f64 = 0.1;
 
 /// Analyses the cases that have a result.
 pub fn analyse(results: &Results, plan: &ValidationPlan) -> Analysis<ValidationFindings> {
@@ -55,164 +43,29 @@ fn find(results: &Results, plan: &ValidationPlan, warnings: &mut Vec<String>) ->
     let scatter = scatters(plan, &repeats);
     warn_of_scatter(&scatter, warnings);
     let targets = targets(results, plan, &repeats)?;
-    let shared = shared_errors(plan);
-    let sources = plan.inputs.len() + shared.len();
-    let calibration: Vec<&Target> = targets.iter().filter(|t| t.record.purpose == Purpose::Calibration).collect();
-    let data: Vec<&Response> = calibration.iter().map(|t| &t.response).collect();
-    let values: Vec<f64> = calibration.iter().map(|t| mean(t.measured)).collect();
-    let problem = Problem { constants: plan.unknowns.len(), sources, data };
-    let solution = problem.solve(&values).map_err(|e| named(&e.to_string(), plan))?;
-    let consistency = Consistency::of(&problem, &solution);
-    let widened = consistency.birge();
-    warn_of_fit(&solution, &consistency, plan, warnings);
-    let predicted: Vec<&Target> = targets.iter().filter(|t| t.record.purpose == Purpose::Prediction).collect();
-    let responses: Vec<&Response> = predicted.iter().map(|t| &t.response).collect();
-    let simulated = draws(&problem, &solution, &responses, SEED);
-    if simulated.is_none() {
-        warnings.push(
-            "More than 5 % of the simulated experiments gave no constants: the intervals rest on derivatives alone."
-                .into(),
-        );
-    }
-    let inputs = plan.inputs.iter().map(|i| i.group.clone());
-    let source_groups: Vec<String> = inputs.chain(shared.iter().map(|(_, group)| group.clone())).collect();
-    let data_groups: Vec<Vec<(String, f64)>> = calibration.iter().map(|t| shares(t)).collect();
-    let meshes = Meshes::new(results, plan);
-    let predictions = predicted.iter().enumerate().map(|(k, t)| {
-        let (value, influence) = solution.predict(&problem, &t.response);
-        let again = |shift: &dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>| {
-            predict_moved(&targets, &problem, &values, t, shift).map_err(|e| named(&e.to_string(), plan))
-        };
-        let numerical = meshes.of((t.record, t.quantity), &t.response.surface, value, &again);
-        let groups = Groups { sources: &source_groups, data: &data_groups, own: &t.groups };
-        let budget = contributions(&influence, &groups, widened, &numerical.deviations());
-        let simulated = simulated.as_ref().map(|all| &all[k]);
-        prediction(t, value + numerical.correction, budget, (influence.deviation(), simulated, widened), numerical)
-    });
-    let predictions: Vec<Prediction> = predictions.collect();
-    let curved: Vec<String> =
-        predictions.iter().filter(|p| p.curved).map(|p| format!("{} of {}", p.label, p.record_label)).collect();
-    if !curved.is_empty() {
-        warnings.push(format!(
-            "The response is curved within its uncertainties: for {} derivatives and simulated experiments differ by more than {:.0} %, and the intervals are those of the experiments.",
-            curved.join(", "),
-            100.0 * CURVED
-        ));
-    }
-    warnings.extend(
-        predictions
-            .iter()
-            .flat_map(|p| p.doubts.iter().map(|d| format!("{} of {}: {d}.", capital(&p.label), p.record_label))),
-    );
+    let of = |purpose: Purpose| targets.iter().filter(move |t| t.record.purpose == purpose).collect::<Vec<&Target>>();
+    let (data, predicted) = (of(Purpose::Calibration), of(Purpose::Prediction));
+    let calibration = Calibration::of(results, plan, &data)?;
+    warn_of_fit(&calibration.solution, &calibration.consistency, plan, warnings);
+    let predictions = calibration.predictions(&predicted, warnings);
+    let constants = calibration.constants();
+    let told = |doubt: &String| predictions.iter().any(|p| p.doubts.contains(doubt));
+    warnings.extend(constants.iter().flat_map(|c| {
+        let own = c.doubts.iter().filter(|d| !told(d));
+        own.map(|d| format!("{}: {d}.", capital(&c.label)))
+    }));
     Ok(ValidationFindings {
-        constants: constants(plan, &solution, widened),
-        fitted: calibration
-            .iter()
-            .zip(&values)
-            .zip(&solution.residuals)
-            .map(|((t, measured), r)| fitted(t, *measured, *r, &solution))
-            .collect(),
-        widened,
-        chi2: solution.chi2,
-        freedom: solution.freedom,
+        constants,
+        fitted: calibration.fitted(),
+        widened: calibration.widened,
+        chi2: calibration.solution.chi2,
+        freedom: calibration.solution.freedom,
         predictions,
         reference: plan.reference.clone(),
         sources: sources_of(plan, &scatter),
         scatter,
         tracks: plan.tracks.clone(),
     })
-}
-
-/// The prediction with every surface moved as another mesh moves it; `Ok(None)` where a record has no run there.
-fn predict_moved(
-    targets: &[Target],
-    problem: &Problem,
-    values: &[f64],
-    target: &Target,
-    shift: &dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>,
-) -> Result<Option<f64>, JointError> {
-    let moved = |t: &Target| {
-        let surface = t.response.surface.clone().moved(shift(t.record, t.quantity)?);
-        Some(Response { surface, ..t.response.clone() })
-    };
-    let calibration = targets.iter().filter(|t| t.record.purpose == Purpose::Calibration);
-    let (Some(data), Some(response)) = (calibration.map(moved).collect::<Option<Vec<Response>>>(), moved(target))
-    else {
-        return Ok(None);
-    };
-    let solution = Problem { data: data.iter().collect(), ..problem.clone() }.solve(values)?;
-    Ok(Some(response.value(&solution.xi, &solution.s)))
-}
-
-fn prediction(
-    t: &Target,
-    value: f64,
-    budget: Vec<Contribution>,
-    (deviation, simulated, birge): (f64, Option<&Draws>, f64),
-    numerical: Numerical,
-) -> Prediction {
-    let half = half_width(&budget);
-    let by_draws = simulated.map_or(deviation, |d| d.deviation);
-    let curved = (by_draws / deviation - 1.0).abs() > CURVED;
-    let rest: f64 = numerical.deviations().iter().map(|(_, d)| (COVERAGE * d).powi(2)).sum();
-    let interval = match simulated.filter(|_| curved) {
-        // Predicted minus true lies between the ends, so that the truth lies on the other side
-        Some(d) => {
-            [-d.ends[1], -d.ends[0]].map(|end| value + (birge * end).signum() * ((birge * end).powi(2) + rest).sqrt())
-        }
-        None => [value - half, value + half],
-    };
-    let measured = (!t.measured.is_empty()).then(|| mean(t.measured));
-    // An interval without the error of the mesh is too narrow to be judged
-    let judged = measured.filter(|_| numerical.mesh.is_some());
-    let score =
-        |m: f64| if m > value { (m - value) / (interval[1] - value) } else { (m - value) / (value - interval[0]) };
-    Prediction {
-        record: t.record.name.clone(),
-        record_label: t.record.label.clone(),
-        experiment: t.record.experiment.clone(),
-        quantity: t.quantity.name.clone(),
-        label: t.quantity.label.clone(),
-        symbol: t.quantity.symbol.clone(),
-        unit: t.quantity.unit.clone(),
-        value,
-        interval,
-        budget,
-        deviations: [deviation, by_draws],
-        curved,
-        measured,
-        inside: judged.map(|m| (interval[0]..=interval[1]).contains(&m)),
-        score: judged.map(score),
-        doubts: numerical.doubts,
-    }
-}
-
-fn constants(plan: &ValidationPlan, solution: &Solution, widened: f64) -> Vec<FoundConstant> {
-    let one = |(k, u): (usize, &UnknownPlan)| {
-        let value = u.at(solution.xi[k]);
-        let half = COVERAGE * widened * solution.covariance[(k, k)].sqrt() * u.half();
-        FoundConstant {
-            key: u.key.clone(),
-            label: u.label.clone(),
-            symbol: u.symbol.clone(),
-            unit: u.unit.clone(),
-            value,
-            interval: [value - half, value + half],
-            range: u.range,
-        }
-    };
-    plan.unknowns.iter().enumerate().map(one).collect()
-}
-
-fn fitted(t: &Target, measured: f64, residual: f64, solution: &Solution) -> FittedDatum {
-    FittedDatum {
-        record: t.record.name.clone(),
-        quantity: t.quantity.label.clone(),
-        unit: t.quantity.unit.clone(),
-        measured,
-        fitted: t.response.value(&solution.xi, &solution.s),
-        residual,
-    }
 }
 
 /// Scatter of the quantities that have repeats.

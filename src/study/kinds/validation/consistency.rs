@@ -1,18 +1,22 @@
 //! Whether data scatter as their errors say, and by how much more where they do not.
 //!
-//! χ² of the calibration is compared with its 95 % quantile. Where all errors are known this is that of the χ² distribution. The scatter of a few repeats
-//! is known with few degrees of freedom ν itself, and χ² is then distributed as F: its quantile is that of draws in which σ² = s² ν/χ²(ν), one χ²(ν) of
+//! χ² of the calibration is compared with its 95 % quantile, and with its 1 % quantile. Where all errors are known these are those of the χ² distribution. The scatter of a few repeats
+//! is known with few degrees of freedom ν itself, and χ² is then distributed as F: its quantiles are those of draws in which σ² = s² ν/χ²(ν), one χ²(ν) of
 //! all data with that scatter (JCGM 101:2008, 6.4.9), with the response linear in constants and sources.
 
 use crate::math::random::SplitMix;
-use crate::study::kinds::validation::joint::{Problem, Response, Solution};
-use crate::study::kinds::validation::monte_carlo::{chi_square, upper};
+use crate::study::kinds::validation::joint::{FARTHEST, Problem, Response, Solution};
+use crate::study::kinds::validation::monte_carlo::{chi_square, quantiles};
 use std::collections::BTreeMap;
 
 /// Seed of the draws of χ².
 const SEED: u64 = 1932;
-/// 95 % quantile of the normal distribution.
-const NORMAL: f64 = 1.644_853_627;
+/// χ² of an exact fit, of which the search leaves residuals of 0.03 standard deviations at most.
+const EXACT: f64 = 1e-3;
+/// Probabilities of the limits of χ².
+const LIMITS: [f64; 2] = [0.01, 0.95];
+/// Their quantiles of the normal distribution.
+const NORMAL: [f64; 2] = [-2.326_347_874, 1.644_853_627];
 
 /// χ² of a calibration and what it may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,20 +24,33 @@ pub struct Consistency {
     pub chi2: f64,
     /// Data minus constants
     pub freedom: usize,
-    /// 95 % quantile of χ² by the errors of the data
-    limit: f64,
+    /// 1 % and 95 % quantiles of χ² by the errors of the data
+    limits: [f64; 2],
 }
 
 impl Consistency {
     pub fn of(problem: &Problem, solution: &Solution) -> Self {
         let is_known = problem.data.iter().all(|r| r.scatter.is_none());
-        let limit = if is_known { quantile(solution.freedom) } else { drawn(problem, solution) };
-        Self { chi2: solution.chi2, freedom: solution.freedom, limit }
+        let known = || NORMAL.map(|z| quantile(solution.freedom, z));
+        let limits = if is_known { known() } else { drawn(problem, solution) };
+        Self { chi2: solution.chi2, freedom: solution.freedom, limits }
     }
 
-    /// Whether χ² is below its 95 % quantile.
+    /// Whether χ² is below its 95 % quantile. As many constants as data fit them exactly, unless the search ends where no constant brings them closer.
     pub fn holds(&self) -> bool {
-        self.freedom == 0 || self.chi2 <= self.limit
+        self.chi2 <= if self.freedom == 0 { EXACT } else { self.limits[1] }
+    }
+
+    /// Whether χ² is below its 1 % quantile, as it is of errors that are overstated, or that many data share and that count as independent.
+    pub fn agrees_too_well(&self) -> bool {
+        self.freedom > 0 && self.chi2 < self.limits[0]
+    }
+
+    /// The constant that the scatter of the data leaves open over all that the search goes through, where it is beyond chance: the search has ended at a
+    /// place where the data do not depend on it, and their misfit is no measure of it.
+    pub fn open(&self, solution: &Solution) -> Option<usize> {
+        let deviation = |k: &usize| self.birge() * solution.covariance[(*k, *k)].sqrt();
+        (0..solution.xi.len()).find(|k| !self.holds() && deviation(k) > FARTHEST)
     }
 
     /// Factor √(χ²/ν) by which the data scatter more than their errors say, where that is beyond chance; 1 elsewhere.
@@ -43,18 +60,18 @@ impl Consistency {
     }
 }
 
-/// 95 % quantile of χ² (Wilson & Hilferty, *PNAS* 17, 1931).
-fn quantile(freedom: usize) -> f64 {
+/// Quantile of χ² by that of the normal distribution (Wilson & Hilferty, *PNAS* 17, 1931).
+fn quantile(freedom: usize, normal: f64) -> f64 {
     let nu = freedom as f64;
     let a = 2.0 / (9.0 * nu);
-    nu * (1.0 - a + NORMAL * a.sqrt()).powi(3)
+    nu * (1.0 - a + normal * a.sqrt()).powi(3)
 }
 
-/// The same where the scatter of repeats is estimated.
-fn drawn(problem: &Problem, solution: &Solution) -> f64 {
+/// Both limits where the scatter of repeats is estimated.
+fn drawn(problem: &Problem, solution: &Solution) -> [f64; 2] {
     let mut random = SplitMix(SEED);
     let parts: Vec<[f64; 2]> = problem.data.iter().map(|r| parts(r)).collect();
-    upper(0.95, || {
+    quantiles(LIMITS, || {
         let mut scale: BTreeMap<(usize, usize), f64> = BTreeMap::new();
         let error = |(r, [known, scatter]): (&&Response, &[f64; 2])| {
             let by_scatter = r.scatter.map_or(0.0, |s| {
@@ -80,15 +97,42 @@ fn parts(r: &Response) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::kinds::validation::surface::{Sample, Surface};
 
     /// The share of true-model data whose χ² is called inconsistent is 5 %: 95 % quantiles of ν = 2, 10 from tables (5.991, 18.307), to which
     /// Wilson & Hilferty come within 1 %.
     #[test]
     fn the_quantile_of_chi_square_is_that_of_the_tables() {
         for (nu, expected) in [(2, 5.991), (10, 18.307)] {
-            let with = |chi2| Consistency { chi2, freedom: nu, limit: quantile(nu) };
+            let with = |chi2| Consistency { chi2, freedom: nu, limits: NORMAL.map(|z| quantile(nu, z)) };
             assert!(with(0.99 * expected).holds() && !with(1.01 * expected).holds());
         }
-        assert_eq!(Consistency { chi2: 40.0, freedom: 10, limit: quantile(10) }.birge(), 2.0);
+        let with = |chi2, freedom| Consistency { chi2, freedom, limits: NORMAL.map(|z| quantile(freedom, z)) };
+        assert_eq!(with(40.0, 10).birge(), 2.0);
+        // 1 % quantile of ν = 10 (2.558), which is within 2 %; one degree of freedom and none never agree too well
+        assert!(with(0.97 * 2.558, 10).agrees_too_well() && !with(2.558, 10).agrees_too_well());
+        assert!(!with(1e-9, 1).agrees_too_well() && !with(0.0, 0).agrees_too_well());
+    }
+
+    /// A parabola is never below its vertex: a datum there leaves the constant open, with two equal data too, and one above it does not.
+    #[test]
+    fn a_datum_out_of_reach_leaves_its_constant_open() {
+        let at = |x: f64| Sample {
+            at: vec![x],
+            value: (x - 1.5).powi(2),
+            by_constants: vec![2.0 * (x - 1.5)],
+            by_inputs: vec![],
+        };
+        let surface = Surface::fit(1, &[at(-1.0), at(0.0), at(1.0)]).expect("three runs");
+        let noise = vec![0.1];
+        let one = Response { surface, constants: vec![0], inputs: vec![], noise, scatter: None, shared: vec![] };
+        for (values, open) in
+            [(vec![-10.0], true), (vec![-10.0, -10.0], true), (vec![1.0], false), (vec![1.0, 1.1], false)]
+        {
+            let problem = Problem { constants: 1, sources: 0, data: vec![&one; values.len()] };
+            let found = problem.solve(&values).map(|s| Consistency::of(&problem, &s).open(&s));
+            let is_refused = found.as_ref().map_or(true, Option::is_some);
+            assert_eq!(is_refused, open, "{values:?}: {found:?}");
+        }
     }
 }

@@ -22,7 +22,9 @@ pub const TIGHTER: f64 = 100.0;
 /// Smallest tolerance, that of rounding.
 const LEAST: f64 = 1e-13;
 
-/// Name of the run with tighter tolerances.
+/// Family of the runs with tighter tolerances.
+pub const ALGEBRAIC: &str = "algebraic";
+/// Their name in it.
 const MEMBER: &str = "tighter";
 
 /// Families of the design and of the checks before those of the study, and the places of their cases. `scenes` are those of the records.
@@ -69,7 +71,7 @@ pub fn cases(
     if study.checks > 0 {
         families.push(family("check", Role::Check, checks));
     }
-    families.push(family("algebraic", Role::Solver, tighter));
+    families.push(family(ALGEBRAIC, Role::Solver, tighter));
     families.extend(study.families.iter().map(|f| at_centre(f, &plan)));
     (plan, families)
 }
@@ -109,11 +111,6 @@ fn tolerances(scene: &toml::Table) -> toml::Table {
     let own: NumericsSpec = scene.get("numerics").cloned().and_then(|n| n.try_into().ok()).unwrap_or_default();
     let keys = [("numerics.tolerance", own.tolerance), ("numerics.accuracy", own.accuracy)];
     keys.map(|(key, value)| (key.to_string(), (value / TIGHTER).max(LEAST.min(value)).into())).into_iter().collect()
-}
-
-/// Case of the run of a record with tighter tolerances.
-pub fn tighter_case(record: &str) -> String {
-    format!("algebraic-{record}-{MEMBER}")
 }
 
 /// Labels and places of a face-centred central composite design.

@@ -54,9 +54,16 @@ pub struct FoundConstant {
     pub symbol: String,
     pub unit: String,
     pub value: f64,
-    /// 95 %, from the errors of data and inputs
+    /// 95 %
     pub interval: [f64; 2],
     pub range: [f64; 2],
+    /// Largest first
+    pub budget: Vec<Contribution>,
+    /// Half-width of the 95 % interval by mesh, time steps, response surfaces and Newton's method
+    pub numerical: f64,
+    /// Reasons to doubt the numerical error bars
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<String>,
 }
 
 /// A measured value of the calibration.

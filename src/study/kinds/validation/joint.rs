@@ -24,7 +24,7 @@ const STEPS: usize = 100;
 /// A step below this share of a standard deviation ends the search.
 const SETTLED: f64 = 1e-6;
 /// Largest |ξ| of the search: beyond its design a surface is an extrapolation.
-const FARTHEST: f64 = 2.0;
+pub const FARTHEST: f64 = 2.0;
 /// Largest standard deviation of a constant that data determine, in halves of its range.
 const OPEN: f64 = 1e3;
 
@@ -218,7 +218,7 @@ impl Problem<'_> {
     }
 }
 
-/// The error of a prediction, source by source, as standard deviations with a sign.
+/// The error of a prediction or of a constant, source by source, as standard deviations with a sign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Influence {
     /// \[sources\]
@@ -230,6 +230,11 @@ pub struct Influence {
 }
 
 impl Influence {
+    /// The derivative by each datum, from its independent error.
+    pub fn by_data(&self, problem: &Problem) -> Vec<f64> {
+        self.data.iter().zip(&problem.data).map(|(error, r)| error / r.sigma()).collect()
+    }
+
     /// All sources together.
     pub fn deviation(&self) -> f64 {
         [&self.sources, &self.data, &self.own].into_iter().flatten().map(|x| x * x).sum::<f64>().sqrt()
@@ -239,13 +244,24 @@ impl Influence {
 impl Solution {
     /// The measured value that is expected of a response, and how its error comes about.
     pub fn predict(&self, problem: &Problem, response: &Response) -> (f64, Influence) {
-        let m = problem.constants;
         let (value, row) = response.at(&self.xi, &self.s);
-        let carried = &self.covariance * &row;
-        let sources = (m..carried.len()).map(|k| -carried[k]).collect();
+        (value, Influence { own: response.noise.clone(), ..self.influence(problem, &row) })
+    }
+
+    /// How the error of a constant comes about, in a unit of which ξ has so many.
+    pub fn constant(&self, problem: &Problem, constant: usize, unit: f64) -> Influence {
+        let mut row = DVector::zeros(self.covariance.nrows());
+        row[constant] = unit;
+        self.influence(problem, &row)
+    }
+
+    /// The errors of constants and sources along a row.
+    fn influence(&self, problem: &Problem, row: &DVector<f64>) -> Influence {
+        let carried = &self.covariance * row;
+        let sources = (problem.constants..carried.len()).map(|k| -carried[k]).collect();
         let through = |(i, r): (usize, &&Response)| (self.jacobian.row(i) * &carried)[0] / r.sigma();
         let data = problem.data.iter().enumerate().map(through).collect();
-        (value, Influence { sources, data, own: response.noise.clone() })
+        Influence { sources, data, own: vec![] }
     }
 
     /// χ² that errors of the data and of the sources leave, in standard deviations, with a response that is linear in constants and sources.

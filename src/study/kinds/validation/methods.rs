@@ -14,7 +14,7 @@ pub fn search(a: &ValidationFindings) -> Vec<Paragraph> {
     let records: std::collections::BTreeSet<&str> = a.fitted.iter().map(|d| d.record.as_str()).collect();
     let start = Paragraph::new("Calibration and prediction").marked(
         "Constants are those of generalised least squares of the calibration records, over response surfaces from simulations with exact \
-         derivatives [@box1951]. ",
+         derivatives [@box1951]; a family of meshes or time steps corrects them to its limit. ",
     );
     let found = format!(
         "{} of {} give {}; χ² = {:.2} with {} of freedom. ",

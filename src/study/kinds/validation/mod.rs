@@ -8,6 +8,7 @@
 //! | Runs of a design as a function | [`surface`], [`responses`] |
 //! | Constants and predictions with all their sources of error | [`joint`], [`consistency`], [`monte_carlo`], [`budget`] |
 //! | Error of mesh, time steps and surface | [`numerical`] |
+//! | Constants and predictions with every part of their errors | [`outcomes`] |
 //! | Findings, verdict, page, files | [`analysis`], [`findings`], [`words`], [`report`], [`figures`], [`predictions`] |
 
 pub mod analysis;
@@ -25,6 +26,7 @@ pub mod measured;
 mod methods;
 pub mod monte_carlo;
 pub mod numerical;
+pub mod outcomes;
 pub mod plan;
 pub mod predictions;
 pub mod quantities;

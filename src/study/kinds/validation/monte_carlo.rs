@@ -11,7 +11,7 @@ const DRAWS: usize = 1000;
 /// Share of the draws whose calibration may fail.
 const FAILING: f64 = 0.05;
 
-/// Draws of an upper quantile: that of 95 % is exceeded in 5 % ± √(0.05·0.95/2000) = 0.5 %.
+/// Draws of a quantile: that of 95 % is exceeded in 5 % ± √(0.05·0.95/2000) = 0.5 %.
 const DRAWS_OF_QUANTILE: usize = 2000;
 
 /// Errors of one prediction over all draws.
@@ -57,11 +57,11 @@ fn quantile(sorted: &[f64], p: f64) -> f64 {
     sorted[k] + share * (sorted[(k + 1).min(sorted.len() - 1)] - sorted[k])
 }
 
-/// Quantile of a number that is drawn.
-pub fn upper(p: f64, mut draw: impl FnMut() -> f64) -> f64 {
+/// Quantiles of a number that is drawn.
+pub fn quantiles<const N: usize>(of: [f64; N], mut draw: impl FnMut() -> f64) -> [f64; N] {
     let mut all: Vec<f64> = (0..DRAWS_OF_QUANTILE).map(|_| draw()).collect();
     all.sort_by(f64::total_cmp);
-    quantile(&all, p)
+    of.map(|p| quantile(&all, p))
 }
 
 /// A draw of χ² with some degrees of freedom.

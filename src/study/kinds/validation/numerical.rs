@@ -1,29 +1,48 @@
-//! Errors of a prediction by mesh, time steps, response surface and the tolerance of Newton's method.
+//! Errors of constants and predictions by mesh, time steps, response surface and the tolerance of Newton's method.
 //!
-//! The calibration is repeated with every surface moved to another mesh, and the prediction made there: what mesh does to both alike cancels. The
-//! predictions over the meshes have the error bars of a convergence study ([`estimate`](mod@crate::study::estimate)).
+//! The calibration is repeated with the surfaces of all records of a family moved to another mesh, and the prediction made there: what mesh does to all
+//! of them alike cancels. The outcomes over the meshes have the error bars of a convergence study ([`estimate`](mod@crate::study::estimate)).
+//!
+//! ```text
+//! z + Σ (z_F − z),  u² = Σ u_F²                  over the families F of the records that z rests on; z_F is its limit with the records of F moved
+//! ```
+//!
+//! A record counts in one family. What is left of an error after the correction to its limit has no known sign, so that different families count as
+//! independent (JCGM 100:2008, 5.1.2; ASME V&V 20-2009, u_num).
+//!
+//! ```text
+//! u² = Σ mean over runs k of (Σ ∂z/∂dᵢ eᵢₖ)²      over records and their data i; eₖ is the distance of the surface from run k, ∂z/∂d = 1 of the predicted value
+//! ```
+//!
+//! is that of the response surfaces, in first order.
 
 use crate::study::estimate::family::{Estimate, Level, estimate, estimate_of_order};
 use crate::study::estimate::step_size::step_sizes;
 use crate::study::kinds::validation::budget::COVERAGE;
-use crate::study::kinds::validation::design::{TIGHTER, tighter_case};
+use crate::study::kinds::validation::design::{ALGEBRAIC, TIGHTER};
 use crate::study::kinds::validation::evaluate::evaluate;
 use crate::study::kinds::validation::plan::{FamilyPlan, QuantityPlan, RecordPlan, ValidationPlan};
-use crate::study::kinds::validation::surface::Surface;
+use crate::study::kinds::validation::responses::{Shift, Target};
 use crate::study::store::record::{CaseRecord, FamilyRecord, Role, StoredCase};
 use crate::study::store::results::Results;
+use crate::wording::few;
 use std::collections::BTreeMap;
 
 /// Formal order of the time integration of the families of time steps.
 const ORDER_IN_TIME: f64 = 2.0;
+/// Roles of the families of meshes.
+const MESHES: [Role; 3] = [Role::Sizes, Role::Nested, Role::Remeshed];
+/// Share of the largest contribution of a datum below which an outcome does not rest on a datum.
+const NEGLIGIBLE: f64 = 1e-6;
 
-/// Numerical part of the error of a prediction.
+/// Numerical part of the error of a constant or a prediction.
 #[derive(Clone, Debug, Default)]
 pub struct Numerical {
-    /// From the mesh and the steps of the design to their limits
+    /// From the meshes and the steps of the design to their limits
     pub correction: f64,
-    /// `None` where the runs do not tell it
-    pub mesh: Option<f64>,
+    pub mesh: f64,
+    /// The runs do not tell the error of the mesh of every record that it rests on
+    pub lacks_mesh: bool,
     pub steps: f64,
     pub surface: f64,
     /// By Newton's method, which stops short of the solution
@@ -35,103 +54,183 @@ impl Numerical {
     /// Groups of the budget with standard deviations.
     pub fn deviations(&self) -> [(&'static str, f64); 4] {
         [
-            ("mesh", self.mesh.unwrap_or(0.0)),
+            ("mesh", self.mesh),
             ("time step", self.steps),
             ("response surface", self.surface),
             ("algebraic", self.algebraic),
         ]
     }
+
+    /// Variance by all of them.
+    pub fn variance(&self) -> f64 {
+        self.deviations().iter().map(|(_, d)| d * d).sum()
+    }
+}
+
+/// An outcome with surfaces moved record by record; `Ok(None)` where one has no run.
+///
+/// # Errors
+///
+/// In words, why the calibration gives no constants with the moved surfaces.
+type Again<'f> = dyn Fn(&Shift) -> Result<Option<f64>, String> + 'f;
+
+/// A constant or a prediction, and what it rests on.
+pub struct Outcome<'a> {
+    pub value: f64,
+    /// Record and quantity of a prediction; none of a constant
+    pub own: Option<&'a Target<'a>>,
+    /// \[data\] its derivative by each datum of the calibration
+    pub by_data: Vec<f64>,
+    pub again: &'a Again<'a>,
 }
 
 /// The runs of a validation that tell numerical errors.
 pub struct Meshes<'a> {
     results: &'a Results,
     plan: &'a ValidationPlan,
+    /// Data of the calibration
+    data: &'a [&'a Target<'a>],
+    /// \[data\] of their surfaces
+    errors: Vec<Errors<'a>>,
 }
 
-/// A prediction with surfaces moved record by record; `Ok(None)` where one has no run.
-///
-/// # Errors
-///
-/// In words, why the calibration gives no constants with the moved surfaces.
-type Again<'f> = dyn Fn(&dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64>) -> Result<Option<f64>, String> + 'f;
+/// Distances of a surface from runs, case by case: from the checks, and from the runs that it was fitted to.
+type Errors<'a> = [BTreeMap<&'a str, f64>; 2];
+
+/// Records that one family moves together, or that none runs.
+struct Group<'a> {
+    family: Option<(&'a FamilyRecord, &'a FamilyPlan)>,
+    records: Vec<&'a RecordPlan>,
+}
+
+/// Error of an outcome by the families of some roles.
+#[derive(Default)]
+struct Discretisation {
+    correction: f64,
+    variance: f64,
+    is_incomplete: bool,
+}
 
 impl<'a> Meshes<'a> {
-    pub fn new(results: &'a Results, plan: &'a ValidationPlan) -> Self {
-        Self { results, plan }
+    pub fn new(results: &'a Results, plan: &'a ValidationPlan, data: &'a [&'a Target<'a>]) -> Self {
+        let mut own = Self { results, plan, data, errors: vec![] };
+        own.errors = data.iter().map(|t| own.errors(t)).collect();
+        own
     }
 
-    /// Errors of the prediction `value` of a quantity with this surface.
-    pub fn of(
-        &self,
-        (record, quantity): (&RecordPlan, &QuantityPlan),
-        surface: &Surface,
-        value: f64,
-        again: &Again,
-    ) -> Numerical {
-        let mut out = Numerical { surface: self.surface(record, quantity, surface), ..Numerical::default() };
-        let tolerance = self.results.study.tolerance;
-        let meshes = self.family(record, &[Role::Sizes, Role::Nested, Role::Remeshed]).and_then(|(f, plan)| {
-            let levels = self.levels((f, plan), record, again, &mut out.doubts, |_, c, p| Level::of(&c.record, p));
-            estimate((&f.name, f.role, &f.formulation), levels, None, tolerance)
+    /// Errors of an outcome.
+    pub fn of(&self, outcome: &Outcome) -> Numerical {
+        let mut doubts = vec![];
+        let mesh = self.discretisation(outcome, &MESHES, &mut doubts);
+        let steps = self.discretisation(outcome, &[Role::TimeStep], &mut doubts);
+        let algebraic = self.algebraic(outcome).unwrap_or_else(|why| {
+            doubts.push(format!("with tighter tolerances {why}"));
+            Some(0.0)
         });
-        match meshes {
-            Some(e) => out.mesh = Some(take(&e, value, &mut out)),
-            None => {
-                let none = || "no family of meshes has two converged members".to_string();
-                let why = std::mem::take(&mut out.doubts).into_iter().reduce(|a, b| format!("{a}; {b}"));
-                let lacks = "the interval lacks the error of the mesh, and is not judged by the measured value";
-                out.doubts.push(format!("{}: {lacks}", why.unwrap_or_else(none)));
-            }
+        if algebraic.is_none() {
+            let lacks = "so that the algebraic error is not in the interval";
+            doubts.push(format!("no converged run with tighter tolerances, {lacks}"));
         }
-        let of_steps = self.family(record, &[Role::TimeStep]);
-        let steps = of_steps.and_then(|(f, plan)| {
-            let members = (0..plan.members).map(|k| Some(&self.member((f, plan), k, record)?.record));
-            let places: Vec<(usize, &CaseRecord)> = members.enumerate().filter_map(|(k, r)| Some((k, r?))).collect();
-            let sizes = step_sizes(&places.iter().map(|(_, r)| *r).collect::<Vec<_>>());
-            let sizes: BTreeMap<usize, f64> = places.iter().map(|(k, _)| *k).zip(sizes).collect();
-            let level = |member: usize, c: &StoredCase, p| Level::of_steps(&c.record, p, sizes[&member]);
-            let levels = self.levels((f, plan), record, again, &mut out.doubts, level);
-            estimate_of_order((&f.name, f.role, &f.formulation), ORDER_IN_TIME, levels, None, tolerance)
-        });
-        let is_dynamic = || {
-            let mut own = self.results.cases.iter().filter(|c| c.is_of(&record.name) && c.record.converged());
-            own.any(|c| c.record.depends_on_steps())
-        };
-        let no_steps = || match of_steps {
-            Some((f, _)) => format!("family {} has no two converged members with different time steps", f.name),
-            None => "no family of role \"time_step\"".into(),
-        };
-        match steps {
-            Some(e) => out.steps = take(&e, value, &mut out),
-            None if is_dynamic() => {
-                let lacks = "so that the error of the time steps is not in the interval";
-                out.doubts.push(format!("{}, {lacks}", no_steps()));
-            }
-            None => {}
+        Numerical {
+            correction: mesh.correction + steps.correction,
+            mesh: mesh.variance.sqrt(),
+            lacks_mesh: mesh.is_incomplete,
+            steps: steps.variance.sqrt(),
+            surface: self.surface(outcome),
+            algebraic: algebraic.unwrap_or(0.0),
+            doubts,
         }
-        match self.algebraic(value, again) {
-            Ok(Some(deviation)) => out.algebraic = deviation,
-            Err(why) => out.doubts.push(format!("with tighter tolerances {why}")),
-            Ok(None) => out.doubts.push(
-                "no converged run with tighter tolerances, so that the algebraic error is not in the interval".into(),
-            ),
+    }
+
+    /// The error by the families of these roles; a doubt for each group of records whose error they do not tell.
+    fn discretisation(&self, outcome: &Outcome, roles: &[Role], doubts: &mut Vec<String>) -> Discretisation {
+        let of_steps = roles.contains(&Role::TimeStep);
+        let mut out = Discretisation::default();
+        for Group { family, records } in self.groups(outcome, roles) {
+            let mut own = vec![];
+            if let Some(e) = family.and_then(|f| self.estimate(f, &records, outcome, &mut own)) {
+                doubts.append(&mut own);
+                let (correction, deviation) = of_limit(&e, outcome.value, doubts);
+                out.correction += correction;
+                out.variance += deviation * deviation;
+                continue;
+            }
+            let counting = records.iter().filter(|r| !of_steps || self.is_dynamic(r));
+            let labels: Vec<&str> = counting.map(|r| r.label.as_str()).collect();
+            if labels.is_empty() {
+                continue;
+            }
+            out.is_incomplete = true;
+            let fact = match (of_steps, family) {
+                (false, _) => format!("no family of meshes has two converged members of {}", few(&labels)),
+                (true, None) => format!("no family of role \"time_step\" runs {}", few(&labels)),
+                (true, Some((f, _))) => {
+                    format!("family {} has no two converged members of {} with different steps", f.name, few(&labels))
+                }
+            };
+            let why = own.into_iter().reduce(|a, b| format!("{a}; {b}")).unwrap_or(fact);
+            doubts.push(match (of_steps, outcome.own) {
+                (true, _) => format!("{why}: the interval lacks the error of the time steps"),
+                (false, None) => format!("{why}: the interval lacks the error of the mesh"),
+                (false, Some(_)) => {
+                    format!("{why}: the interval lacks the error of the mesh, and is not judged by the measured value")
+                }
+            });
         }
         out
     }
 
-    /// Standard deviation by the runs whose tolerances are 100 times tighter. The error of the design is the difference to them over 1 − 1/100, since
-    /// theirs is in proportion to the tolerance.
-    fn algebraic(&self, value: f64, again: &Again) -> Result<Option<f64>, String> {
-        let of = |id: String, q: &QuantityPlan| Some(evaluate(q, &self.case(&id)?.series, None, &[])?.0);
-        let on = |r: &RecordPlan, q: &QuantityPlan| {
-            Some(of(tighter_case(&r.name), q)? - of(format!("design-{}-centre", r.name), q)?)
-        };
-        Ok(again(&on)?.map(|then| (then - value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE))
+    /// The records that an outcome rests on, by the families of these roles that run them: first that of the outcome itself.
+    fn groups<'o>(&self, outcome: &Outcome<'o>, roles: &[Role]) -> Vec<Group<'o>>
+    where
+        'a: 'o,
+    {
+        let parts = self.data.iter().zip(&outcome.by_data).map(|(t, by)| (by * t.response.sigma()).abs());
+        let parts: Vec<f64> = parts.collect();
+        let least = NEGLIGIBLE * parts.iter().fold(0.0_f64, |most, part| most.max(*part));
+        let data = self.data.iter().zip(&parts).filter(|(_, part)| **part > least).map(|(t, _)| t.record);
+        let mut all: Vec<Group> = vec![];
+        for record in outcome.own.map(|t| t.record).into_iter().chain(data) {
+            if all.iter().any(|g| g.records.iter().any(|r| r.name == record.name)) {
+                continue;
+            }
+            let known = all.iter().position(|g| g.family.is_some_and(|(_, plan)| plan.records.contains(&record.name)));
+            let family = if known.is_none() { self.family(record, roles) } else { None };
+            let alike = || all.iter().position(|g| g.family.is_none() && family.is_none());
+            match known.or_else(alike) {
+                Some(k) => all[k].records.push(record),
+                None => all.push(Group { family, records: vec![record] }),
+            }
+        }
+        all
     }
 
-    fn case(&self, id: &str) -> Option<&'a StoredCase> {
-        self.results.cases.iter().find(|c| c.record.id == *id && c.record.converged())
+    /// Whether time steps have a part in the numbers of a record.
+    fn is_dynamic(&self, record: &RecordPlan) -> bool {
+        let mut own = self.results.cases.iter().filter(|c| c.is_of(&record.name) && c.record.converged());
+        own.any(|c| c.record.depends_on_steps())
+    }
+
+    /// Standard deviation by the runs whose tolerances are 100 times tighter. The error of the design is the difference to them over 1 − 1/100, since
+    /// theirs is in proportion to the tolerance.
+    fn algebraic(&self, outcome: &Outcome) -> Result<Option<f64>, String> {
+        // A check may be the same run, which is in both families then
+        let tighter = |r: &RecordPlan| self.run(|c| c.is_in(ALGEBRAIC, &r.name));
+        let on = |r: &RecordPlan, q: &QuantityPlan| self.moved(r, q, tighter(r));
+        Ok((outcome.again)(&on)?.map(|then| (then - outcome.value).abs() / (1.0 - 1.0 / TIGHTER) / COVERAGE))
+    }
+
+    /// By how much a quantity of a record is another one in a run than at the centre of its design.
+    fn moved(&self, record: &RecordPlan, quantity: &QuantityPlan, run: Option<&StoredCase>) -> Option<f64> {
+        let mut centres = self.plan.points.iter().filter(|(_, xi)| xi.iter().all(|x| *x == 0.0));
+        let centre = centres.find_map(|(id, _)| self.run(|c| c.record.id == *id && c.is_of(&record.name)));
+        let [there, here] = [run?, centre?].map(|c| evaluate(quantity, &c.series, None, &[]).map(|(value, _)| value));
+        Some(there? - here?)
+    }
+
+    /// The first case of some that has converged.
+    fn run(&self, is: impl Fn(&StoredCase) -> bool) -> Option<&'a StoredCase> {
+        self.results.cases.iter().find(|c| is(c) && c.record.converged())
     }
 
     /// The family of one of these roles that runs the record.
@@ -149,29 +248,49 @@ impl<'a> Meshes<'a> {
         r: &RecordPlan,
     ) -> Option<&'a StoredCase> {
         let place = plan.records.iter().position(|name| *name == r.name)?;
-        self.case(family.cases.get(place * plan.members + member)?)
+        let id = family.cases.get(place * plan.members + member)?;
+        self.run(|c| c.record.id == *id)
     }
 
-    /// The prediction on every member of a family; a doubt for each whose calibration gives no constants.
+    /// The limit of an outcome over the members of a family, with these records moved; sizes are those of the first one.
+    fn estimate(
+        &self,
+        (family, plan): (&FamilyRecord, &FamilyPlan),
+        records: &[&RecordPlan],
+        outcome: &Outcome,
+        doubts: &mut Vec<String>,
+    ) -> Option<Estimate> {
+        let tolerance = self.results.study.tolerance;
+        let of = (family.name.as_str(), family.role, family.formulation.as_str());
+        if family.role != Role::TimeStep {
+            let levels = self.levels((family, plan), records, outcome, doubts, |_, c, z| Level::of(&c.record, z));
+            return estimate(of, levels, None, tolerance);
+        }
+        let members = (0..plan.members).map(|k| Some(&self.member((family, plan), k, records.first()?)?.record));
+        let places: Vec<(usize, &CaseRecord)> = members.enumerate().filter_map(|(k, r)| Some((k, r?))).collect();
+        let sizes = step_sizes(&places.iter().map(|(_, r)| *r).collect::<Vec<_>>());
+        let sizes: BTreeMap<usize, f64> = places.iter().map(|(k, _)| *k).zip(sizes).collect();
+        let level = |member: usize, c: &StoredCase, z| Level::of_steps(&c.record, z, sizes[&member]);
+        let levels = self.levels((family, plan), records, outcome, doubts, level);
+        estimate_of_order(of, ORDER_IN_TIME, levels, None, tolerance)
+    }
+
+    /// The outcome on every member of a family; a doubt for each whose calibration gives no constants.
     fn levels(
         &self,
         family: (&FamilyRecord, &FamilyPlan),
-        record: &RecordPlan,
-        again: &Again,
+        records: &[&RecordPlan],
+        outcome: &Outcome,
         doubts: &mut Vec<String>,
         level: impl Fn(usize, &StoredCase, f64) -> Level,
     ) -> Vec<Level> {
-        let value = |c: &StoredCase, q: &QuantityPlan| evaluate(q, &c.series, None, &[]).map(|(v, _)| v);
-        let on = |member: usize, r: &RecordPlan, q: &QuantityPlan| {
-            if !family.1.records.contains(&r.name) {
-                return Some(0.0);
-            }
-            let centre = self.case(&format!("design-{}-centre", r.name))?;
-            Some(value(self.member(family, member, r)?, q)? - value(centre, q)?)
+        let on = |member: usize, r: &RecordPlan, q: &QuantityPlan| match records.iter().any(|own| own.name == r.name) {
+            true => self.moved(r, q, self.member(family, member, r)),
+            false => Some(0.0),
         };
         let one = |member: usize| {
-            let own = self.member(family, member, record)?;
-            match again(&|r, q| on(member, r, q)) {
+            let own = self.member(family, member, records.first()?)?;
+            match (outcome.again)(&|r, q| on(member, r, q)) {
                 Ok(value) => Some(level(member, own, value?)),
                 Err(why) => {
                     doubts.push(format!("calibrated with case {}, {why}", own.record.id));
@@ -182,25 +301,65 @@ impl<'a> Meshes<'a> {
         (0..family.1.members).filter_map(one).collect()
     }
 
-    /// Root mean square distance of the checks from the surface, and at least that of the runs it was fitted to.
-    fn surface(&self, record: &RecordPlan, quantity: &QuantityPlan, surface: &Surface) -> f64 {
-        let error = |(id, (xi, s)): (&String, &(Vec<f64>, Vec<f64>))| {
-            let case = self.case(id).filter(|c| c.is_of(&record.name))?;
-            let (value, _) = evaluate(quantity, &case.series, None, &[])?;
-            Some((surface.at(xi, s).0 - value).powi(2))
+    /// Standard deviation by the surfaces of all records that an outcome rests on, those of different records independent.
+    fn surface(&self, outcome: &Outcome) -> f64 {
+        let own = outcome.own.map(|t| (t.record.name.as_str(), self.errors(t)));
+        let mut records: BTreeMap<&str, Vec<(&Errors, f64)>> = BTreeMap::new();
+        for ((t, errors), by) in self.data.iter().zip(&self.errors).zip(&outcome.by_data) {
+            records.entry(&t.record.name).or_default().push((errors, *by));
+        }
+        if let Some((record, errors)) = &own {
+            records.entry(record).or_default().push((errors, 1.0));
+        }
+        records.values().map(|parts| by_surfaces(parts)).sum::<f64>().sqrt()
+    }
+
+    /// Distances of the surface of a target from the checks, and from the runs that it was fitted to.
+    fn errors(&self, target: &Target) -> Errors<'a> {
+        let error = |id: &'a String, xi: &[f64], s: &[f64]| {
+            let case = self.run(|c| c.record.id == *id && c.is_of(&target.record.name))?;
+            let (value, _) = evaluate(target.quantity, &case.series, None, &[])?;
+            Some((id.as_str(), target.response.surface.at(xi, s).0 - value))
         };
-        let errors: Vec<f64> = self.plan.checks.iter().filter_map(error).collect();
-        let rms = (errors.iter().sum::<f64>() / errors.len().max(1) as f64).sqrt();
-        rms.max(surface.misfit)
+        let checks = self.plan.checks.iter().filter_map(|(id, (xi, s))| error(id, xi, s));
+        [checks.collect(), self.plan.points.iter().filter_map(|(id, xi)| error(id, xi, &[])).collect()]
     }
 }
 
-/// Standard deviation by an estimate; its correction to the limit is taken unless the limit is refused.
-fn take(e: &Estimate, value: f64, out: &mut Numerical) -> f64 {
+/// Variance by the surfaces of one record, each with the derivative of an outcome by its value. They are wrong together: mean square of the sum over the
+/// checks, and at least that over the runs that they were fitted to.
+fn by_surfaces(parts: &[(&Errors, f64)]) -> f64 {
+    let mean_square = |k: usize| {
+        let runs = parts.first().into_iter().flat_map(|(errors, _)| errors[k].keys());
+        let sum = |run: &&str| parts.iter().map(|(errors, by)| Some(by * errors[k].get(run)?)).sum::<Option<f64>>();
+        let squares: Vec<f64> = runs.filter_map(sum).map(|e| e * e).collect();
+        squares.iter().sum::<f64>() / squares.len().max(1) as f64
+    };
+    mean_square(0).max(mean_square(1))
+}
+
+/// Correction to the limit of an estimate, which is not taken where it is refused, and its standard deviation.
+fn of_limit(e: &Estimate, value: f64, doubts: &mut Vec<String>) -> (f64, f64) {
     if e.refused {
-        out.doubts.extend(e.reasons.iter().cloned());
-        return e.uncertainty_finest.max((e.values[0] - value).abs()) / COVERAGE;
+        doubts.extend(e.reasons.iter().cloned());
+        return (0.0, e.uncertainty_finest.max((e.values[0] - value).abs()) / COVERAGE);
     }
-    out.correction += e.extrapolated - value;
-    e.uncertainty / COVERAGE
+    (e.extrapolated - value, e.uncertainty / COVERAGE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors of two data of one record cancel or add run by run; the runs of the fit count where they are farther off than the checks.
+    #[test]
+    fn surfaces_of_a_record_are_wrong_together() {
+        let errors = |checks: [f64; 2], fit: f64| -> Errors {
+            [["a", "b"].into_iter().zip(checks).collect(), [("c", fit)].into()]
+        };
+        let (x, y) = (errors([3.0, -1.0], 0.5), errors([-3.0, 1.0], 0.5));
+        assert_eq!(by_surfaces(&[(&x, 1.0), (&y, -1.0)]), 20.0);
+        assert_eq!(by_surfaces(&[(&x, 1.0), (&y, 1.0)]), 1.0);
+        assert_eq!(by_surfaces(&[]), 0.0);
+    }
 }

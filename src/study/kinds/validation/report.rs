@@ -6,7 +6,7 @@ use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::claim::Claim;
 use crate::study::content::Content;
-use crate::study::kinds::validation::budget::COVERAGE;
+use crate::study::kinds::validation::budget::{COVERAGE, Contribution};
 use crate::study::kinds::validation::figures::{budget, score};
 use crate::study::kinds::validation::findings::{Prediction, ValidationFindings};
 use crate::study::kinds::validation::methods;
@@ -123,18 +123,20 @@ fn constants(a: &ValidationFindings) -> Table {
             c.unit.clone(),
             number(c.value),
             format!("{} to {}", number(c.interval[0]), number(c.interval[1])),
+            number(c.numerical),
             format!("{} to {}", c.range[0], c.range[1]),
         ]
     });
     Table {
         name: "constants",
-        caption: "Constants that the calibration records give, with 95 % intervals by the errors of data and inputs, and the ranges in which they were looked for.".into(),
+        caption: "Constants that the calibration records give, with 95 % intervals, of which the half-width by numerical errors of their simulations alone is given too, and the ranges in which they were looked for.".into(),
         columns: headings(&[
             ("Constant", "", false),
             ("Key", "", false),
             ("Unit", "", false),
             ("Value", "", true),
             ("Interval", "", true),
+            ("Numerical", "", true),
             ("Range", "", true),
         ]),
         rows: rows.collect(),
@@ -174,24 +176,32 @@ fn fitted(a: &ValidationFindings) -> Table {
     }
 }
 
+/// Lines of the budget of a value over the interval.
+fn lines(of: [&str; 3], budget: &[Contribution], interval: [f64; 2]) -> Vec<Vec<String>> {
+    let [record, quantity, unit] = of.map(String::from);
+    let total: f64 = budget.iter().map(|c| c.deviation * c.deviation).sum();
+    let wide = interval[1] - interval[0];
+    let line = |c: &Contribution| {
+        vec![
+            record.clone(),
+            quantity.clone(),
+            c.group.clone(),
+            unit.clone(),
+            rounded(COVERAGE * c.deviation, wide),
+            format!("{:.0}", 100.0 * c.deviation * c.deviation / total),
+            rounded(c.without, wide),
+        ]
+    };
+    budget.iter().map(line).collect()
+}
+
 fn budgets(a: &ValidationFindings) -> Table {
-    let rows = a.predictions.iter().flat_map(|p| {
-        let total: f64 = p.budget.iter().map(|c| c.deviation * c.deviation).sum();
-        p.budget.iter().map(move |c| {
-            vec![
-                p.record_label.clone(),
-                p.label.clone(),
-                c.group.clone(),
-                p.unit.clone(),
-                rounded(COVERAGE * c.deviation, p.interval[1] - p.interval[0]),
-                format!("{:.0}", 100.0 * c.deviation * c.deviation / total),
-                rounded(c.without, p.interval[1] - p.interval[0]),
-            ]
-        })
-    });
+    let predictions = a.predictions.iter().map(|p| lines([&p.record_label, &p.label, &p.unit], &p.budget, p.interval));
+    let constants = a.constants.iter().map(|c| lines(["–", &c.label, &c.unit], &c.budget, c.interval));
+    let rows = predictions.chain(constants).flatten();
     Table {
         name: "budget",
-        caption: "Error budget of every prediction: half-width that each group alone would give, its share of the variance, and the half-width that would be left without it.".into(),
+        caption: "Error budget of every prediction and constant: half-width that each group alone would give, its share of the variance, and the half-width that would be left without it.".into(),
         columns: headings(&[
             ("Record", "", false),
             ("Quantity", "", false),

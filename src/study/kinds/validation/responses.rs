@@ -17,6 +17,17 @@ pub struct Target<'a> {
     pub groups: Vec<String>,
 }
 
+/// By how much the quantity of a record is another one elsewhere, such as on another mesh; `None` where it has no run there.
+pub type Shift<'f> = dyn Fn(&RecordPlan, &QuantityPlan) -> Option<f64> + 'f;
+
+impl Target<'_> {
+    /// Its response with the surface moved.
+    pub fn moved(&self, shift: &Shift) -> Option<Response> {
+        let surface = self.response.surface.clone().moved(shift(self.record, self.quantity)?);
+        Some(Response { surface, ..self.response.clone() })
+    }
+}
+
 /// Responses of all records and quantities, by the cases of their designs. `repeats`: scatter of each quantity.
 pub fn targets<'a>(
     results: &Results,
@@ -87,8 +98,8 @@ pub fn shared_errors(plan: &ValidationPlan) -> Vec<(String, String)> {
     all
 }
 
-/// Shares of the independent errors of a datum in its variance; they reach a prediction by way of the constants.
+/// Shares of the independent errors of a datum in its variance.
 pub fn shares(t: &Target) -> Vec<(String, f64)> {
     let total: f64 = t.response.noise.iter().map(|s| s * s).sum();
-    t.groups.iter().map(|g| format!("constants: {g}")).zip(t.response.noise.iter().map(|s| s * s / total)).collect()
+    t.groups.iter().cloned().zip(t.response.noise.iter().map(|s| s * s / total)).collect()
 }

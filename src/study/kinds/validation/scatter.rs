@@ -12,7 +12,7 @@
 use crate::math::random::SplitMix;
 use crate::math::statistics::{t_quantile, variance};
 use crate::study::kinds::validation::budget::COVERAGE;
-use crate::study::kinds::validation::monte_carlo::{chi_square, upper};
+use crate::study::kinds::validation::monte_carlo::{chi_square, quantiles};
 use std::collections::BTreeMap;
 
 /// Seed of the draws of equal scatter.
@@ -126,7 +126,8 @@ fn is_beyond_chance(largest: Scatter, others: &[Scatter]) -> bool {
         variance: chi_square(s.freedom, random) / s.freedom as f64,
         freedom: s.freedom,
     };
-    ratio(&all) > upper(RARE, || ratio(&all.iter().map(|s| drawn(s, &mut random)).collect::<Vec<_>>()))
+    let [limit] = quantiles([RARE], || ratio(&all.iter().map(|s| drawn(s, &mut random)).collect::<Vec<_>>()));
+    ratio(&all) > limit
 }
 
 #[cfg(test)]

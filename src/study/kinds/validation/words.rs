@@ -3,9 +3,9 @@
 use crate::report::numbers::{capital, digits, minus_signs, space};
 use crate::study::kinds::validation::budget::{COVERAGE, half_width};
 use crate::study::kinds::validation::consistency::Consistency;
-use crate::study::kinds::validation::findings::{FoundScatter, Prediction, ValidationFindings};
+use crate::study::kinds::validation::findings::{FittedDatum, FoundScatter, Prediction, ValidationFindings};
 use crate::study::kinds::validation::joint::Solution;
-use crate::study::kinds::validation::plan::ValidationPlan;
+use crate::study::kinds::validation::plan::{UnknownPlan, ValidationPlan};
 use crate::wording::count;
 
 /// Predictions that a verdict names.
@@ -63,8 +63,8 @@ pub fn verdict(found: &ValidationFindings) -> String {
     let mut words: Vec<String> = vec![];
     if !scored.is_empty() {
         let inside = scored.iter().filter(|i| **i).count();
-        let lie = match inside {
-            1 => "lies in its 95 % interval",
+        let lie = match (inside, scored.len()) {
+            (1, _) | (_, 1) => "lies in its 95 % interval",
             _ => "lie in their 95 % intervals",
         };
         words.push(format!("{inside} of {} {lie}.", compared(found, scored.len())));
@@ -127,7 +127,7 @@ pub fn advice(p: &Prediction) -> Option<String> {
     ))
 }
 
-/// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more than they may.
+/// Adds warnings of constants outside of their ranges, inputs that data move far, and data that scatter more, or less, than they may.
 pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &ValidationPlan, warnings: &mut Vec<String>) {
     for (u, xi) in plan.unknowns.iter().zip(&solution.xi).filter(|(_, xi)| xi.abs() > 1.0) {
         warnings.push(format!(
@@ -148,6 +148,33 @@ pub fn warn_of_fit(solution: &Solution, consistency: &Consistency, plan: &Valida
             consistency.birge(), consistency.chi2, count(consistency.freedom, "degree")
         ));
     }
+    if consistency.agrees_too_well() {
+        let why = "errors are overstated, or data share errors that count as independent. No interval is narrowed";
+        warnings.push(format!(
+            "The calibration records agree better than their errors say (χ² = {:.1} with {} of freedom, which chance gives in less than 1 %): {why}.",
+            consistency.chi2,
+            count(consistency.freedom, "degree")
+        ));
+    }
+}
+
+/// The refusal of a calibration that fits no value of a constant, by the datum that is farthest off.
+pub fn not_fitted(u: &UnknownPlan, fitted: &[FittedDatum]) -> String {
+    let farthest = fitted.iter().max_by(|a, b| a.residual.abs().total_cmp(&b.residual.abs()));
+    let datum = farthest.map_or(String::new(), |d| {
+        let n = digits(1e-2 * d.measured);
+        let (measured, closest) = (format!("{:.n$}", d.measured), format!("{:.n$}{}", d.fitted, space(&d.unit)));
+        let fact =
+            format!("{} of {} is measured as {measured} and comes no closer than {closest}", d.quantity, d.record);
+        format!(": {fact}, {:.0} standard deviations off", d.residual.abs())
+    });
+    let [low, high] = u.range;
+    minus_signs(&format!(
+        "no value of {} ({}, {low} to {high}{}) fits the calibration records{datum}; look for a mistake in the measured values, their signs and units, or widen the range",
+        u.label,
+        u.key,
+        space(&u.unit)
+    ))
 }
 
 /// The message with names of constants in place of their indices.

@@ -1,0 +1,153 @@
+//! Numerical errors of calibration records: of discretisation, where their families are not those of the predicted record, and of their response surfaces.
+
+use crate::beam::{LOADS, by_formula, drop};
+use durometer::study::analysis::Analysis;
+use durometer::study::kinds::validation::analysis::analyse;
+use durometer::study::kinds::validation::budget::{COVERAGE, Contribution};
+use durometer::study::kinds::validation::findings::ValidationFindings;
+use durometer::study::kinds::validation::plan::{FamilyPlan, ValidationPlan};
+use durometer::study::store::record::{CaseRecord, FamilyRecord, Role, Series, StoredCase};
+use durometer::study::store::results::Results;
+
+/// Records of the calibration.
+const CALIBRATION: [&str; 2] = ["none", "light"];
+
+fn exact(record: &str) -> f64 {
+    let load = LOADS.iter().find(|(name, _)| *name == record).expect("a record").1;
+    drop(load, (300.0, [0.0; 3]), record == "heavy")
+}
+
+/// A beam of 300 kPa whose drops are measured without errors, without families. The runs of the calibration records give drops that are too small: the
+/// measured ones are 1.05 times those of their designs.
+fn beam() -> (ValidationPlan, Results) {
+    let (mut plan, mut results) = by_formula();
+    for name in CALIBRATION {
+        plan.quantities[0].records.insert(name.into(), vec![1.05 * exact(name)]);
+    }
+    plan.quantities[0].records.insert("heavy".into(), vec![exact("heavy")]);
+    plan.families.clear();
+    results.study.families.retain(|f| f.role == Role::Design);
+    (plan, results)
+}
+
+/// Adds a family of two members, of which the finer one has the mesh and the steps of the design. The other has twice their size, and drops that are
+/// smaller by this share: by second order the limit is larger by a third of it.
+fn add((plan, results): &mut (ValidationPlan, Results), name: &str, role: Role, (records, share): (&[&str], f64)) {
+    let mut ids = vec![];
+    for record in records {
+        for (size, share) in [(0.02, share), (0.01, 0.0)] {
+            let (id, variant, status) = (format!("{name}-{record}-{size}"), (*record).into(), "Converged".into());
+            ids.push(id.clone());
+            let mut case =
+                CaseRecord { id, variant, status, dt_s: size, stage_dt_s: vec![size], ..CaseRecord::default() };
+            case.mesh.h_m = size;
+            case.integrator = if role == Role::TimeStep { "generalised_alpha" } else { "static" }.into();
+            let columns = [("xmax_z_m".to_string(), vec![0.01, 0.01 - 1e-3 * (1.0 - share) * exact(record)])].into();
+            results.cases.push(StoredCase::new(case, Series { t_s: vec![0.0, 1.0], columns }));
+        }
+    }
+    let (name, formulation) = (name.to_string(), "tet4".to_string());
+    let records = records.iter().map(|r| (*r).to_string()).collect();
+    plan.families.push(FamilyPlan { name: name.clone(), members: 2, records });
+    results.study.families.push(FamilyRecord { name, role, formulation, cases: ids, members: vec![] });
+}
+
+fn analysed((plan, results): &(ValidationPlan, Results)) -> Analysis<ValidationFindings> {
+    analyse(results, plan)
+}
+
+fn deviation(budget: &[Contribution], group: &str) -> f64 {
+    budget.iter().find(|c| c.group == group).map_or(0.0, |c| c.deviation)
+}
+
+/// The modulus is 285 kPa on the design of the calibration records, and the heavy drop by it 4.5 % too large. Corrected to their limit both are right
+/// within 1.5 %, and the error of this limit is in their budgets.
+#[test]
+fn the_error_of_a_calibration_record_reaches_constants_and_predictions() {
+    for (role, group) in [(Role::Sizes, "mesh"), (Role::TimeStep, "time step")] {
+        let mut study = beam();
+        add(&mut study, "sizes-heavy", Role::Sizes, (&["heavy"], 0.0));
+        if role == Role::TimeStep {
+            add(&mut study, "sizes-calibration", Role::Sizes, (&CALIBRATION, 0.0));
+        }
+        add(&mut study, "calibration", role, (&CALIBRATION, 0.15));
+        let a = analysed(&study);
+        let (c, p) = (&a.found.constants[0], &a.found.predictions[0]);
+        println!("{group}: {} ± {} kPa, {:?} mm", c.value, c.numerical, p.interval);
+        assert!((c.value / 300.0 - 1.0).abs() < 0.015 && (p.value / exact("heavy") - 1.0).abs() < 0.015, "{c:?} {p:?}");
+        // The half-width of two members is three times the correction, 12 kPa and 4.4 %
+        let [of_constant, of_prediction] = [&c.budget, &p.budget].map(|b| COVERAGE * deviation(b, group));
+        assert!((30.0..45.0).contains(&of_constant) && c.numerical >= of_constant, "{c:?}");
+        assert!((0.11..0.16).contains(&(of_prediction / p.value)), "{p:?}");
+        assert_eq!(p.inside, Some(true), "{p:?}");
+        assert!(!a.warnings.iter().any(|w| w.contains("lacks")), "{:?}", a.warnings);
+    }
+}
+
+/// One prediction is in the singular, inside or not.
+#[test]
+fn the_verdict_of_one_prediction_is_singular() {
+    let mut study = beam();
+    add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.0));
+    study.0.quantities[0].records.insert("heavy".into(), vec![99.0]);
+    let a = analysed(&study);
+    assert!(a.verdict.starts_with("0 of 1 measured prediction lies in its 95 % interval."), "{}", a.verdict);
+}
+
+/// Families of different records are independent: the variance of the mesh is the sum of those that each family alone gives.
+#[test]
+fn families_of_different_records_are_independent() {
+    let variance = |calibration: f64, heavy: f64| {
+        let mut study = beam();
+        add(&mut study, "sizes-heavy", Role::Sizes, (&["heavy"], heavy));
+        add(&mut study, "sizes-calibration", Role::Sizes, (&CALIBRATION, calibration));
+        deviation(&analysed(&study).found.predictions[0].budget, "mesh").powi(2)
+    };
+    let [both, one, other] = [variance(0.15, 0.1), variance(0.15, 0.0), variance(0.0, 0.1)];
+    assert!(one > 0.0 && other > 0.0 && (both / (one + other) - 1.0).abs() < 1e-9, "{both} {one} {other}");
+}
+
+/// A calibration record without a family is named, of predictions and constants; without that of the mesh nothing is judged.
+#[test]
+fn a_calibration_record_without_a_family_is_a_doubt() {
+    let mut study = beam();
+    add(&mut study, "sizes-heavy", Role::Sizes, (&["heavy"], 0.0));
+    let a = analysed(&study);
+    let lacks =
+        "no family of meshes has two converged members of none and light: the interval lacks the error of the mesh";
+    for of in ["Tip drop of heavy", "Young's modulus"] {
+        assert!(a.warnings.iter().any(|w| w.starts_with(&format!("{of}: {lacks}"))), "{:?}", a.warnings);
+    }
+    assert_eq!(a.found.predictions[0].inside, None, "{}", a.verdict);
+
+    add(&mut study, "sizes-calibration", Role::Sizes, (&CALIBRATION, 0.0));
+    for case in study.1.cases.iter_mut().filter(|c| c.is_of("none") || c.is_of("light")) {
+        case.record.integrator = "generalised_alpha".into();
+    }
+    let a = analysed(&study);
+    let lacks = "no family of role \"time_step\" runs none and light: the interval lacks the error of the time steps";
+    assert!(a.warnings.iter().any(|w| w.contains(lacks)), "{:?}", a.warnings);
+    assert!(a.found.predictions[0].inside.is_some(), "{}", a.verdict);
+}
+
+/// Checks of the calibration records that are 10 % off their surfaces make the modulus and the prediction uncertain by about as much: the modulus rests on
+/// the light load, since both records share a zero error, and its check has a drop of 0.8 to 1.4 times that of the centre.
+#[test]
+fn the_response_surface_of_a_calibration_record_reaches_constants_and_predictions() {
+    let shares = |off: f64| {
+        let mut study = beam();
+        add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.0));
+        for case in study.1.cases.iter_mut().filter(|c| c.record.id.starts_with("check-") && !c.is_of("heavy")) {
+            let z = case.series.columns.get_mut("xmax_z_m").expect("recorded");
+            z[1] = z[0] + (1.0 + off) * (z[1] - z[0]);
+        }
+        let f = analysed(&study).found;
+        let (c, p) = (&f.constants[0], &f.predictions[0]);
+        [deviation(&c.budget, "response surface") / c.value, deviation(&p.budget, "response surface") / p.value]
+    };
+    let (before, after) = (shares(0.0), shares(0.1));
+    println!("{before:?} {after:?}");
+    for (before, after) in before.into_iter().zip(after) {
+        assert!(before < 0.02 && (0.05..0.2).contains(&after), "{before} {after}");
+    }
+}
