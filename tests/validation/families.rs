@@ -73,7 +73,7 @@ fn the_error_of_a_calibration_record_reaches_constants_and_predictions() {
         add(&mut study, "calibration", role, (&CALIBRATION, 0.15));
         let a = analysed(&study);
         let (c, p) = (&a.found.constants[0], &a.found.predictions[0]);
-        println!("{group}: {} ± {} kPa, {:?} mm", c.value, c.numerical, p.interval);
+        println!("{group}: {} ± {} kPa, {:?} mm for {}", c.value, c.numerical, p.interval, exact("heavy"));
         assert!((c.value / 300.0 - 1.0).abs() < 0.015 && (p.value / exact("heavy") - 1.0).abs() < 0.015, "{c:?} {p:?}");
         // The half-width of two members is three times the correction, 12 kPa and 4.4 %
         let [of_constant, of_prediction] = [&c.budget, &p.budget].map(|b| COVERAGE * deviation(b, group));

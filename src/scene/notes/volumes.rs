@@ -2,7 +2,6 @@
 
 use crate::effect::Stressed;
 use crate::effect::volume_gap::{VolumeGap, lost_volume};
-use crate::math::units::Decimals;
 use crate::scene::build::Scene;
 use std::fmt::{self, Display, Formatter};
 
@@ -25,7 +24,7 @@ impl LostVolume {
 impl Display for LostVolume {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         let VolumeGap { cell, j, gap } = self.worst;
-        let (effect, j, gap) = (&self.effect, Decimals(j), Decimals(-gap));
+        let (effect, gap) = (&self.effect, -gap);
         write!(
             f,
             "{effect}: the pressures have lost their hold on the volume: a point of cell {cell} is squeezed to {j:.2} of its volume, {gap:.2} below the volume of \
