@@ -373,6 +373,27 @@ fn the_cost_of_a_finer_mesh_is_the_mean_over_the_variants() {
     assert!((cost(&cases) / equal - 5.0).abs() < 1e-9);
 }
 
+/// A worker that waits while others use the machine takes longer by the clock, and its mesh is chosen as before.
+#[test]
+fn the_choice_of_a_mesh_does_not_depend_on_what_else_the_machine_does() {
+    let (study, cases) = study();
+    let quiet = analyse(&study, &cases);
+    let busy = |a: &Analysis<ConvergenceFindings>| a.warnings.iter().any(|w| w.contains("The machine was busy"));
+    let chosen = quiet.recommended.clone().expect("a verdict");
+    assert!(!busy(&quiet), "{:?}", quiet.warnings);
+    let mut paused = cases.clone();
+    for c in paused.iter_mut().filter(|c| chosen.cases.contains(&c.record.id)) {
+        c.record.wall_s += 600.0;
+    }
+    let a = analyse(&study, &paused);
+    assert_eq!((&a.verdict, &a.recommended), (&quiet.verdict, &quiet.recommended));
+    assert_eq!(a.settings, quiet.settings);
+    assert!(busy(&a), "{:?}", a.warnings);
+    // Cases that ran at the same time are compared by the same times
+    paused.iter_mut().for_each(|c| c.record.shared = true);
+    assert_eq!(analyse(&study, &paused).recommended, quiet.recommended);
+}
+
 /// The edge of the coarse meshes is longer than similar meshes would have it: the two limits differ, and U(f*) holds both.
 #[test]
 fn meshes_that_are_not_similar_have_a_wider_uncertainty() {

@@ -82,7 +82,7 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     }
     let (family, meshes) = (best.family, best.meshes.len());
     let cells = best.next.cells;
-    let cost_s = best.cost(cases);
+    let cost_s = best.cost();
     let cost = cost_s.map_or(String::new(), |p| {
         // Three meshes may leave an interval over decades
         let known = p.interval.filter(|[low, high]| *high < 100.0 * low);
@@ -207,9 +207,9 @@ impl<'a> Candidate<'a> {
         ))
     }
 
-    /// Mean cost of a case over the variants \[s\].
-    fn cost(&self, cases: &Cases) -> Option<Predicted> {
-        let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| cases.cost(c)).sum::<f64>() / runs.len() as f64;
+    /// Mean CPU time of a case over the variants \[s\].
+    fn cost(&self) -> Option<Predicted> {
+        let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| c.cpu_s).sum::<f64>() / runs.len() as f64;
         let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m[0].mesh.cells as f64, mean(m))).collect();
         growth(&points).map(|law| law.predict(self.next.cells as f64))
     }

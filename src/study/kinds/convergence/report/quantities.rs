@@ -105,10 +105,7 @@ pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
         .collect();
     Table {
         name: "settings",
-        caption: format!(
-            "Mesh and formulation by cost ({}, mean over the variants), with the error bar of the worst deciding quantity.",
-            if analysis.cost == "cpu_s" { "CPU seconds" } else { "wall seconds" }
-        ),
+        caption: "Mesh and formulation by cost (CPU seconds, mean over the variants), with the error bar of the worst deciding quantity.".into(),
         columns: headings(&[
             ("Setting", "", false),
             ("Family", "", false),
