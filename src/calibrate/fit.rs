@@ -5,16 +5,17 @@ use super::judgement::determined::undetermined;
 use super::judgement::measurement::{self, Stated};
 use super::judgement::mirrored::open_signs;
 use super::judgement::misfit::residuals;
+use super::judgement::ranges::Whole;
 use super::judgement::specimen::scatter;
 use super::judgement::{no_repeat, predictions, slack_hint, systematic, unequal, validity, warnings};
 use super::judgement::{profile, slack};
 use super::poisson;
 use super::result::interval_assumption;
-use super::solve::{LawFit, LawSetting, pattern_beyond, solve, solve_untested};
+use super::solve::{LawFit, LawSetting, pattern_beyond, solve};
 use super::solve::{noise, offset};
 use super::{
     AuditKind, ColumnChoice, Estimate, Experiment, FitCurves, FitError, FitOptions, FitRequest, FitResult, Misfit,
-    Mode, Model, Otherwise, RangeRow, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
+    Mode, Model, Otherwise, Sample, SharedError, Slack, SlackChoice, StretchRange, Treatment, Weighting,
 };
 use crate::math::statistics::extent;
 use std::borrow::Cow;
@@ -69,7 +70,7 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
     let known = |s: &Sample| s.is_informative() && stress(s).is_finite();
     let samples: Vec<Sample> = experiment.samples.iter().copied().filter(known).collect();
     let all = residuals(&samples, stress);
-    let range_dependence = range_dependence(&experiment, &modes, (range.from, options.ranges), &setting, &answer);
+    let by_range = Whole::of(&setting, &fitted, &answer).ranges(&experiment, &modes, (range.from, options.ranges));
     let (scatter, patterns) = scatter(&setting, &experiment.specimens, &groups, &answer)?.unzip();
     let (parameters, stated) = headline(&setting, &fitted, &answer, &experiment, options)?;
     if !stated.contributions.is_empty() && answer.pattern.departure_p.is_some() {
@@ -114,8 +115,8 @@ pub fn fit_experiment(experiment: &Experiment, options: &FitOptions) -> Result<F
         misfit,
         validity: validity(&all, &own, &modes, options.tolerance),
         predictions: predictions(&all, &modes, range),
-        range_spread: range_spread(&range_dependence, &answer, stretch[1]),
-        range_dependence,
+        range_spread: by_range.spread,
+        range_dependence: by_range.rows,
         solver_check: answer.check,
         warnings: vec![],
         residuals: own,
@@ -390,49 +391,4 @@ fn citation(source: &super::Source) -> String {
     let year = source.year.map(|y| y.to_string()).unwrap_or_default();
     let parts = [&source.authors, &source.title, &source.journal, &source.volume, &year, &source.pages, &source.url];
     parts.into_iter().filter(|p| !p.is_empty()).cloned().collect::<Vec<_>>().join(", ")
-}
-
-/// The fit repeated with every end of the range that the data offer, about `ranges` of them where there are more.
-fn range_dependence(
-    experiment: &Experiment,
-    modes: &[Mode],
-    (from, ranges): (f64, usize),
-    setting: &LawSetting,
-    answer: &LawFit,
-) -> Vec<RangeRow> {
-    if ranges == 0 {
-        return vec![];
-    }
-    let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();
-    let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
-    samples.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
-    let needed = setting.model.parameters().len() + 1;
-    let last_of_stretch = |&n: &usize| n == samples.len() || samples[n].stretch > samples[n - 1].stretch;
-    let ends: Vec<usize> = (needed..=samples.len()).filter(last_of_stretch).collect();
-    let step = ends.len().div_ceil(ranges).max(1);
-    let chosen = ends.iter().rev().step_by(step).rev();
-    chosen
-        .filter_map(|&n| {
-            let part = &samples[..n];
-            let found = solve_untested(&setting.of(part), part, answer).ok()?;
-            let misfit = Misfit::of(&residuals(part, |s| setting.model.at(&found.values, s)))?;
-            // A law that is infinite at its own data points fits nothing
-            misfit.rms_pa.is_finite().then(|| RangeRow {
-                to: part[n - 1].stretch,
-                rows: n,
-                parameters: found.identified.estimates,
-                rms_pa: misfit.rms_pa,
-                rms_relative: misfit.rms_relative,
-            })
-        })
-        .collect()
-}
-
-/// Smallest and largest value of each parameter over the ranges that end within the fitted one.
-fn range_spread(rows: &[RangeRow], answer: &LawFit, to: f64) -> Vec<[f64; 2]> {
-    let spread = |(k, e): (usize, &super::Estimate)| {
-        let inside = rows.iter().filter(|r| r.to <= to).map(|r| r.parameters[k].value);
-        extent(inside.chain([e.value]))
-    };
-    answer.identified.estimates.iter().enumerate().map(spread).collect()
 }

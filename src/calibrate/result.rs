@@ -67,6 +67,8 @@ pub struct RangeRow {
     pub to: f64,
     pub rows: usize,
     pub parameters: Vec<Estimate>,
+    /// Whether each parameter differs from that of the fitted range by more than the errors of both explain; false of a range that is no part of it
+    pub departs: Vec<bool>,
     pub rms_pa: f64,
     pub rms_relative: f64,
 }
@@ -157,8 +159,8 @@ pub struct FitResult {
     pub validity: Validity,
     pub predictions: Vec<Prediction>,
     pub range_dependence: Vec<RangeRow>,
-    /// Smallest and largest value of each parameter over ranges that end within the fitted one: what the choice of the
-    /// range does to the answer
+    /// Smallest and largest value of each parameter over the fitted range and those that end within it, where their errors do not explain the difference: what the choice of
+    /// the range does to the answer
     pub range_spread: Vec<[f64; 2]>,
     pub solver_check: Option<SolverCheck>,
     pub warnings: Vec<FitWarning>,
@@ -308,7 +310,8 @@ impl FitResult {
                 }
             }
         }
-        for ((e, p), ends) in self.parameters.iter().zip(&printed).zip(&self.range_spread) {
+        let depends = |(_, ends): &(_, &[f64; 2])| ends[0] < ends[1];
+        for ((e, p), ends) in self.parameters.iter().zip(&printed).zip(&self.range_spread).filter(depends) {
             writeln!(f, "ranges that end earlier give {} from {}", e.symbol, p.span(*ends))?;
         }
         Ok(())

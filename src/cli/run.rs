@@ -11,7 +11,7 @@ use durometer::report::ReportError;
 use durometer::storage::results::held;
 use durometer::study::engine::batches;
 use durometer::study::expand::Study;
-use durometer::study::extension::Additions;
+use durometer::study::extension::{ADD, Additions};
 use durometer::study::listing::{Listed, State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
@@ -97,13 +97,14 @@ pub fn main(args: Args) -> CommandResult {
         if args.extend {
             tell!("nothing is added: there is a verdict, or no family whose meshes can be refined by their keys");
         }
-        return done.tell(&args.how);
+        return done.tell(&args.how, &args.study);
     };
     let file_of_added = Additions::file(&dir);
     folder::write(&file_of_added, &Additions::read(&dir)?.with(extension).text())?;
     tell!("added: {} to family {}, in {}", extension.member, extension.family, file_of_added.display());
     let how = How { redo: false, ..args.how };
-    execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?.tell(&how)
+    execute(&Study::read_with_additions(&file, &changes, &dir)?, &how, args.vtu, relay.as_ref())?
+        .tell(&how, &args.study)
 }
 
 /// How a study is run, from the command line.
@@ -260,8 +261,8 @@ fn words_of_stop(study: &Study, dir: &Path, options: &Options, (taken, wanted): 
 }
 
 impl Done {
-    /// Prints the verdict, or `summary.json`, and names the cases that are not complete.
-    pub fn tell(&self, how: &How) -> CommandResult {
+    /// Prints the verdict, or `summary.json`, and names the cases that are not complete. A command of the verdict is that of the study as it was given.
+    pub fn tell(&self, how: &How, study: &Path) -> CommandResult {
         let mut failed: Vec<&CaseRecord> = self.records.iter().filter(|r| !r.converged()).collect();
         let text = match &self.end {
             End::Stopped => return Ok(Outcome::Interrupted),
@@ -285,7 +286,11 @@ impl Done {
                 failed = summary.failed(&self.records);
                 match how.json {
                     true => serde_json::to_string_pretty(summary)?,
-                    false => format!("\n{}\n\nreport: {}", summary.verdict, self.dir.join("index.html").display()),
+                    false => {
+                        let add = ADD.replace("STUDY", &study.display().to_string());
+                        let (verdict, page) = (summary.verdict.replace(ADD, &add), self.dir.join("index.html"));
+                        format!("\n{verdict}\n\nreport: {}", page.display())
+                    }
                 }
             }
         };

@@ -3,7 +3,7 @@
 use crate::study::curve::{CHANGE, peak_words};
 use crate::study::notes::notes;
 use crate::study::store::record::{FamilyRecord, NOT_RUN, Quantity, Role, StoredCase, StudyRecord};
-use crate::wording::{NAMED, all, few};
+use crate::wording::{NAMED, all, count, few};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use std::ops::Deref;
@@ -145,6 +145,30 @@ pub fn warnings_of_steps(study: &StudyRecord, stored: &[StoredCase], estimated: 
             "The algebraic error of {unknown} of {} cases is not estimated in every step: steps by arc length, by contact corrections and \
              linearised ones are accepted by their residual.",
             cases.len()
+        ));
+    }
+    out
+}
+
+/// Time by the clock over CPU time from which on something else has used the machine.
+const DISTURBED: f64 = 1.1;
+
+/// Warnings about costs, which are CPU seconds in every kind of study that compares them: other programs do not lengthen those, but they share caches and memory.
+pub fn warnings_of_costs(stored: &[StoredCase]) -> Vec<String> {
+    let records = || stored.iter().map(|c| &c.record);
+    let mut out = vec![];
+    if records().any(|r| r.shared) {
+        out.push("Cases ran at the same time: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
+    }
+    let timed = records().filter(|r| r.cpu_s > 0.0);
+    let disturbed: Vec<f64> = timed.map(|r| r.wall_s / r.cpu_s).filter(|x| *x > DISTURBED).collect();
+    if !disturbed.is_empty() {
+        out.push(format!(
+            "The machine was busy: {} of {} took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
+             Costs are CPU seconds; what shares caches and memory disturbs them too.",
+            disturbed.len(),
+            count(stored.len(), "case"),
+            disturbed.iter().copied().fold(0.0, f64::max)
         ));
     }
     out

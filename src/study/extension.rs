@@ -13,6 +13,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
+/// The command that adds the mesh, as texts name it; the command line puts its own study in place of `STUDY`.
+pub const ADD: &str = "durometer run STUDY --extend";
+
 /// A mesh to be added to a family.
 #[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Extension {
@@ -76,8 +79,10 @@ impl Additions {
 
     /// The text of the file.
     pub fn text(&self) -> String {
-        let head = "# Meshes added by `durometer run STUDY --extend`. Delete this file to take them back, or move its members to the study file.\n\n";
-        head.to_string() + &toml::to_string(self).expect("tables with string keys only")
+        let head = format!(
+            "# Meshes added by `{ADD}`. Delete this file to take them back, or move its members to the study file.\n\n"
+        );
+        head + &toml::to_string(self).expect("tables with string keys only")
     }
 
     /// Adds the members to the families of the study, and says in which lines of the file they are; one that the study has itself stays as it is there.

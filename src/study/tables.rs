@@ -28,6 +28,13 @@ fn quantities(store: &Results) -> Vec<&Quantity> {
     out
 }
 
+/// The name of each quantity in headings: its label, with its name where another one has the same label.
+fn headings_of(quantities: &[&Quantity]) -> Vec<String> {
+    let is_shared = |q: &Quantity| quantities.iter().filter(|other| other.label == q.label).count() > 1;
+    let of = |q: &&Quantity| if is_shared(q) { format!("{} ({})", q.label, q.name) } else { q.label.clone() };
+    quantities.iter().map(of).collect()
+}
+
 /// The time steps of the stages, each once where the next one has the same.
 fn steps(r: &CaseRecord) -> String {
     let mut steps = r.steps_s().to_vec();
@@ -83,10 +90,10 @@ pub fn cases(store: &Results) -> Table {
         ("Status", "", false),
         ("Pressure scatter", "", true),
     ]);
-    for q in judged {
+    for (q, label) in judged.iter().zip(headings_of(&judged)) {
         let word = extreme_word(&store.cases, &q.name);
-        columns.push((format!("{} {}", capital(word), q.label), q.unit.clone(), true));
-        columns.push(("at".into(), "s".into(), true));
+        columns.push((format!("{} {label}", capital(word)), q.unit.clone(), true));
+        columns.push((format!("at, {label}"), "s".into(), true));
     }
     columns.extend(headings(&[("Steps", "", true), ("Newton", "", true), ("Wall", "s", true), ("CPU", "s", true)]));
     Table {
@@ -124,5 +131,17 @@ pub fn effects(store: &Results) -> Table {
         ]),
         rows,
         pick: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_with_the_same_label_are_told_apart() {
+        let of = |name: &str, label: &str| Quantity { name: name.into(), label: label.into(), ..Quantity::default() };
+        let all = [of("tip_z_m", "sag"), of("middle_z_m", "sag"), of("force_N", "force")];
+        assert_eq!(headings_of(&all.each_ref()), ["sag (tip_z_m)", "sag (middle_z_m)", "force"]);
     }
 }

@@ -51,6 +51,9 @@ fn the_report_has_its_figure_and_a_redraw_has_the_same_bytes() {
         assert!(svg.contains(words), "{words}");
     }
     assert!(!svg.contains("equibiaxial, fitted") && !svg.contains("NaN"));
+    // The line of the law, in the dark colour of its mode, lies over the data points
+    let place = |colour: &str| svg.to_uppercase().find(colour).unwrap_or_else(|| panic!("{colour} in {svg}"));
+    assert!(place("#003E61") > place("#0072B2"));
     report::fit::write(dir.path()).expect("again");
     let second = files(dir.path());
     assert_eq!(first.keys().collect::<Vec<_>>(), second.keys().collect::<Vec<_>>());

@@ -12,7 +12,7 @@ use durometer::study::kinds::convergence::analysis::analyse;
 use durometer::study::kinds::convergence::bars;
 use durometer::study::kinds::convergence::errors::StepCause;
 use durometer::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
-use durometer::study::kinds::convergence::report::quantities::quantities;
+use durometer::study::kinds::convergence::report::quantities::{quantities, settings};
 use durometer::study::locking;
 use durometer::study::report;
 use durometer::study::run::inputs::InputRecord;
@@ -169,6 +169,60 @@ fn refused(a: &Analysis<ConvergenceFindings>, why: &str) {
     assert!(a.recommended.is_none() && a.verdict.starts_with("No verdict"), "{}", a.verdict);
     let said = |q: &ByQuantity<MeshErrors>| q.sentence.contains(why);
     assert!(a.verdict.contains(why) || a.quantities.iter().any(said), "{why}: {}", a.verdict);
+}
+
+/// Bars that are from values without a reference are within no tolerance, however small they are: neither the table nor the mesh that would help says so.
+#[test]
+fn a_setting_meets_no_tolerance_where_the_verdict_is_refused() {
+    let (mut study, mut cases) = study();
+    let meets = |a: &Analysis<ConvergenceFindings>| {
+        let table = settings(a);
+        let is_within = |row: &Vec<String>| row.last().is_some_and(|cell| cell == "yes");
+        (table.rows.iter().any(is_within), table.caption.contains("The verdict is refused"))
+    };
+    assert_eq!(meets(&analyse(&study, &cases)), (true, false));
+    study.tolerance = 0.4;
+    study.families.retain(|f| f.name == "sizes");
+    cases.retain(|c| c.record.family == "sizes");
+    for r in cases.iter_mut().map(|c| &mut c.record) {
+        r.provenance.scene = format!("[mesh]\ncells = {}\n", r.mesh.cells);
+        r.mesh.wall_cells = Some(1.0);
+    }
+    let a = analyse(&study, &cases);
+    refused(&a, "cells across the thinnest wall");
+    assert!(a.settings.iter().any(|s| s.worst <= study.tolerance), "{:?}", a.settings);
+    assert_eq!(meets(&a), (false, true));
+    let sentence = a.extension.as_ref().expect("a finer mesh").sentence.as_str();
+    assert!(sentence.contains("is no claim for the reasons above"), "{sentence}");
+    // Where no setting is within the tolerance, the table needs no other word
+    study.tolerance = 1e-5;
+    assert_eq!(meets(&analyse(&study, &cases)), (false, false));
+}
+
+/// Differences that grow from coarse to fine are monotone or not, and the reason says which.
+#[test]
+fn a_family_that_diverges_is_told_how() {
+    let of = |f: [f64; 3]| {
+        let level = |(h, f): (f64, f64)| Level { id: h.to_string(), h, f, ..Level::default() };
+        let levels = [1.09e-3, 1.45e-3, 1.98e-3].into_iter().zip(f).map(level).collect();
+        let e = estimate(("sizes", Role::Sizes, "tet10"), levels, None, 0.05).expect("three meshes");
+        assert!(e.class == Convergence::Diverging && e.refused);
+        e.reasons.join("; ")
+    };
+    let monotone = of([26.686, 26.612, 26.570]);
+    assert!(
+        monotone.contains(
+            "the three finest diverge monotonically: from coarse to fine they change by 4.20e-2, then by 7.40e-2"
+        ),
+        "{monotone}"
+    );
+    let oscillating = of([1.0, 2.0, 1.5]);
+    assert!(
+        oscillating.contains(
+            "oscillate with differences that do not shrink: from coarse to fine they change by 5.00e-1, then by -1.00e0"
+        ),
+        "{oscillating}"
+    );
 }
 
 /// A refusal names every quantity and the reasons of the first one, once for each family; those of the others are in their sentences.
@@ -371,6 +425,27 @@ fn the_cost_of_a_finer_mesh_is_the_mean_over_the_variants() {
     }
     // Rounding of logarithms
     assert!((cost(&cases) / equal - 5.0).abs() < 1e-9);
+}
+
+/// A worker that waits while others use the machine takes longer by the clock, and its mesh is chosen as before.
+#[test]
+fn the_choice_of_a_mesh_does_not_depend_on_what_else_the_machine_does() {
+    let (study, cases) = study();
+    let quiet = analyse(&study, &cases);
+    let busy = |a: &Analysis<ConvergenceFindings>| a.warnings.iter().any(|w| w.contains("The machine was busy"));
+    let chosen = quiet.recommended.clone().expect("a verdict");
+    assert!(!busy(&quiet), "{:?}", quiet.warnings);
+    let mut paused = cases.clone();
+    for c in paused.iter_mut().filter(|c| chosen.cases.contains(&c.record.id)) {
+        c.record.wall_s += 600.0;
+    }
+    let a = analyse(&study, &paused);
+    assert_eq!((&a.verdict, &a.recommended), (&quiet.verdict, &quiet.recommended));
+    assert_eq!(a.settings, quiet.settings);
+    assert!(busy(&a), "{:?}", a.warnings);
+    // Cases that ran at the same time are compared by the same times
+    paused.iter_mut().for_each(|c| c.record.shared = true);
+    assert_eq!(analyse(&study, &paused).recommended, quiet.recommended);
 }
 
 /// The edge of the coarse meshes is longer than similar meshes would have it: the two limits differ, and U(f*) holds both.

@@ -95,6 +95,10 @@ fn a_refused_study_is_extended_by_the_mesh_that_it_asks_for() {
     let (before, _) = run(study, results_text, &[]);
     assert!(text(&before, "verdict").starts_with("No verdict"), "{}", text(&before, "verdict"));
     assert!(text(&before, "verdict").contains("durometer run STUDY --extend"), "{}", text(&before, "verdict"));
+    // In a terminal it is the command for this study
+    let said = durometer(&["run", study, "--out", results_text]);
+    let said = String::from_utf8_lossy(&said.stdout);
+    assert!(said.contains(&format!("`durometer run {study} --extend`")), "{said}");
     let stamp = |id: &str| std::fs::read_to_string(results.join(format!("cases/{id}.json"))).expect("a record");
     let kept = stamp("sizes-load-b");
     let (after, said) = run(study, results_text, &["--extend"]);

@@ -168,7 +168,7 @@ fn a_wide_table_fits_into_the_text() {
     }
     let heading = |k: usize| match k % 3 {
         0 => (format!("Largest displacement of tip {k} in x"), "mm".to_string(), true),
-        1 => ("at".to_string(), "s".to_string(), true),
+        1 => (format!("at, tip {k}"), "s".to_string(), true),
         _ => (format!("Reason {k}"), String::new(), false),
     };
     let sentence = "The step was cut 12 times and did not converge, see coarse-implicit_euler-with-a-long-name; ";

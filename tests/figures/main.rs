@@ -196,10 +196,25 @@ fn faults(name: &str, svg: &str, style: Style) -> Vec<String> {
     out
 }
 
+/// Headings that a table of a folder of results has twice, by which a program cannot tell the columns.
+fn repeated_headings(results: &Path) -> Vec<String> {
+    let files = std::fs::read_dir(results.join("tables")).into_iter().flatten().flatten().map(|f| f.path());
+    let mut out = vec![];
+    for path in files.filter(|f| f.extension().is_some_and(|e| e == "csv")) {
+        let mut table = csv::Reader::from_path(&path).expect("a table");
+        let mut seen = BTreeSet::new();
+        let twice = table.headers().expect("headings").iter().filter(|h| !seen.insert(h.to_string()));
+        out.extend(twice.map(|h| format!("{}: {h:?}", path.display())));
+    }
+    out
+}
+
 #[test]
 fn every_figure_has_type_of_the_chosen_size_within_its_sheet() {
     let folder = tempfile::tempdir().expect("a folder");
     let results = results(folder.path());
+    let twice: Vec<String> = results.iter().flat_map(|folder| repeated_headings(folder)).collect();
+    assert!(twice.is_empty(), "{}", twice.join("\n"));
     let mut names: BTreeSet<String> = BTreeSet::new();
     let mut wrong = vec![];
     let larger = ("one-column", Some("8"));

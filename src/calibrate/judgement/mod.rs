@@ -18,6 +18,7 @@ pub(super) mod misfit;
 pub(super) mod origin;
 mod predictions;
 pub(super) mod profile;
+pub(super) mod ranges;
 pub(super) mod repeats;
 pub(super) mod slack;
 pub(super) mod specimen;

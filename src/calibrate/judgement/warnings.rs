@@ -21,8 +21,6 @@ use crate::math::units::{Dimension, parse};
 
 /// A relative misfit that is printed as 0.00 % has no pattern worth a word \[–\]
 const NOTHING: f64 = 5e-5;
-/// Each of two tests at this level: together at most 5 % false alarms \[–\]
-const LEVEL: f64 = 0.025;
 
 /// All warnings of a fit but those that need other fits.
 pub fn warnings(
@@ -89,10 +87,9 @@ pub fn warnings(
 
 /// A pattern in the residuals of one specimen, the level shared by all.
 pub fn systematic(patterns: &[Pattern], rms_relative: f64, wider: bool) -> Option<FitWarning> {
-    let least = |p: &&Pattern| [p.runs_p, p.departure_p].into_iter().flatten().fold(1.0, f64::min);
-    let worst = patterns.iter().min_by(|a, b| least(a).total_cmp(&least(b)))?;
-    let found = rms_relative > NOTHING && least(&worst) * patterns.len() as f64 <= LEVEL;
-    let Pattern { runs, runs_p, departure_p } = *worst;
+    let worst = patterns.iter().min_by(|a, b| a.least().total_cmp(&b.least()))?;
+    let found = rms_relative > NOTHING && worst.is_found(patterns.len());
+    let Pattern { runs, runs_p, departure_p, .. } = *worst;
     found.then_some(FitWarning::Systematic { runs, runs_p, departure_p, rms_relative, wider })
 }
 

@@ -18,14 +18,30 @@ pub struct Pattern {
     pub runs_p: Option<f64>,
     /// Two-sided p-value of β = 0 in P = P(λ) + β P(λ)/λ \[–\]; `None` with too few data points
     pub departure_p: Option<f64>,
+    /// Standard deviation of an independent data point that the constants and β leave, as that of the standard errors, and its degrees of freedom
+    pub beyond: Option<(f64, usize)>,
 }
 
+/// Each of two tests at this level: together at most 5 % false alarms \[–\]
+const LEVEL: f64 = 0.025;
+
 impl Pattern {
+    /// The smaller probability of the two tests.
+    pub fn least(&self) -> f64 {
+        [self.runs_p, self.departure_p].into_iter().flatten().fold(1.0, f64::min)
+    }
+
+    /// Whether this one, of so many that are tested, is none of the errors.
+    pub fn is_found(&self, among: usize) -> bool {
+        self.least() * among as f64 <= LEVEL
+    }
+
     /// Of residuals whose neighbours have the correlation `rho`.
     pub fn of(samples: &[Sample], rows: &ErrorRows, rho: f64) -> Self {
         let second = DVector::from_fn(samples.len(), |i, _| rows.fitted[i] / samples[i].stretch);
         let (runs, runs_p) = runs(samples, &rows.unlimited, rho).unzip();
-        Self { runs, runs_p, departure_p: departure(rows, second, samples) }
+        let (departure_p, beyond) = departure(rows, second, samples).unzip();
+        Self { runs, runs_p, departure_p, beyond }
     }
 }
 
@@ -54,9 +70,9 @@ fn runs(samples: &[Sample], residual: &DVector<f64>, rho: f64) -> Option<(usize,
     statistics::few_runs(&signs.collect::<Vec<bool>>())
 }
 
-/// p-value of β = 0 in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
+/// p-value of β = 0 and the errors beyond it in P = P(λ) + β P(λ)/λ (of a Neo-Hookean law in uniaxial tension β is Mooney's second constant): a t-test with the error
 /// model of the fit that has β too, on the part of P/λ that the constants of the law cannot make.
-fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Option<f64> {
+fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Option<(f64, (f64, usize))> {
     let ErrorRows { jacobian, residual, fitted, .. } = rows;
     let p = jacobian.ncols();
     residual.len().checked_sub(p + 1).filter(|n| *n >= 1)?;
@@ -75,5 +91,6 @@ fn departure(rows: &ErrorRows, second: DVector<f64>, samples: &[Sample]) -> Opti
     more.set_column(p, &across);
     let errors = errors::of(&more, &left, fitted, &Origin::of(samples), false);
     let t = beta / errors.deviations[p];
-    Some((1.0 - statistics::t_probability(t, errors.free)).max(0.0))
+    let p_value = (1.0 - statistics::t_probability(t, errors.free)).max(0.0);
+    Some((p_value, (errors.wider(1.0), errors.free)))
 }

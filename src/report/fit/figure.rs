@@ -166,12 +166,12 @@ fn column(
     shade(&plot, fit.stretch);
     plot.grid();
     let r = if points().count() > 25 { 18 } else { 24 };
-    // The data are on top: a law that hides them could not be judged
-    for m in modes {
-        law(&plot, m, fit, factor);
-    }
+    // The law is a thin dark line over the data, which it does not hide; dense data would hide it
     for m in modes {
         dots(&plot, m, &m.held_out, &m.fitted, (factor, r), &w.span);
+    }
+    for m in modes {
+        law(&plot, m, fit, factor);
     }
     plot.axes(false);
     if !w.title.is_empty() {
@@ -237,7 +237,7 @@ fn law(plot: &Plot, m: &ModeCurves, fit: &StoredFit, factor: f64) {
     }
 }
 
-/// The colour of a line below marks of this colour.
+/// The colour of a line over marks of this colour.
 fn darker(RGB(r, g, b): RGB) -> RGB {
     let dark = |v: u8| (0.55 * f64::from(v)) as u8;
     RGB(dark(r), dark(g), dark(b))

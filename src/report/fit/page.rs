@@ -47,7 +47,7 @@ pub fn answer(fit: &StoredFit) -> String {
     minus_signs(&(out + &shorter_ranges(fit)))
 }
 
-/// Constants of ranges that end earlier, in one sentence, and whether the intervals contain them.
+/// Constants of ranges that end earlier, where the errors do not explain their difference, in one sentence, and whether the intervals contain them.
 fn shorter_ranges(fit: &StoredFit) -> String {
     let printed = fit.printed();
     let of = |k: usize| (&fit.parameters[k], fit.range_spread[k]);

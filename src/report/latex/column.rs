@@ -27,7 +27,7 @@ pub struct Column {
     piece: f64,
     /// Width of the whole heading \[pt\]
     heading: f64,
-    /// It belongs next to the column before: `at`, the time of a value
+    /// It belongs next to the column before: `at, sag`, the time of a value
     pub follows: bool,
 }
 
@@ -64,7 +64,7 @@ impl Column {
             cells: cells().map(width).chain(room.map(Room::width)).fold(0.0, f64::max),
             piece: if room.is_some() { f64::INFINITY } else { cells().map(longest_piece).fold(0.0, f64::max) },
             heading,
-            follows: name == "at",
+            follows: name.starts_with("at, "),
         }
     }
 

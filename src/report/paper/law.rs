@@ -48,12 +48,20 @@ pub fn describe(to: Paragraph, group: &LawGroup) -> Paragraph {
         Some(kind) => to.text(", ").formula(format!("U(J) = {}", kind.formula())),
         None => to,
     };
-    let to = to.text(format!(", with {}", constants(&group.tables)));
+    let to = to.text(format!(", with {}{}", constants(&group.tables), absent(first, entry.info)));
     let to = match first.get("provenance").and_then(Value::as_table).and_then(source) {
         Some(source) => to.text(format!("; constants from {source}")),
         None => to.text("; the constants are those of the scene, without a stated source"),
     };
     to.text(". ")
+}
+
+/// `, C₂₀ = C₃₀ = 0`: the terms of the formula that a law leaves out.
+fn absent(table: &Table, info: &LawInfo) -> String {
+    let may_be_absent = info.parameters.iter().rev().take(info.optional).rev();
+    let terms = may_be_absent.filter(|p| !table.contains_key(p.name) && info.formula.contains(p.symbol));
+    let terms: Vec<String> = terms.map(|p| symbol(p.symbol)).collect();
+    if terms.is_empty() { String::new() } else { format!(", {} = 0", terms.join(" = ")) }
 }
 
 /// `μ = 50 kPa to 500 MPa (12 values), ν = 0.49`: the constants of the laws of a group.
@@ -174,6 +182,24 @@ mod tests {
         let markdown =
             format!("{:?}", describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }));
         assert!(markdown.contains("U(J) = ½κ(J − 1)²"), "{markdown}");
+        // The formula has a third term
+        let markdown = describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }).markdown();
+        assert!(words.ends_with("ν = 0.49") && markdown.contains("ν = 0.49, C₃₀ = 0; constants from"), "{markdown}");
+    }
+
+    /// Every constant of the formula has a value, also one that the scene leaves out.
+    #[test]
+    fn terms_that_a_law_leaves_out_are_zero() {
+        let words = |text: &str| {
+            let table: Table = text.parse().expect("TOML");
+            describe(Paragraph::new("Material"), &LawGroup { name: None, tables: vec![&table] }).markdown()
+        };
+        let of = |law: &str| words(&format!("law = \"{law}\"\nC10 = \"1 kPa\"\nC01 = \"1 kPa\"\nnu = 0.49\n"));
+        assert!(of("mooney_rivlin").contains("ν = 0.49, C₁₁ = C₂₀ = C₀₂ = 0;"), "{}", of("mooney_rivlin"));
+        assert!(words("law = \"yeoh\"\nC10 = \"1 kPa\"\nnu = 0.49\n").contains("ν = 0.49, C₂₀ = C₃₀ = 0;"));
+        // A sum names no term
+        let ogden = words("law = \"ogden\"\nmu1 = \"1 kPa\"\nalpha1 = 2.0\nnu = 0.49\n");
+        assert!(!ogden.contains("= 0;") && ogden.contains("ν = 0.49;"), "{ogden}");
     }
 
     /// Laws that differ in a constant are one sentence with its range and count; another source is a sentence of its own.

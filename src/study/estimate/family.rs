@@ -493,7 +493,16 @@ fn add_limits(e: &Estimate, is_sane: bool, reasons: &mut Vec<String>) {
         Convergence::Oscillatory => {
             reasons.push(format!("the three finest oscillate, ½(max − min) = {:.3e}", 0.5 * range(&e.values[..3])))
         }
-        Convergence::Diverging => reasons.push("the three finest do not converge monotonically".into()),
+        Convergence::Diverging => {
+            let how = match e.convergence_ratio {
+                Some(ratio) if ratio < 0.0 => "oscillate with differences that do not shrink",
+                _ => "diverge monotonically",
+            };
+            let [finer, coarser] = [0, 1].map(|k| e.values[k] - e.values[k + 1]);
+            reasons.push(format!(
+                "the three finest {how}: from coarse to fine they change by {coarser:.2e}, then by {finer:.2e}"
+            ));
+        }
         _ => {}
     }
     if let Some(p) = p.filter(|_| !is_sane) {

@@ -65,7 +65,7 @@ pub struct CaseRecord {
     pub solver: SolverRecord,
     /// Wall time of the solution, mesh and report apart \[s\]
     pub wall_s: f64,
-    /// CPU time of the thread that solved it \[s\]
+    /// CPU time of the threads that solved it \[s\], the cost that studies compare
     pub cpu_s: f64,
     /// Another case ran at the same time: `wall_s` is then no measure of its cost
     pub shared: bool,

@@ -262,9 +262,7 @@ fn sentence(
 fn warnings(stored: &[StoredCase], incomplete: &[(String, String)]) -> Vec<String> {
     let mut out = analysis::warnings(incomplete);
     analysis::add_notes(&mut out, stored);
-    if stored.iter().any(|c| c.record.shared) {
-        out.push("Cases ran at the same time: costs are CPU seconds, and `--jobs 1` gives quieter ones.".into());
-    }
+    out.extend(analysis::warnings_of_costs(stored));
     out
 }
 

@@ -37,9 +37,8 @@ pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<Convergen
     if recommended.is_none() {
         verdict += &verdict::constants_alone(&quantities);
     }
-    let cost = if cases.shared { "cpu_s" } else { "wall_s" };
     let extension = next.and_then(NextMesh::extension);
-    let found = ConvergenceFindings { quantities, settings, recommended, extension, cost };
+    let found = ConvergenceFindings { quantities, settings, recommended, extension };
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
 

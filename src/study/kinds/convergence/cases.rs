@@ -10,13 +10,12 @@ pub struct Cases<'a> {
     pub stored: &'a [StoredCase],
     /// Variant → a run with the time steps of its mesh studies
     steps: BTreeMap<&'a str, &'a CaseRecord>,
-    pub shared: bool,
 }
 
 impl<'a> Cases<'a> {
     pub fn new(study: &'a StudyRecord, stored: &'a [StoredCase]) -> Self {
         let steps = study.variants.iter().filter_map(|v| Some((v.as_str(), with_steps_of_study(study, stored, v)?)));
-        Self { study, stored, steps: steps.collect(), shared: stored.iter().any(|c| c.record.shared) }
+        Self { study, stored, steps: steps.collect() }
     }
 
     /// Converged cases of a family in a variant.
@@ -32,11 +31,6 @@ impl<'a> Cases<'a> {
     /// Whether a case has the time steps of the mesh studies of a variant.
     pub fn at_study_step(&self, variant: &str, c: &CaseRecord) -> bool {
         self.steps.get(variant).is_some_and(|of| has_steps_of(c, of))
-    }
-
-    /// Cost of a case \[s\].
-    pub fn cost(&self, c: &CaseRecord) -> f64 {
-        if self.shared { c.cpu_s } else { c.wall_s }
     }
 
     /// Reason why the answer has no limit as h → 0, if a case names one.

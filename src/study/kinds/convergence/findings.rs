@@ -23,8 +23,6 @@ pub struct ConvergenceFindings {
     pub recommended: Option<Recommendation>,
     /// The mesh to add where nothing is recommended
     pub extension: Option<Extension>,
-    /// `wall_s`, or `cpu_s` if any case ran at the same time as another
-    pub cost: &'static str,
 }
 
 /// Errors of the meshes in one quantity.
@@ -91,7 +89,7 @@ pub struct MeshSetting {
     pub h_m: f64,
     pub family: String,
     pub cases: Vec<String>,
-    /// Mean over the variants \[s\]
+    /// CPU time of a case, mean over the variants \[s\]
     pub cost_s: f64,
     pub bars: Vec<Bar>,
     /// Largest error bar of the deciding quantities \[–\]; infinite if one has no reference or no result

@@ -15,7 +15,7 @@ use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
 use crate::study::estimate::growth::{Predicted, growth};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
-use crate::study::extension::Extension;
+use crate::study::extension::{ADD, Extension};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::StepCause;
 use crate::study::kinds::convergence::findings::MeshErrors;
@@ -82,7 +82,7 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     }
     let (family, meshes) = (best.family, best.meshes.len());
     let cells = best.next.cells;
-    let cost_s = best.cost(cases);
+    let cost_s = best.cost();
     let cost = cost_s.map_or(String::new(), |p| {
         // Three meshes may leave an interval over decades
         let known = p.interval.filter(|[low, high]| *high < 100.0 * low);
@@ -92,13 +92,16 @@ pub fn next_mesh(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Option
     });
     let more = if best.wanted > MOST_RATIO { ", and probably another one after it" } else { "" };
     let changes: Vec<String> = best.next.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
+    let bar = percent(best.bar);
+    let has = match best.bar <= cases.study.tolerance {
+        true => format!("{meshes} meshes, whose bar of {bar} is no claim for the reasons above"),
+        false => format!("{meshes} meshes with a bar of {bar}"),
+    };
     let sentence = format!(
-        "A finer mesh of family {} would help: about {} cells ({}){cost}{more}. It has {meshes} meshes with a bar of {}; `durometer run \
-         STUDY --extend` adds it and runs it.",
+        "A finer mesh of family {} would help: about {} cells ({}){cost}{more}. It has {has}; `{ADD}` adds it and runs it.",
         family.name,
         thousands(cells),
         changes.join(", "),
-        percent(best.bar)
     );
     let (family, member) = (family.name.clone(), label(cells));
     Some(NextMesh::New(Extension { family, member, set: best.next.set, cells, cost_s, sentence }))
@@ -207,9 +210,9 @@ impl<'a> Candidate<'a> {
         ))
     }
 
-    /// Mean cost of a case over the variants \[s\].
-    fn cost(&self, cases: &Cases) -> Option<Predicted> {
-        let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| cases.cost(c)).sum::<f64>() / runs.len() as f64;
+    /// Mean CPU time of a case over the variants \[s\].
+    fn cost(&self) -> Option<Predicted> {
+        let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| c.cpu_s).sum::<f64>() / runs.len() as f64;
         let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m[0].mesh.cells as f64, mean(m))).collect();
         growth(&points).map(|law| law.predict(self.next.cells as f64))
     }

@@ -33,12 +33,12 @@ pub fn settings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>]) -> Vec<Mes
         if !s.cases.contains(&r.id) {
             s.cases.push(r.id.clone());
         }
-        s.cost_s += cases.cost(r);
+        s.cost_s += r.cpu_s;
         *runs += 1;
         for q in quantities.iter().filter(|q| q.variant == variant) {
             if let Some(e) = q.errors.iter().find(|e| e.id == r.id) {
                 let (variant, quantity) = (q.variant.clone(), q.quantity.name.clone());
-                let (value, error, bar, cost_s) = (e.value, e.error, e.bar, cases.cost(r));
+                let (value, error, bar, cost_s) = (e.value, e.error, e.bar, r.cpu_s);
                 s.bars.push(Bar { variant, quantity, value, error, bar, cost_s });
             }
         }

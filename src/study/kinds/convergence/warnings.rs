@@ -2,7 +2,7 @@
 
 use crate::report::names::title;
 use crate::report::numbers::{capital, space};
-use crate::study::analysis::{self, ByQuantity, warnings_of_steps};
+use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
 use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
 use crate::study::kinds::convergence::errors::{StepCause, StepError};
@@ -34,9 +34,7 @@ pub fn warnings(cases: &Cases, quantities: &[ByQuantity<MeshErrors>], incomplete
     out.extend(members::warnings(cases, quantities));
     out.extend(quantities.iter().filter_map(without_order));
     out.extend(unknown_noise(cases, quantities));
-    if cases.shared {
-        out.push("Cases ran at the same time: costs are CPU seconds of the solving thread, not wall seconds.".into());
-    }
+    out.extend(warnings_of_costs(cases.stored));
     out.extend(idle_steps(quantities));
     let estimated = |variant: &str| {
         let has_result = |q: &&ByQuantity<MeshErrors>| !q.estimates.is_empty() || q.step.is_some();

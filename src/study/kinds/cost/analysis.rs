@@ -12,9 +12,6 @@ use crate::study::kinds::cost::sentence;
 use crate::study::store::record::{CaseRecord, FamilyRecord, Quantity, Role, StoredCase, StudyRecord};
 use crate::wording::count;
 
-/// Wall over CPU seconds from which a run was disturbed.
-const DISTURBED: f64 = 1.1;
-
 /// Analyses what is there; cases that are missing or did not converge are named.
 pub fn analyse(study: &StudyRecord, stored: &[StoredCase]) -> Analysis<CostFindings> {
     let mut levels = LEVELS.to_vec();
@@ -170,20 +167,9 @@ fn warnings(
         own.next().is_some_and(|first| own.any(|other| !has_steps_of(first, other)))
     };
     out.extend(analysis::warnings_of_steps(study, stored, varies));
-    let records = || stored.iter().map(|c| &c.record);
-    if records().any(|r| r.shared) {
-        out.push("Cases ran at the same time: `--jobs 1` gives quieter costs, and the memory of a case.".into());
-    }
-    let ratio = |r: &CaseRecord| r.wall_s / r.cpu_s;
-    let disturbed: Vec<f64> = records().map(ratio).filter(|x| *x > DISTURBED).collect();
-    if !disturbed.is_empty() {
-        out.push(format!(
-            "The machine was busy: {} of {} took more than {DISTURBED} times their CPU seconds by the clock, one {:.1} times. \
-             Costs are CPU seconds; what shares caches and memory disturbs them too.",
-            disturbed.len(),
-            count(stored.len(), "case"),
-            disturbed.iter().copied().fold(0.0, f64::max)
-        ));
+    out.extend(analysis::warnings_of_costs(stored));
+    if stored.iter().any(|c| c.record.shared) {
+        out.push("The memory of a case is measured where it runs alone, as with `--jobs 1`.".into());
     }
     let settings = || quantities.iter().flat_map(|q| &q.settings);
     if let Some(s) =

@@ -104,7 +104,7 @@ fn cheapest(a: &CostFindings) -> Table {
                   with a smaller error. CPU time.".into(),
         columns: headings(&[
             ("Quantity", "", false), ("Variant", "", false), ("Of the", "", false), ("Within", "", true), ("Setting", "", false),
-            ("Error bar", "%", true), ("Cost", "s", true), ("Next better", "", false), ("Error bar", "%", true), ("Cost", "s", true),
+            ("Error bar", "%", true), ("Cost", "s", true), ("Next better", "", false), ("Its error bar", "%", true), ("Its cost", "s", true),
         ]),
         rows,
         pick: None,

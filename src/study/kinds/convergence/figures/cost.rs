@@ -3,12 +3,10 @@
 use crate::report::canvas::{Area, At, SMALL, columns, figure, italic, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::names::title;
-use crate::report::numbers::capital;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
 use crate::study::kinds::convergence::figures::look::{Look, looks};
-use crate::study::kinds::convergence::findings::ConvergenceFindings;
 use crate::study::store::record::{CaseRecord, Role};
 use crate::study::store::results::Results;
 use std::collections::BTreeMap;
@@ -39,15 +37,14 @@ struct MeshCost {
 type Size = fn(&MeshCost) -> f64;
 
 /// `None` unless some formulation ran on two meshes.
-pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
-    let cost = |r: &CaseRecord| if analysis.cost == "cpu_s" { r.cpu_s } else { r.wall_s };
+pub fn draw(store: &Results) -> Option<Figure> {
     let mut formulations: Vec<&str> = vec![];
     // One mesh in several variants is one mark
     let mut meshes: BTreeMap<(usize, usize, usize, &str), Vec<&CaseRecord>> = BTreeMap::new();
     for c in &store.cases {
         let r = &c.record;
         let is_of_steps = store.study.family_of(c, None).is_some_and(|f| f.role == Role::TimeStep);
-        if !r.converged() || cost(r) <= 0.0 || r.factor_nnz == 0 || is_of_steps {
+        if !r.converged() || r.cpu_s <= 0.0 || r.factor_nnz == 0 || is_of_steps {
             continue;
         }
         let k = formulations.iter().position(|f| *f == r.formulation).unwrap_or_else(|| {
@@ -58,7 +55,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     }
     let dots: Vec<MeshCost> = (meshes.into_iter())
         .map(|((formulation, dofs, nnz, _), records)| {
-            let s: Vec<f64> = records.iter().map(|r| cost(r)).collect();
+            let s: Vec<f64> = records.iter().map(|r| r.cpu_s).collect();
             let mean = s.iter().sum::<f64>() / s.len() as f64;
             let (lo, hi) = s.iter().fold((f64::INFINITY, 0.0f64), |(a, b), v| (a.min(*v), b.max(*v)));
             MeshCost { formulation, dofs: dofs as f64, nnz: nnz as f64, seconds: [lo, mean, hi] }
@@ -70,7 +67,6 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
     if !(0..formulations.len()).any(|k| fits(k, |d| d.dofs).is_some()) {
         return None;
     }
-    let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
     let columns = columns(2, (LEFT + 3.0, GAP, LEAST));
     let each = (page_width() - LEFT - GAP * (columns - 1) as f64 - 3.0) / columns as f64;
     let bottom = TOP + TALL + ROW * (2 / columns - 1) as f64 + 13.5;
@@ -88,7 +84,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
             let symbol = if k == 0 { italic("n") } else { "nnz".into() };
             let lines: Vec<Option<Growth>> = (0..formulations.len()).map(|k| fits(k, x)).collect();
             let head = f64::from(FIRST + NEXT * lines.iter().flatten().count() as i32) / f64::from(mm(TALL));
-            let y = Axis::log_below(dots.iter().flat_map(|d| d.seconds), head, &format!("{words} [s]"));
+            let y = Axis::log_below(dots.iter().flat_map(|d| d.seconds), head, "CPU time [s]");
             let plot = Plot { area, frame, x: Axis::log(dots.iter().map(x), &label), y };
             panel(&plot, &dots, x, &lines, &named, &symbol);
             plot.axes(true);
@@ -96,10 +92,7 @@ pub fn draw(store: &Results, analysis: &ConvergenceFindings) -> Option<Figure> {
         }
         legend_below(area, (LEFT, bottom), across, entries);
     });
-    let caption = format!(
-        "{} of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.",
-        capital(words)
-    );
+    let caption = "CPU time of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.".into();
     Some(Figure { name: "cost-size".into(), svg, caption })
 }
 

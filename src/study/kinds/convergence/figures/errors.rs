@@ -37,14 +37,13 @@ struct ErrorDot<'a> {
     cost: f64,
 }
 
-fn dots<'a>(store: &'a Results, analysis: &ConvergenceFindings, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
+fn dots<'a>(store: &'a Results, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
     (q.errors.iter())
         .filter_map(|e| {
             let case = store.cases.iter().find(|c| c.record.id == e.id)?;
             let (of, record) = (store.study.family_of(case, Some(&q.variant))?, &case.record);
             let family = store.study.families.iter().position(|f| f.name == of.name)?;
-            let cost = if analysis.cost == "cpu_s" { record.cpu_s } else { record.wall_s };
-            Some(ErrorDot { record, family, error: 100.0 * e.error, bar: 100.0 * e.bar, cost })
+            Some(ErrorDot { record, family, error: 100.0 * e.error, bar: 100.0 * e.bar, cost: record.cpu_s })
         })
         .collect()
 }
@@ -63,7 +62,7 @@ fn sheet(
 ) -> Option<String> {
     let shown: Vec<(&ByQuantity<MeshErrors>, Vec<ErrorDot>)> =
         (analysis.quantities.iter().filter(|q| q.deciding).take(PANELS))
-            .map(|q| (q, dots(store, analysis, q)))
+            .map(|q| (q, dots(store, q)))
             .filter(|(_, d)| d.iter().any(|d| d.error > 0.0))
             .collect();
     if shown.is_empty() {
@@ -260,14 +259,13 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
 
 pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
     let tolerance = 100.0 * analysis.tolerance;
-    let words = if analysis.cost == "cpu_s" { "CPU time" } else { "wall time" };
     let extra = vec![
         (Sample::Line(GREY), "Pareto front".into()),
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
     let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
-        let x = Axis::log(dots.iter().map(|d| d.cost), &format!("{words} [s]"));
+        let x = Axis::log(dots.iter().map(|d| d.cost), "CPU time [s]");
         let y = Axis::of_errors(dots.iter().flat_map(|d| [d.error, d.bar]), tolerance, 0.0, ERROR);
         let plot = Plot { area, frame, x, y };
         levels(&plot, q, tolerance);
@@ -298,7 +296,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over {words} of the case; {BELOW}.{}",
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over the CPU time of the case; {BELOW}.{}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "work-precision".into(), svg, caption })

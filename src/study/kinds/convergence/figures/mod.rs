@@ -23,7 +23,7 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Vec<Dr
     out.extend(drawn("formulations", || formulations::draw(store, analysis)));
     out.extend(drawn("error-h", || errors::against_h(store, analysis)));
     out.extend(drawn("error-cost", || errors::against_cost(store, analysis)));
-    out.extend(drawn("cost", || cost::draw(store, analysis)));
+    out.extend(drawn("cost", || cost::draw(store)));
     let headline = analysis.headline().map(|q| q.variant.as_str());
     out.extend(headline.into_iter().flat_map(|v| time::of_variant(store, v, "time")));
     out

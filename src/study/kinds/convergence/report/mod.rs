@@ -48,7 +48,7 @@ fn facts(analysis: &Analysis<ConvergenceFindings>) -> Vec<(String, String)> {
     let mut out = vec![
         (r.label.clone(), "cheapest setting to trust".into()),
         (percent(r.error_bar), format!("error bar, tolerance {}", percent(analysis.tolerance))),
-        (seconds(r.cost_s), if analysis.cost == "cpu_s" { "of one core per case" } else { "per case" }.into()),
+        (seconds(r.cost_s), "of CPU time per case".into()),
     ];
     if let Some((label, bar, cost)) = &r.next {
         out.push((format!("{}, {}", percent(*bar), seconds(*cost)), format!("next better: {label}")));

@@ -90,6 +90,10 @@ pub fn one_run(analysis: &ConvergenceFindings) -> Option<Table> {
 
 /// One row per mesh and formulation.
 pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
+    let (mut meets, mut refused) = ("yes", "");
+    if analysis.recommended.is_none() && analysis.settings.iter().any(|s| s.worst <= analysis.tolerance) {
+        (meets, refused) = ("no verdict", " The verdict is refused, and none of these bars is shown to hold.");
+    }
     let rows = (analysis.settings.iter())
         .map(|s| {
             vec![
@@ -99,15 +103,14 @@ pub fn settings(analysis: &Analysis<ConvergenceFindings>) -> Table {
                 format!("{:.*}", digits(s.cost_s), s.cost_s),
                 cell(s.worst, percent_cell),
                 s.limited_by.clone(),
-                if s.worst <= analysis.tolerance { "yes" } else { "no" }.into(),
+                if s.worst <= analysis.tolerance { meets } else { "no" }.into(),
             ]
         })
         .collect();
     Table {
         name: "settings",
         caption: format!(
-            "Mesh and formulation by cost ({}, mean over the variants), with the error bar of the worst deciding quantity.",
-            if analysis.cost == "cpu_s" { "CPU seconds" } else { "wall seconds" }
+            "Mesh and formulation by cost (CPU seconds, mean over the variants), with the error bar of the worst deciding quantity.{refused}"
         ),
         columns: headings(&[
             ("Setting", "", false),

@@ -32,7 +32,7 @@ pub fn headline(analysis: &Analysis<ConvergenceFindings>) -> Map<String, Value> 
     put("reference_uncertainty", json!(reference.map(|r| r.uncertainty)));
     put("recommended_case", json!(r.map(|r| &r.case)));
     put("recommended", json!(r));
-    put("cost", json!(analysis.cost));
+    put("cost", json!("cpu_s"));
     put("settings", json!(analysis.settings));
     put("incomplete", json!(analysis.incomplete));
     out.extend(by_name(&analysis.quantities, quantity));

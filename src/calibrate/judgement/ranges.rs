@@ -1,0 +1,153 @@
+//! The same fit over ranges that end earlier or later, and whether the constants of a shorter one differ by more than the errors of both explain.
+//!
+//! Where the law describes the data, the constants θₖ of a part of the data points are less exact than θ of all of them, and their difference has the covariance
+//! Var θₖ − Var θ (Hausman, Econometrica 46, 1978, 1251–1271), σ²\[(JₖᵀJₖ)⁻¹ − (JᵀJ)⁻¹\] of equal errors. σ is known twice without the misfit of the law over the whole range:
+//! from the errors of θₖ by its own data points, and from what all data points leave beyond the departure β P(λ)/λ (`solve::Pattern`),
+//! which a few data points show better. A t-test of each, of each constant and of each range shares the level of 5 % (Bonferroni), so that a law that describes its
+//! data is said to depend on the range in one fit of twenty at most, although shortest ranges have constants that are far off.
+//!
+//! A short range does not show that neighbours are correlated, and its own errors are then too small: with ρ = 0.9 such a test alone found a difference in 15 % of the fits. Where the whole
+//! range shows correlation, the errors of a range count only if a pattern beyond it says that the law does not describe the data.
+//!
+//! Limits: linearised at the answer; the own errors of a range are those that its data points show.
+
+use crate::calibrate::judgement::errors::directions;
+use crate::calibrate::judgement::misfit::residuals;
+use crate::calibrate::solve::{LawFit, LawSetting, ROUNDING, jacobian, solve_untested};
+use crate::calibrate::{ErrorModel, Estimate, Experiment, Misfit, Mode, RangeRow, Sample};
+use crate::math::statistics::{extent, t_probability};
+use nalgebra::DMatrix;
+
+/// Probability of a difference that the errors explain, over all constants and ranges \[–\]
+const LEVEL: f64 = 0.05;
+/// Tests of a constant in a range
+const TESTS: usize = 2;
+
+/// The fits to other ranges.
+pub struct ByRange {
+    pub rows: Vec<RangeRow>,
+    /// Smallest and largest value of each constant over the fitted range and the shorter ones whose difference from it the errors do not explain
+    pub spread: Vec<[f64; 2]>,
+}
+
+/// The fit to all data points of the fitted range.
+pub struct Whole<'a> {
+    setting: &'a LawSetting,
+    fitted: &'a [Sample],
+    answer: &'a LawFit,
+}
+
+impl<'a> Whole<'a> {
+    pub fn of(setting: &'a LawSetting, fitted: &'a [Sample], answer: &'a LawFit) -> Self {
+        Self { setting, fitted, answer }
+    }
+
+    /// The fit over other ranges, `count` of them about.
+    pub fn ranges(&self, experiment: &Experiment, modes: &[Mode], (from, count): (f64, usize)) -> ByRange {
+        let rows = self.repeated(experiment, modes, (from, count));
+        ByRange { spread: self.spread(&rows), rows }
+    }
+
+    /// The fit repeated with every end of the range from `from` on that the data offer, about `ranges` of them where there are more.
+    fn repeated(&self, experiment: &Experiment, modes: &[Mode], (from, ranges): (f64, usize)) -> Vec<RangeRow> {
+        if ranges == 0 {
+            return vec![];
+        }
+        let own = |s: &&Sample| modes.contains(&s.mode) && s.stretch >= from && s.is_informative();
+        let mut samples: Vec<Sample> = experiment.samples.iter().filter(own).copied().collect();
+        samples.sort_by(|a, b| a.stretch.total_cmp(&b.stretch));
+        let needed = self.setting.model.parameters().len() + 1;
+        let last_of_stretch = |&n: &usize| n == samples.len() || samples[n].stretch > samples[n - 1].stretch;
+        let ends: Vec<usize> = (needed..=samples.len()).filter(last_of_stretch).collect();
+        let step = ends.len().div_ceil(ranges).max(1);
+        let chosen = ends.iter().rev().step_by(step).rev();
+        let found: Vec<(RangeRow, LawFit)> = chosen.filter_map(|&n| self.part(&samples[..n])).collect();
+        let tests = TESTS * needed.saturating_sub(1) * found.iter().filter(|(row, _)| self.is_longer(row)).count();
+        let comparison = Comparison::new(self, tests);
+        let compared = |(row, found): (RangeRow, LawFit)| match self.is_longer(&row) {
+            true => RangeRow { departs: comparison.departs(row.to, &found), ..row },
+            false => row,
+        };
+        found.into_iter().map(compared).collect()
+    }
+
+    /// The fit to some of the data points.
+    fn part(&self, part: &[Sample]) -> Option<(RangeRow, LawFit)> {
+        let found = solve_untested(&self.setting.of(part), part, self.answer).ok()?;
+        let misfit = Misfit::of(&residuals(part, |s| self.setting.model.at(&found.values, s)))?;
+        let row = RangeRow {
+            to: part.last()?.stretch,
+            rows: part.len(),
+            parameters: found.identified.estimates.clone(),
+            departs: vec![false; found.values.len()],
+            rms_pa: misfit.rms_pa,
+            rms_relative: misfit.rms_relative,
+        };
+        // A law that is infinite at its own data points fits nothing
+        misfit.rms_pa.is_finite().then_some((row, found))
+    }
+
+    /// Whether the fitted range has all data points of another one, and more.
+    fn is_longer(&self, row: &RangeRow) -> bool {
+        let [_, last] = extent(self.fitted.iter().map(|s| s.stretch));
+        row.to <= last && row.rows < self.fitted.len()
+    }
+
+    /// The spread of each constant.
+    fn spread(&self, rows: &[RangeRow]) -> Vec<[f64; 2]> {
+        let spread = |(k, own): (usize, f64)| {
+            let departing = rows.iter().filter(|row| row.departs[k]).map(|row| row.parameters[k].value);
+            extent(departing.chain([own]))
+        };
+        self.answer.identified.estimates.iter().map(|e| e.value).enumerate().map(spread).collect()
+    }
+}
+
+/// The whole range, for the comparison with shorter ones.
+struct Comparison<'a> {
+    whole: &'a Whole<'a>,
+    jacobian: DMatrix<f64>,
+    /// √((JᵀJ)⁻¹ⱼⱼ)
+    plain: Vec<f64>,
+    /// The errors that a range shows by itself count
+    own: bool,
+    /// Standard deviation of an independent data point beyond the departure of the law, with its degrees of freedom
+    beyond: Option<(f64, usize)>,
+    /// P(|T| ≤ t) from which on a difference is none of the errors; above 1 where the whole fit leaves rounding only
+    limit: f64,
+}
+
+impl<'a> Comparison<'a> {
+    fn new(whole: &'a Whole<'a>, tests: usize) -> Self {
+        let Whole { setting, fitted, answer } = whole;
+        let jacobian = jacobian(setting, fitted, answer);
+        let plain = directions(&jacobian).plain();
+        let misfit = Misfit::of(&residuals(fitted, |s| setting.model.at(&answer.values, s)));
+        let is_rounding = misfit.is_none_or(|m| m.rms_relative <= ROUNDING);
+        let limit = if is_rounding { f64::INFINITY } else { 1.0 - LEVEL / tests.max(1) as f64 };
+        // Rows over the sizes of their errors have others
+        let beyond = answer.pattern.beyond.filter(|_| answer.errors.sizes.is_none());
+        let own = !matches!(answer.errors.model, ErrorModel::Correlated { .. }) || answer.pattern.is_found(1);
+        Self { whole, jacobian, plain, own, beyond, limit }
+    }
+
+    /// Whether each constant of the range up to `to` differs by more than the errors explain.
+    fn departs(&self, to: f64, found: &LawFit) -> Vec<bool> {
+        let Whole { fitted, answer, .. } = self.whole;
+        let rows: Vec<usize> = (0..fitted.len()).filter(|i| fitted[*i].stretch <= to).collect();
+        let plain = directions(&self.jacobian.select_rows(&rows)).plain();
+        let pairs = found.identified.estimates.iter().zip(&answer.identified.estimates);
+        let one = |(j, (part, all)): (usize, (&Estimate, &Estimate))| {
+            let difference = (part.value - all.value).abs();
+            // √((JₖᵀJₖ)⁻¹ − (JᵀJ)⁻¹)ⱼⱼ
+            let rest = (plain[j].powi(2) - self.plain[j].powi(2)).max(0.0).sqrt();
+            let own = self.own.then_some((part.std_error / plain[j], found.errors.free));
+            let is_beyond = |(size, free): (f64, usize)| {
+                let deviation = size * rest;
+                deviation > 0.0 && free > 0 && t_probability(difference / deviation, free) > self.limit
+            };
+            part.std_error.is_finite() && [own, self.beyond].into_iter().flatten().any(is_beyond)
+        };
+        pairs.enumerate().map(one).collect()
+    }
+}
