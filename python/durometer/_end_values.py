@@ -25,6 +25,12 @@ class EndFunction(Protocol):
     def __call__(self, numbers: Any) -> Any: ...
 
 
+def no_second_derivatives() -> InputError:
+    """The refusal of a derivative of a derivative."""
+    fact = "a run has no second derivatives, which a Hessian, a penalty of a gradient or Newton's method takes"
+    return InputError(fact, "take differences of gradients, or a method that needs first derivatives only, such as L-BFGS")
+
+
 def names(what: str, given: Any, example: str) -> list[str]:
     """A list of different names."""
     if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):

@@ -134,6 +134,47 @@ def test_jax_takes_values_and_gradients(scene: durometer.Scene, method: str) -> 
         assert numpy.allclose(exact[:, k], difference, rtol=1e-6, atol=1e-7 * abs(ended(scene, at_end.start)).max() / abs(size)), KEYS[k]
 
 
+def test_torch_refuses_second_derivatives(scene: durometer.Scene) -> None:
+    library = backend("torch")
+    import torch
+
+    at_end = library.function(scene, KEYS[:2], COLUMNS[:1])
+    height = lambda numbers: at_end(numbers)[0]  # noqa: E731
+    for of in (height, lambda numbers: height(numbers) ** 2):
+        with pytest.raises(durometer.InputError, match="no second derivatives") as caught:
+            torch.autograd.functional.hessian(of, at_end.start)
+        assert "L-BFGS" in caught.value.remedy
+    numbers = at_end.start.clone().requires_grad_()
+    [first] = torch.autograd.grad(height(numbers), numbers)
+    [kept] = torch.autograd.grad(height(numbers), numbers, create_graph=True)
+    assert torch.equal(kept.detach(), first)
+    with pytest.raises(durometer.InputError, match="no second derivatives"):
+        (kept**2).sum().backward()
+
+
+def test_jax_refuses_second_derivatives(scene: durometer.Scene) -> None:
+    library = backend("jax")
+    import jax
+
+    jax.config.update("jax_enable_x64", True)
+    at_end = library.function(scene, KEYS[:2], COLUMNS[:1])
+    gradient = jax.grad(lambda numbers: at_end(numbers)[0])
+    penalty = jax.grad(lambda numbers: (gradient(numbers) ** 2).sum())
+    for of in (penalty, jax.jit(penalty), jax.jacrev(gradient)):
+        with pytest.raises(durometer.InputError, match="no second derivatives") as caught:
+            of(at_end.start)
+        assert "L-BFGS" in caught.value.remedy
+    # Forward mode, by which JAX makes a Hessian, is refused by JAX itself
+    numbers = jax.numpy.asarray(at_end.start)
+    for call in (
+        lambda: jax.hessian(lambda numbers: at_end(numbers)[0] ** 2)(numbers),
+        lambda: jax.jvp(gradient, (numbers,), (numbers,)),
+        lambda: jax.jvp(at_end, (numbers,), (numbers,)),
+    ):
+        with pytest.raises(TypeError, match="forward-mode"):
+            call()
+
+
 @pytest.mark.parametrize("name", ["torch", "jax"])
 def test_wrong_functions_and_numbers_are_refused(scene: durometer.Scene, name: str) -> None:
     library = backend(name)
