@@ -35,7 +35,11 @@ class InputError(DurometerError, ValueError):
 
 
 class RunError(DurometerError, RuntimeError):
-    """A run, a search or a study that is not complete; `result` has what was computed. The program ends with exit code 3."""
+    """A run, a search or a study that is not complete; `result` has what was computed. The program ends with exit code 3.
+
+    Functions of `durometer.jax` and `durometer.torch` raise it for every design that has no answer: also where the scene refuses the numbers
+    (`status` is "Refused"), and where there is no derivative ("NoDerivative").
+    """
 
 
 class MissingExtra(DurometerError, ImportError):

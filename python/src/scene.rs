@@ -12,7 +12,7 @@ use crate::value::{plain, toml_of};
 use durometer::material::LawSpecError;
 use durometer::material::registry::given;
 use durometer::math::threads::locked;
-use durometer::scene::{ParameterKey, changed_scene, overrides, read_table};
+use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::path::{Path, PathBuf};
@@ -112,6 +112,15 @@ impl Scene {
     /// Whether `Run.gradient` can differentiate the runs of this scene: InputError says why not.
     fn check_gradient(&self, py: Python<'_>) -> PyResult<()> {
         durometer::scene::check_scalar(&self.build(py, None)?.scene).map_err(refused)
+    }
+
+    /// Names of the columns that have derivatives by these keys; InputError where there are none by one of them.
+    fn _differentiable(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+        let (keys, built) = (parsed(keys)?, self.build(py, None)?);
+        let columns = apart(py, None, |link| {
+            built.during(link, |scene| SensitivityRecorder::new(scene, &keys).map(|of| of.columns().to_vec()))
+        })?;
+        columns.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)
     }
 
     /// The scene as TOML, with its changes and with what it includes.
