@@ -19,6 +19,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use toml::{Table, Value};
 
+/// What messages call a scene that was given as a text, in the folder from which its files are found.
+const TEXT: &str = "<text>";
+
 /// A simulation: the text of a scene, with changes.
 ///
 /// >>> import durometer
@@ -72,7 +75,7 @@ impl Scene {
     fn from_toml(source: &Bound<'_, PyAny>) -> PyResult<Self> {
         let text = source.cast::<PyString>().ok().map(|text| text.to_string()).filter(|text| text.contains('\n'));
         let (file, text) = match text {
-            Some(text) => (PathBuf::from("scene.toml"), text),
+            Some(text) => (PathBuf::from(TEXT), text),
             None => {
                 let file =
                     durometer_commands::files::find(&source.extract::<PathBuf>()?, "scene.toml").map_err(refused)?;

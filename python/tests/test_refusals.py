@@ -26,6 +26,21 @@ def test_a_wrong_scene_is_refused(source: str, words: str) -> None:
     assert caught.value.status == "Refused" and caught.value.fact and isinstance(caught.value, ValueError)
 
 
+def test_a_text_is_told_from_the_files_of_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("scene.toml", "study.toml"):
+        (tmp_path / name).write_text(BEAM)
+    with pytest.raises(durometer.InputError, match="<text>, line 2: unknown key `foo`"):
+        durometer.Scene.from_toml("[mesh]\nfoo = 1\n")
+    with pytest.raises(durometer.InputError, match="<text>: laws.silicone: ") as caught:
+        durometer.Scene.from_toml(BEAM.replace("nu = 0.45", "nu = 0.6")).run()
+    assert "scene.toml" not in str(caught.value)
+    assert durometer.Scene.from_toml(".").columns
+    for load in (durometer.Scene.from_toml, durometer.Study.load):
+        with pytest.raises(durometer.InputError, match="is empty; give its path"):
+            load("")
+
+
 @pytest.mark.parametrize("source", [3, None, ["a"]])
 def test_a_scene_is_a_text_or_a_path(source: object) -> None:
     with pytest.raises(TypeError):
