@@ -155,9 +155,14 @@ def test_sequences_and_mappings_are_values(beam: durometer.Scene) -> None:
     assert beam.set("mesh.grid", grid).run().converged
 
 
-def test_the_unit_of_a_constant_of_a_law_is_checked_when_it_is_set(beam: durometer.Scene) -> None:
+def test_key_and_unit_of_a_constant_of_a_law_are_checked_when_it_is_set(beam: durometer.Scene) -> None:
     with pytest.raises(durometer.InputError, match='"100 mm" has the wrong dimension'):
         beam.set("laws.silicone.E", "100 mm")
+    for key, value in [("laws.silicone.foo", 3), ("laws.silicone", {"law": "neo_hookean", "E": "1 kPa", "foo": 3})]:
+        with pytest.raises(durometer.InputError, match="law `neo_hookean` has no parameter `foo`"):
+            beam.set(key, value)
+    with pytest.raises(durometer.InputError, match='"foo" leads nowhere: there is no "foo"'):
+        beam.get("foo")
     # What other keys decide is not
     assert beam.set("laws.silicone.law", "gent").get("laws.silicone.law") == "gent"
 

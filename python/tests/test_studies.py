@@ -55,6 +55,11 @@ def test_a_study_runs_and_reports(study: durometer.Study, tmp_path: Path) -> Non
     assert again.summary == report.summary and again.verdict in again._repr_html_() or "&" in again._repr_html_()
 
 
+def test_a_change_by_an_unknown_key_is_refused_when_the_study_is_loaded(study: durometer.Study) -> None:
+    with pytest.raises(durometer.InputError, match="law `neo_hookean` has no parameter `Q`"):
+        durometer.Study.load(study.file, {"laws.silicone.Q": 3})
+
+
 def test_the_cases_are_the_same_in_processes_and_in_threads(study: durometer.Study, tmp_path: Path) -> None:
     reports = [study.run(tmp_path / kind, isolation=kind, only="c2") for kind in ["processes", "threads"]]
     probes = [[case["probes"] for case in report.summary["cases"]] for report in reports]
