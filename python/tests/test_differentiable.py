@@ -305,6 +305,29 @@ def test_doubtful_derivatives_are_named_in_a_warning() -> None:
     [warning] = told
     [(key, value, error)] = warning.message.doubtful
     assert key == "laws.silicone.s" and value == gradient[0] and error > 1e-6 * abs(value)
+    assert warning.filename == __file__
+
+
+@pytest.mark.parametrize("name", ["torch", "jax"])
+def test_a_warning_names_the_line_that_asked_for_derivatives(scene: durometer.Scene, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from durometer._end_values import EndValues
+
+    class Found:
+        run = scene.run()
+        columns = COLUMNS
+        doubtful = [(COLUMNS[0], KEYS[0], 1e-3)]
+
+        def __getitem__(self, place: tuple[str, str]) -> numpy.ndarray:
+            return numpy.array([0.0, 2.0])
+
+    monkeypatch.setattr(EndValues, "_solved", lambda of, numbers: Found())
+    at_end = backend(name).function(scene, KEYS[:1], COLUMNS[:1], method="forward")
+    with pytest.warns(durometer.DoubtfulDerivative) as told:
+        if name == "torch":
+            at_end(at_end.start.clone().requires_grad_())[0].backward()
+        else:
+            importlib.import_module("jax").grad(lambda numbers: at_end(numbers)[0])(at_end.start)
+    assert [warning.filename for warning in told] == [__file__]
 
 
 @pytest.mark.filterwarnings("error")
