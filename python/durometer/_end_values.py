@@ -7,8 +7,8 @@ from typing import Any, Protocol
 
 import numpy
 
-from ._native import Run, Scene
-from .errors import InputError, warn_of_doubtful
+from ._native import Run, Scene, set_threads
+from .errors import InputError, RunError, warn_of_doubtful
 
 #: Runs that are kept for their derivatives
 KEPT = 2
@@ -23,6 +23,12 @@ class EndFunction(Protocol):
     method: str
 
     def __call__(self, numbers: Any) -> Any: ...
+
+
+def no_second_derivatives() -> InputError:
+    """The refusal of a derivative of a derivative."""
+    fact = "a run has no second derivatives, which a Hessian, a penalty of a gradient or Newton's method takes"
+    return InputError(fact, "take differences of gradients, or a method that needs first derivatives only, such as L-BFGS")
 
 
 def names(what: str, given: Any, example: str) -> list[str]:
@@ -50,30 +56,39 @@ class EndValues:
         if missing:
             raise InputError(f"no column {', '.join(missing)}", f"known: {', '.join(scene.columns)}")
         self.method = chosen(scene, method)
+        known = scene._differentiable(self.keys)
+        without = [name for name in self.columns if name not in known]
+        if without:
+            remedy = f"take columns that have one: {', '.join(known)}" if known else "add a [[probe]] whose columns have one, such as position"
+            raise InputError(f"{', '.join(without)} has no derivative", remedy)
         self._runs: OrderedDict[bytes, Any] = OrderedDict()
         #: Held where `_runs` is read or changed, and not during a run
         self._lock = Lock()
 
     def values(self, numbers: numpy.ndarray) -> numpy.ndarray:
-        """[columns] values; a run that does not complete raises `RunError`."""
+        """[columns] values; `RunError` where the run does not complete, and where the scene refuses these numbers."""
         found = self._solved(numbers)
         run = found if isinstance(found, Run) else found.run
         return numpy.array([run[name][-1] for name in self.columns])
 
     def pullback(self, numbers: numpy.ndarray, weights: numpy.ndarray) -> numpy.ndarray:
-        """[keys] derivatives of Σ weights · values; a warning names those that are doubtful."""
+        """[keys] derivatives of Σ weights · values, `RunError` where there are none; a warning names those that are doubtful."""
+        if not numpy.isfinite(weights).all():
+            fact = f"the derivative by {', '.join(self.columns)} is {numpy.asarray(weights).tolist()}"
+            raise InputError(fact, "let what is computed from the values be finite")
         found = self._solved(numbers)
-        if isinstance(found, Run):
-            return found.gradient(dict(zip(self.columns, map(float, weights))), self.keys)
         # A column that does not count may have no derivative
         weighted = {name: float(weight) for name, weight in zip(self.columns, weights) if weight}
-        without = [name for name in weighted if name not in found.columns]
-        if without:
-            raise InputError(f"{', '.join(without)} has no derivative", f"take columns that have one: {', '.join(found.columns)}")
+        if isinstance(found, Run):
+            try:
+                return found.gradient(weighted, self.keys)
+            except InputError as refused:
+                raise RunError(refused.fact, refused.remedy, "NoDerivative", result=found) from refused
         jacobian = {name: numpy.array([found[name, key][-1] for key in self.keys]) for name in weighted}
         undefined = [name for name, row in jacobian.items() if numpy.isnan(row).any()]
         if undefined:
-            raise InputError(f"{', '.join(undefined)} has no derivative at the end of the run", "take another column, or end the run before")
+            fact = f"{', '.join(undefined)} has no derivative at the end of the run"
+            raise RunError(fact, "take another column, or end the run before", "NoDerivative", result=found.run)
         doubtful = [(column, key, error) for column, key, error in found.doubtful if column in weighted]
         sizes = {(column, key): float(abs(found[column, key]).max()) for column, key, _ in doubtful}
         warn_of_doubtful(
@@ -88,7 +103,7 @@ class EndValues:
             raise InputError(fact, f"give one number for each of {', '.join(self.keys)}, in SI units")
 
     def _solved(self, numbers: numpy.ndarray) -> Any:
-        """The run with these numbers, or where the adjoint does not serve, its sensitivities."""
+        """The run with these numbers, or where the adjoint does not serve, its sensitivities; kept for the next call."""
         numbers = numpy.asarray(numbers, dtype=float)
         self.checked(numbers.shape)
         if not numpy.isfinite(numbers).all():
@@ -97,18 +112,25 @@ class EndValues:
         with self._lock:
             found = self._runs.get(place)
         if found is None:
-            scene = self.scene
-            for key, number in zip(self.keys, numbers):
-                scene = scene.set_si(key, float(number))
-            if self.method == "adjoint":
-                found = scene.run(threads=self.threads)
-            else:
-                found = scene.sensitivities(self.keys, threads=self.threads)
+            set_threads(self.threads)
+            found = self._computed(numbers)
             with self._lock:
                 self._runs[place] = found
                 while len(self._runs) > KEPT:
                     self._runs.popitem(last=False)
         return found
+
+    def _computed(self, numbers: numpy.ndarray) -> Any:
+        """The same anew. The keys are those of the scene: what it refuses now it refuses because of the numbers, and they are a design without an answer."""
+        scene = self.scene
+        try:
+            for key, number in zip(self.keys, numbers):
+                scene = scene.set_si(key, float(number))
+            if self.method == "adjoint":
+                return scene.run(threads=self.threads)
+            return scene.sensitivities(self.keys, threads=self.threads)
+        except InputError as refused:
+            raise RunError(refused.fact, refused.remedy, refused.status, result=refused.result) from refused
 
 
 def chosen(scene: Scene, method: str) -> str:

@@ -1,5 +1,6 @@
 """Exceptions: what is wrong (`fact`), what helps (`remedy`), and how it ended (`status`); and the warning of derivatives."""
 
+import sys
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -35,7 +36,11 @@ class InputError(DurometerError, ValueError):
 
 
 class RunError(DurometerError, RuntimeError):
-    """A run, a search or a study that is not complete; `result` has what was computed. The program ends with exit code 3."""
+    """A run, a search or a study that is not complete; `result` has what was computed. The program ends with exit code 3.
+
+    Functions of `durometer.jax` and `durometer.torch` raise it for every design that has no answer: also where the scene refuses the numbers
+    (`status` is "Refused"), and where there is no derivative ("NoDerivative").
+    """
 
 
 class MissingExtra(DurometerError, ImportError):
@@ -58,7 +63,21 @@ class DoubtfulDerivative(UserWarning):
         self.doubtful = doubtful
 
 
+#: Packages through which derivatives are asked for
+BETWEEN = {"contextlib", "durometer", "functools", "jax", "jaxlib", "torch"}
+
+
 def warn_of_doubtful(doubtful: list[tuple[str, float, float]]) -> None:
     """One warning for all of them, at the line that asked for the derivatives; none where there are none."""
     if doubtful:
-        warnings.warn(DoubtfulDerivative(doubtful), stacklevel=2)
+        warnings.warn(DoubtfulDerivative(doubtful), stacklevel=level_of_user())
+
+
+def level_of_user() -> int:
+    """How many calls above the caller the code of the user is; 2, the next one, where a thread of JAX calls and there is none."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_globals.get("__name__", "").split(".")[0] in BETWEEN:
+        if frame.f_back is None:
+            return 2
+        frame, level = frame.f_back, level + 1
+    return level

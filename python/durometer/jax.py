@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy
 
-from ._end_values import EndFunction, EndValues
+from ._end_values import EndFunction, EndValues, no_second_derivatives
 from ._extras import extra
 from ._native import Scene
 from .errors import InputError
@@ -21,8 +21,8 @@ def function(
 ) -> EndFunction:
     """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
 
-    It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other; neither forward mode (`jax.jvp`)
-    nor second derivatives. `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution
+    It takes `jax.grad`, `jax.jacrev`, `jax.jit` and `jax.vmap`, which calls it for one row after the other. Forward mode (`jax.jvp`, and with it
+    `jax.hessian`) raises the `TypeError` of JAX, and a derivative of a derivative `InputError`. `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution
     for each backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Switch
     `jax_enable_x64` on: otherwise JAX rounds numbers and results to float32. Within `jax.jit` an exception of a run comes as one of JAX, which
     holds its text.
@@ -48,8 +48,16 @@ def function(
     def forward(numbers: Any) -> Any:
         return ended(numbers), numbers
 
+    @jax.custom_jvp
+    def derivative(numbers: Any, weights: Any) -> Any:
+        return called(of.pullback, len(of.keys), numbers, weights)
+
+    @derivative.defjvp
+    def second(primals: Any, tangents: Any) -> Any:
+        raise no_second_derivatives()
+
     def backward(numbers: Any, weights: Any) -> Any:
-        return (called(of.pullback, len(of.keys), numbers, weights),)
+        return (derivative(numbers, weights),)
 
     ended.defvjp(forward, backward)
 

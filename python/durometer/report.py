@@ -57,9 +57,11 @@ class Report:
         return sorted((self.folder / "figures").glob("*.png"))
 
     def rows(self, table: str) -> list[dict[str, str]]:
-        """The lines of a table, as text by column."""
+        """The lines of a table, as text by column; a heading that is there before has a number, as in `table`: `at [s]`, `at [s].1`."""
         with self._table(table).open(encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
+            lines = csv.reader(file)
+            headings = different(next(lines, []))
+            return [dict(zip(headings, line)) for line in lines if line]
 
     def table(self, table: str) -> Any:
         """A table of pandas; a dash or an empty cell has no value, any other text is one."""
@@ -76,3 +78,15 @@ class Report:
     def _repr_html_(self) -> str:
         verdict, path = html.escape(self.verdict), html.escape(str(self.path))
         return f"<p><b>{html.escape(self.summary['study'])}</b>: {verdict}</p><p><a href=\"{path}\">{path}</a></p>"
+
+
+def different(headings: list[str]) -> list[str]:
+    """The headings, where one that is there before has the next free number."""
+    found: list[str] = []
+    for heading in headings:
+        name, number = heading, 0
+        while name in found:
+            number += 1
+            name = f"{heading}.{number}"
+        found.append(name)
+    return found

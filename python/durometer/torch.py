@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy
 
-from ._end_values import EndFunction, EndValues
+from ._end_values import EndFunction, EndValues, no_second_derivatives
 from ._extras import extra
 from ._native import Scene
 from .errors import InputError
@@ -22,7 +22,7 @@ def function(
     """The function [keys] → [columns] from numbers of the scene, in SI units, to recorded values at the end of its run.
 
     `function.start` has the numbers of the scene, and `function.method` says how derivatives are made: "adjoint" (a solution for each
-    backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives are not available.
+    backward pass, whatever the number of keys; static scenes) or "forward" (one for each key, in the run itself). Second derivatives raise `InputError`.
     Tensors of float32 are computed in float64.
 
     Derivatives are exact in the constants of laws of the library and by differences of the equations, not of runs, in other keys; a warning
@@ -38,10 +38,18 @@ def function(
             return numbers.new_tensor(of.values(in_float64(numbers)))
 
         @staticmethod
-        @torch.autograd.function.once_differentiable
         def backward(ctx: Any, weights: Any) -> Any:
             (numbers,) = ctx.saved_tensors
+            return _Derivative.apply(numbers, weights)
+
+    class _Derivative(torch.autograd.Function):
+        @staticmethod
+        def forward(ctx: Any, numbers: Any, weights: Any) -> Any:
             return numbers.new_tensor(of.pullback(in_float64(numbers), in_float64(weights)))
+
+        @staticmethod
+        def backward(ctx: Any, weights: Any) -> Any:
+            raise no_second_derivatives()
 
     def at_end(numbers: Any) -> Any:
         if not isinstance(numbers, torch.Tensor) or not numbers.dtype.is_floating_point:

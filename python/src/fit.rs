@@ -5,9 +5,10 @@ use crate::error::{input, refused};
 use crate::run::follower;
 use crate::solve::apart;
 use crate::threads;
-use crate::value::{kind, numbers, plain};
+use crate::value::{kind, mapping, numbers, plain};
 use durometer::calibrate::{
-    Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange, fit, fit_experiment,
+    Accuracy, Dimensions, Experiment, FitError, FitOptions, FitRequest, FitResult, Mode, Partner, Sample, StretchRange,
+    fit, fit_experiment,
 };
 use durometer::math::units::{self, Dimension};
 use durometer::scene::Progress;
@@ -15,6 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -36,9 +38,11 @@ pub struct Fit {
 impl Fit {
     /// Fits a law to a table of strain or stretch and stress; `path` is one CSV file, or several of specimens of the same test.
     ///
-    /// `options`: those of `durometer fit`, with underscores: terms, modes, range ((from, to) in stretch), weight, noise, loss, stable, nu, kappa,
-    /// volumetric, slack, tolerance, and columns: strain_column, stress_column, strain_unit, stress_unit, strain_kind, stress_kind, stress_positive, card.
-    /// noise and kappa are texts with a unit or numbers \[Pa\]; None is an option that is not given.
+    /// `options`: those of `durometer fit`, with underscores: terms, modes (or mode), range ((from, to) in stretch), weight, noise, loss, stable, nu, kappa,
+    /// volumetric, slack, tolerance, accuracy ({"stress_scale": "2 %"}); of the table card, strain_column, stress_column, strain_column_2, stress_column_2,
+    /// lateral_column, lateral_unit, strain_unit, stress_unit, strain_kind, stress_kind, decimal, test, positive, stress_positive, strain_from, cycle, zero,
+    /// toe; of a test piece whose displacement and force were measured gauge_length, width, thickness, diameter, area, compliance. Quantities are texts
+    /// with a unit or numbers in SI units; None is an option that is not given.
     #[staticmethod]
     #[pyo3(signature = (path, law, *, progress = None, **options))]
     fn from_csv(
@@ -57,7 +61,7 @@ impl Fit {
         let mut request = FitRequest::new(first, law);
         request.more = more.to_vec();
         let rest = columns(&mut request, options)?;
-        set(&mut request.options, &rest)?;
+        set(&mut request.options, &rest, &[&OPTIONS[..], &COLUMNS].concat())?;
         let result = followed(py, progress, |stop| {
             request.options.stop = Some(stop);
             fit(&request)
@@ -98,7 +102,7 @@ impl Fit {
         let samples: Vec<Sample> = stretch.iter().enumerate().map(one).collect();
         let bytes: Vec<u8> = stretch.iter().chain(&second).chain(&stress).flat_map(|x| x.to_le_bytes()).collect();
         let mut wanted = FitOptions::new(law);
-        set(&mut wanted, &all(options)?)?;
+        set(&mut wanted, &all(options)?, &OPTIONS)?;
         let experiment = Experiment::of_samples("arrays", &durometer::storage::sha256(&bytes), samples);
         let result = followed(py, progress, |stop| {
             wanted.stop = Some(stop);
@@ -240,17 +244,47 @@ fn check(mode: Mode, stretch: &[f64], stress: &[f64], second: Option<&[f64]>) ->
 type Options<'py> = BTreeMap<String, Bound<'py, PyAny>>;
 
 /// Options of a fit, and of the columns of its table.
-const OPTIONS: [&str; 12] =
-    ["terms", "modes", "range", "stable", "weight", "loss", "slack", "noise", "nu", "kappa", "volumetric", "tolerance"];
-const COLUMNS: [&str; 8] = [
+const OPTIONS: [&str; 13] = [
+    "terms",
+    "modes",
+    "range",
+    "stable",
+    "weight",
+    "loss",
+    "slack",
+    "noise",
+    "nu",
+    "kappa",
+    "volumetric",
+    "tolerance",
+    "accuracy",
+];
+const COLUMNS: [&str; 25] = [
     "card",
     "strain_column",
     "stress_column",
+    "strain_column_2",
+    "stress_column_2",
+    "lateral_column",
+    "lateral_unit",
     "strain_unit",
     "stress_unit",
     "strain_kind",
     "stress_kind",
+    "decimal",
+    "test",
+    "positive",
     "stress_positive",
+    "strain_from",
+    "cycle",
+    "zero",
+    "toe",
+    "gauge_length",
+    "width",
+    "thickness",
+    "diameter",
+    "area",
+    "compliance",
 ];
 
 /// A message that names flags of `durometer fit`, with the names of the options here.
@@ -258,7 +292,7 @@ fn in_python(message: &str) -> String {
     let mut parts = message.split("--");
     let mut out = parts.next().unwrap_or_default().to_string();
     for part in parts {
-        let end = part.find(|c: char| !c.is_ascii_lowercase() && c != '-').unwrap_or(part.len());
+        let end = part.find(|c: char| !c.is_ascii_alphanumeric() && c != '-').unwrap_or(part.len());
         let (flag, rest) = part.split_at(end);
         let name = if flag == "mode" { "modes".into() } else { flag.replace('-', "_") };
         if OPTIONS.iter().chain(&COLUMNS).any(|known| *known == name) {
@@ -307,30 +341,82 @@ fn pressure(key: &str, value: &Bound<'_, PyAny>) -> PyResult<f64> {
     }
 }
 
+/// A quantity with its unit, or a number in the SI unit of its dimension, as text.
+fn sized(key: &str, value: &Bound<'_, PyAny>, dimension: Dimension) -> PyResult<String> {
+    let number = || value.extract::<f64>().map(|number| format!("{number} {}", dimension.si_unit())).ok();
+    let wanted =
+        format!("a text with a unit such as \"3 {}\", or a number in {}", dimension.example(), dimension.si_unit());
+    option(key, value, &wanted, || number().or_else(|| value.extract().ok()))
+}
+
+/// A whole number.
+fn whole(key: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    option(key, value, "a whole number", || value.extract().ok())
+}
+
+/// One of the words that are known.
+fn known<T: FromStr<Err = String>>(word: &str) -> PyResult<T> {
+    word.parse().map_err(refused::<String>)
+}
+
 /// Takes the options of a table; returns the others.
 fn columns<'py>(request: &mut FitRequest, options: Option<&Bound<'py, PyDict>>) -> PyResult<Options<'py>> {
     let mut rest = all(options)?;
-    let mut text = |name: &str| rest.remove(name).map(|value| word(name, &value)).transpose();
+    // The program knows both names
+    if let Some(mode) = rest.remove("mode")
+        && rest.insert("modes".into(), mode).is_some()
+    {
+        return Err(input("mode and modes are both given, and they are one option", "give one of them"));
+    }
     let columns = &mut request.columns;
-    columns.strain = text("strain_column")?;
-    columns.stress = text("stress_column")?;
-    columns.strain_unit = text("strain_unit")?;
-    columns.stress_unit = text("stress_unit")?;
-    columns.strain_kind = text("strain_kind")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
-    columns.stress_kind = text("stress_kind")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
-    columns.stress_positive =
-        text("stress_positive")?.map(|word| word.parse()).transpose().map_err(refused::<String>)?;
-    request.card =
-        rest.remove("card").map(|card| option("card", &card, "a path", || card.extract().ok())).transpose()?;
+    columns.compression =
+        rest.get("modes").is_some_and(|modes| modes.to_string().to_lowercase().contains("compression"));
+    for key in COLUMNS {
+        let Some(value) = rest.remove(key) else { continue };
+        let text = || word(key, &value);
+        match key {
+            "card" => request.card = Some(option(key, &value, "a path", || value.extract().ok())?),
+            "strain_column" => columns.strain = Some(text()?),
+            "stress_column" => columns.stress = Some(text()?),
+            "strain_column_2" => columns.strain_2 = Some(text()?),
+            "stress_column_2" => columns.stress_2 = Some(text()?),
+            "lateral_column" => columns.lateral = Some(text()?),
+            "lateral_unit" => columns.lateral_unit = Some(text()?),
+            "strain_unit" => columns.strain_unit = Some(text()?),
+            "stress_unit" => columns.stress_unit = Some(text()?),
+            "strain_kind" => columns.strain_kind = Some(known(&text()?)?),
+            "stress_kind" => columns.stress_kind = Some(known(&text()?)?),
+            "decimal" => columns.decimal = Some(known(&text()?)?),
+            "test" => columns.test = Some(whole(key, &value)?),
+            "positive" => columns.positive = Some(known(&text()?)?),
+            "stress_positive" => columns.stress_positive = Some(known(&text()?)?),
+            "strain_from" => columns.strain_measurement = Some(text()?),
+            "cycle" => request.preparation.cycle = Some(known(&value.to_string())?),
+            "zero" => request.preparation.zero = Some(whole(key, &value)?),
+            "toe" => request.preparation.toe = Some(sized(key, &value, Dimension::PRESSURE)?),
+            size => {
+                let (own, dimension) = Dimensions::KEYS.into_iter().find(|(own, _)| *own == size).expect("a size");
+                columns.dimensions.set(own, &sized(key, &value, dimension)?).map_err(refused)?;
+            }
+        }
+    }
     Ok(rest)
 }
 
-/// Takes the options of a fit; all that are unknown are named.
-fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
-    let unknown: Vec<&str> = options.keys().map(String::as_str).filter(|key| !OPTIONS.contains(key)).collect();
+/// Half-widths of the errors that all data points share, by their names.
+fn accuracy(value: &Bound<'_, PyAny>) -> PyResult<Accuracy> {
+    let one = |(error, width): (String, Bound<'_, PyAny>)| format!("{error}={width}").parse::<Accuracy>();
+    let all = mapping("accuracy", value)?.into_iter().map(one).collect::<Result<Vec<_>, _>>();
+    let all = all.map_err(|e| refused(in_python(&e.to_string())))?;
+    Ok(all.iter().fold(Accuracy::default(), |all, one| one.or(&all)))
+}
+
+/// Takes the options of a fit; all that are unknown are named, with those that are `known`.
+fn set(wanted: &mut FitOptions, options: &Options<'_>, known: &[&str]) -> PyResult<()> {
+    let unknown: Vec<&str> = options.keys().map(String::as_str).filter(|key| !known.contains(key)).collect();
     if !unknown.is_empty() {
         let fact = format!("a fit has no option {}", unknown.join(", "));
-        return Err(input(&fact, &format!("known: {}", OPTIONS.join(", "))));
+        return Err(input(&fact, &format!("known: {}", known.join(", "))));
     }
     if options.contains_key("nu") && options.contains_key("kappa") {
         return Err(input("nu and kappa are both given, and each follows from the other", "give one of them"));
@@ -338,7 +424,8 @@ fn set(wanted: &mut FitOptions, options: &Options<'_>) -> PyResult<()> {
     for (key, value) in options {
         let word = || word(key, value);
         match key.as_str() {
-            "terms" => wanted.terms = Some(option(key, value, "a whole number", || value.extract().ok())?),
+            "terms" => wanted.terms = Some(whole(key, value)?),
+            "accuracy" => wanted.accuracy = accuracy(value)?,
             "modes" => {
                 let one = || value.extract::<String>().map(|one| vec![one]).ok();
                 let words =

@@ -63,6 +63,14 @@ fn set_python(file: std::path::PathBuf) {
     durometer::catalogue::host::set_python(file);
 }
 
+/// Lets the work that follows use so many threads; InputError of a number that the program would refuse, and in a process that was forked without them.
+#[pyfunction]
+#[pyo3(signature = (threads))]
+fn set_threads(threads: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+    threads::set(threads)?;
+    threads::check_fork()
+}
+
 /// Alignment of the memory of objects in Python, which pyo3 does not compare with that of a class.
 const ALIGNMENT: usize = 16;
 
@@ -92,7 +100,7 @@ mod native {
     use super::{
         calibration::Calibration, controller::Observation, fit::Fit, invariants::Invariants, law::check_law,
         law::register_law, main, main_in_session, report::write_report, run::Run, scene::Scene,
-        sensitivities::Sensitivities, set_python, study::Study, twin::Twin,
+        sensitivities::Sensitivities, set_python, set_threads, study::Study, twin::Twin,
     };
     use pyo3::prelude::*;
 

@@ -3,7 +3,7 @@
 use crate::array::array;
 use crate::error::{input, is_outside, outside, refused};
 use crate::raised::Raised;
-use crate::value::{rows, tensor};
+use crate::value::{tensor, tensor_of_four};
 use durometer::material::{
     Law, LawError, LawInfo, LawSpecError, Moduli, Parameter, Response, Want, kinematics::Invariants,
 };
@@ -120,8 +120,7 @@ impl PythonLaw {
             self.finite("stress", response.p.as_slice())?;
         }
         if want >= Want::Tangent {
-            let tangent = object.call_method1("tangent", (&gradient,))?;
-            let values = rows("tangent", &py.import("numpy")?.call_method1("reshape", (tangent, (9, -1)))?, 9)?;
+            let values = tensor_of_four("tangent", &object.call_method1("tangent", (&gradient,))?)?;
             response.a.as_flattened_mut().copy_from_slice(&values);
             self.finite("tangent", &values)?;
         }

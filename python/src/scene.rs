@@ -12,12 +12,15 @@ use crate::value::{plain, toml_of};
 use durometer::material::LawSpecError;
 use durometer::material::registry::given;
 use durometer::math::threads::locked;
-use durometer::scene::{ParameterKey, changed_scene, overrides, read_table};
+use durometer::scene::{ParameterKey, SensitivityRecorder, changed_scene, overrides, read_table};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use toml::{Table, Value};
+
+/// What messages call a scene that was given as a text, in the folder from which its files are found.
+const TEXT: &str = "<text>";
 
 /// A simulation: the text of a scene, with changes.
 ///
@@ -72,7 +75,7 @@ impl Scene {
     fn from_toml(source: &Bound<'_, PyAny>) -> PyResult<Self> {
         let text = source.cast::<PyString>().ok().map(|text| text.to_string()).filter(|text| text.contains('\n'));
         let (file, text) = match text {
-            Some(text) => (PathBuf::from("scene.toml"), text),
+            Some(text) => (PathBuf::from(TEXT), text),
             None => {
                 let file =
                     durometer_commands::files::find(&source.extract::<PathBuf>()?, "scene.toml").map_err(refused)?;
@@ -112,6 +115,15 @@ impl Scene {
     /// Whether `Run.gradient` can differentiate the runs of this scene: InputError says why not.
     fn check_gradient(&self, py: Python<'_>) -> PyResult<()> {
         durometer::scene::check_scalar(&self.build(py, None)?.scene).map_err(refused)
+    }
+
+    /// Names of the columns that have derivatives by these keys; InputError where there are none by one of them.
+    fn _differentiable(&self, py: Python<'_>, keys: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+        let (keys, built) = (parsed(keys)?, self.build(py, None)?);
+        let columns = apart(py, None, |link| {
+            built.during(link, |scene| SensitivityRecorder::new(scene, &keys).map(|of| of.columns().to_vec()))
+        })?;
+        columns.map_err(|e| refused(e as Box<dyn std::error::Error>))?.map_err(refused)
     }
 
     /// The scene as TOML, with its changes and with what it includes.

@@ -3,7 +3,7 @@
 use crate::error::input;
 use durometer::math::tensor::Mat3;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString};
+use pyo3::types::{PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyInt, PyMapping, PySequence, PyString, PyTuple};
 use serde::Serialize;
 
 /// Deepest nesting of lists and dictionaries in a value: no key of a scene lies deeper.
@@ -105,12 +105,14 @@ pub fn numbers(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     Ok(values)
 }
 
-/// The rows of an array of `width` columns.
-pub fn rows(name: &str, given: &Bound<'_, PyAny>, width: usize) -> PyResult<Vec<f64>> {
+/// Numbers of an array of one of these shapes, row by row; the first shape is the one that is documented.
+fn shaped(name: &str, given: &Bound<'_, PyAny>, shapes: &[&[usize]]) -> PyResult<Vec<f64>> {
     let array = floats(name, given)?;
-    let shape: Vec<usize> = array.getattr("shape")?.extract()?;
-    if shape.len() != 2 || shape[1] != width {
-        return Err(input(&format!("{name} has the shape {shape:?}"), &format!("give one of shape (n, {width})")));
+    let shape = array.getattr("shape")?;
+    let own: Vec<usize> = shape.extract()?;
+    if !shapes.contains(&&own[..]) {
+        let wanted = PyTuple::new(given.py(), shapes[0])?;
+        return Err(input(&format!("{name} has the shape {shape}"), &format!("give one of shape {wanted}")));
     }
     array.call_method0("ravel")?.extract()
 }
@@ -137,11 +139,12 @@ pub fn finite(name: &str, values: &[f64]) -> PyResult<()> {
     }
 }
 
-/// A tensor of nine numbers, by rows.
+/// A tensor of the second order, by rows.
 pub fn tensor(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Mat3> {
-    let values = rows(name, given, 3)?;
-    if values.len() != 9 {
-        return Err(input(&format!("{name} has {} rows", values.len() / 3), "give one of shape (3, 3)"));
-    }
-    Ok(Mat3::from_row_slice(&values))
+    Ok(Mat3::from_row_slice(&shaped(name, given, &[&[3; 2]])?))
+}
+
+/// A tensor of the fourth order, its 81 numbers in the order of its indices; also as a matrix of the first two by the last two.
+pub fn tensor_of_four(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    shaped(name, given, &[&[3; 4], &[9; 2]])
 }

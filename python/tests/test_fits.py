@@ -160,6 +160,56 @@ def test_the_stress_of_a_table_may_be_positive_in_compression(tmp_path: Path) ->
     assert abs(fit.constants["mu"] / 40e3 - 1) < 1e-9
 
 
+def test_displacement_and_force_become_strain_and_stress(tmp_path: Path) -> None:
+    # A strip of 33 mm x 6 mm x 3 mm; displacement in mm, force in N
+    force = 40e3 * (STRETCH - STRETCH**-2) * 18e-6
+    rows = [f"{33 * (stretch - 1)},{f}" for stretch, f in zip(STRETCH.tolist(), force.tolist())]
+    table = tmp_path / "machine.csv"
+    table.write_text("Displacement (mm),Force (N)\n" + "\n".join(rows))
+    texts = {"gauge_length": "33 mm", "width": "6 mm", "thickness": "3 mm"}
+    numbers = {"gauge_length": 33e-3, "area": 18e-6}
+    for sizes in (texts, numbers):
+        fit = durometer.Fit.from_csv(table, "neo_hookean", mode="uniaxial", nu=0.45, **sizes)
+        assert abs(fit.constants["mu"] / 40e3 - 1) < 1e-9
+    with pytest.raises(durometer.InputError, match="the option gauge_length, or gauge_length under .* with name, file and status"):
+        durometer.Fit.from_csv(table, "neo_hookean", mode="uniaxial")
+    (tmp_path / "card.toml").write_text('[specimen]\ngauge_length = "33 mm"\n')
+    with pytest.raises(durometer.InputError, match="missing field `name`") as caught:
+        durometer.Fit.from_csv(table, "neo_hookean", mode="uniaxial")
+    assert caught.value.remedy.startswith("a card begins with name")
+    given = 'name = "strip"\nfile = "machine.csv"\nstatus = "own measurement"\nmode = "uniaxial"\n[specimen]\n'
+    (tmp_path / "card.toml").write_text(given + "\n".join(f'{key} = "{text}"' for key, text in texts.items()))
+    assert abs(durometer.Fit.from_csv(table, "neo_hookean", nu=0.45).constants["mu"] / 40e3 - 1) < 1e-9
+
+
+def test_all_options_of_a_table_are_known_and_named(tmp_path: Path) -> None:
+    strain, stress = STRETCH - 1, 40.0 * (STRETCH - STRETCH**-2)
+    table = tmp_path / "pull.csv"
+    table.write_text("strain [%],stress [kPa]\n" + "\n".join(f"{100 * a},{b}" for a, b in zip(strain.tolist(), stress.tolist())))
+    read = lambda **options: durometer.Fit.from_csv(table, "neo_hookean", nu=0.45, **options)  # noqa: E731
+    options = {"decimal": "point", "positive": "tension", "strain_from": "extensometer", "cycle": "all", "test": 1, "accuracy": {"stress_scale": "2 %"}}
+    fit = read(mode="uniaxial", **options)
+    assert abs(fit.constants["mu"] / 40e3 - 1) < 1e-9
+    lower, upper = fit.intervals["mu"]
+    assert (upper - lower) / fit.constants["mu"] > 0.03, "the load cell is known to 2 %"
+    with pytest.raises(durometer.InputError, match="no option colour") as caught:
+        read(colour="red")
+    named = set(caught.value.remedy.removeprefix("known: ").split(", "))
+    assert {"terms", "card", "strain_unit", "gauge_length", "area", "cycle", "strain_column_2", *options} <= named
+    for wrong, words in [
+        ({"mode": "uniaxial", "modes": "planar"}, "mode and modes are both given"),
+        ({"width": "3 kPa"}, "width = .*wrong dimension"),
+        ({"width": [3]}, "the option width .* of the type list"),
+        ({"decimal": "dot"}, "not a decimal mark"),
+        ({"zero": "two"}, "the option zero"),
+        ({"accuracy": {"stress": "2 %"}}, "the option accuracy stress"),
+    ]:
+        with pytest.raises(durometer.InputError, match=words):
+            read(**{"mode": "uniaxial", **wrong})
+    against = read(mode="uniaxial", strain_unit="1").warnings
+    assert any("its name gives: leave the option strain_unit out" in warning for warning in against), against
+
+
 def test_points_beyond_the_protocol_are_noted(pulled: durometer.Scene) -> None:
     curve = durometer.Curve(pulled, "t_s", [0.5, 1.0, 7.0], "xmin_reaction_x_N", [-1e-3, -2e-3, -3e-3], "long")
     found = durometer.Calibration.from_curves([curve], ["laws.silicone.E"], check=False)

@@ -1,5 +1,6 @@
 """Laws in Python: the checks of the library, and the numbers of the same law in Rust."""
 
+import re
 import threading
 
 import durometer
@@ -148,7 +149,7 @@ def test_a_law_that_raises_ends_the_run_by_its_exception() -> None:
 @pytest.mark.parametrize(
     "stress, words",
     [
-        (lambda F: numpy.zeros((2, 3)), "stress has 2 rows"),
+        (lambda F: numpy.zeros((2, 3)), r"stress has the shape \(2, 3\); give one of shape \(3, 3\)"),
         (lambda F: numpy.full((3, 3), numpy.nan), "is not defined at rest, F = I: the stress of the law .* is NaN"),
         (lambda F: "a text", "stress is no array of numbers"),
         (lambda F: numpy.zeros(9), "stress has the shape"),
@@ -161,6 +162,20 @@ def test_wrong_answers_of_a_law_are_refused(stress, words: str, request) -> None
     durometer.register_law(law)
     with pytest.raises(durometer.InputError, match=words):
         durometer.Scene.from_toml(BEAM.replace("neo_hookean", name)).run()
+
+
+def test_shapes_are_named_as_the_reference_names_them() -> None:
+    for answer, shape in [(numpy.zeros((3, 3)), r"\(3, 3\)"), (numpy.zeros(80), r"\(80,\)")]:
+        law = type("Flat", (PythonNeoHookean,), {"name": "python_flat", "tangent": lambda self, F, answer=answer: answer})
+        durometer.register_law(law)
+        with pytest.raises(durometer.InputError, match=rf"tangent has the shape {shape}; give one of shape \(3, 3, 3, 3\)"):
+            durometer.check_law("python_flat")
+    matrix = {"tangent": lambda self, F: PythonNeoHookean.tangent(self, F).reshape(9, 9)}
+    durometer.register_law(type("Matrix", (PythonNeoHookean,), {"name": "python_matrix", **matrix}))
+    durometer.check_law("python_matrix")
+    for given in (numpy.eye(2), numpy.zeros((4, 3)), numpy.zeros(9)):
+        with pytest.raises(durometer.InputError, match=r"F has the shape .*; give one of shape \(3, 3\)"):
+            durometer.Invariants(given)
 
 
 def test_a_name_is_taken_once() -> None:
@@ -302,6 +317,29 @@ def test_the_checks_write_gradients_by_rows() -> None:
     durometer.register_law(Leaning)
     with pytest.raises(durometer.InputError, match=r"at F = \[\[.*\], \[.*\], \[.*\]\]: P\[0\]\[1\]"):
         durometer.check_law("python_leaning")
+
+
+def test_a_check_names_constants_and_the_state_at_which_it_fails() -> None:
+    class Stressed(PythonNeoHookean):
+        """P = μF, which is not zero at rest."""
+
+        name = "python_stressed"
+
+        def energy(self, F):
+            return 0.5 * self.mu * ((F * F).sum() - 3)
+
+        def stress(self, F):
+            return self.mu * F
+
+        def tangent(self, F):
+            return self.mu * numpy.einsum("ik,JL->iJkL", IDENTITY, IDENTITY)
+
+    durometer.register_law(Stressed)
+    at_rest = r"fails the check Reference: with E = \S+ Pa, nu = \S+ at F = I: P = \[\[.*\], \[.*\], \[.*\]\]$"
+    with pytest.raises(durometer.InputError) as caught:
+        durometer.check_law("python_stressed")
+    assert re.search(at_rest, caught.value.fact), caught.value.fact
+    assert caught.value.remedy.startswith("let energy and stress vanish at F = I")
 
 
 def test_an_exception_belongs_to_the_run_in_which_it_was_raised() -> None:

@@ -26,6 +26,21 @@ def test_a_wrong_scene_is_refused(source: str, words: str) -> None:
     assert caught.value.status == "Refused" and caught.value.fact and isinstance(caught.value, ValueError)
 
 
+def test_a_text_is_told_from_the_files_of_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("scene.toml", "study.toml"):
+        (tmp_path / name).write_text(BEAM)
+    with pytest.raises(durometer.InputError, match="<text>, line 2: unknown key `foo`"):
+        durometer.Scene.from_toml("[mesh]\nfoo = 1\n")
+    with pytest.raises(durometer.InputError, match="<text>: laws.silicone: ") as caught:
+        durometer.Scene.from_toml(BEAM.replace("nu = 0.45", "nu = 0.6")).run()
+    assert "scene.toml" not in str(caught.value)
+    assert durometer.Scene.from_toml(".").columns
+    for load in (durometer.Scene.from_toml, durometer.Study.load):
+        with pytest.raises(durometer.InputError, match="is empty; give its path"):
+            load("")
+
+
 @pytest.mark.parametrize("source", [3, None, ["a"]])
 def test_a_scene_is_a_text_or_a_path(source: object) -> None:
     with pytest.raises(TypeError):
@@ -140,9 +155,14 @@ def test_sequences_and_mappings_are_values(beam: durometer.Scene) -> None:
     assert beam.set("mesh.grid", grid).run().converged
 
 
-def test_the_unit_of_a_constant_of_a_law_is_checked_when_it_is_set(beam: durometer.Scene) -> None:
+def test_key_and_unit_of_a_constant_of_a_law_are_checked_when_it_is_set(beam: durometer.Scene) -> None:
     with pytest.raises(durometer.InputError, match='"100 mm" has the wrong dimension'):
         beam.set("laws.silicone.E", "100 mm")
+    for key, value in [("laws.silicone.foo", 3), ("laws.silicone", {"law": "neo_hookean", "E": "1 kPa", "foo": 3})]:
+        with pytest.raises(durometer.InputError, match="law `neo_hookean` has no parameter `foo`"):
+            beam.set(key, value)
+    with pytest.raises(durometer.InputError, match='"foo" leads nowhere: there is no "foo"'):
+        beam.get("foo")
     # What other keys decide is not
     assert beam.set("laws.silicone.law", "gent").get("laws.silicone.law") == "gent"
 

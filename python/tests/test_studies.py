@@ -49,10 +49,20 @@ def test_a_study_runs_and_reports(study: durometer.Study, tmp_path: Path) -> Non
     (report.folder / "tables" / "names.csv").write_text("member,value\nNA,–\nNone,2.5\n", encoding="utf-8")
     table = report.table("names")
     assert list(table["member"]) == ["NA", "None"] and table["value"].isna().tolist() == [True, False]
+    twice = "case,t [s],z [m],t [s],t [s]\na,1,2,3,4\n\nb,5,6,7,8\n"
+    (report.folder / "tables" / "twice.csv").write_text(twice, encoding="utf-8")
+    rows = report.rows("twice")
+    assert rows[1] == {"case": "b", "t [s]": "5", "z [m]": "6", "t [s].1": "7", "t [s].2": "8"} and len(rows) == 2
+    assert list(report.table("twice").columns) == list(rows[0])
     with pytest.raises(durometer.InputError, match="no table no_such"):
         report.rows("no_such")
     again = durometer.Report.write(report.folder)
     assert again.summary == report.summary and again.verdict in again._repr_html_() or "&" in again._repr_html_()
+
+
+def test_a_change_by_an_unknown_key_is_refused_when_the_study_is_loaded(study: durometer.Study) -> None:
+    with pytest.raises(durometer.InputError, match="law `neo_hookean` has no parameter `Q`"):
+        durometer.Study.load(study.file, {"laws.silicone.Q": 3})
 
 
 def test_the_cases_are_the_same_in_processes_and_in_threads(study: durometer.Study, tmp_path: Path) -> None:

@@ -124,7 +124,7 @@ pub enum FitError {
     Compliance { file: String, instrument: String },
     #[error(
         "{file}: column \"{column}\" is a force: give the undeformed cross-section with --width and --thickness, --diameter or --area, or \
-         in card.toml under [specimen]"
+         under [specimen] of a card.toml with name, file and status"
     )]
     NoSection { file: String, column: String },
     #[error(
@@ -137,8 +137,8 @@ pub enum FitError {
     )]
     TrueStress { file: String, column: String, candidates: Vec<String> },
     #[error(
-        "{file}: column \"{column}\" is a displacement: give the length that it stretches with --gauge-length, or gauge_length in card.toml \
-         under [specimen]"
+        "{file}: column \"{column}\" is a displacement: give the length that it stretches with --gauge-length, or gauge_length under \
+         [specimen] of a card.toml with name, file and status"
     )]
     NoLength { file: String, column: String },
     #[error(

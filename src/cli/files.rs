@@ -7,6 +7,12 @@ use std::path::{Path, PathBuf};
 
 /// A scene or study file, found by path, by folder, or by the name of a folder in `studies/`, of the current folder or else of the catalogue.
 pub fn find(name: &Path, file: &str) -> Result<PathBuf, String> {
+    // Joined with a file it would be the one of the current folder
+    if name.as_os_str().is_empty() {
+        return Err(format!(
+            "the name of a {file} is empty; give its path, or the name of a folder, such as . of the current one"
+        ));
+    }
     let own = PathBuf::from("studies");
     let here = [name.into(), name.join(file), own.join(name).join(file)];
     if let Some(found) = here.into_iter().find(|path| path.is_file()) {
@@ -70,4 +76,17 @@ pub fn find_any(name: &Path) -> Result<PathBuf, String> {
 pub fn make_folder(dir: &Path) -> Result<(), String> {
     let remedy = "choose another folder with --out";
     std::fs::create_dir_all(dir).map_err(|e| format!("{}: cannot be made: {e}; {remedy}", dir.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// In a folder with a scene it would be that one.
+    #[test]
+    fn an_empty_name_is_refused() {
+        for found in [find(Path::new(""), "scene.toml"), find_any(Path::new(""))] {
+            assert!(found.as_ref().is_err_and(|why| why.contains("is empty; give its path")), "{found:?}");
+        }
+    }
 }

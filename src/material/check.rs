@@ -23,7 +23,7 @@ use super::response::{LaneResponse, LawError, Response, Want};
 use crate::math::lanes::{LANES, Lanes};
 use crate::math::random::SplitMix;
 use crate::math::tensor::{Mat3, Vec3};
-use crate::math::units::Dimension;
+use crate::math::units::{Dimension, shown};
 
 /// A property of a law that [`check_property`] verifies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -75,15 +75,39 @@ impl LawProperty {
         Self::Lanes,
         Self::Constants,
     ];
+
+    /// Help for a law that does not have it.
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::Declaration => "complete the description of the law",
+            Self::Stress => "let the stress be ∂ψ/∂F, row by row",
+            Self::Tangent => "let the tangent be ∂P/∂F, A[3i + J][3k + L] = ∂P[i][J]/∂F[k][L]",
+            Self::RepeatedStretches => "let the tangent be ∂P/∂F where principal stretches coincide, too",
+            Self::MajorSymmetry => "let the tangent be ∂²ψ/∂F∂F, which is symmetric",
+            Self::Objectivity => {
+                "let the law declare as objective whether a rotation of the body leaves its energy as it is"
+            }
+            Self::Reference => "let energy and stress vanish at F = I, and the stiffness there be that of the moduli",
+            Self::SmallStrain => "compute the energy without cancellation near F = I, as by Invariants",
+            Self::Split => "let the law be the sum of its parts, the first of them isochoric where that is declared",
+            Self::Want => "let energy and stress not depend on what else is wanted, and compute nothing that is not",
+            Self::Inversion => "let the law declare whether it survives inversion, J ≤ 0",
+            Self::Values => "let the values and choices of the law be those that make it again",
+            Self::Lanes => "let the evaluation of several gradients at a time agree with that of one",
+            Self::Constants => {
+                "let the derivatives by the constants be right, and declare a law as linear in them only where it is"
+            }
+        }
+    }
 }
 
 /// A property that a law does not have.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
-#[error("law `{law}` fails the check {property:?}: {detail}")]
+#[error("law `{law}` fails the check {property:?}: {detail}; {}", property.remedy())]
 pub struct LawViolation {
     pub law: &'static str,
     pub property: LawProperty,
-    /// Constants, deformation gradient and the numbers that differ
+    /// Constants, the deformation gradient where it is not given by the property, and the numbers that differ
     pub detail: String,
 }
 
@@ -109,8 +133,8 @@ pub fn check_property(entry: &LawEntry, property: LawProperty) -> Result<(), Law
         LawProperty::RepeatedStretches => repeated_stretches(entry),
         LawProperty::MajorSymmetry => at_random_states(entry, 3, major_symmetry),
         LawProperty::Objectivity => at_random_states(entry, 4, objectivity),
-        LawProperty::Reference => at_random_states(entry, 5, reference),
-        LawProperty::SmallStrain => at_random_states(entry, 6, small_strain),
+        LawProperty::Reference => of_random_laws(entry, 5, |law, _, _, _| reference(law)),
+        LawProperty::SmallStrain => of_random_laws(entry, 6, |law, _, _, random| small_strain(law, random)),
         LawProperty::Split => at_random_states(entry, 11, split),
         LawProperty::Want => at_random_states(entry, 7, want),
         LawProperty::Inversion => inversion(entry),
@@ -118,7 +142,8 @@ pub fn check_property(entry: &LawEntry, property: LawProperty) -> Result<(), Law
         LawProperty::Lanes => at_random_states(entry, 12, lanes),
         LawProperty::Constants => constants(entry),
     };
-    result.map_err(|detail| LawViolation { law: entry.info.name, property, detail })
+    // A message of the law in it brings a remedy of its own, which is for runs
+    result.map_err(|detail| LawViolation { law: entry.info.name, property, detail: detail.replace("; ", ", ") })
 }
 
 type Check = Result<(), String>;
@@ -207,21 +232,27 @@ impl Random {
     }
 }
 
-/// Runs a check over random parameters and random states (inverted ones where the law takes them).
+/// Runs a check over random parameters and random states (inverted ones where the law takes them), which its failure names.
 fn at_random_states(entry: &LawEntry, seed: u64, check: impl Fn(&dyn Law, &Mat3, f64, &mut Random) -> Check) -> Check {
+    of_random_laws(entry, seed, |law, f, rho, random| {
+        check(law, f, rho, random).map_err(|e| format!("at F = {:?}: {e}", by_rows(f)))
+    })
+}
+
+/// The same, where a failure names the parameters only.
+fn of_random_laws(entry: &LawEntry, seed: u64, check: impl Fn(&dyn Law, &Mat3, f64, &mut Random) -> Check) -> Check {
     let mut random = Random::seed(seed);
     for n in 0..60 {
         let law = random.law(entry)?;
         let (mut f, mut rho) = random.gradient(entry.info.survives_inversion && n % 3 == 0);
         let mut range = 1.0;
         while let Err(e) = law.eval(&f, Want::Energy) {
-            let at = || format!("{:?} at F = {:?}: {e}", law.values(), by_rows(&f));
+            let at = || format!("{} at F = {:?}: {e}", constants_of(law.as_ref()), by_rows(&f));
             ensure(matches!(e, LawError::Locked { .. } | LawError::Undefined) && range > 1e-6, at)?;
             range *= 0.8;
             (f, rho) = random.gradient_within(false, range);
         }
-        check(law.as_ref(), &f, rho, &mut random)
-            .map_err(|e| format!("{:?} at F = {:?}: {e}", law.values(), by_rows(&f)))?;
+        check(law.as_ref(), &f, rho, &mut random).map_err(|e| format!("{} {e}", constants_of(law.as_ref())))?;
     }
     Ok(())
 }
@@ -230,7 +261,17 @@ fn eval(law: &dyn Law, f: &Mat3) -> Result<Response, String> {
     law.eval(f, Want::Tangent).map_err(|e| format!("refused at F = {:?}: {e}", by_rows(f)))
 }
 
-/// The rows of F.
+/// The constants of a law with their units: `with E = 180000 Pa, nu = 0.3`.
+fn constants_of(law: &dyn Law) -> String {
+    let one = |(p, value): (&Parameter, f64)| match p.dimension {
+        Dimension::NONE => format!("{} = {}", p.name, shown(value)),
+        dimension => format!("{} = {} {}", p.name, shown(value), dimension.si_unit()),
+    };
+    let all: Vec<String> = law.info().parameters.iter().zip(law.values()).map(one).collect();
+    format!("with {}", all.join(", "))
+}
+
+/// The rows of a tensor.
 fn by_rows(f: &Mat3) -> [[f64; 3]; 3] {
     f.transpose().into()
 }
@@ -334,8 +375,8 @@ fn repeated_stretches(entry: &LawEntry) -> Check {
                     let a = r.a.as_flattened().iter().fold(0.0_f64, |m, x| m.max(x.abs()));
                     ensure(error <= 1e-10 * (size / rho + a), || {
                         format!(
-                            "{:?} at the stretches {s:?}: A[{row}][{column}] is off by {error} of {a}",
-                            law.values()
+                            "{} at the stretches {s:?}: A[{row}][{column}] is off by {error} of {a}",
+                            constants_of(law)
                         )
                     })?;
                 }
@@ -390,13 +431,13 @@ fn objectivity(law: &dyn Law, f: &Mat3, _: f64, random: &mut Random) -> Check {
 
 /// ψ(I) = 0 and P(I) = 0 to two ulp of the stiffness; A(I) = λ δ_iJ δ_kL + μ(δ_ik δ_JL + δ_iL δ_kJ) with λ, μ computed here
 /// from (E, ν).
-fn reference(law: &dyn Law, _: &Mat3, _: f64, _: &mut Random) -> Check {
+fn reference(law: &dyn Law) -> Check {
     let Moduli { e, nu, .. } = law.small_strain();
     let (mu, lambda) = (e / (2.0 * (1.0 + nu)), e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)));
     let size = 2.0 * mu + lambda.abs();
     let r = eval(law, &Mat3::identity())?;
-    ensure(r.psi.abs() <= 2.0 * f64::EPSILON * size, || format!("ψ(I) = {}", r.psi))?;
-    ensure(r.p.amax() <= 2.0 * f64::EPSILON * size, || format!("P(I) = {}", r.p))?;
+    ensure(r.psi.abs() <= 2.0 * f64::EPSILON * size, || format!("at F = I: ψ = {}", r.psi))?;
+    ensure(r.p.amax() <= 2.0 * f64::EPSILON * size, || format!("at F = I: P = {:?}", by_rows(&r.p)))?;
     let delta = |a: usize, b: usize| f64::from(a == b);
     for row in 0..9 {
         for column in 0..9 {
@@ -404,7 +445,9 @@ fn reference(law: &dyn Law, _: &Mat3, _: f64, _: &mut Random) -> Check {
             let hooke =
                 lambda * delta(i, j) * delta(k, l) + mu * (delta(i, k) * delta(j, l) + delta(i, l) * delta(k, j));
             let got = r.a[row][column];
-            ensure((got - hooke).abs() <= 1e-12 * size, || format!("A(I)[{row}][{column}] = {got}, Hooke {hooke}"))?;
+            ensure((got - hooke).abs() <= 1e-12 * size, || {
+                format!("at F = I: A[{row}][{column}] = {got}, Hooke {hooke}")
+            })?;
         }
     }
     Ok(())
@@ -412,7 +455,7 @@ fn reference(law: &dyn Law, _: &Mat3, _: f64, _: &mut Random) -> Check {
 
 /// ψ(I + H) = μ ε:ε + ½λ tr²ε + O(‖H‖³) keeps its digits at ‖H‖ ≈ 1e-6, where I₁ − 3 − 2 ln J cancels twelve of them. The
 /// cubic term is at most of the size κ‖H‖³ (a handful of them), and H = F − I is exact as formed here. Objective laws have the same ε:ε.
-fn small_strain(law: &dyn Law, _: &Mat3, _: f64, random: &mut Random) -> Check {
+fn small_strain(law: &dyn Law, random: &mut Random) -> Check {
     let f = Mat3::identity() + Mat3::from_fn(|_, _| random.between(-1e-6, 1e-6));
     let h = f - Mat3::identity();
     let eps = (h + h.transpose()) * 0.5;
@@ -420,7 +463,9 @@ fn small_strain(law: &dyn Law, _: &Mat3, _: f64, random: &mut Random) -> Check {
     let hooke = m.mu * eps.norm_squared() + 0.5 * m.lambda * eps.trace().powi(2);
     let psi = eval(law, &f)?.psi;
     let cubic = 20.0 * (m.mu + m.kappa) * h.norm().powi(3);
-    ensure((psi - hooke).abs() <= cubic + 1e-12 * hooke, || format!("ψ = {psi} at F − I = {h}, Hooke {hooke}"))
+    ensure((psi - hooke).abs() <= cubic + 1e-12 * hooke, || {
+        format!("at F − I = {:?}: ψ = {psi}, Hooke {hooke}", by_rows(&h))
+    })
 }
 
 /// A split law is the sum of its parts, P = P_rest + U′C; an isochoric rest does not depend on the volume: ψ_rest(cF) = ψ_rest(F),
@@ -472,13 +517,15 @@ fn inversion(entry: &LawEntry) -> Check {
         for f in [f, q * f, f * q] {
             match law.eval(&f, Want::Tangent) {
                 Ok(r) => {
-                    ensure(entry.info.survives_inversion, || format!("it accepts {f} but does not declare it"))?;
+                    ensure(entry.info.survives_inversion, || {
+                        format!("it accepts F = {:?} but does not declare it", by_rows(&f))
+                    })?;
                     let finite = r.psi.is_finite() && r.p.iter().chain(r.a.as_flattened()).all(|x| x.is_finite());
-                    ensure(finite && r.psi >= 0.0, || format!("at {f}: {r:?}"))?;
+                    ensure(finite && r.psi >= 0.0, || format!("at F = {:?}: {r:?}", by_rows(&f)))?;
                 }
                 Err(LawError::Inverted { j }) => {
                     ensure(!entry.info.survives_inversion, || {
-                        format!("it declares to survive inversion and refuses {f}")
+                        format!("it declares to survive inversion and refuses F = {:?}", by_rows(&f))
                     })?;
                     ensure(j <= 1e-14, || format!("it refuses J = {j} as inverted"))?;
                 }

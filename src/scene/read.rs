@@ -4,6 +4,8 @@ use super::error::{Line, Mistake, SceneError, explain, part};
 use super::spec::SceneSpec;
 use super::text::overrides;
 use super::text::reader::Reader;
+use crate::material::LawSpecError;
+use crate::material::registry::given;
 use crate::mesh::format::recognise;
 use crate::storage::{self, TEXT_LIMIT};
 use serde::de::DeserializeOwned;
@@ -56,11 +58,27 @@ pub fn changed_scene(
         included.extend(std::mem::take(law));
         *law = included;
     }
+    changes.iter().try_for_each(|(path, _)| check_constants(file, &table, path))?;
     include_in_effects(file, base, &mut table)?;
     let text = toml::to_string(&table).expect("a table that was read can be written");
     let names: Vec<&str> = changes.iter().map(|c| c.0.as_str()).collect();
     let spec = from_text(file, &text, &format!("with the changes {}", names.join(", ")))?;
     Ok((spec, text))
+}
+
+/// Refuses a change of a law by a key that it does not have; a whole law has all its keys changed. Which keys go together is left to the law that is
+/// made of them.
+fn check_constants(file: &Path, table: &toml::Table, path: &str) -> Result<(), SceneError> {
+    let mut steps = path.split('.');
+    let (Some("laws"), Some(name)) = (steps.next(), steps.next()) else { return Ok(()) };
+    let law = table.get("laws").and_then(|laws| laws.get(name)?.as_table());
+    let Some(law) = law else { return Ok(()) };
+    let key = steps.next();
+    let changed = law.iter().filter(|(own, _)| *own == "law" || key.is_none_or(|key| *own == key));
+    match given(&changed.map(|(key, value)| (key.clone(), value.clone())).collect()) {
+        Err(why @ LawSpecError::UnknownKey { .. }) => Err(part(file, format!("laws.{name}"), why)),
+        _ => Ok(()),
+    }
 }
 
 /// Puts the value of the same key of a file in the place of every `key = { include = "file.toml" }` of an effect.
@@ -263,6 +281,34 @@ mod tests {
         ] {
             let message = refusal(entries);
             assert!(message.contains(says), "{entries}\ngave: {message}\nnot: {says}");
+        }
+    }
+
+    /// A change is refused by its key alone: others of the law may be changed next, and a law that is not known yet may be registered.
+    #[test]
+    fn a_change_by_a_key_that_the_law_does_not_have_is_refused() {
+        let text = format!("{SCENE}[laws.rubber]\nlaw = \"neo_hookean\"\nE = \"1 MPa\"\nnu = 0.3\n");
+        let changed = |changes: &[(&str, toml::Value)]| {
+            let changes: Vec<_> = changes.iter().map(|(path, value)| ((*path).to_string(), value.clone())).collect();
+            changed_scene(Path::new("s.toml"), &text, &changes).map(|_| ()).map_err(|e| e.to_string())
+        };
+        let whole = |text: &str| toml::Value::Table(text.parse().expect("a table"));
+        for (path, value) in [
+            ("laws.rubber.nuu", toml::Value::Float(0.3)),
+            ("laws.rubber", whole("law = \"neo_hookean\"\nE = \"1 MPa\"\nnuu = 0.3")),
+        ] {
+            let said = changed(&[(path, value)]).err().unwrap_or_default();
+            let expected = "s.toml: laws.rubber: law `neo_hookean` has no parameter `nuu`; did you mean `nu`?";
+            assert!(said.contains(expected), "{path}: {said}");
+        }
+        for changes in [
+            &[("laws.rubber.law", "yeoh".into())][..],
+            &[("laws.rubber.C10", "1 kPa".into()), ("laws.rubber.law", "yeoh".into())],
+            &[("laws.rubber.mu", "1 kPa".into())],
+            &[("laws.rubber.provenance", "a guess".into())],
+            &[("laws.rubber", whole("law = \"of_tomorrow\"\nC = 1"))],
+        ] {
+            assert_eq!(changed(changes), Ok(()), "{changes:?}");
         }
     }
 

@@ -162,7 +162,7 @@ fn columns_and_units_may_be_stated() {
 }
 
 #[test]
-fn a_card_with_an_unknown_key_is_refused() {
+fn a_card_with_an_unknown_key_or_without_its_beginning_is_refused() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let table = folder.path().join("t.csv");
     std::fs::write(&table, "stretch,stress\n1.1,0.1\n1.2,0.2\n").expect("writable");
@@ -177,6 +177,11 @@ fn a_card_with_an_unknown_key_is_refused() {
     write("[columns]\nstress_units = \"MPa\"\n");
     let message = fit(&FitRequest::new(&table, "neo_hookean")).expect_err("unknown key").to_string();
     assert!(message.contains("card.toml") && message.contains("stress_units"), "{message}");
+    assert!(!message.contains("a card begins with"), "{message}");
+    std::fs::write(folder.path().join("card.toml"), "[specimen]\ngauge_length = \"33 mm\"\n").expect("writable");
+    let message = fit(&FitRequest::new(&table, "neo_hookean")).expect_err("no name").to_string();
+    let words = ["missing field `name`", "; a card begins with name = \"…\", file = \"…\"", "and status = "];
+    assert!(words.iter().all(|w| message.contains(w)), "{message}");
 }
 
 /// Tensile tables of seven silicones.

@@ -35,6 +35,13 @@ fn percent() -> Vec<Case> {
     }
     let text = up_to(2.5, "strain (%),stress (kPa)", |l| (l - 1.0, kpa(l)));
     found.push(case("fractions up to 2.5 under %", &text, Doubted(&["reaches 2.500 %", "--strain-unit 1"])));
+    let text = up_to(1.5, "strain (%),stress (kPa)", |l| (100.0 * (l - 1.0), kpa(l)));
+    let against = Doubted(&["reaches a strain of 150.0000 in the unit 1", "1.5000 in %", "leave --strain-unit out"]);
+    found.push(
+        case("percent under %, asked for as fractions", &text, against).with(|c| c.strain_unit = Some("1".into())),
+    );
+    let text = up_to(2.5, "strain (%),stress (kPa)", |l| (l - 1.0, kpa(l)));
+    found.push(case("fractions under %, asked for", &text, Read).with(|c| c.strain_unit = Some("1".into())));
     let text = up_to(0.08, "strain (%),stress (kPa)", |l| (100.0 * (l - 1.0), kpa(l)));
     found.push(case("a test up to 8 %", &text, Doubted(&["reaches 8.000 %"])));
     let text = up_to(4.0, "strain (%),true strain,stress (kPa)", |l| (l - 1.0, 0.0))

@@ -189,7 +189,7 @@ fn what_is_not_covered_is_refused() {
             "density",
             "\"density\" is no path to a key of a scene; write for example laws.rubber.mu, or effect.gravity.density",
         ),
-        (&plain, "rubber.C10", "\"rubber.C10\" changes nothing: there is no \"rubber\""),
+        (&plain, "rubber.C10", "\"rubber.C10\" leads nowhere: there is no \"rubber\""),
         (&plain, "laws.ruber.C10", "laws.ruber.C10: the scene has no such law; did you mean `rubber`?"),
         (&plain, "laws.rubber.mu", "laws.rubber.mu: `mu` is not given"),
         (&spare, "laws.spare.E", "no elastic effect takes this law"),

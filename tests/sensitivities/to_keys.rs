@@ -152,6 +152,12 @@ fn check_adjoint(label: &str, scene: &Scene, run: &Run, found: &Sensitivities, s
     let one = vec![1.0; run.columns.len()];
     let stopped = scalar_sensitivity(scene, (&run.last, memory), &one, &found.keys, &AtomicBool::new(true));
     assert!(matches!(stopped, Err(SensitivityError::Interrupted)), "{label}");
+    for without in ["t_s", "newton_iterations"] {
+        let weights: Vec<f64> = run.columns.iter().map(|column| f64::from(u8::from(column == without))).collect();
+        let refused = scalar_sensitivity(scene, (&run.last, memory), &weights, &[], &AtomicBool::new(false));
+        let is_named = |e: &SensitivityError| matches!(e, SensitivityError::Column { column, .. } if column == without);
+        assert!(refused.as_ref().is_err_and(is_named), "{label}: {without}: {refused:?}");
+    }
     let table: Table = scene.text.parse().expect("a table");
     for (c, name) in found.columns.iter().enumerate() {
         let weights: Vec<f64> = run.columns.iter().map(|column| if column == name { 1.0 } else { 0.0 }).collect();

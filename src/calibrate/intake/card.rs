@@ -53,11 +53,18 @@ pub struct Card {
     pub preparation: Preparation,
 }
 
+/// The keys that no card goes without.
+const BEGINNING: &str = "a card begins with name = \"…\", file = \"…\" of the table next to it, and status = \"own measurement\" or a licence";
+
 impl Card {
     pub fn read(path: &Path) -> Result<Self, FitError> {
         let text =
             storage::read_text(path, TEXT_LIMIT).map_err(|source| FitError::Read { path: path.into(), source })?;
-        toml::from_str(&text).map_err(|e| FitError::Card { path: path.into(), message: e.to_string() })
+        toml::from_str(&text).map_err(|e| {
+            let is_missing = e.message().starts_with("missing field");
+            let remedy = if is_missing { format!("; {BEGINNING}") } else { String::new() };
+            FitError::Card { path: path.into(), message: e.to_string().trim_end().to_string() + &remedy }
+        })
     }
 
     /// Its statements on the table.

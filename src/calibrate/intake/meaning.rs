@@ -53,6 +53,7 @@ impl Read<'_> {
     pub fn check(&self, choice: &ColumnChoice, audit: &mut Audit) -> Result<(), FitError> {
         for (e, _) in self.columns.axes.iter().filter(|(e, _)| e.kind != StrainKind::Displacement) {
             self.percent(e, choice, audit)?;
+            self.against_the_name(e, choice, audit);
         }
         if choice.strain_kind.is_none() && choice.strain.is_none() && self.columns.axes.len() == 1 {
             self.begin(&self.columns.axes[0].0)?;
@@ -113,6 +114,25 @@ impl Read<'_> {
             audit.add(AuditKind::Doubt, message, vec![]);
         }
         Ok(())
+    }
+
+    /// Doubts a unit that was asked for against the one in the name, where the strain is that of a test of rubber by the name and hardly as it was asked for.
+    fn against_the_name(&self, e: &Column<StrainKind>, choice: &ColumnChoice, audit: &mut Audit) {
+        let own = names::unit(&e.name).and_then(|unit| Some((names::strain_factor(&unit)?, unit)));
+        let (Some((factor, own)), Some(asked), StrainKind::Engineering) = (own, &choice.strain_unit, e.kind) else {
+            return;
+        };
+        let reached = self.samples.iter().map(|s| (s.stretch - 1.0).abs()).fold(0.0, f64::max);
+        let by_name = reached * factor / e.factor.abs();
+        let is_usual = |strain: f64, most: f64| (SMALL..=most).contains(&strain);
+        if factor != e.factor.abs() && !is_usual(reached, DOUBTFUL) && is_usual(by_name, LARGEST) {
+            let message = format!(
+                "column \"{}\" reaches a strain of {reached:.4} in the unit {asked} that was asked for, and {by_name:.4} in {own}, which its name gives: leave \
+                 --strain-unit out if the name is right",
+                e.name
+            );
+            audit.add(AuditKind::Doubt, message, vec![]);
+        }
     }
 
     /// Misfits \[%\] of a Neo-Hookean law and of another curve to the stresses of the pulled modes, each with the best factor, where the other one is clearly better.

@@ -167,6 +167,11 @@ impl<'a> SensitivityRecorder<'a> {
         Self::of(scene, keys, true)
     }
 
+    /// Recorded columns that have a derivative, in their order.
+    pub fn columns(&self) -> &[String] {
+        &self.sensitivities.columns
+    }
+
     fn of(scene: &'a Scene, keys: &[ParameterKey], by_differences: bool) -> Result<Self, SensitivityError> {
         let sensitivity = Sensitivity::new(scene, keys, by_differences)?;
         let (columns, keys) = (sensitivity.columns(), keys.to_vec());

@@ -113,7 +113,8 @@ fn functional(scene: &Scene, last: &State, memory: &[f64], weights: &[f64]) -> R
         own.resize(r.columns().len(), None);
         own
     };
-    let all = std::iter::once(None).chain(scene.with_memories(memory).flat_map(of));
+    // Neither the time nor the count of iterations, the first column and the last one, has a derivative
+    let all = std::iter::once(None).chain(scene.with_memories(memory).flat_map(of)).chain([None]);
     let mut sum = Gradient::default();
     for (c, (gradient, &weight)) in all.zip(weights).enumerate().filter(|(_, (_, weight))| **weight != 0.0) {
         let none = || SensitivityError::Column { column: columns[c].clone(), t: last.t };

@@ -12,7 +12,7 @@ pub enum OverrideError {
     Form { text: String },
     #[error("a path of {steps} steps; no key of a scene lies deeper than {DEEPEST}")]
     Deep { steps: usize },
-    #[error("\"{path}\" changes nothing: there is no \"{step}\"; {hint}")]
+    #[error("\"{path}\" leads nowhere: there is no \"{step}\"; {hint}")]
     NoSuchKey { path: String, step: String, hint: String },
     #[error(
         "\"{path}\" is not clear: {} entries are called \"{step}\" and have other values there; write the number of one of them in its place: {}",
@@ -219,7 +219,7 @@ mod tests {
         let error = apply(&mut table, "constraint.tendon.drive", Value::Integer(1)).expect_err("no such constraint");
         assert_eq!(
             error.to_string(),
-            "\"constraint.tendon.drive\" changes nothing: there is no \"tendon\"; known: fixed, cable"
+            "\"constraint.tendon.drive\" leads nowhere: there is no \"tendon\"; known: fixed, cable"
         );
         assert!(parse("mesh.cells").is_err());
         let deep = apply(&mut table, &["mesh"; 100_000].join("."), Value::Integer(1)).expect_err("too deep");
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(find(&table, "load.direction.2").expect("there").as_float(), Some(-0.5));
         assert_eq!(find(&table, "load.guides.0.1").expect("there").as_str(), Some("3 mm"));
         let error = apply(&mut table, "load.direction.3", Value::Float(0.0)).expect_err("three entries");
-        assert_eq!(error.to_string(), "\"load.direction.3\" changes nothing: there is no \"3\"; known: 0, 1, 2");
+        assert_eq!(error.to_string(), "\"load.direction.3\" leads nowhere: there is no \"3\"; known: 0, 1, 2");
         apply(&mut table, "numerics.cuts", Value::Integer(3)).expect("a table of the scene may be new");
         assert_eq!(table["numerics"]["cuts"].as_integer(), Some(3));
         table.insert("laws".into(), "rubber = {}".parse::<Table>().expect("valid TOML").into());
