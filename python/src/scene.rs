@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use toml::{Table, Value};
 
-/// What messages call a scene that was given as a text, in the folder from which its files are found.
+/// Name in messages of a scene that was given as a text, in the folder from which its files are found.
 const TEXT: &str = "<text>";
 
 /// A simulation: the text of a scene, with changes.
