@@ -1,6 +1,7 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
 use crate::math::statistics::median;
+use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::sha256;
@@ -180,7 +181,8 @@ fn quantity(model: &ReducedModel, k: usize, all: &[Vec<(f64, f64)>]) -> Quantity
         all.iter().map(|row| row[k].0.is_finite().then_some([row[k].0, row[k].1])).collect();
     let sizes: Vec<f64> = errors.iter().flatten().map(|e| e[0].abs()).collect();
     let ratio = |e: &[f64; 2]| bar.0 * (e[1].abs() + bar.1) / e[0].abs();
-    let ratios: Vec<f64> = errors.iter().flatten().filter(|e| e[0] != 0.0).map(ratio).collect();
+    let is_more = |e: &&[f64; 2]| e[0].abs() > EXACT * model.largest_changes[k];
+    let ratios: Vec<f64> = errors.iter().flatten().filter(is_more).map(ratio).collect();
     QuantityRecord {
         name: model.quantities[k].name.clone(),
         size: model.largest_changes[k],

@@ -186,7 +186,7 @@ pub struct QuantityRecord {
     /// Factor and floor of the bar
     pub factor: f64,
     pub floor: f64,
-    /// Median of bar over error
+    /// Median of bar over error, of the errors that count
     pub bar_over_error: f64,
     /// \[states\] error and its estimate; none where a step did not succeed
     pub errors: Vec<Option<[f64; 2]>>,
