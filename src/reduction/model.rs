@@ -1,6 +1,7 @@
 //! A reduced model: everything that its steps need, and nothing of the mesh.
 
 use super::constants::Constants;
+use super::error::ReductionError;
 use super::forces::{CableDrive, Load, ReducedCable};
 use super::inputs::Input;
 use super::points::{Sizes, StoredPoints};
@@ -114,6 +115,18 @@ pub struct Bar {
 }
 
 impl ReducedModel {
+    /// The model, if its parts fit together.
+    ///
+    /// # Errors
+    ///
+    /// [`ReductionError::Faulty`] with the reason why they do not.
+    pub fn sound(self) -> Result<Self, ReductionError> {
+        match self.fault() {
+            None => Ok(self),
+            Some(fact) => Err(ReductionError::Faulty(fact)),
+        }
+    }
+
     /// Reason why the parts of the model do not fit together, if they do not.
     pub fn fault(&self) -> Option<&'static str> {
         let Self { sizes, inputs, loads, cables, .. } = self;
@@ -151,6 +164,10 @@ impl ReducedModel {
             (
                 self.amplitudes.iter().all(|a| a.is_finite() && *a >= 0.0) && self.amplitudes[0] > 0.0,
                 "it has no amplitude",
+            ),
+            (
+                self.bars().unwrap_or_default().iter().all(|b| b.factor.is_finite() && b.floor.is_finite()),
+                "an error bar is not a finite number",
             ),
             (self.estimate.as_ref().is_none_or(|e| self.fits(e)), "the error estimate has another size"),
             (
@@ -196,8 +213,7 @@ impl ReducedModel {
             && e.enriched.quantities.len() == self.quantities.len()
             && e.embedding.len() == e.enriched.sizes.coordinates() * self.sizes.coordinates()
             && e.embedding.iter().all(|x| x.is_finite())
-            && e.bars.len() == self.quantities.len()
-            && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite());
+            && e.bars.len() == self.quantities.len();
         (!sound).then_some("the error estimate has another size")
     }
 
@@ -220,7 +236,6 @@ impl ReducedModel {
             && e.centres.len() == inputs.len()
             && e.regimes.iter().all(regime)
             && e.bars.len() == quantities.len()
-            && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite())
     }
 }
 

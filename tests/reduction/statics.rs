@@ -310,6 +310,12 @@ fn a_file_is_the_model_or_is_refused() {
     let newer = [b"durometer reduced model 99 ", &bytes[end - 64..]].concat();
     assert!(refused(&newer).contains("format 99"));
     assert!(ReducedModel::read(&folder.path().join("none.durom")).is_err());
+    // Nothing is written that could not be read
+    let mut unusable = model.clone();
+    unusable.estimate.as_mut().expect("an estimate").bars[0].factor = f64::INFINITY;
+    let file = folder.path().join("unusable.durom");
+    let why = unusable.write(&file).expect_err("refused").to_string();
+    assert!(why.contains("an error bar is not a finite number") && !file.exists(), "{why}");
 }
 
 /// Parts of a scene without a reduced form are named, with a remedy.

@@ -327,6 +327,37 @@ fn a_model_without_an_equilibrium_is_left_out_with_a_warning() {
     assert!(!read("index.html").contains("run is missing"));
 }
 
+/// A cable that is slack in most of the states, where its tension is exact: bars are of the size of the errors in the others, and every model is kept and read.
+#[test]
+fn a_cable_that_is_often_slack_has_bars_of_the_size_of_its_errors() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let length = "drive = { kind = \"length\", signal = \"0 mm\" }";
+    write(at, "scene.toml", &SCENE.replace("drive = { kind = \"tension\", signal = \"0 N\" }", length));
+    let slack = [
+        ("\"0 N\", \"0.4 N\"", "\"-3 mm\", \"1 mm\""),
+        ("xmax_z_m", "cable_tension_N"),
+        ("unit = \"m\"", "unit = \"N\""),
+    ];
+    write(at, "study.toml", &slack.iter().fold(STUDY.to_string(), |text, (from, to)| text.replacen(from, to, 1)));
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert!(!ran.out.contains("No verdict"), "{}\n{}", ran.out, ran.err);
+    let record = std::fs::read(at.join("out/derived.json")).expect("it is there");
+    let record: Value = serde_json::from_slice(&record).expect("JSON");
+    let models = record["models"].as_array().expect("models");
+    assert_eq!(models.len(), 2, "{record}");
+    for model in models {
+        let tension = &model["quantities"][0];
+        let number = |key: &str| tension[key].as_f64().unwrap_or(f64::NAN);
+        let exact = tension["errors"].as_array().expect("errors").iter().filter(|e| e[0] == 0.0).count();
+        assert!(exact >= 5, "slack in {exact} states");
+        let bar = number("factor") * number("floor");
+        assert!(bar > 1e-6 * number("largest") && number("factor") < 1e3, "{tension}");
+        let answer = durometer(at, &["twin", &format!("out/{}", model["file"].as_str().expect("a file"))], "{}\n");
+        assert_eq!(answer.code, Some(0), "{}", answer.err);
+    }
+}
+
 /// Every mistake of a study file is named with a remedy before anything runs.
 #[test]
 fn mistakes_of_a_study_are_refused() {
@@ -342,6 +373,7 @@ fn mistakes_of_a_study_are_refused() {
         ("modes = [2, 5]", "modes = []", "modes"),
         ("name = \"xmax_z_m\"", "name = \"xmax_q_m\"", "xmax_q_m"),
         ("held_back = 20", "held_back = 20\nruns = 0", "run"),
+        ("held_back = 20", "held_back = 0", "59 or more"),
         ("held_back = 20", "held_back = 20\nsampling = \"6 %\"", "5 %"),
         // What only models at rest have
         (

@@ -77,7 +77,8 @@ impl<'a> Training<'a> {
     ///
     /// # Errors
     ///
-    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined, states without an equilibrium that are too many for a bar.
+    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined, states without an equilibrium that are too many for a bar, a bar that
+    /// is not a finite number.
     pub fn model(
         &self,
         modes: usize,
@@ -91,7 +92,7 @@ impl<'a> Training<'a> {
             model.estimate.iter_mut().for_each(|e| e.bars.clone_from(&bars));
         }
         model.origin.held_back = held_back.len();
-        Ok(model)
+        model.sound()
     }
 
     /// Like [`Training::model`], with bars that are the absolute values of the estimates, which nothing was held back for: what is to be known where the error is large.

@@ -96,7 +96,7 @@ impl<'a> TransientTraining<'a> {
         model.estimate_in_time = Some(estimate);
         let bars = calibrated(&model, held_back)?;
         model.estimate_in_time.iter_mut().for_each(|e| e.bars.clone_from(&bars));
-        Ok(model)
+        model.sound()
     }
 
     /// Singular values of the displacements and of the pressures of the states, as shares of the first.

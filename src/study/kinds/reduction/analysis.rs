@@ -43,7 +43,7 @@ impl ReductionFindings {
 
 /// Largest error of a quantity as a share of its size.
 pub fn relative(q: &QuantityRecord) -> f64 {
-    q.largest / q.size
+    if q.largest == 0.0 { 0.0 } else { q.largest / q.size }
 }
 
 /// A time in µs or ms.
@@ -58,8 +58,15 @@ pub fn time(seconds: f64) -> String {
 /// Analyses what is there.
 pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<ReductionFindings> {
     let study = &results.study;
-    let derived: Option<DerivedRecord> =
-        results.derived.as_ref().and_then(|value| serde_json::from_value(value.clone()).ok());
+    let read = |value: &serde_json::Value| serde_json::from_value::<DerivedRecord>(value.clone());
+    let (derived, unread) = match results.derived.as_ref().map(read) {
+        None => (None, None),
+        Some(Ok(derived)) => (Some(derived), None),
+        Some(Err(why)) => (
+            None,
+            Some(format!("The record of the models cannot be read: {why}. Delete derived.json and report again.")),
+        ),
+    };
     let quantities = study.quantities.values().next().cloned().unwrap_or_default();
     let within = |model: &ModelRecord| {
         model.quantities.iter().zip(&quantities).all(|(q, asked)| {
@@ -72,6 +79,7 @@ pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<Reductio
     let chosen = models.iter().position(within);
     let incomplete = study.incomplete(&results.cases);
     let mut warnings = analysis::warnings(&incomplete);
+    warnings.extend(unread);
     warnings.extend(derived.iter().flat_map(|d| d.left_out.iter().cloned()));
     warnings.extend(doubts(models, &quantities));
     analysis::add_notes(&mut warnings, &results.cases);

@@ -251,7 +251,7 @@ fn errors(a: &ReductionFindings) -> Table {
                 significant(100.0 * relative(q), 2),
                 significant(100.0 * q.median / q.size, 2),
                 format!("{:.2}", q.factor),
-                format!("{:.1}", q.bar_over_error),
+                if q.bar_over_error.is_nan() { "–".into() } else { format!("{:.1}", q.bar_over_error) },
             ]
         })
     });

@@ -233,6 +233,10 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
         let fact = format!("{states} states for {} modes", least / 2);
         return mistake("training", fact, "give twice as many states as modes, or more");
     }
+    if study.held_back == 0 {
+        let fact = "held_back = 0: errors and their bars are known from states that are held back";
+        return mistake("held_back", fact.into(), "give 59 or more");
+    }
     if study.runs == 0 {
         return mistake("runs", "no run at all".into(), "give 1 or more");
     }
