@@ -139,10 +139,10 @@ impl ReducedModel {
             let places = c.guides.iter().chain(&c.pull_point).flatten().chain(&c.motion).all(|x| x.is_finite());
             affine && places && c.motion.len() == 3 * c.guides.len() * n && !c.guides.is_empty()
         };
-        let range = |i: &Input| i.range.iter().all(|x| x.is_finite()) && i.range[0] < i.range[1];
+        let range = |i: &Input| i.range.iter().chain(&i.start).all(|x| x.is_finite()) && i.range[0] < i.range[1];
         let checks = [
             (n > 0 && n < MOST && sizes.pressures < MOST && sizes.tests < MOST, "it has no modes, or too many"),
-            (!inputs.is_empty() && inputs.iter().all(range), "a range of an input is empty"),
+            (!inputs.is_empty() && inputs.iter().all(range), "a range of an input is empty, or its start not finite"),
             (
                 !self.points.is_empty() && self.points.iter().all(|p| p.is_sound(self.own_sizes())),
                 "points and modes do not fit together",
@@ -183,6 +183,13 @@ impl ReducedModel {
     /// Size of a quantity that is to have this value: its change from rest there, or the largest one of the training states where that is larger.
     pub fn size_at(&self, quantity: usize, value: f64) -> f64 {
         self.largest_changes[quantity].max((value - self.rest[quantity]).abs())
+    }
+
+    /// Whether a search moves each input where it is not told which: those that drive, and of a model without one all of them.
+    pub fn driving(&self) -> Vec<bool> {
+        let drives = |(k, input): (usize, &Input)| !input.held && !self.constants.has(k);
+        let all: Vec<bool> = self.inputs.iter().enumerate().map(drives).collect();
+        if all.contains(&true) { all } else { vec![true; all.len()] }
     }
 
     /// How estimates become error bars, quantity by quantity; none without an estimate.

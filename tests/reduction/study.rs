@@ -131,11 +131,12 @@ fn a_study_makes_models_that_the_program_steps() {
 
     let model = format!("out/{name}");
     let protocol = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"inputs\": {\"body_acceleration_m_s2\": 100}}\n{\"inputs\": {\"none\": 1}}\nno JSON\n\
-        {\"reset\": true, \"target\": {\"xmax_z_m\": 0.0055}}\n";
+        {\"reset\": true, \"target\": {\"xmax_z_m\": 0.0055}, \"moving\": [\"body_acceleration_m_s2\"]}\n\
+        {\"reset\": true, \"target\": {\"xmax_z_m\": 0.0055}}\n{\"moving\": [\"body_acceleration_m_s2\"]}\n";
     let stepped = durometer(at, &["twin", &model], protocol);
     assert_eq!(stepped.code, Some(0), "{}", stepped.err);
     let answers = lines(&stepped.out);
-    assert_eq!(answers.len(), 6, "{}", stepped.out);
+    assert_eq!(answers.len(), 8, "{}", stepped.out);
     let inputs: Vec<&str> =
         answers[0]["inputs"].as_array().expect("inputs").iter().filter_map(|i| i["name"].as_str()).collect();
     assert_eq!(inputs.len(), 2, "{inputs:?}");
@@ -150,6 +151,7 @@ fn a_study_makes_models_that_the_program_steps() {
         assert!(refused["error"].is_string(), "{refused}");
     }
     assert_eq!(answers[5]["target_met"], true, "{}", answers[5]);
+    the_weight_is_held(&answers);
 
     // A line that cannot be meant so has no effect, and its answer says why
     let held = "{\"inputs\": {\"cable_imposed_tension_N\": 0.2}}\n{\"reset\": \"yes\"}\n{\"reset\": true, \"inputs\": {\"none\": 1}}\n\
@@ -176,6 +178,22 @@ fn a_study_makes_models_that_the_program_steps() {
     };
     assert_eq!(of("out")[0][0]["name"], "xmax_x_m");
     assert_eq!(of("out"), of("fresh"));
+}
+
+/// The weight is that of the scene, and no search moves it that is not told so: the cable alone only bends the bar down. The first line says what the bars rest on.
+fn the_weight_is_held(answers: &[Value]) {
+    let weight = &answers[0]["inputs"][0];
+    assert!(
+        weight["name"] == "body_acceleration_m_s2" && weight["value"] == 9.81 && weight["held"] == true,
+        "{weight}"
+    );
+    assert_eq!(answers[1]["inputs"]["body_acceleration_m_s2"], 9.81, "{}", answers[1]);
+    assert!(answers[6]["target_met"] == false, "{}", answers[6]);
+    assert_eq!(answers[6]["inputs"]["body_acceleration_m_s2"], 9.81, "{}", answers[6]);
+    assert!(answers[7]["error"].as_str().is_some_and(|why| why.contains("moving")), "{}", answers[7]);
+    assert_eq!(answers[0]["held_back"], 20);
+    let confidence = answers[0]["confidence"].as_f64().expect("a number");
+    assert!((confidence - (1.0 - 0.95_f64.powi(20))).abs() < 1e-12, "{confidence}");
 }
 
 /// The states that were held back are of an even number, so that a median is the mean of the two in the middle.
@@ -365,10 +383,16 @@ fn mistakes_of_a_study_are_refused() {
     let at = folder.path();
     write(at, "scene.toml", SCENE);
     for (from, to, word) in [
-        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0.4 N\", \"0 N\"]", "empty"),
+        ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0.4 N\", \"0 N\"]", "write range = [\"0 N\", \"0.4 N\"]"),
+        ("range = [\"0 N\", \"0.4 N\"]", "range = [0, 0.4]", "unit"),
         ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0\", \"0.4\"]", "unit"),
         ("range = [\"0 N\", \"0.4 N\"]", "range = [\"0 mm\", \"0.4 mm\"]", "dimension"),
         ("key = \"effect.gravity.acceleration\"", "key = \"effect.none.acceleration\"", "none"),
+        (
+            "key = \"effect.gravity.acceleration\"",
+            "key = \"constraint.1.drive.signal\"",
+            "is that of the input tension too",
+        ),
         ("training = 24", "training = 6", "twice"),
         ("modes = [2, 5]", "modes = []", "modes"),
         ("name = \"xmax_z_m\"", "name = \"xmax_q_m\"", "xmax_q_m"),

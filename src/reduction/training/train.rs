@@ -338,6 +338,11 @@ pub fn left_out(n: usize) -> usize {
     0
 }
 
+/// Confidence of bars that are made of so many states, or runs.
+pub fn confidence(held_back: usize) -> f64 {
+    (1.0 - COVERED.powi(i32::try_from(held_back).unwrap_or(i32::MAX))).min(COVERED)
+}
+
 /// Bars that hold for states that were held back.
 fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>, ReductionError> {
     let all = errors(model, held_back)?;

@@ -76,7 +76,6 @@ fn make(
     let offline_s = start.elapsed().as_secs_f64();
     files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
     let (mut models, mut left_out, mut made) = (vec![], vec![], vec![]);
-    let (changes, mesh_sha256) = (prepared.changes.to_string(), prepared.mesh_sha256());
     for &modes in &record.modes {
         let start = Instant::now();
         let mut model = match trained.model(modes, record.sampling, &others) {
@@ -88,7 +87,7 @@ fn make(
             }
         };
         let offline_s = start.elapsed().as_secs_f64();
-        (model.origin.changes, model.origin.mesh_sha256) = (changes.clone(), mesh_sha256.clone());
+        prepared.complete(&mut model);
         let file = format!("models/{}-{modes}.durom", results.study.study);
         let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
         models.push(describe(modes, (file, bytes, offline_s), &model, &others)?);

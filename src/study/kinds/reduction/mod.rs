@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod build;
 mod constants;
 pub mod figures;
+mod in_scene;
 mod in_time;
 mod mesh_figure;
 mod meshes;

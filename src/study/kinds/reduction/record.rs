@@ -13,6 +13,12 @@ pub struct InputRecord {
     pub unit: String,
     /// Least and largest value, in the unit
     pub range: [f64; 2],
+    /// Value of the scene at its start, in the unit; none where it depends on what was recorded
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    /// Whether it does not drive: a constant of a law, or the acceleration of a weight
+    #[serde(default)]
+    pub held: bool,
 }
 
 impl InputRecord {
