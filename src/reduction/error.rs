@@ -13,7 +13,7 @@ pub enum ReductionError {
     TooFewStates(usize, usize),
     #[error(
         "a reduced model gives no \"{name}\"; of this scene it gives {}",
-        if known.is_empty() { "no column: add a probe of positions or angles" } else { known }
+        if known.is_empty() { "no column: add a probe of the mean position of a region, or of an angle (markers and other probes have no reduced form)" } else { known }
     )]
     Quantity { name: String, known: String },
     #[error("the states of the training runs belong to another mesh or scene: {0}; run the study again")]
