@@ -24,12 +24,13 @@ enum {
     DUROMETER_NOT_SOLVED = 3
 };
 
-/* Opens a file `.durom`, whose path is in UTF-8; the model is at rest. Null where it cannot be used, with the reason in `message`, cut off at `size` bytes with the null. */
+/* Opens a file `.durom`, whose path is in UTF-8; the model is at rest, with its inputs at the values of the scene at its start (of a model that moves at zero,
+ * or at the nearest ends of their ranges): see `durometer_twin_present_inputs`. Null where it cannot be used, with the reason in `message`, cut off at `size` bytes with the null. */
 durometer_twin *durometer_twin_open(const char *path, char *message, size_t size);
 /* Releases a model; null is allowed. */
 void durometer_twin_close(durometer_twin *twin);
 
-/* Numbers of inputs and of quantities. */
+/* Numbers of inputs and of quantities. The order of the inputs is that of the model, not of the study: find them by their names. */
 size_t durometer_twin_inputs(const durometer_twin *twin);
 size_t durometer_twin_quantities(const durometer_twin *twin);
 /* Name of an input or of a quantity; null beyond the last one. */
@@ -41,7 +42,7 @@ int durometer_twin_range(const durometer_twin *twin, size_t input, double range[
 /* Goes to the equilibrium of `count` inputs, all of them; a model that moves takes one step in time, at whose end the inputs have these values. Allocates
  * nothing. */
 int durometer_twin_step(durometer_twin *twin, const double *inputs, size_t count);
-/* Goes to inputs within their ranges at which quantities have target values within tolerances, each in the unit of its quantity, as near as a local
+/* Goes to inputs within their ranges, by those that drive, not constants of laws and weights, at which quantities have target values within tolerances, each in the unit of its quantity, as near as a local
  * search comes; a model that moves takes one step in time. Allocates. */
 int durometer_twin_reach(durometer_twin *twin, const size_t *quantities, const double *values, const double *tolerances, size_t count);
 /* Back to rest. */

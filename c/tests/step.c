@@ -58,7 +58,7 @@ int main(int count, char **arguments) {
     CHECK(durometer_twin_input_name(twin, 0) != NULL);
     CHECK(durometer_twin_range(twin, 0, range) == DUROMETER_DONE && range[0] == 0.0 && range[1] == 30.0);
     wrong_numbers(twin);
-    CHECK(durometer_twin_present_inputs(twin)[0] == 0.0);
+    CHECK(durometer_twin_present_inputs(twin)[0] == 9.81);
 
     input = atof(arguments[3]);
     CHECK(durometer_twin_step(twin, &input, 1) == DUROMETER_DONE);

@@ -4,7 +4,7 @@ use crate::array::array;
 use crate::error::{input, refused};
 use crate::value::{kind, mapping};
 use durometer::math::threads::locked;
-use durometer::reduction::running::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach_by};
 use durometer::reduction::{ReducedModel, Twin as Model};
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
@@ -38,6 +38,16 @@ impl Twin {
 
     fn names_of_quantities(&self) -> Vec<&str> {
         self.model.quantities.iter().map(|q| q.name.as_str()).collect()
+    }
+
+    /// Which inputs a search may move: those of these names, or else those that drive.
+    fn moving(&self, named: Option<Vec<String>>) -> PyResult<Vec<bool>> {
+        let Some(named) = named else { return Ok(self.model.driving()) };
+        let known = self.names_of_inputs();
+        if let Some(name) = named.iter().find(|name| !known.contains(&name.as_str())) {
+            return Err(input(&format!("there is no input {name}"), &format!("known: {}", known.join(", "))));
+        }
+        Ok(known.iter().map(|known| named.iter().any(|name| name == known)).collect())
     }
 
     /// Values by the names of the quantities.
@@ -143,9 +153,15 @@ impl Twin {
     }
 
     /// Goes to inputs in their ranges at which these quantities have these values, as near as a local search comes; true where it met all within
-    /// `tolerance`, a share of their largest changes from rest.
-    #[pyo3(signature = (targets, *, tolerance = 1e-4))]
-    fn reach(&self, py: Python<'_>, targets: &Bound<'_, PyAny>, tolerance: f64) -> PyResult<bool> {
+    /// `tolerance`, a share of their largest changes from rest. It moves the inputs that are named, or else those that drive.
+    #[pyo3(signature = (targets, *, tolerance = 1e-4, moving = None))]
+    fn reach(
+        &self,
+        py: Python<'_>,
+        targets: &Bound<'_, PyAny>,
+        tolerance: f64,
+        moving: Option<Vec<String>>,
+    ) -> PyResult<bool> {
         if tolerance.is_nan() || tolerance <= 0.0 {
             return Err(input(&format!("tolerance is {tolerance}"), "give a share above zero, such as 1e-4"));
         }
@@ -155,7 +171,8 @@ impl Twin {
         };
         let given = indexed("quantity", &self.names_of_quantities(), targets)?;
         let targets: Vec<Target> = given.into_iter().map(target).collect();
-        Ok(self.with(py, |model| reach(model, &targets)).map_err(refused)?.met)
+        let moving = self.moving(moving)?;
+        Ok(self.with(py, |model| reach_by(model, &targets, &moving)).map_err(refused)?.met)
     }
 
     /// Derivatives of the quantities by the inputs \[quantities × inputs\] at the present equilibrium, in the order of `values` and `inputs`; not a number at

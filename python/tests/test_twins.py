@@ -46,7 +46,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_twin_gives_the_numbers_of_the_program(file: Path) -> None:
     twin = durometer.Twin(file)
     [name] = twin.ranges
-    assert twin.ranges[name] == (0.0, 30.0) and twin.inputs == {name: 0.0}
+    assert twin.ranges[name] == (0.0, 30.0) and twin.inputs == {name: 9.81}
     line = json.dumps({"inputs": {name: 12.5}}) + "\n"
     command = [sys.executable, "-P", "-m", "durometer", "twin", str(file)]
     stepped = subprocess.run(command, input=line, capture_output=True, text=True, check=True)
@@ -75,6 +75,8 @@ def test_a_twin_gives_the_numbers_of_the_program(file: Path) -> None:
     for wrong in ({"none": 1.0}, {"xmax_z_m": "low"}, {"xmax_z_m": float("inf")}, [1.0]):
         with pytest.raises(durometer.InputError):
             twin.reach(wrong)
+    with pytest.raises(durometer.InputError, match="no input none"):
+        twin.reach({"xmax_z_m": 0.0}, moving=["none"])
     with pytest.raises(durometer.InputError, match="tolerance is 0"):
         twin.reach({"xmax_z_m": 0.0}, tolerance=0.0)
 

@@ -4,7 +4,8 @@ use super::files;
 use super::outcome::{CommandResult, Outcome};
 use super::stdout::Output;
 use durometer::math::units;
-use durometer::reduction::running::inverse::{Target, reach};
+use durometer::reduction::running::inverse::{Target, reach_by};
+use durometer::reduction::training::train::confidence;
 use durometer::reduction::{Fallback, FullModel, Input, ReducedModel, StepReport, Twin};
 use durometer::scene::control::strict_json::Strict;
 use durometer::storage::unix_time;
@@ -16,9 +17,9 @@ use std::time::Instant;
 
 /// Step a reduced model: inputs as lines of JSON on standard input, quantities with their error bars on standard output
 ///
-/// The file is made by a study of kind "reduction". The first line that is printed names the inputs with their ranges, and the quantities. Each line
-/// that is read gives inputs in SI, those that change, or target values of quantities, for which inputs are searched within the ranges; its answer is
-/// one line. A model that moves takes one step in time for each line.
+/// The file is made by a study of kind "reduction". The first line that is printed names the inputs with their ranges and present values, and the quantities.
+/// Each line that is read gives inputs in SI, those that change, or target values of quantities, for which the inputs that drive are searched within their
+/// ranges; its answer is one line. A model that moves takes one step in time for each line.
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
@@ -29,7 +30,7 @@ Examples:
   durometer twin finger.durom --tolerance 1% --full studies/finger-real-time/scene.toml
   durometer twin finger.durom --listen 7000
 
-Lines that are read: {\"inputs\": {NAME: VALUE, …}}, {\"target\": {NAME: VALUE, …}}, {\"reset\": true}.
+Lines that are read: {\"inputs\": {NAME: VALUE, …}}, {\"target\": {NAME: VALUE, …}, \"moving\": [NAME, …]}, {\"reset\": true}.
 Exit codes: 0 done, 2 bad input, 3 stopped where an error bar was above the tolerance (--stop).")]
 pub struct Args {
     /// A reduced model, .durom
@@ -146,8 +147,9 @@ fn converse(models: &mut Models, mut lines: impl BufRead, mut out: impl Write, a
 
 fn opening(twin: &Twin) -> Value {
     let model = twin.model();
+    let driving = model.driving();
     let input = |(k, i): (usize, &Input)| {
-        let mut input = json!({ "name": i.name, "range": i.range });
+        let mut input = json!({ "name": i.name, "range": i.range, "value": twin.inputs()[k], "held": !driving[k] });
         if let Some(dynamics) = &model.dynamics {
             input["largest_change"] = dynamics.changes[k].into();
         }
@@ -164,7 +166,11 @@ fn opening(twin: &Twin) -> Value {
         "supremisers": model.origin.supremisers,
         "pressure_modes": model.sizes.pressures,
         "cells": model.origin.cells,
+        "held_back": model.origin.held_back,
     });
+    if model.bars().is_some() && model.origin.held_back > 0 {
+        opening["confidence"] = confidence(model.origin.held_back).into();
+    }
     if let Some(dt) = twin.dt() {
         opening["dt_s"] = dt.into();
     }
@@ -176,7 +182,7 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
     let refused = |why: String| format!("the line is no JSON object: {why}; write {{\"inputs\": {{…}}}}");
     let Strict(asked) = serde_json::from_str(line).map_err(|e| refused(e.to_string()))?;
     let Value::Object(asked) = asked else { return Err(refused("it is another value".into())) };
-    let known = ["inputs", "target", "reset"];
+    let known = ["inputs", "target", "moving", "reset"];
     if let Some(key) = asked.keys().find(|key| !known.contains(&key.as_str())) {
         return Err(format!("there is no \"{key}\"; the keys are {}", known.join(", ")));
     }
@@ -191,13 +197,14 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
         .map(|(name, value)| Ok((index(&names, &name)?, value)))
         .collect::<Result<_, String>>()?;
     targets(&models.twin, numbers(&asked, "target")?)?;
+    let moving = moving(&models.twin, &asked, &names)?;
     let start = Instant::now();
     if resets {
         models.reset();
     }
     let Models { twin, fallback, inputs: last } = models;
     if twin.dt().is_some() && !asked.contains_key("inputs") {
-        return answer_in_time(twin, &asked, (start, tolerance));
+        return answer_in_time(twin, (&asked, &moving), (start, tolerance));
     }
     // A model that moves goes on from where its last step has brought it, by a target too
     let mut inputs = if twin.dt().is_some() { twin.inputs().to_vec() } else { last.clone() };
@@ -209,7 +216,7 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
     let targets = targets(twin, numbers(&asked, "target")?)?;
     let mut met = None;
     if !targets.is_empty() {
-        let found = reach(twin, &targets).map_err(|e| e.to_string())?;
+        let found = reach_by(twin, &targets, &moving).map_err(|e| e.to_string())?;
         (inputs, met) = (found.inputs, Some(found.met));
         reached = Ok(StepReport { iterations: found.iterations, parts: 1 });
     }
@@ -234,12 +241,12 @@ fn answer(models: &mut Models, line: &str, tolerance: Option<f64>) -> Result<(Va
 /// The answer of a model that moves to a line without inputs: a step to a target, rest without a step, or a step with the present inputs.
 fn answer_in_time(
     twin: &mut Twin,
-    asked: &Map<String, Value>,
+    (asked, moving): (&Map<String, Value>, &[bool]),
     (start, tolerance): (Instant, Option<f64>),
 ) -> Result<(Value, bool), String> {
     let targets = targets(twin, numbers(asked, "target")?)?;
     let (report, met) = if !targets.is_empty() {
-        let reached = reach(twin, &targets).map_err(|e| e.to_string())?;
+        let reached = reach_by(twin, &targets, moving).map_err(|e| e.to_string())?;
         (StepReport { iterations: reached.iterations, parts: 1 }, Some(reached.met))
     } else if asked.contains_key("reset") {
         (StepReport { iterations: 0, parts: 0 }, None)
@@ -248,6 +255,19 @@ fn answer_in_time(
         (twin.step(&inputs).map_err(|e| e.to_string())?, None)
     };
     Ok(described(twin, (twin.inputs(), None), report, met, (start, tolerance)))
+}
+
+/// Which inputs a search may move: those that are named, or else those that drive.
+fn moving(twin: &Twin, asked: &Map<String, Value>, names: &[String]) -> Result<Vec<bool>, String> {
+    let Some(value) = asked.get("moving") else { return Ok(twin.model().driving()) };
+    let refused = || format!("\"moving\" is {value}; write {{\"target\": {{…}}, \"moving\": [NAME, …]}}");
+    let named =
+        value.as_array().filter(|named| !named.is_empty() && asked.contains_key("target")).ok_or_else(refused)?;
+    let mut moving = vec![false; names.len()];
+    for name in named {
+        moving[index(names, name.as_str().ok_or_else(refused)?)?] = true;
+    }
+    Ok(moving)
 }
 
 fn targets(twin: &Twin, asked: Vec<(String, f64)>) -> Result<Vec<Target>, String> {

@@ -13,7 +13,7 @@ pub enum ReductionError {
     TooFewStates(usize, usize),
     #[error(
         "a reduced model gives no \"{name}\"; of this scene it gives {}",
-        if known.is_empty() { "no column: add a probe of positions or angles" } else { known }
+        if known.is_empty() { "no column: add a probe of the mean position of a region, or of an angle (markers and other probes have no reduced form)" } else { known }
     )]
     Quantity { name: String, known: String },
     #[error("the states of the training runs belong to another mesh or scene: {0}; run the study again")]
@@ -26,6 +26,8 @@ pub enum ReductionError {
         "the model finds no equilibrium at {failed} of {states} states that were held back; take more modes, or more training states"
     )]
     NoEquilibrium { failed: usize, states: usize },
+    #[error("the model cannot be used: {0}; take other numbers of modes, or more training states")]
+    Faulty(&'static str),
     #[error(transparent)]
     LawSpec(#[from] LawSpecError),
     #[error(
@@ -44,6 +46,8 @@ pub enum ModelFileError {
     Unreadable { file: PathBuf, reason: String },
     #[error("{}: cannot be written: {reason}; choose another folder, or make room", file.display())]
     Unwritable { file: PathBuf, reason: String },
+    #[error("{}: the model is not written: {fact}; make it again with other numbers of modes, or more training states", file.display())]
+    Faulty { file: PathBuf, fact: &'static str },
     #[error("{}: this is no reduced model: {fact}; take a .durom file of a study of kind \"reduction\"", file.display())]
     NotAModel { file: PathBuf, fact: String },
     #[error("{}: it has format {found}, and this program reads format {known}; make it again with this program", file.display())]

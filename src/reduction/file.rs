@@ -18,8 +18,11 @@ impl ReducedModel {
         bytes
     }
 
-    /// Writes the file whole or not at all; its size in bytes.
+    /// Writes the file whole or not at all, and none that could not be read; its size in bytes.
     pub fn write(&self, file: &Path) -> Result<usize, ModelFileError> {
+        if let Some(fact) = self.fault() {
+            return Err(ModelFileError::Faulty { file: file.into(), fact });
+        }
         let bytes = self.to_bytes();
         let unwritable = |e: std::io::Error| ModelFileError::Unwritable { file: file.into(), reason: e.to_string() };
         storage::write(file, &bytes).map_err(unwritable)?;

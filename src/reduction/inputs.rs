@@ -12,6 +12,29 @@ pub struct Input {
     pub name: String,
     /// Least and largest value
     pub range: [f64; 2],
+    /// Value of the scene at its start, where it is known
+    #[serde(default)]
+    pub start: Option<f64>,
+    /// Whether searches leave it where it is, as a constant of a law or the acceleration of a weight
+    #[serde(default)]
+    pub held: bool,
+}
+
+impl Input {
+    /// An input that drives, of a scene that gives it no value of its own.
+    pub fn new(name: impl Into<String>, range: [f64; 2]) -> Self {
+        Self { name: name.into(), range, start: None, held: false }
+    }
+
+    /// The value at which a model begins: that of the scene, or zero, or the nearest end of the range.
+    pub fn at_start(&self) -> f64 {
+        self.start.map_or(self.unloaded(), |start| start.clamp(self.range[0], self.range[1]))
+    }
+
+    /// Zero, or the nearest end of the range.
+    pub fn unloaded(&self) -> f64 {
+        0.0_f64.clamp(self.range[0], self.range[1])
+    }
 }
 
 /// c + Σ r_k u_k of the inputs u.
@@ -88,7 +111,7 @@ pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionErro
         return Err(unsupported("a scene without inputs".into(), "nothing changes", "give the study an [[input]]"));
     }
     let input = |(name, range): (String, Option<(f64, f64)>)| match range {
-        Some((low, high)) => Ok(Input { name, range: [low, high] }),
+        Some((low, high)) => Ok(Input::new(name, [low, high])),
         None => Err(unsupported(format!("input {name}"), "it has no range", "give it one")),
     };
     names.into_iter().zip(scene.controls.ranges()).map(input).collect()
@@ -100,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_pulse_within_the_scene_is_no_constant() {
-        let inputs = [Input { name: "pull_N".into(), range: [0.0, 2.0] }];
+        let inputs = [Input::new("pull_N", [0.0, 2.0])];
         for end in [1e-3, 1.0, 1e4] {
             let load = |pulse: f64| {
                 move |now: Clock| {

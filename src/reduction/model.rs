@@ -1,6 +1,7 @@
 //! A reduced model: everything that its steps need, and nothing of the mesh.
 
 use super::constants::Constants;
+use super::error::ReductionError;
 use super::forces::{CableDrive, Load, ReducedCable};
 use super::inputs::Input;
 use super::points::{Sizes, StoredPoints};
@@ -114,6 +115,18 @@ pub struct Bar {
 }
 
 impl ReducedModel {
+    /// The model, if its parts fit together.
+    ///
+    /// # Errors
+    ///
+    /// [`ReductionError::Faulty`] with the reason why they do not.
+    pub fn sound(self) -> Result<Self, ReductionError> {
+        match self.fault() {
+            None => Ok(self),
+            Some(fact) => Err(ReductionError::Faulty(fact)),
+        }
+    }
+
     /// Reason why the parts of the model do not fit together, if they do not.
     pub fn fault(&self) -> Option<&'static str> {
         let Self { sizes, inputs, loads, cables, .. } = self;
@@ -126,10 +139,10 @@ impl ReducedModel {
             let places = c.guides.iter().chain(&c.pull_point).flatten().chain(&c.motion).all(|x| x.is_finite());
             affine && places && c.motion.len() == 3 * c.guides.len() * n && !c.guides.is_empty()
         };
-        let range = |i: &Input| i.range.iter().all(|x| x.is_finite()) && i.range[0] < i.range[1];
+        let range = |i: &Input| i.range.iter().chain(&i.start).all(|x| x.is_finite()) && i.range[0] < i.range[1];
         let checks = [
             (n > 0 && n < MOST && sizes.pressures < MOST && sizes.tests < MOST, "it has no modes, or too many"),
-            (!inputs.is_empty() && inputs.iter().all(range), "a range of an input is empty"),
+            (!inputs.is_empty() && inputs.iter().all(range), "a range of an input is empty, or its start not finite"),
             (
                 !self.points.is_empty() && self.points.iter().all(|p| p.is_sound(self.own_sizes())),
                 "points and modes do not fit together",
@@ -152,6 +165,10 @@ impl ReducedModel {
                 self.amplitudes.iter().all(|a| a.is_finite() && *a >= 0.0) && self.amplitudes[0] > 0.0,
                 "it has no amplitude",
             ),
+            (
+                self.bars().unwrap_or_default().iter().all(|b| b.factor.is_finite() && b.floor.is_finite()),
+                "an error bar is not a finite number",
+            ),
             (self.estimate.as_ref().is_none_or(|e| self.fits(e)), "the error estimate has another size"),
             (
                 self.constants.laws.is_empty()
@@ -166,6 +183,13 @@ impl ReducedModel {
     /// Size of a quantity that is to have this value: its change from rest there, or the largest one of the training states where that is larger.
     pub fn size_at(&self, quantity: usize, value: f64) -> f64 {
         self.largest_changes[quantity].max((value - self.rest[quantity]).abs())
+    }
+
+    /// Whether a search moves each input where it is not told which: those that drive, and of a model without one all of them.
+    pub fn driving(&self) -> Vec<bool> {
+        let drives = |(k, input): (usize, &Input)| !input.held && !self.constants.has(k);
+        let all: Vec<bool> = self.inputs.iter().enumerate().map(drives).collect();
+        if all.contains(&true) { all } else { vec![true; all.len()] }
     }
 
     /// How estimates become error bars, quantity by quantity; none without an estimate.
@@ -196,8 +220,7 @@ impl ReducedModel {
             && e.enriched.quantities.len() == self.quantities.len()
             && e.embedding.len() == e.enriched.sizes.coordinates() * self.sizes.coordinates()
             && e.embedding.iter().all(|x| x.is_finite())
-            && e.bars.len() == self.quantities.len()
-            && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite());
+            && e.bars.len() == self.quantities.len();
         (!sound).then_some("the error estimate has another size")
     }
 
@@ -220,7 +243,6 @@ impl ReducedModel {
             && e.centres.len() == inputs.len()
             && e.regimes.iter().all(regime)
             && e.bars.len() == quantities.len()
-            && e.bars.iter().all(|b| b.factor.is_finite() && b.floor.is_finite())
     }
 }
 

@@ -94,7 +94,7 @@ fn with_constants<T>(
         inputs: ["rubber_mu_Pa", "rubber_nu"]
             .iter()
             .zip(&RANGES[1..])
-            .map(|(name, range)| Input { name: name.to_string(), range: *range })
+            .map(|(name, range)| Input::new(*name, *range))
             .collect(),
         build: &build,
     };

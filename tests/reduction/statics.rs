@@ -246,6 +246,13 @@ fn inputs_are_found_for_targets() {
         |quantity: usize, value: f64| Target { quantity, value, tolerance: 1e-6 * model.largest_changes[quantity] };
     let found = reach(&mut twin, &[target(1, wanted[0]), target(0, wanted[1])]).expect("an equilibrium");
     assert!(found.met, "{found:?}");
+    // An input that is held begins at the value of the scene, and the search leaves it there
+    let mut held = model.clone();
+    (held.inputs[0].held, held.inputs[0].start) = (true, Some(5.0));
+    let mut other = Twin::new(held).expect("a law of the library");
+    assert_eq!(other.inputs(), [5.0, 0.0]);
+    let found = reach(&mut other, &[target(1, wanted[0])]).expect("an equilibrium");
+    assert_eq!(found.inputs[0], 5.0, "{found:?}");
     let beyond = reach(&mut twin, &[target(1, 10.0 * model.largest_changes[1])]).expect("an equilibrium");
     assert!(!beyond.met && twin.in_range(), "{beyond:?}");
 }
@@ -310,6 +317,12 @@ fn a_file_is_the_model_or_is_refused() {
     let newer = [b"durometer reduced model 99 ", &bytes[end - 64..]].concat();
     assert!(refused(&newer).contains("format 99"));
     assert!(ReducedModel::read(&folder.path().join("none.durom")).is_err());
+    // Nothing is written that could not be read
+    let mut unusable = model.clone();
+    unusable.estimate.as_mut().expect("an estimate").bars[0].factor = f64::INFINITY;
+    let file = folder.path().join("unusable.durom");
+    let why = unusable.write(&file).expect_err("refused").to_string();
+    assert!(why.contains("an error bar is not a finite number") && !file.exists(), "{why}");
 }
 
 /// Parts of a scene without a reduced form are named, with a remedy.

@@ -44,14 +44,25 @@ const DAMPING_MOST: f64 = 1e8;
 /// Shares of the ranges from which the search begins again.
 const STARTS: [f64; 5] = [0.5, 0.25, 0.75, 0.05, 0.95];
 
-/// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes. A model that moves takes one step in time,
-/// at whose end the targets are met, with inputs that change by no more than in the runs that it is made of.
+/// Brings the model to inputs in their ranges at which the targets are met, or as near to them as the search comes. The inputs that drive are moved, not
+/// constants of laws and weights. A model that moves takes one step in time, at whose end the targets are met, with inputs that change by no more than in the
+/// runs that it is made of.
 ///
 /// # Errors
 ///
 /// [`StepError`] where the model has no equilibrium at the present inputs.
 pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> {
-    let ranges = reachable(twin);
+    let moving = twin.model().driving();
+    reach_by(twin, targets, &moving)
+}
+
+/// Like [`reach`], by the inputs that are true in `moving`; the others stay where they are.
+///
+/// # Errors
+///
+/// As there.
+pub fn reach_by(twin: &mut Twin, targets: &[Target], moving: &[bool]) -> Result<Reached, StepError> {
+    let ranges = reachable(twin, moving);
     let present: Vec<f64> = twin.inputs().iter().zip(&ranges).map(|(u, r)| u.clamp(r[0], r[1])).collect();
     let from = twin.dt().map(|_| twin.save());
     let from = from.as_ref();
@@ -70,10 +81,13 @@ pub fn reach(twin: &mut Twin, targets: &[Target]) -> Result<Reached, StepError> 
     Ok(best)
 }
 
-/// The ranges of the inputs; of a model that moves, within one step from the present ones.
-fn reachable(twin: &Twin) -> Vec<[f64; 2]> {
+/// The ranges of the inputs; of a model that moves, within one step from the present ones. Of an input that does not move it is the present value.
+fn reachable(twin: &Twin, moving: &[bool]) -> Vec<[f64; 2]> {
     let model = twin.model();
     let within = |(k, (input, present)): (usize, (&Input, &f64))| {
+        if !moving[k] {
+            return [*present; 2];
+        }
         let [low, high] = input.range;
         let present = present.clamp(low, high);
         let most = model.dynamics.as_ref().map_or(f64::INFINITY, |dynamics| dynamics.changes[k]);

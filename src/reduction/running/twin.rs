@@ -99,7 +99,8 @@ const SHARE: f64 = 1.0 / 16.0;
 const CUT: f64 = 1.0 / 64.0;
 
 impl Twin {
-    /// The model at rest, with all inputs at zero, or at the nearest ends of their ranges.
+    /// The model at rest, with all inputs at the values of the scene at its start; where these are not known, as of a model that moves, at zero, or at the nearest
+    /// ends of their ranges.
     ///
     /// # Errors
     ///
@@ -145,7 +146,7 @@ impl Twin {
         self.at.clear();
         (self.in_range, self.stepped) = (true, false);
         self.memory.fill(0.0);
-        self.inputs.iter_mut().zip(&self.model.inputs).for_each(|(u, i)| *u = 0.0_f64.clamp(i.range[0], i.range[1]));
+        self.inputs.iter_mut().zip(&self.model.inputs).for_each(|(u, i)| *u = i.at_start());
         self.estimates.fill(0.0);
         self.bars.fill(f64::INFINITY);
         self.equations.reset(&self.inputs);
@@ -272,8 +273,10 @@ impl Twin {
             if done + part >= 1.0 {
                 self.trial.copy_from_slice(inputs);
             } else {
-                let between = self.inputs.iter().zip(inputs).map(|(from, to)| from + (done + part) * (to - from));
-                self.trial.iter_mut().zip(between).for_each(|(trial, u)| *trial = u);
+                for (k, to) in inputs.iter().enumerate() {
+                    let from = self.begins_at(k);
+                    self.trial[k] = from + (done + part) * (to - from);
+                }
             }
             let (reached, taken) = self.equations.solve(&self.trial, &mut self.at);
             iterations += taken;
@@ -307,13 +310,18 @@ impl Twin {
         Ok(StepReport { iterations, parts })
     }
 
+    /// The value of an input from which a step changes it: from rest, where the body is undeformed, without a load, so that loads of the scene come in parts too.
+    fn begins_at(&self, k: usize) -> f64 {
+        if self.stepped { self.inputs[k] } else { self.model.inputs[k].unloaded() }
+    }
+
     /// The largest part of the change to these inputs: all of it in a step in time, and where no rotations are counted.
     fn largest_part(&self, inputs: &[f64]) -> f64 {
         if self.model.dynamics.is_some() || self.memory.is_empty() {
             return 1.0;
         }
-        let changes = self.inputs.iter().zip(inputs).zip(&self.model.inputs);
-        let shares = changes.map(|((from, to), input)| (to - from).abs() / (input.range[1] - input.range[0]));
+        let changes = inputs.iter().zip(&self.model.inputs).enumerate();
+        let shares = changes.map(|(k, (to, input))| (to - self.begins_at(k)).abs() / (input.range[1] - input.range[0]));
         (SHARE / shares.fold(SHARE, f64::max)).max(CUT)
     }
 

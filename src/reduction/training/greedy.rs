@@ -90,7 +90,7 @@ mod tests {
     /// The largest first, no neighbour of it next, and neighbours where nothing else is left.
     #[test]
     fn chosen_states_keep_apart() {
-        let inputs = [Input { name: "u".into(), range: [0.0, 10.0] }];
+        let inputs = [Input::new("u", [0.0, 10.0])];
         let candidates: Vec<Vec<f64>> = [9.0, 8.5, 1.0, 5.0].map(|u| vec![u]).to_vec();
         let order = [0, 1, 2, 3];
         assert_eq!(apart(&order, &candidates, (&inputs, 3)), [0, 2, 3]);

@@ -77,7 +77,8 @@ impl<'a> Training<'a> {
     ///
     /// # Errors
     ///
-    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined, states without an equilibrium that are too many for a bar.
+    /// [`ReductionError`]: points that do not reproduce the forces, laws that are not defined, states without an equilibrium that are too many for a bar, a bar that
+    /// is not a finite number.
     pub fn model(
         &self,
         modes: usize,
@@ -91,7 +92,7 @@ impl<'a> Training<'a> {
             model.estimate.iter_mut().for_each(|e| e.bars.clone_from(&bars));
         }
         model.origin.held_back = held_back.len();
-        Ok(model)
+        model.sound()
     }
 
     /// Like [`Training::model`], with bars that are the absolute values of the estimates, which nothing was held back for: what is to be known where the error is large.
@@ -317,6 +318,8 @@ pub fn errors(model: &ReducedModel, states: &[FullState]) -> Result<Vec<Vec<(f64
 
 /// Share of the median error that is added to an estimate, which may vanish.
 const FLOOR: f64 = 0.2;
+/// Share of the size of a quantity up to which an error counts as none, as that of the tension of a cable that is slack in both models.
+pub const EXACT: f64 = 1e-9;
 
 /// Share of further errors that a bar is to contain, and the confidence that it does.
 pub const COVERED: f64 = 0.95;
@@ -335,6 +338,11 @@ pub fn left_out(n: usize) -> usize {
     0
 }
 
+/// Confidence of bars that are made of so many states, or runs.
+pub fn confidence(held_back: usize) -> f64 {
+    (1.0 - COVERED.powi(i32::try_from(held_back).unwrap_or(i32::MAX))).min(COVERED)
+}
+
 /// Bars that hold for states that were held back.
 fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>, ReductionError> {
     let all = errors(model, held_back)?;
@@ -343,17 +351,57 @@ fn calibrated(model: &ReducedModel, held_back: &[FullState]) -> Result<Vec<Bar>,
         return Err(ReductionError::NoEquilibrium { failed, states: all.len() });
     }
     let samples: Vec<&[_]> = all.iter().map(std::slice::from_ref).collect();
-    Ok((0..model.quantities.len()).map(|k| bar(&samples, k)).collect())
+    Ok(bars(model, &samples))
 }
 
-/// The bar of quantity k by its errors and their estimates in independent samples, \[samples\]\[states\]\[quantities\]. It holds for a sample where it
-/// contains the errors of all of its states.
-pub(in crate::reduction) fn bar(samples: &[&[Vec<(f64, f64)>]], k: usize) -> Bar {
-    let mut sizes: Vec<f64> = samples.iter().copied().flatten().map(|row| row[k].0.abs()).collect();
+/// The bar of a quantity of this size by its errors and their estimates in independent samples, \[samples\]\[states\]. It holds for a sample where it
+/// contains the errors of all of its states. The floor is made of the errors that are more than nothing: where a quantity is exact in most states it is still
+/// that of the others.
+pub(in crate::reduction) fn bar(samples: &[Vec<(f64, f64)>], size: f64) -> Bar {
+    let least = (EXACT * size).max(f64::MIN_POSITIVE);
+    let errors = samples.iter().flatten().map(|(error, _)| error.abs());
+    let mut sizes: Vec<f64> = errors.filter(|error| error.is_finite() && *error > least).collect();
     sizes.sort_by(f64::total_cmp);
-    let floor = (FLOOR * sizes[sizes.len() / 2]).max(f64::MIN_POSITIVE);
-    let ratio = |row: &Vec<(f64, f64)>| row[k].0.abs() / (row[k].1.abs() + floor);
-    let mut ratios: Vec<f64> = samples.iter().map(|rows| rows.iter().map(ratio).fold(0.0, f64::max)).collect();
+    let floor = sizes.get(sizes.len() / 2).map_or(least, |median| (FLOOR * median).max(least));
+    let ratio = |(error, estimate): &(f64, f64)| error.abs() / (estimate.abs() + floor);
+    let mut ratios: Vec<f64> = samples.iter().map(|of| of.iter().map(ratio).fold(0.0, f64::max)).collect();
     ratios.sort_by(f64::total_cmp);
     Bar { factor: ratios[ratios.len() - 1 - left_out(ratios.len())].max(1.0), floor }
+}
+
+/// The bars of all quantities of a model by \[samples\]\[states × quantities\].
+pub(in crate::reduction) fn bars(model: &ReducedModel, samples: &[&[Vec<(f64, f64)>]]) -> Vec<Bar> {
+    let of = |k: usize| -> Vec<Vec<(f64, f64)>> {
+        samples.iter().map(|rows| rows.iter().map(|row| row[k]).collect()).collect()
+    };
+    model.largest_changes.iter().enumerate().map(|(k, size)| bar(&of(k), *size)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cable that is slack in both models in most states: the bar is of the size of the errors where it is taut, and contains all of them but those
+    /// that may be left out.
+    #[test]
+    fn a_quantity_that_is_exact_in_most_states_has_a_bar_of_the_size_of_its_errors() {
+        for slack in [0, 30, 50, 58] {
+            let error = |n: usize| if n < slack { 1e-17 * (n % 2) as f64 } else { 1e-3 * (1.0 + n as f64 / 59.0) };
+            let samples: Vec<Vec<(f64, f64)>> = (0..59).map(|n| vec![(error(n), 0.0)]).collect();
+            let Bar { factor, floor } = bar(&samples, 1.0);
+            assert!((2e-4..4e-4).contains(&floor), "{slack} slack: {floor}");
+            assert!(factor >= 1.0 && (1e-3..2e-2).contains(&(factor * floor)), "{slack} slack: {factor} × {floor}");
+            assert!(samples.iter().flatten().all(|(e, _)| *e <= factor * floor * (1.0 + 1e-12)), "{slack} slack");
+        }
+    }
+
+    /// Without any error, and without any size, the bar is finite.
+    #[test]
+    fn a_bar_is_finite_without_errors() {
+        for (error, size) in [(0.0, 2.0), (1e-12, 2.0), (0.0, 0.0), (1e-300, 0.0)] {
+            let Bar { factor, floor } = bar(&vec![vec![(error, 0.0)]; 59], size);
+            assert!(factor.is_finite() && floor > 0.0 && floor <= EXACT * size.max(1.0), "{error}: {factor} × {floor}");
+            assert!(error <= factor * floor * (1.0 + 1e-12), "{error}: {factor} × {floor}");
+        }
+    }
 }

@@ -7,7 +7,7 @@ use super::basis::Basis;
 use super::body_points::{BodyPoints, Place, PointForce};
 use super::full_state::FullState;
 use super::sampling::{Selection, select_for, stored};
-use super::train::{Projected, assemble, bar, check_names, left_out, project};
+use super::train::{Projected, assemble, bars, check_names, left_out, project};
 use crate::math::vector::dot;
 use crate::reduction::error::ReductionError;
 use crate::reduction::forces::{block_forces, check_parts, unsupported};
@@ -96,7 +96,7 @@ impl<'a> TransientTraining<'a> {
         model.estimate_in_time = Some(estimate);
         let bars = calibrated(&model, held_back)?;
         model.estimate_in_time.iter_mut().for_each(|e| e.bars.clone_from(&bars));
-        Ok(model)
+        model.sound()
     }
 
     /// Singular values of the displacements and of the pressures of the states, as shares of the first.
@@ -315,5 +315,5 @@ fn calibrated(model: &ReducedModel, held_back: &[Vec<FullState>]) -> Result<Vec<
         return Err(ReductionError::NoEquilibrium { failed, states: all.len() });
     }
     let samples: Vec<&[_]> = all.iter().map(Vec::as_slice).collect();
-    Ok((0..model.quantities.len()).map(|k| bar(&samples, k)).collect())
+    Ok(bars(model, &samples))
 }

@@ -247,6 +247,18 @@ pub enum SignalError {
 }
 
 impl SignalSpec {
+    /// Value at the start \[SI\]; none where it depends on what is recorded, or the signal is not one of this dimension.
+    pub(crate) fn at_start(&self, dimension: Dimension, base: &Path) -> Option<f64> {
+        let mut inputs = vec![];
+        let mut site = Site { base, name: "", inputs: &mut inputs, event: None, depth: 0, delayed: false };
+        let signal = self.build(dimension, &mut site).ok()?;
+        match &inputs[..] {
+            [] => Some(signal.at(0.0)),
+            [Input { source: Source::Controlled { initial, .. }, .. }] => Some(*initial),
+            _ => None,
+        }
+    }
+
     /// The signal of this dimension.
     pub(super) fn build(&self, dimension: Dimension, site: &mut Site) -> Result<Signal, SignalError> {
         let parse = |q: &Quantity, d| q.value(d);

@@ -2,16 +2,19 @@
 //!
 //! Pure: stored cases and the record in, [`ReductionFindings`] out.
 
-use crate::report::numbers::{capital, percent, significant};
+use crate::report::numbers::{percent, significant};
 use crate::study::analysis::{self, Analysis};
-use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
+use crate::study::kinds::reduction::record::{
+    DerivedRecord, InputRecord, ModelRecord, QuantityRecord, ReductionRecord,
+};
 use crate::study::store::record::Quantity;
 use crate::study::store::results::Results;
+use crate::wording::count;
 
 /// Findings of a reduction study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReductionFindings {
-    pub inputs: usize,
+    pub inputs: Vec<InputRecord>,
     pub quantities: Vec<Quantity>,
     /// None as long as there are no models
     pub derived: Option<DerivedRecord>,
@@ -43,12 +46,13 @@ impl ReductionFindings {
 
 /// Largest error of a quantity as a share of its size.
 pub fn relative(q: &QuantityRecord) -> f64 {
-    q.largest / q.size
+    if q.largest == 0.0 { 0.0 } else { q.largest / q.size }
 }
 
-/// A time in µs or ms.
+/// A time in µs or ms; a dash where none was measured.
 pub fn time(seconds: f64) -> String {
     match seconds {
+        0.0 => "–".into(),
         s if s < 1e-3 => format!("{:.0} µs", 1e6 * s),
         s if s < 1.0 => format!("{:.1} ms", 1e3 * s),
         s => format!("{s:.1} s"),
@@ -58,8 +62,15 @@ pub fn time(seconds: f64) -> String {
 /// Analyses what is there.
 pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<ReductionFindings> {
     let study = &results.study;
-    let derived: Option<DerivedRecord> =
-        results.derived.as_ref().and_then(|value| serde_json::from_value(value.clone()).ok());
+    let read = |value: &serde_json::Value| serde_json::from_value::<DerivedRecord>(value.clone());
+    let (derived, unread) = match results.derived.as_ref().map(read) {
+        None => (None, None),
+        Some(Ok(derived)) => (Some(derived), None),
+        Some(Err(why)) => (
+            None,
+            Some(format!("The record of the models cannot be read: {why}. Delete derived.json and report again.")),
+        ),
+    };
     let quantities = study.quantities.values().next().cloned().unwrap_or_default();
     let within = |model: &ModelRecord| {
         model.quantities.iter().zip(&quantities).all(|(q, asked)| {
@@ -72,12 +83,13 @@ pub fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<Reductio
     let chosen = models.iter().position(within);
     let incomplete = study.incomplete(&results.cases);
     let mut warnings = analysis::warnings(&incomplete);
+    warnings.extend(unread);
     warnings.extend(derived.iter().flat_map(|d| d.left_out.iter().cloned()));
     warnings.extend(doubts(models, &quantities));
     analysis::add_notes(&mut warnings, &results.cases);
     let complete = incomplete.is_empty();
     let plan = record.greedy.as_ref().map(|plan| plan.states);
-    let found = ReductionFindings { inputs: record.inputs.len(), quantities, derived, complete, plan, chosen };
+    let found = ReductionFindings { inputs: record.inputs.clone(), quantities, derived, complete, plan, chosen };
     let verdict = verdict(&found, study.tolerance) + &analysis::without_result(incomplete.len());
     Analysis { tolerance: study.tolerance, found, incomplete, warnings, verdict }
 }
@@ -104,6 +116,15 @@ fn doubts(models: &[ModelRecord], quantities: &[Quantity]) -> Vec<String> {
     }
     out.dedup();
     out
+}
+
+/// How long a small step takes, in a sentence; nothing where none was measured.
+fn small_step(model: &ModelRecord) -> String {
+    let [median, last] = model.step_s;
+    if median == 0.0 {
+        return String::new();
+    }
+    format!(" A small step takes {} (median; {} in 99 of 100).", time(median), time(last))
 }
 
 fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
@@ -133,26 +154,52 @@ fn verdict(found: &ReductionFindings, tolerance: f64) -> String {
             significant(model.gain(derived.full_step_s), 2)
         ),
         Some(model) => format!(
-            "The model of {} modes and {} points gives {} of the largest change at {} states that it was not made of. A small step takes {} (median; {} in 99 of \
-             100). From state to state it takes {}, {} times less than the full model.",
+            "The model of {} modes and {} points gives {} of the largest change at {} that it was not made of.{} From state to state it takes {}, {} times less \
+             than the full model.",
             model.modes,
             model.points,
             of(model),
-            derived.held_back,
-            time(model.step_s[0]),
-            time(model.step_s[1]),
+            count(derived.held_back, "state"),
+            small_step(model),
             time(model.leap_s[0]),
             significant(model.gain(derived.full_step_s), 2)
         ),
         None if derived.models.is_empty() => "No verdict: no model could be made; the warnings say why.".into(),
         None => {
-            let best = derived.models.last().map(of).unwrap_or_default();
+            let best = derived.models.last().map(|model| format!("that of {} modes gives {}", model.modes, of(model)));
             let (state, states) = if derived.dt.is_some() { ("step of the runs", "runs") } else { ("state", "states") };
             format!(
                 "No model is within {} at every {state} that it was not made of: {}. Take more modes, more training {states}, or a smaller `sampling`.",
                 percent(tolerance),
-                capital(&best)
+                best.unwrap_or_default()
             )
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of one state that was held back there is no way to another, and no small step along it.
+    #[test]
+    fn what_was_not_measured_is_not_said() {
+        let model = |step_s| ModelRecord {
+            modes: 5,
+            file: String::new(),
+            bytes: 0,
+            displacements: 5,
+            pressures: 0,
+            points: 26,
+            estimate_points: 40,
+            offline_s: 1.0,
+            step_s,
+            leap_s: [1e-4, 2e-4],
+            iterations: [0.0, 5.0],
+            quantities: vec![],
+        };
+        assert_eq!(small_step(&model([0.0; 2])), "");
+        assert_eq!(small_step(&model([1e-5, 2e-5])), " A small step takes 10 µs (median; 20 µs in 99 of 100).");
+        assert_eq!(time(0.0), "–");
     }
 }

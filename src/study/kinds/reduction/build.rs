@@ -1,6 +1,7 @@
 //! The models of a study: made once from the states of its runs, and kept in `models/` with their record, `derived.json`.
 
 use crate::math::statistics::median;
+use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::sha256;
@@ -75,7 +76,6 @@ fn make(
     let offline_s = start.elapsed().as_secs_f64();
     files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
     let (mut models, mut left_out, mut made) = (vec![], vec![], vec![]);
-    let (changes, mesh_sha256) = (prepared.changes.to_string(), prepared.mesh_sha256());
     for &modes in &record.modes {
         let start = Instant::now();
         let mut model = match trained.model(modes, record.sampling, &others) {
@@ -87,7 +87,7 @@ fn make(
             }
         };
         let offline_s = start.elapsed().as_secs_f64();
-        (model.origin.changes, model.origin.mesh_sha256) = (changes.clone(), mesh_sha256.clone());
+        prepared.complete(&mut model);
         let file = format!("models/{}-{modes}.durom", results.study.study);
         let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
         models.push(describe(modes, (file, bytes, offline_s), &model, &others)?);
@@ -180,7 +180,8 @@ fn quantity(model: &ReducedModel, k: usize, all: &[Vec<(f64, f64)>]) -> Quantity
         all.iter().map(|row| row[k].0.is_finite().then_some([row[k].0, row[k].1])).collect();
     let sizes: Vec<f64> = errors.iter().flatten().map(|e| e[0].abs()).collect();
     let ratio = |e: &[f64; 2]| bar.0 * (e[1].abs() + bar.1) / e[0].abs();
-    let ratios: Vec<f64> = errors.iter().flatten().filter(|e| e[0] != 0.0).map(ratio).collect();
+    let is_more = |e: &&[f64; 2]| e[0].abs() > EXACT * model.largest_changes[k];
+    let ratios: Vec<f64> = errors.iter().flatten().filter(is_more).map(ratio).collect();
     QuantityRecord {
         name: model.quantities[k].name.clone(),
         size: model.largest_changes[k],

@@ -73,7 +73,9 @@ mod tests {
     /// From rest to the first corner, on it, between two, and at the last one.
     #[test]
     fn inputs_are_polygons_from_rest() {
-        let input = InputRecord { name: "pull".into(), key: "k".into(), unit: "mm".into(), range: [1.0, 5.0] };
+        let (start, held) = (None, false);
+        let input =
+            InputRecord { name: "pull".into(), key: "k".into(), unit: "mm".into(), range: [1.0, 5.0], start, held };
         let motion = MotionRecord { duration: 0.2, corner: 0.1 };
         let value = |t: f64| at(std::slice::from_ref(&input), &[vec![3.0], vec![4.0]], motion, t)[0];
         for (t, expected) in [(0.0, 1.0), (0.05, 2.0), (0.1, 3.0), (0.15, 3.5), (0.2, 4.0)] {

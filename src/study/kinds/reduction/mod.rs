@@ -4,6 +4,7 @@ pub mod analysis;
 pub mod build;
 mod constants;
 pub mod figures;
+mod in_scene;
 mod in_time;
 mod mesh_figure;
 mod meshes;
@@ -58,8 +59,8 @@ impl StudyKind for ReductionStudy {
         let errors = "The error of a reduced model is estimated from the forces of the full model that it leaves: at rest along adjoint solutions \
         [@becker2001], in time by the linearised motion that they cause in a richer space; the bar is that estimate times a factor from states, or from \
         whole runs in time, that took no part in the training. It is the distance from the full \
-        model on the same mesh; the error of the mesh is that of a convergence study."
-            .into();
+        model on the same mesh; the error of the mesh is that of a convergence study.";
+        let errors = format!("{} {errors}", report::made_of(analysis));
         Content { errors, ..report::content(results, analysis) }
     }
 }

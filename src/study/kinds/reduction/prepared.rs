@@ -2,7 +2,7 @@
 
 use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::training::full_model::mesh_digest;
-use crate::reduction::{ConstantInputs, FullState, Input, ReductionError, Training, TransientTraining};
+use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
 use crate::scene::{Body, ParameterKey, Scene, changed_scene};
 use crate::study::growth::Growth;
 use crate::study::kinds::reduction::in_time;
@@ -74,6 +74,20 @@ impl Prepared {
         mesh_digest(&self.body)
     }
 
+    /// What a model keeps of the scene of the study: the changes that lead to its own, the mesh, and the inputs as that scene has them. A model that moves begins
+    /// where its runs do.
+    pub fn complete(&self, model: &mut ReducedModel) {
+        (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());
+        let rests = model.dynamics.is_none();
+        let enriched = model.estimate_in_time.iter_mut().map(|e| &mut e.enriched.inputs);
+        for inputs in std::iter::once(&mut model.inputs).chain(enriched) {
+            for ((&place, factor), input) in self.places.iter().zip(&self.factors).zip(&self.inputs) {
+                inputs[place].held = input.held;
+                inputs[place].start = input.start.filter(|_| rests).map(|value| factor * value);
+            }
+        }
+    }
+
     /// The inputs of a model \[SI\] for values in the units of the study.
     pub fn inputs(&self, values: &[f64]) -> Vec<f64> {
         let mut inputs = vec![0.0; values.len()];
@@ -141,9 +155,8 @@ impl Prepared {
         let of: Vec<(usize, &InputRecord)> =
             self.inputs.iter().enumerate().filter(|(_, input)| input.is_constant()).collect();
         let key = |(_, input): &(usize, &InputRecord)| input.key.parse::<ParameterKey>().map_err(|e| e.to_string());
-        let named = |(k, input): &(usize, &InputRecord)| Input {
-            name: constant_name(input),
-            range: input.range.map(|u| self.factors[*k] * u),
+        let named = |(k, input): &(usize, &InputRecord)| {
+            Input::new(constant_name(input), input.range.map(|u| self.factors[*k] * u))
         };
         let constants = ConstantInputs {
             keys: of.iter().map(key).collect::<Result<_, _>>()?,

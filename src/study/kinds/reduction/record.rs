@@ -1,6 +1,6 @@
 //! Records of a reduction study in `study.json` and `derived.json`.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -13,6 +13,12 @@ pub struct InputRecord {
     pub unit: String,
     /// Least and largest value, in the unit
     pub range: [f64; 2],
+    /// Value of the scene at its start, in the unit; none where it depends on what was recorded
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<f64>,
+    /// Whether it does not drive: a constant of a law, or the acceleration of a weight
+    #[serde(default)]
+    pub held: bool,
 }
 
 impl InputRecord {
@@ -180,16 +186,24 @@ pub struct QuantityRecord {
     pub name: String,
     /// Largest change from rest over the training states
     pub size: f64,
-    /// Largest and median absolute error
+    /// Largest and median absolute error, not a number where no step succeeded
+    #[serde(deserialize_with = "number")]
     pub largest: f64,
+    #[serde(deserialize_with = "number")]
     pub median: f64,
     /// Factor and floor of the bar
     pub factor: f64,
     pub floor: f64,
-    /// Median of bar over error
+    /// Median of bar over error, of the errors that count; not a number where none does
+    #[serde(deserialize_with = "number")]
     pub bar_over_error: f64,
     /// \[states\] error and its estimate; none where a step did not succeed
     pub errors: Vec<Option<[f64; 2]>>,
+}
+
+/// A number, for which JSON has null where it is none.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }
 
 /// A step of a search, as `growth.json` and the report have it.
@@ -200,4 +214,28 @@ pub struct SearchStep {
     /// Largest and median estimated error at the candidates, as a share of the largest change; none where no model could be made of so few states
     pub largest: Option<f64>,
     pub median: Option<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A quantity that is exact at all states has no ratio of bar and error; its record is read as it was written.
+    #[test]
+    fn a_quantity_without_errors_is_read_again() {
+        let record = QuantityRecord {
+            name: "cable_tension_N".into(),
+            size: 1.0,
+            largest: 0.0,
+            median: 0.0,
+            factor: 1.0,
+            floor: 1e-9,
+            bar_over_error: f64::NAN,
+            errors: vec![Some([0.0, 0.0]), None],
+        };
+        let text = serde_json::to_string(&record).expect("numbers and strings");
+        let read: QuantityRecord = serde_json::from_str(&text).expect("what was written");
+        assert!(read.bar_over_error.is_nan(), "{text}");
+        assert_eq!((read.largest, read.errors), (0.0, record.errors));
+    }
 }

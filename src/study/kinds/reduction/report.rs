@@ -6,7 +6,7 @@ use crate::report::table::{Table, headings};
 use crate::study::analysis::Analysis;
 use crate::study::content::Content;
 use crate::study::kinds::reduction::analysis::{ReductionFindings, relative, time};
-use crate::study::kinds::reduction::record::{DerivedRecord, SearchStep};
+use crate::study::kinds::reduction::record::{DerivedRecord, InputRecord, SearchStep};
 use crate::study::kinds::reduction::{figures, mesh_figure, search_figure};
 use crate::study::store::results::Results;
 use crate::study::tables;
@@ -42,8 +42,9 @@ pub fn content(store: &Results, a: &Analysis<ReductionFindings>) -> Content {
 fn facts(a: &ReductionFindings) -> Vec<(String, String)> {
     let Some((derived, k)) = a.derived.as_ref().zip(a.chosen) else { return vec![] };
     let model = &derived.models[k];
+    let measured = if model.step_s[0] > 0.0 { model.step_s[0] } else { model.leap_s[0] };
     let mut out = vec![
-        (time(model.step_s[0]), "a step of the reduced model".into()),
+        (time(measured), "a step of the reduced model".into()),
         (format!("{}×", significant(model.gain(derived.full_step_s), 2)), "faster than the full model".into()),
     ];
     for (q, asked) in model.quantities.iter().zip(&a.quantities) {
@@ -90,6 +91,21 @@ fn sentences(a: &ReductionFindings) -> Vec<String> {
     out.extend(of_search(a, derived));
     out.extend(of_meshes(a, derived));
     out
+}
+
+/// The inputs with their ranges, and what the models are made of, in sentences.
+pub fn made_of(a: &ReductionFindings) -> String {
+    let range = |i: &InputRecord| {
+        let [low, high] = i.range.map(|end| end.to_string().replace('-', "−"));
+        format!("{} from {low} to {high} {}", i.name, i.unit).trim_end().to_string()
+    };
+    let inputs = a.inputs.iter().map(range).collect::<Vec<_>>().join(", ");
+    let Some(derived) = &a.derived else { return format!("Inputs of the models: {inputs}.") };
+    let states = if derived.dt.is_some() { "runs in time" } else { "states" };
+    format!(
+        "Inputs of the models: {inputs}. The models are made of {} {states} within these ranges, and their bars of {} that were held back.",
+        derived.training, derived.held_back
+    )
 }
 
 /// How the greedy search went, in a sentence.
@@ -184,8 +200,7 @@ fn search(a: &ReductionFindings) -> Option<Table> {
 
 /// Confidence of the bars of so many states, or runs.
 fn confidence(states: usize) -> String {
-    let least = 1.0 - crate::reduction::training::train::COVERED.powi(i32::try_from(states).unwrap_or(i32::MAX));
-    format!("{:.0} %", 100.0 * least.min(crate::reduction::training::train::COVERED))
+    format!("{:.0} %", 100.0 * crate::reduction::training::train::confidence(states))
 }
 
 fn models(a: &ReductionFindings) -> Table {
@@ -251,7 +266,7 @@ fn errors(a: &ReductionFindings) -> Table {
                 significant(100.0 * relative(q), 2),
                 significant(100.0 * q.median / q.size, 2),
                 format!("{:.2}", q.factor),
-                format!("{:.1}", q.bar_over_error),
+                if q.bar_over_error.is_nan() { "–".into() } else { format!("{:.1}", q.bar_over_error) },
             ]
         })
     });

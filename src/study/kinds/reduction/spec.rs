@@ -5,6 +5,7 @@ use crate::reduction::training::sampling::WORST;
 use crate::schema::AnyTable;
 use crate::study::kind::{Expansion, RunRules};
 use crate::study::kinds::reduction::constants;
+use crate::study::kinds::reduction::in_scene;
 use crate::study::kinds::reduction::in_time::{self, MotionSpec};
 use crate::study::kinds::reduction::path::{ordered, random};
 use crate::study::kinds::reduction::record::{InputRecord, MeshesRecord, ReductionRecord};
@@ -60,7 +61,24 @@ pub struct InputSpec {
     /// Path into the scene of a signal or a constant that the input takes the place of
     pub key: String,
     /// Least and largest value, with their unit
-    pub range: [String; 2],
+    pub range: [EndSpec; 2],
+}
+
+/// An end of a range: a text with its unit, or a number without one.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "an end of a range is a text with its unit, such as \"15 mm\", or a number without one")]
+pub enum EndSpec {
+    Text(String),
+    Number(f64),
+}
+
+impl EndSpec {
+    fn text(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Number(number) => number.to_string(),
+        }
+    }
 }
 
 fn held_back() -> usize {
@@ -94,8 +112,9 @@ const COMPARED: usize = 10;
 
 /// The runs; the first mistake as place, fact and remedy.
 pub fn expand(study: ReductionStudy, tolerance: &str, scene: &Path) -> Result<Expansion<ReductionRecord>, Mistake> {
-    let inputs = check(&study)?;
+    let mut inputs = check(&study)?;
     constants::check(&inputs, scene)?;
+    in_scene::complete(&mut inputs, scene)?;
     let sampling = share(&study.sampling)?;
     let start: Vec<f64> = inputs.iter().map(at_rest).collect();
     let motion = study.motion.as_ref().map(in_time::motion).transpose()?;
@@ -233,6 +252,10 @@ fn check(study: &ReductionStudy) -> Result<Vec<InputRecord>, Mistake> {
         let fact = format!("{states} states for {} modes", least / 2);
         return mistake("training", fact, "give twice as many states as modes, or more");
     }
+    if study.held_back == 0 {
+        let fact = "held_back = 0: errors and their bars are known from states that are held back";
+        return mistake("held_back", fact.into(), "give 59 or more");
+    }
     if study.runs == 0 {
         return mistake("runs", "no run at all".into(), "give 1 or more");
     }
@@ -264,14 +287,29 @@ fn at_rest_only(study: &ReductionStudy, inputs: &[InputRecord]) -> Result<(), Mi
 
 fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
     let place = format!("input {}", spec.name);
-    let wrong = |fact: String| (place.clone(), fact, "write range = [\"0 mm\", \"15 mm\"]".to_string());
-    let (_, unit, _, _) = units::parts(&spec.range[1]).map_err(|e| wrong(e.to_string()))?;
-    let [low, high] = [&spec.range[0], &spec.range[1]].map(|text| units::in_unit(text, unit));
+    let wrong =
+        |fact: String| (place.clone(), fact, "write range = [\"0 mm\", \"15 mm\"], in units of the input".to_string());
+    let ends = spec.range.each_ref().map(EndSpec::text);
+    let (_, unit, _, _) = units::parts(&ends[1]).map_err(|e| wrong(e.to_string()))?;
+    let [low, high] = ends.each_ref().map(|text| units::in_unit(text, unit));
     let (low, high) = (low.map_err(|e| wrong(e.to_string()))?, high.map_err(|e| wrong(e.to_string()))?);
     if low >= high {
-        return Err(wrong(format!("the range from {low} to {high} {unit} is empty")));
+        let remedy = if low > high {
+            format!("write range = [\"{}\", \"{}\"]", ends[1], ends[0])
+        } else {
+            "give two values, the least first".into()
+        };
+        return Err((place, format!("the range from {low} to {high} {unit} is empty"), remedy));
     }
-    Ok(InputRecord { name: spec.name.clone(), key: spec.key.clone(), unit: unit.into(), range: [low, high] })
+    let (start, held) = (None, false);
+    Ok(InputRecord {
+        name: spec.name.clone(),
+        key: spec.key.clone(),
+        unit: unit.into(),
+        range: [low, high],
+        start,
+        held,
+    })
 }
 
 fn share(text: &str) -> Result<f64, Mistake> {
