@@ -90,7 +90,7 @@ impl Gathered {
     pub(in crate::scene) fn solid(
         &mut self,
         region: &str,
-        effect: impl Effect + Stressed + 'static,
+        effect: impl Stressed + 'static,
     ) -> Box<dyn Effect> {
         let shared = Arc::new(effect);
         self.points.push(shared.points().clone());
