@@ -87,11 +87,7 @@ impl Gathered {
     }
 
     /// Shares an effect of a law with its points and stresses.
-    pub(in crate::scene) fn solid(
-        &mut self,
-        region: &str,
-        effect: impl Stressed + 'static,
-    ) -> Box<dyn Effect> {
+    pub(in crate::scene) fn solid(&mut self, region: &str, effect: impl Stressed + 'static) -> Box<dyn Effect> {
         let shared = Arc::new(effect);
         self.points.push(shared.points().clone());
         self.stressed.push(shared.clone());
