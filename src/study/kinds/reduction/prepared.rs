@@ -74,7 +74,7 @@ impl Prepared {
         mesh_digest(&self.body)
     }
 
-    /// What a model keeps of the scene of the study: the changes that lead to its own, the mesh, and the inputs as that scene has them. A model that moves begins
+    /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, and the inputs as that scene has them. A model that moves begins
     /// where its runs do.
     pub fn complete(&self, model: &mut ReducedModel) {
         (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());

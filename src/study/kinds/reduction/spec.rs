@@ -61,18 +61,18 @@ pub struct InputSpec {
     /// Path into the scene of a signal or a constant that the input takes the place of
     pub key: String,
     /// Least and largest value, with their unit
-    pub range: [EndSpec; 2],
+    pub range: [RangeEnd; 2],
 }
 
 /// An end of a range: a text with its unit, or a number without one.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "an end of a range is a text with its unit, such as \"15 mm\", or a number without one")]
-pub enum EndSpec {
+pub enum RangeEnd {
     Text(String),
     Number(f64),
 }
 
-impl EndSpec {
+impl RangeEnd {
     fn text(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -289,7 +289,7 @@ fn input(spec: &InputSpec) -> Result<InputRecord, Mistake> {
     let place = format!("input {}", spec.name);
     let wrong =
         |fact: String| (place.clone(), fact, "write range = [\"0 mm\", \"15 mm\"], in units of the input".to_string());
-    let ends = spec.range.each_ref().map(EndSpec::text);
+    let ends = spec.range.each_ref().map(RangeEnd::text);
     let (_, unit, _, _) = units::parts(&ends[1]).map_err(|e| wrong(e.to_string()))?;
     let [low, high] = ends.each_ref().map(|text| units::in_unit(text, unit));
     let (low, high) = (low.map_err(|e| wrong(e.to_string()))?, high.map_err(|e| wrong(e.to_string()))?);
