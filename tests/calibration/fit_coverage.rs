@@ -208,8 +208,8 @@ fn the_published_table_of_coverage() {
 }
 
 /// Of data of the law itself some constant is said to be another one over shorter ranges in 5 % of the draws at most, three standard deviations of the count allowed: the constants
-/// of the shortest ranges are far off, and within their own errors. A law whose misfit is many times the errors has other
-/// constants over shorter ranges in every draw.
+/// of the shortest ranges are far off, and within their own errors. A law that does not describe the data has other
+/// constants over shorter ranges in four of five draws at least: in the others its misfit, smooth as it is, passes as correlation of the errors.
 #[test]
 fn shorter_ranges_have_other_constants_where_the_law_does_not_fit() {
     const DRAWS: u64 = 120;
@@ -229,6 +229,7 @@ fn shorter_ranges_have_other_constants_where_the_law_does_not_fit() {
         assert!(alarms as f64 <= most * DRAWS as f64, "{}: {alarms} of {DRAWS}", s.name);
     }
     let s = of("Neo-Hookean law of Yeoh's data", &[60e3, 6e3], 150, Errors::Independent(1.1e3));
-    let seen = (0..12).into_par_iter().filter(|seed| s.depends_on_range("neo_hookean", *seed)).count();
-    assert_eq!(seen, 12, "{}", s.name);
+    let seen = (0..DRAWS).into_par_iter().filter(|seed| s.depends_on_range("neo_hookean", *seed)).count();
+    println!("{}: {seen} of {DRAWS}", s.name);
+    assert!(10 * seen as u64 >= 8 * DRAWS, "{}: {seen} of {DRAWS}", s.name);
 }
