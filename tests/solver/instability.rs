@@ -558,7 +558,7 @@ tip = "xmax"
 }
 
 /// Cells of degree 2 with pressures go on to states in which some of their points collapse, with no eigenvalue that tells, where displacements find
-/// no equilibrium: such a state is noted and has no bar. Gaps of the moderate load are a fifth of the bound.
+/// no equilibrium: such a state is noted and has no bar. Under a moderate load it is not.
 #[test]
 fn pressures_that_lose_their_hold_on_the_volume_are_told() {
     let heavy = beam_with_a_film("mixed", 7000.0);
