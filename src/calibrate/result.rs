@@ -4,7 +4,6 @@ use super::constant_format::{Printed, list, printed, stress_unit, stretch_text};
 use super::judgement::compressibility::Written;
 use super::judgement::errors::Errors;
 use super::solve::noise::ModeNoise;
-use super::treatment::rupture;
 use super::{
     Audit, AuditKind, Contribution, Direction, ErrorModel, Estimate, FitCurves, FitError, FitWarning, Loss, Misfit,
     Mode, Model, Partner, Poisson, Residual, Scatter, Slack, SolverCheck, StableRange, StretchRange, Treatment,
@@ -263,7 +262,7 @@ impl FitResult {
             let (words, percent) = (o.treatment.words(), 100.0 * o.change);
             writeln!(f, "{words} ({} data points): {all}; the stresses differ by {percent:.1} % rms", o.rows)?;
         }
-        for entry in self.audit.of(AuditKind::LeftOut).filter(|e| e.message.contains(rupture::AFTER)) {
+        for entry in self.audit.of(AuditKind::Ruptured) {
             writeln!(f, "note: {entry}")?;
         }
         Ok(())

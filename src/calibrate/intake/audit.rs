@@ -11,6 +11,8 @@ pub enum AuditKind {
     Intake,
     /// Rows that do not take part
     LeftOut,
+    /// Rows after the rupture of a test piece, which do not take part
+    Ruptured,
     /// Rows that were changed or put into another order, as asked
     Changed,
     /// Unusual rows that do take part, unchanged
@@ -33,7 +35,7 @@ impl fmt::Display for AuditEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = match self.kind {
             AuditKind::Intake => "read",
-            AuditKind::LeftOut => "left out",
+            AuditKind::LeftOut | AuditKind::Ruptured => "left out",
             AuditKind::Changed => "changed",
             AuditKind::Kept => "kept",
             AuditKind::Doubt | AuditKind::Slack => "doubt",

@@ -171,12 +171,11 @@ impl Experiment {
             let gone: Vec<u64> = own[whole..].iter().map(|s| s.line).collect();
             if log && !gone.is_empty() {
                 let message = format!(
-                    "{} {} in {}: the stress falls below half of its largest level and does not return",
+                    "{} data points after rupture in {}: the stress falls below half of its largest level and does not return",
                     self.group_name(group),
-                    rupture::AFTER,
                     self.file
                 );
-                self.audit.add(AuditKind::LeftOut, message, gone);
+                self.audit.add(AuditKind::Ruptured, message, gone);
             }
             kept.extend_from_slice(&own[..whole]);
         }

@@ -13,9 +13,6 @@ use crate::calibrate::{Mode, Sample};
 use crate::math::statistics::{extent, median};
 use nalgebra::{DMatrix, DVector};
 
-/// The data points that are left out, in the log and in the terminal
-pub const AFTER: &str = "data points after rupture";
-
 /// Neighbours on either side of a data point
 const NEAR: usize = 2;
 /// Parts of the largest level below which a piece is broken, and above which it is whole \[–\]
