@@ -77,10 +77,20 @@ fn cost_of(summary: &Value) -> Option<String> {
     (!cases.is_empty()).then(|| format!("{} cases, {time}", cases.len()))
 }
 
+/// The published results of a study.
+fn summary_of(name: &str) -> Value {
+    let text = std::fs::read_to_string(root().join("reports/published").join(name).join("summary.json"));
+    serde_json::from_str(&text.expect("a published summary")).expect("JSON")
+}
+
+/// A text on one line.
+fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 fn section(name: &str, picture: &str) -> String {
     let report = format!("reports/published/{name}");
-    let text = std::fs::read_to_string(root().join(&report).join("summary.json")).expect("a published summary");
-    let summary: Value = serde_json::from_str(&text).expect("JSON");
+    let summary = summary_of(name);
     let words = |key: &str| summary[key].as_str().unwrap_or_default().to_string();
     let mut out = format!("\n## {name}\n\n*{}*\n\n{}\n\n", words("question"), first_sentence(&words("verdict")));
     write!(out, "![{name}: {}](../{report}/figures/{picture}.png)\n\n", picture.replace(['-', '_'], " "))
@@ -122,12 +132,8 @@ fn every_published_study_is_in_the_gallery() {
 #[test]
 fn the_readme_says_what_the_published_results_say() {
     let readme = std::fs::read_to_string(root().join("README.md")).expect("the README");
-    let flat = readme.split_whitespace().collect::<Vec<_>>().join(" ");
-    let summary = |name: &str| -> Value {
-        let text = std::fs::read_to_string(root().join("reports/published").join(name).join("summary.json"));
-        serde_json::from_str(&text.expect("a published summary")).expect("JSON")
-    };
-    let verdict = |name: &str| first_sentence(summary(name)["verdict"].as_str().unwrap_or_default());
+    let flat = flat(&readme);
+    let verdict = |name: &str| first_sentence(summary_of(name)["verdict"].as_str().unwrap_or_default());
     let hard = verdict("hard-cases");
     let counts: Vec<&str> = hard.split(' ').filter(|word| word.starts_with(|c: char| c.is_ascii_digit())).collect();
     let [all, pass, stopped, "0"] = counts[..] else { panic!("{hard}") };
@@ -143,7 +149,24 @@ fn the_readme_says_what_the_published_results_say() {
     assert!(rows.len() > 3);
     for row in rows {
         let name = row.split(['[', ']']).nth(1).unwrap_or_default();
-        let cost = cost_of(&summary(name)).expect("a result with cases");
+        let cost = cost_of(&summary_of(name)).expect("a result with cases");
         assert!(row.ends_with(&format!("| {cost} |")), "{row} is {cost}");
     }
+}
+
+/// The page of a study that quotes its verdict quotes all of the published one.
+#[test]
+fn pages_of_studies_quote_the_published_verdicts() {
+    let mut quotes = 0;
+    for (name, _) in PICTURES {
+        let page = format!("studies/{name}/README.md");
+        let text = std::fs::read_to_string(root().join(&page)).expect("the page of a study");
+        let quote: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("> ")).collect();
+        if !quote.is_empty() {
+            let summary = summary_of(name);
+            assert_eq!(flat(&quote.join(" ")), flat(summary["verdict"].as_str().unwrap_or_default()), "{page}");
+            quotes += 1;
+        }
+    }
+    assert!(quotes > 5, "{quotes}");
 }
