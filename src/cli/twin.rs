@@ -23,7 +23,7 @@ use std::time::Instant;
 #[derive(clap::Args)]
 #[command(after_help = "\
 Examples:
-  durometer twin reports/finger-real-time/models/finger-real-time-8.durom
+  durometer twin reports/finger-real-time/models/finger-real-time-4.durom
   echo '{\"inputs\": {\"cable_shortening_m\": 0.005}}' | durometer twin finger.durom
   echo '{\"target\": {\"bending_angle_deg\": 20}}' | durometer twin finger.durom
   durometer twin finger.durom --tolerance 1% --stop < protocol.jsonl

@@ -3,6 +3,7 @@
 
 use crate::source::{root, rust_files};
 use durometer::scene::spec::{ConstraintSpec, EffectSpec, ProbeSpec, SelectorSpec};
+use durometer::scene::{ParameterKey, overrides, read_scene};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -381,6 +382,75 @@ fn calls(page: &str) -> Vec<Vec<String>> {
     lines.filter_map(|l| heads.iter().find_map(|h| l.strip_prefix(h)).map(words)).collect()
 }
 
+/// The calls in the examples of every help, without the words after two spaces, which say what a call does.
+fn examples() -> Vec<Vec<String>> {
+    let leaves = commands(&[]);
+    let all: BTreeSet<&[String]> = leaves.iter().flat_map(|leaf| (1..=leaf.len()).map(move |n| &leaf[..n])).collect();
+    let mut lines: Vec<String> = Vec::new();
+    for help in all.into_iter().map(help) {
+        let list = help.lines().skip_while(|line| *line != "Examples:").skip(1).take_while(|line| !line.is_empty());
+        for line in list.map(str::trim) {
+            let begins = ["durometer ", "echo "].iter().any(|head| line.starts_with(head));
+            match lines.last_mut() {
+                // The help breaks long lines.
+                Some(last) if !begins => last.extend([" ", line]),
+                _ => lines.push(line.to_string()),
+            }
+        }
+    }
+    let code = lines.iter().filter_map(|line| line.split("  ").next());
+    let calls = code.flat_map(|line| line.split(" | ")).filter_map(|call| call.strip_prefix("durometer "));
+    calls.filter_map(|call| call.split(" > ").next()?.split(" < ").next()).map(words).collect()
+}
+
+/// A call has known flags, and files of the project that it names exist.
+fn assert_call(place: &str, call: &[String]) {
+    for file in call.iter().filter(|w| w.starts_with("studies/") || w.starts_with("data/")) {
+        assert!(root().join(file).exists(), "{place}: {file} does not exist");
+    }
+    // Everything before it is parsed first: an unknown flag or command is an error, --help ends well.
+    let mut program = Command::new(env!("CARGO_BIN_EXE_durometer"));
+    let output = program.args(call).arg("--help").output().expect("the program runs");
+    assert!(output.status.success(), "{place}: {call:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let flags = String::from_utf8_lossy(&output.stdout).into_owned();
+    for flag in call.iter().filter(|w| w.starts_with("--")) {
+        assert!(flags.contains(flag.as_str()), "{place}: {call:?}: there is no flag {flag}");
+    }
+    assert_keys(place, call);
+    assert_models(place, call);
+}
+
+/// The keys of a call are keys of the scene that it names, where that is one of the project.
+fn assert_keys(place: &str, call: &[String]) {
+    let scene_of = |word: &String| {
+        let path = if word.starts_with("studies/") { word.clone() } else { format!("studies/{word}/scene.toml") };
+        Some(root().join(path)).filter(|path| path.ends_with("scene.toml") && path.is_file())
+    };
+    let values =
+        |flag: &str| -> Vec<&String> { call.windows(2).filter(|pair| pair[0] == flag).map(|pair| &pair[1]).collect() };
+    let (changes, keys) = (values("--set"), values("--sensitivity"));
+    let Some(file) = call.iter().find_map(scene_of).filter(|_| !changes.is_empty() || !keys.is_empty()) else { return };
+    let changes: Result<Vec<_>, _> = changes.iter().map(|change| overrides::parse(change)).collect();
+    let changes = changes.unwrap_or_else(|e| panic!("{place}: {call:?}: {e}"));
+    let (_, resolved) = read_scene(&file, &changes).unwrap_or_else(|e| panic!("{place}: {call:?}: {e}"));
+    let scene: toml::Table = resolved.parse().expect("a scene");
+    for key in keys {
+        let value = key.parse().and_then(|key: ParameterKey| key.value(&scene));
+        assert!(value.is_ok(), "{place}: {call:?}: {}", value.expect_err("a reason"));
+    }
+}
+
+/// A reduced model that a call names is one that its study makes.
+fn assert_models(place: &str, call: &[String]) {
+    let model = regex::Regex::new(r"^reports/(.+)/models/(.+)-(\d+)\.durom$").expect("a pattern");
+    for found in call.iter().filter_map(|word| model.captures(word)) {
+        let study: toml::Table = text(format!("studies/{}/study.toml", &found[1])).parse().expect("a study");
+        let modes: i64 = found[3].parse().expect("a number");
+        let made = study["modes"].as_array().expect("a list").iter().any(|number| number.as_integer() == Some(modes));
+        assert!(made && found[1] == found[2], "{place}: {} is not made: modes = {}", &found[0], study["modes"]);
+    }
+}
+
 #[test]
 fn command_lines_parse() {
     let mut pages_with_calls = 0;
@@ -391,28 +461,23 @@ fn command_lines_parse() {
         let page = page.as_ref();
         let calls = calls(page);
         pages_with_calls += usize::from(!calls.is_empty());
-        for mut call in calls {
-            // What must exist exists.
-            for file in call.iter().filter(|w| w.starts_with("studies/") || w.starts_with("data/")) {
-                assert!(root().join(file).exists(), "{page}: {file} does not exist");
-            }
-            // Everything before it is parsed first: an unknown flag or command is an error, --help ends well.
-            call.push("--help".into());
-            let output = Command::new(env!("CARGO_BIN_EXE_durometer")).args(&call).output().expect("the program runs");
-            assert!(output.status.success(), "{page}: {call:?}: {}", String::from_utf8_lossy(&output.stderr));
-            let flags = String::from_utf8_lossy(&output.stdout).into_owned();
-            for flag in call.iter().filter(|w| w.starts_with("--")) {
-                assert!(flags.contains(flag.as_str()), "{page}: {call:?}: there is no flag {flag}");
-            }
-        }
+        calls.iter().for_each(|call| assert_call(page, call));
     }
     assert!(pages_with_calls > 3);
+}
+
+/// The examples of every help are calls that the program takes, with keys and models that are there.
+#[test]
+fn examples_of_the_help_are_calls_of_the_program() {
+    let examples = examples();
+    assert!(examples.len() > 60, "{}", examples.len());
+    examples.iter().for_each(|call| assert_call("--help", call));
 }
 
 /// A call of single tests, as `cargo test --test effects cable::`, names programs and files of tests.
 #[test]
 fn calls_of_tests_name_tests_that_exist() {
-    let program = regex::Regex::new(r"--test (\w+)").expect("a pattern");
+    let program = regex::Regex::new(r"--test\s+(\w+)").expect("a pattern");
     let module = regex::Regex::new(r"(?:^| )((?:\w+::)+)").expect("a pattern");
     let library = rust_files("src");
     let (mut all, mut calls) = (Vec::new(), 0);
@@ -609,7 +674,7 @@ fn example_scenes_and_studies_are_read() {
             }
             let file = folder.path().join("scene.toml");
             std::fs::write(&file, block).expect("a file is written");
-            durometer::scene::read_scene(&file, &[]).unwrap_or_else(|e| panic!("{page}: {e}"));
+            read_scene(&file, &[]).unwrap_or_else(|e| panic!("{page}: {e}"));
             scenes += 1;
         }
     }
@@ -639,7 +704,7 @@ fn the_notation_names_types_that_exist() {
 
 #[test]
 fn the_first_example_is_built_from_a_committed_mesh() {
-    use durometer::scene::{Body, Scene, read_scene};
+    use durometer::scene::{Body, Scene};
     let folder = tempfile::tempdir().expect("a temporary folder");
     let page = "docs/reference/scene.md";
     let block = blocks(&text(page), "toml").into_iter().find(|b| b.contains("body = \"finger\"")).expect("an example");

@@ -24,7 +24,7 @@ Examples:
   durometer simulate my-scene.toml --controller \"python3 studies/finger-control/pi.py 30\"
   durometer simulate studies/finger-control/scene.toml --live --paused
   durometer simulate studies/finger-control/scene.toml --replay reports/simulate/scene.control.csv
-  durometer simulate finger-convergence --sensitivity laws.rubber.mu --sensitivity effect.gravity.direction.0
+  durometer simulate finger-gravity --sensitivity laws.silicone.E --sensitivity effect.gravity.direction.0
 
 In --set and --sensitivity a step into a list is its index from 0, or the name or kind of an entry.
 Exit codes: 0 converged, 2 bad input, 3 the run did not complete.")]
