@@ -31,8 +31,8 @@ const PICTURES: [(&str, &str); 20] = [
 
 const HEAD: &str = "# Gallery
 
-Every published study with the first sentence of its verdict, the files that make it, and its cost: the CPU time of all cases, as its `summary.json` states it. Most were run on a shared machine with
-two cores ([performance](performance.md)). Every one of them runs anew by `durometer run NAME`, with its meshes from the program.
+Every published study with the first sentence of its verdict, the files that make it, and its cost: the CPU time of all cases, as its `summary.json` states it. They were run one case at a time on an
+idle machine with two cores; `coverage` and the validations ran next to other work ([how each is made](../reports/published)). Every one of them runs anew by `durometer run NAME`, with its meshes from the program.
 ";
 
 /// Longest sentence that keeps what is in parentheses \[bytes\].
