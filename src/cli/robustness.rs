@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 Examples:
   durometer robustness my-scene.toml
   durometer robustness finger-dynamics --only map-dt-load
-  durometer robustness --quick                        the hard cases without their maps, in about a minute
+  durometer robustness --quick                        half of the hard cases, without their maps, in about half a minute
 
 Exit codes: 0 no case failed (a stated reason is the right end of some), 2 bad input, 3 a case failed or Ctrl-C stopped the run.")]
 pub struct Args {
