@@ -13,7 +13,7 @@ from meshgen.errors import MesherFailed
 
 from . import shapes
 from .common import Case, read_msh
-from .shapes import ball, binary_stl, blocks, box, joined, moved, reversed_, torus
+from .shapes import ball, binary_stl, blocks, box, joined, moved, prism, reversed_, torus
 
 HOLLOW = joined(box(size=(12, 12, 12)), moved(box(size=(6, 6, 6)), (3, 3, 3)))
 GENUS_2 = [(x, y, 0) for x in range(5) for y in range(3) if y != 1 or x % 2 == 0]
@@ -130,6 +130,32 @@ class Surfaces(Case):
         points, triangles = box()
         points[0, 0] = np.nan
         self.reject("not finite", (points, triangles))
+
+    def test_polygons(self):
+        """Faces with more than three corners, convex or not, wherever they begin; those that cross themselves are refused."""
+        bent = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
+        hexagon = [(10 * np.cos(a), 10 * np.sin(a)) for a in np.pi / 3 * np.arange(6)]
+        for start in range(6):
+            self.volume(prism(bent[start:] + bent[:start], 5), 1500, file="bent.obj", write=shapes.obj, length=8)
+        for write in (shapes.obj, shapes.off, shapes.ply):
+            self.volume(prism(bent[2:] + bent[:2], 5), 1500, file=f"bent.{write.__name__}", write=write, length=8)
+            self.volume(prism(hexagon, 5), 750 * 3**0.5, file=f"six.{write.__name__}", write=write, length=8)
+        more = [(0, 0), (10, 0), (20, 0), (20, 5), (20, 10), (10, 10), (10, 15), (10, 20), (5, 20), (0, 20), (0, 9)]
+        self.volume(prism(more, 5), 1500, file="more.obj", write=shapes.obj, length=8)
+        # Turned in space, with a hole that a cut joins to the outline: its two sides, the faces 6 and 11, are one and are left out
+        points, faces = prism([(0, 0), (9, 0), (9, 9), (0, 9), (0, 0), (3, 3), (3, 6), (6, 6), (6, 3), (3, 3)], 4)
+        points = points @ np.array([[1, 2, 2], [2, 1, -2], [2, -2, 1]]) / 3
+        self.volume((points, faces[:6] + faces[7:11]), 4 * 72, file="holed.obj", write=shapes.obj, length=4)
+        self.reject("is no closed surface", prism([(0, 0), (9, 9), (9, 0), (0, 5)], 4), file="crossed.obj", write=shapes.obj)
+        # Negative numbers count back from the points so far
+        points, faces = prism(bent, 5)
+        self.volume((points, [[i - len(points) - 1 for i in face] for face in faces]), 1500, file="back.obj", write=shapes.obj, length=8)
+        with open(self.path("back.obj"), "a") as file:
+            file.write("v 9 9 9\n")
+        self.assertAlmostEqual(self.take(file="back.obj", length=8)["volume_cad_m3"] * 1e9, 1500)
+        for words, text in (("a face has 2 corners", "f 1 2"), ("refers to a node that is none of the 3", "f 1 2 4"), ("none of the 3", "f -1 -2 -9")):
+            Path(self.path("bad.obj")).write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{text}\n")
+            self.reject(words, file="bad.obj")
 
     def test_repairs(self):
         points, triangles = box()
