@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from meshgen import surface_mesh
+from meshgen import repair, surface_mesh
 from meshgen.errors import MesherFailed
+from meshgen.mesh import TetMesh
 
 from . import shapes
 from .common import Case, read_msh
@@ -178,6 +179,69 @@ class Surfaces(Case):
         self.repaired("4 doubled triangles dropped", neighbours, 2000)
         sheet = (np.array([[30.0, 0, 0], [31, 0, 0], [30, 1, 0], [30.3, 0.3, 1e-7]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
         self.repaired("parts without volume dropped", joined(box(), sheet), 1000, write=shapes.obj, file="sheet.obj")
+
+    def test_gaps(self):
+        """Nodes of open edges closer than 1e-5 of the extent are joined, others are not."""
+        points, triangles = box()
+        lid = np.all(points[triangles][:, :, 2] == 10, axis=1)
+        for gap, joins in ((0.9e-4, True), (1.1e-4, False), (1e-3, False)):
+            lifted = joined((points, triangles[~lid]), (points + [0, 0, gap], triangles[lid]))
+            if joins:
+                found = repair.closed("a", *lifted, False)
+                self.assertIn("16 open edges joined", found.repairs[0])
+                self.assertAlmostEqual(found.volume(), 1000, delta=0.01)
+            else:
+                self.reject("it is open at", lifted, write=shapes.obj, file="lid.obj")
+
+    def test_one_repair_alone(self):
+        """A triangle that closes a hole, or is kept of several, is turned like its neighbours; nodes on an edge are met one after the other."""
+        points, triangles = box()
+
+        def closed(part: tuple, *words: str) -> None:
+            found = repair.closed("a", *part, False)
+            self.assertEqual(len(found.repairs), len(words), found.repairs)
+            for word, line in zip(words, found.repairs):
+                self.assertIn(word, line)
+            self.assertAlmostEqual(found.volume(), 1000)
+
+        for row in (0, 7, 20):
+            closed((points, np.delete(triangles, row, axis=0)), "1 hole of three edges")
+            one = triangles[[row]]
+            closed((points, np.vstack([one[:, ::-1], triangles, one[:, [1, 2, 0]]])), "2 doubled triangles dropped")
+        # Three nodes on an edge, in another order than their numbers
+        part = split(box(), 0, (0.5, 0.5, 0))
+        for weights in ((0.4, 0.6, 0), (0.7, 0.3, 0)):
+            part = split(part, len(part[1]) - 2, weights)
+        closed(part, "5 open edges joined")
+
+    def test_cavity_of_a_solid_in_a_cavity(self):
+        """A cavity belongs to the smallest solid around it, in any order of the shells."""
+        cubes = [moved(box((1, 1, 1), (edge, edge, edge)), (-edge / 2,) * 3) for edge in (12.0, 10.0, 8.0, 6.0)]
+        for order in ((0, 1, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)):
+            found = repair.closed("a", *joined(*(cubes[i] for i in order)), False)
+            solids = [[order[shell] for shell in solid] for solid in found.solids]
+            self.assertEqual(sorted(solids), [[0, 1], [2, 3]])
+
+    def test_creases(self):
+        """A surface is cut into faces where it bends by more than 40 degrees, and gmsh keeps to that where it can."""
+        for corners, faces in ((12, 3), (8, 10)):
+            around = 2 * np.pi * np.arange(corners) / corners
+            part = prism(np.stack([10 * np.cos(around), 10 * np.sin(around)], axis=1).tolist(), 10)
+            answer = self.take(part, file="prism.obj", write=shapes.obj, length=5, generator="cgal")
+            self.assertEqual(sum(name.startswith("face_") for name in answer["regions"]), faces)
+        self.assertEqual(self.take(file="prism.obj", length=5)["route"], "faces cut at 40 degrees")
+
+    def test_lost_walls(self):
+        """A mesh of the outer walls alone is refused where the cavity is more than a quarter of the volume of the body."""
+        outer = box((1, 1, 1), (10, 10, 10))
+        for edge, is_lost in ((5.8, False), (5.9, True)):  # A cavity with an edge of 5.848 is a fifth of the whole and a quarter of the rest
+            body = repair.closed("a", *joined(outer, moved(box((1, 1, 1), (edge, edge, edge)), (1, 1, 1))), False)
+            made = TetMesh(outer[0] * 1e-3, np.zeros((0, 4), int), outer[1])
+            if is_lost:
+                with self.assertRaisesRegex(MesherFailed, "misses the enclosed volume by 26 %"):
+                    surface_mesh.check_volume(made, body)
+            else:
+                surface_mesh.check_volume(made, body)
 
     def test_defects(self):
         points, triangles = box()
