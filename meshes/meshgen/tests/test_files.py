@@ -132,6 +132,8 @@ class Files(Case):
             self.reject("solids 1 and 2 of 2 share 1000 mm³ within (50, 0, 0) to (60, 10, 10) mm", f"overlap.{ending}", size=size)
         self.store("inside.step", long, (20, 2, 2, 4, 4, 4))
         self.reject("share 64 mm³ within (20, 2, 2) to (24, 6, 6) mm", "inside.step", size=size)
+        self.store("little.step", long, (59.99, 0, 0, 40.01, 10, 10))  # A share of 1e-4 of both
+        self.reject("solids 1 and 2 of 2 share 1 mm³ within (59.99, 0, 0) to (60, 10, 10) mm", "little.step", size=size)
         self.store("twice.step", long, (80, 0, 0, 10, 10, 10), long)
         self.reject("solids 1 and 3 of 3 share 6000 mm³", "twice.step", size=size)
         for name, other in (("touch", (60, 0, 0, 40, 10, 10)), ("apart", (70, 0, 0, 40, 10, 10)), ("corner", (60, 10, 10, 40, 10, 10))):

@@ -1,14 +1,16 @@
-"""Recovery of the regions after CGAL: each cell is in one solid."""
+"""Recovery after CGAL: each cell is in one solid, and edges are sharp or not."""
 
 import unittest
 
 import gmsh
 import numpy as np
 
-from meshgen import recover
+from meshgen import polygons, recover
 from meshgen.geometry import Geometry
 from meshgen.gmsh_driver import session
 from meshgen.importer import named
+
+from .shapes import prism
 
 
 class Recover(unittest.TestCase):
@@ -24,3 +26,10 @@ class Recover(unittest.TestCase):
         self.assertEqual(found["volume_1"].tolist(), (heights < 10).tolist())
         self.assertEqual(found["volume_2"].tolist(), (heights > 10).tolist())
         self.assertTrue(found["body"].all())
+
+    def test_sharp_edges(self):
+        """Edges at which a surface turns by more than 20 degrees."""
+        for corners, sharp in ((8, 16 + 8), (12, 24 + 12), (24, 48)):
+            around = 2 * np.pi * np.arange(corners) / corners
+            points, faces = prism(np.stack([np.cos(around), np.sin(around)], axis=1).tolist(), 1)
+            self.assertEqual(len(recover.sharp_middles(points, polygons.triangles(points, faces))), sharp)
