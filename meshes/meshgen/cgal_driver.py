@@ -40,7 +40,7 @@ def mesh(request: Request, geometry: Geometry, volume: float) -> tuple:
     facets = boundary(cells)
     names = recover.facet_regions(points, facets, skin, geometry)
     labels = {name: facets[rows] for name, rows in names.items()}
-    cell_labels = recover.cell_regions(points[cells].mean(axis=1), geometry)
+    cell_labels = recover.cell_regions(points[cells].mean(axis=1), skin, geometry)
     result = assemble(points * MM, cells, cell_labels, labels)
     return result, notes | {"edge_error_m": recover.edge_error(points, facets, skin) * MM}
 

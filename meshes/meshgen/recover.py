@@ -80,12 +80,18 @@ def nearest_faces(points: np.ndarray, facets: np.ndarray, skin: Skin) -> np.ndar
     return tags[np.argmin(score, axis=1)]
 
 
-def cell_regions(centres: np.ndarray, geometry: Geometry) -> dict:
-    """Masks of the cells in every cell region, by their centres; a region of all volumes gets all cells."""
+def cell_regions(centres: np.ndarray, skin: Skin, geometry: Geometry) -> dict:
+    """Masks of the cells in every cell region, by the solid that holds their centre; a region of all volumes gets all cells.
+
+    Cells that are chords of a hollow surface have their centre in no solid: they belong to the one with the nearest triangle of the skin."""
     owner = np.zeros(len(centres), int)
     if len(geometry.volumes) > 1:
         for row, centre in enumerate(centres.tolist()):
             owner[row] = next((v for v in geometry.volumes if gmsh.model.isInside(3, v, centre)), 0)
+        outside = owner == 0
+        solid = {face: v for v in geometry.volumes for face in boundary_faces([v])}
+        nearest = nearest_rows(centres[outside], skin.points[skin.triangles].mean(axis=1), 1)[:, 0]
+        owner[outside] = [solid[face] for face in skin.face[nearest].tolist()]
     return {
         name: np.isin(owner, tags) | (set(tags) == set(geometry.volumes))
         for name, (dim, tags) in geometry.regions.items()

@@ -1,10 +1,10 @@
-"""Triangles of STL (ASCII or binary), OBJ, OFF and PLY files. Polygons are cut into fans; text in any encoding."""
+"""Triangles of STL (ASCII or binary), OBJ, OFF and PLY files. Polygons are cut into triangles; text in any encoding."""
 
 from pathlib import Path
 
 import numpy as np
 
-from . import convert
+from . import convert, polygons
 from .errors import BadRequest
 
 RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -81,7 +81,7 @@ def read_obj(path: Path) -> tuple:
         elif words[:1] == ["f"]:
             face = [int(word.split("/")[0]) for word in words[1:]]
             faces.append([i - 1 if i > 0 else len(points) + i for i in face])
-    return points, fans(faces)
+    return points, polygons.triangles(points, faces)
 
 
 def read_off(path: Path) -> tuple:
@@ -95,8 +95,8 @@ def read_off(path: Path) -> tuple:
     points, faces = int(rest[0][0]), int(rest[0][1])
     if len(rest) < 1 + points + faces:
         raise ValueError(f"it promises {points} points and {faces} faces and has {len(rest) - 1} lines for them")
-    polygons = [[int(word) for word in words[1 : 1 + int(words[0])]] for words in rest[1 + points : 1 + points + faces]]
-    return [[float(word) for word in words[:3]] for words in rest[1 : 1 + points]], fans(polygons)
+    found = [[float(word) for word in words[:3]] for words in rest[1 : 1 + points]]
+    return found, polygons.triangles(found, [[int(word) for word in words[1 : 1 + int(words[0])]] for words in rest[1 + points : 1 + points + faces]])
 
 
 def read_ply(path: Path) -> tuple:
@@ -107,15 +107,7 @@ def read_ply(path: Path) -> tuple:
         raw = meshio.read(path)
     except (Exception, SystemExit) as error:
         raise ValueError(repr(error)) from None
-    return raw.points, fans([face for block in raw.cells if block.dim == 2 for face in block.data.tolist()])
-
-
-def fans(polygons: list) -> list:
-    """Polygons cut into triangles from their first corner."""
-    short = next((polygon for polygon in polygons if len(polygon) < 3), None)
-    if short is not None:
-        raise ValueError(f"a face has {len(short)} corners")
-    return [[face[0], face[i], face[i + 1]] for face in polygons for i in range(1, len(face) - 1)]
+    return raw.points, polygons.triangles(raw.points, [face for block in raw.cells if block.dim == 2 for face in block.data.tolist()])
 
 
 READERS = {"stl": read_stl, "obj": read_obj, "off": read_off, "ply": read_ply}

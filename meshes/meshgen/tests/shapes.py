@@ -83,6 +83,14 @@ def torus(large: float = 8.0, small: float = 3.0, around: int = 32, across: int 
     return points.reshape(-1, 3), np.array([t for a, b, c, d in squares for t in ((a, b, c), (a, c, d))])
 
 
+def prism(outline: list, height: float) -> tuple:
+    """Points and polygons of a prism over a counterclockwise outline in the plane z = 0: two caps, and a rectangle for each edge."""
+    n = len(outline)
+    points = np.array([[x, y, z] for z in (0.0, height) for x, y in outline], float)
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    return points, [list(range(n))[::-1], list(range(n, 2 * n)), *sides]
+
+
 def corners(part: tuple) -> np.ndarray:
     return part[0][part[1]]
 
@@ -105,14 +113,14 @@ def ascii_stl(path: str, part: tuple, name: str = "part", encoding: str = "utf-8
 def obj(path: str, part: tuple) -> None:
     with open(path, "w") as file:
         file.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in part[0].tolist())
-        file.writelines(f"f {a}/1/1 {b}/1/1 {c}/1/1\n" for a, b, c in (part[1] + 1).tolist())
+        file.writelines(f"f {' '.join(f'{i + 1}/1/1' for i in face)}\n" for face in part[1])
 
 
 def off(path: str, part: tuple) -> None:
     with open(path, "w") as file:
         file.write(f"OFF # comment\n{len(part[0])} {len(part[1])} 0\n\n")
         file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in part[0].tolist())
-        file.writelines(f"3 {a} {b} {c} 255 0 0\n" for a, b, c in part[1].tolist())
+        file.writelines(f"{len(face)} {' '.join(map(str, face))} 255 0 0\n" for face in part[1])
 
 
 def ply(path: str, part: tuple) -> None:
@@ -120,4 +128,4 @@ def ply(path: str, part: tuple) -> None:
         file.write(f"ply\nformat ascii 1.0\nelement vertex {len(part[0])}\nproperty double x\nproperty double y\nproperty double z\n")
         file.write(f"element face {len(part[1])}\nproperty list uchar int vertex_indices\nend_header\n")
         file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in part[0].tolist())
-        file.writelines(f"3 {a} {b} {c}\n" for a, b, c in part[1].tolist())
+        file.writelines(f"{len(face)} {' '.join(map(str, face))}\n" for face in part[1])

@@ -6,7 +6,7 @@ import gmsh
 import meshio
 import numpy as np
 
-from .common import Case
+from .common import Case, read_msh
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 
@@ -132,6 +132,8 @@ class Files(Case):
             self.reject("solids 1 and 2 of 2 share 1000 mm³ within (50, 0, 0) to (60, 10, 10) mm", f"overlap.{ending}", size=size)
         self.store("inside.step", long, (20, 2, 2, 4, 4, 4))
         self.reject("share 64 mm³ within (20, 2, 2) to (24, 6, 6) mm", "inside.step", size=size)
+        self.store("little.step", long, (59.99, 0, 0, 40.01, 10, 10))  # A share of 1e-4 of both
+        self.reject("solids 1 and 2 of 2 share 1 mm³ within (59.99, 0, 0) to (60, 10, 10) mm", "little.step", size=size)
         self.store("twice.step", long, (80, 0, 0, 10, 10, 10), long)
         self.reject("solids 1 and 3 of 3 share 6000 mm³", "twice.step", size=size)
         for name, other in (("touch", (60, 0, 0, 40, 10, 10)), ("apart", (70, 0, 0, 40, 10, 10)), ("corner", (60, 10, 10, 40, 10, 10))):
@@ -168,6 +170,25 @@ class Files(Case):
                 self.assertAlmostEqual(volume * 1e9 / wanted, 1, delta=1e-6)
         self.concentric("hollow.step", gmsh.model.occ.cut, 6)
         self.assertNotIn("volumes_cad_m3", self.take("hollow.step", size={"length": 0.006}))
+
+    def test_cells_of_solids(self):
+        """CGAL's cells are each in one solid, also the chords of a hole, whose centres lie in none, and those of a solid lie where it does."""
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        occ, heights = gmsh.model.occ, (20, 30)
+        tubes = [(3, occ.addCylinder(0, 0, z, 0, 0, height, 10)) for z, height in zip((0, 20), heights)]
+        occ.cut(tubes, [(3, occ.addCylinder(0, 0, -1, 0, 0, 52, 5))])
+        occ.synchronize()
+        gmsh.write(self.path("tubes.step"))
+        gmsh.finalize()
+        manifest = self.take("tubes.step", size={"length": 0.018}, generator="cgal")
+        mesh, whole = read_msh(self.path("mesh.msh.gz")), 0
+        for name, height in zip(("volume_1", "volume_2"), heights):
+            of_solid = [mesh["elements"][key] for key, groups in mesh["groups"].items() if key[0] == 3 and mesh["names"][name][1] in groups]
+            x = mesh["nodes"][np.concatenate(of_solid)]
+            self.assertAlmostEqual(np.linalg.det(x[:, 1:] - x[:, :1]).sum() / 6 * 1e9 / (np.pi * 75 * height), 1, delta=0.12)
+            whole += len(x)
+        self.assertEqual(whole, manifest["cells"])
 
     def test_levels_of_a_surface(self):
         """Each cell of a surface file becomes eight; those of order 2 are the ones of order 1 with nodes in the middle of straight edges."""

@@ -51,6 +51,8 @@ class Requests(Case):
             ("finger", {"notch_width": 0.04}, "leave no room"),
             ("finger", {"phalanges": 2.5}, "whole number"),
             ("finger", {"length": -1}, "must be positive"),
+            ("finger", {"length": 0}, "parameter length = 0 must be positive"),
+            ("block", {"lx": 0.0}, "parameter lx = 0 must be positive"),
             ("finger", {"width": "20 mm"}, "not a number"),
             ("finger", {"cable_height": 0.03}, "cable_height"),
             ("dumbbell", {"grip_distance": 0.12}, "smaller than length"),

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from meshgen import surface_mesh
+from meshgen import repair, surface_mesh
 from meshgen.errors import MesherFailed
+from meshgen.mesh import TetMesh
 
 from . import shapes
 from .common import Case, read_msh
-from .shapes import ball, binary_stl, blocks, box, joined, moved, reversed_, torus
+from .shapes import ball, binary_stl, blocks, box, joined, moved, prism, reversed_, torus
 
 HOLLOW = joined(box(size=(12, 12, 12)), moved(box(size=(6, 6, 6)), (3, 3, 3)))
 GENUS_2 = [(x, y, 0) for x in range(5) for y in range(3) if y != 1 or x % 2 == 0]
@@ -131,6 +132,32 @@ class Surfaces(Case):
         points[0, 0] = np.nan
         self.reject("not finite", (points, triangles))
 
+    def test_polygons(self):
+        """Faces with more than three corners, convex or not, wherever they begin; those that cross themselves are refused."""
+        bent = [(0, 0), (20, 0), (20, 10), (10, 10), (10, 20), (0, 20)]
+        hexagon = [(10 * np.cos(a), 10 * np.sin(a)) for a in np.pi / 3 * np.arange(6)]
+        for start in range(6):
+            self.volume(prism(bent[start:] + bent[:start], 5), 1500, file="bent.obj", write=shapes.obj, length=8)
+        for write in (shapes.obj, shapes.off, shapes.ply):
+            self.volume(prism(bent[2:] + bent[:2], 5), 1500, file=f"bent.{write.__name__}", write=write, length=8)
+            self.volume(prism(hexagon, 5), 750 * 3**0.5, file=f"six.{write.__name__}", write=write, length=8)
+        more = [(0, 0), (10, 0), (20, 0), (20, 5), (20, 10), (10, 10), (10, 15), (10, 20), (5, 20), (0, 20), (0, 9)]
+        self.volume(prism(more, 5), 1500, file="more.obj", write=shapes.obj, length=8)
+        # Turned in space, with a hole that a cut joins to the outline: its two sides, the faces 6 and 11, are one and are left out
+        points, faces = prism([(0, 0), (9, 0), (9, 9), (0, 9), (0, 0), (3, 3), (3, 6), (6, 6), (6, 3), (3, 3)], 4)
+        points = points @ np.array([[1, 2, 2], [2, 1, -2], [2, -2, 1]]) / 3
+        self.volume((points, faces[:6] + faces[7:11]), 4 * 72, file="holed.obj", write=shapes.obj, length=4)
+        self.reject("is no closed surface", prism([(0, 0), (9, 9), (9, 0), (0, 5)], 4), file="crossed.obj", write=shapes.obj)
+        # Negative numbers count back from the points so far
+        points, faces = prism(bent, 5)
+        self.volume((points, [[i - len(points) - 1 for i in face] for face in faces]), 1500, file="back.obj", write=shapes.obj, length=8)
+        with open(self.path("back.obj"), "a") as file:
+            file.write("v 9 9 9\n")
+        self.assertAlmostEqual(self.take(file="back.obj", length=8)["volume_cad_m3"] * 1e9, 1500)
+        for words, text in (("a face has 2 corners", "f 1 2"), ("refers to a node that is none of the 3", "f 1 2 4"), ("none of the 3", "f -1 -2 -9")):
+            Path(self.path("bad.obj")).write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{text}\n")
+            self.reject(words, file="bad.obj")
+
     def test_repairs(self):
         points, triangles = box()
         turned = triangles.copy()
@@ -152,6 +179,69 @@ class Surfaces(Case):
         self.repaired("4 doubled triangles dropped", neighbours, 2000)
         sheet = (np.array([[30.0, 0, 0], [31, 0, 0], [30, 1, 0], [30.3, 0.3, 1e-7]]), np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
         self.repaired("parts without volume dropped", joined(box(), sheet), 1000, write=shapes.obj, file="sheet.obj")
+
+    def test_gaps(self):
+        """Nodes of open edges closer than 1e-5 of the extent are joined, others are not."""
+        points, triangles = box()
+        lid = np.all(points[triangles][:, :, 2] == 10, axis=1)
+        for gap, joins in ((0.9e-4, True), (1.1e-4, False), (1e-3, False)):
+            lifted = joined((points, triangles[~lid]), (points + [0, 0, gap], triangles[lid]))
+            if joins:
+                found = repair.closed("a", *lifted, False)
+                self.assertIn("16 open edges joined", found.repairs[0])
+                self.assertAlmostEqual(found.volume(), 1000, delta=0.01)
+            else:
+                self.reject("it is open at", lifted, write=shapes.obj, file="lid.obj")
+
+    def test_one_repair_alone(self):
+        """A triangle that closes a hole, or is kept of several, is turned like its neighbours; nodes on an edge are met one after the other."""
+        points, triangles = box()
+
+        def closed(part: tuple, *words: str) -> None:
+            found = repair.closed("a", *part, False)
+            self.assertEqual(len(found.repairs), len(words), found.repairs)
+            for word, line in zip(words, found.repairs):
+                self.assertIn(word, line)
+            self.assertAlmostEqual(found.volume(), 1000)
+
+        for row in (0, 7, 20):
+            closed((points, np.delete(triangles, row, axis=0)), "1 hole of three edges")
+            one = triangles[[row]]
+            closed((points, np.vstack([one[:, ::-1], triangles, one[:, [1, 2, 0]]])), "2 doubled triangles dropped")
+        # Three nodes on an edge, in another order than their numbers
+        part = split(box(), 0, (0.5, 0.5, 0))
+        for weights in ((0.4, 0.6, 0), (0.7, 0.3, 0)):
+            part = split(part, len(part[1]) - 2, weights)
+        closed(part, "5 open edges joined")
+
+    def test_cavity_of_a_solid_in_a_cavity(self):
+        """A cavity belongs to the smallest solid around it, in any order of the shells."""
+        cubes = [moved(box((1, 1, 1), (edge, edge, edge)), (-edge / 2,) * 3) for edge in (12.0, 10.0, 8.0, 6.0)]
+        for order in ((0, 1, 2, 3), (3, 2, 1, 0), (2, 0, 3, 1)):
+            found = repair.closed("a", *joined(*(cubes[i] for i in order)), False)
+            solids = [[order[shell] for shell in solid] for solid in found.solids]
+            self.assertEqual(sorted(solids), [[0, 1], [2, 3]])
+
+    def test_creases(self):
+        """A surface is cut into faces where it bends by more than 40 degrees, and gmsh keeps to that where it can."""
+        for corners, faces in ((12, 3), (8, 10)):
+            around = 2 * np.pi * np.arange(corners) / corners
+            part = prism(np.stack([10 * np.cos(around), 10 * np.sin(around)], axis=1).tolist(), 10)
+            answer = self.take(part, file="prism.obj", write=shapes.obj, length=5, generator="cgal")
+            self.assertEqual(sum(name.startswith("face_") for name in answer["regions"]), faces)
+        self.assertEqual(self.take(file="prism.obj", length=5)["route"], "faces cut at 40 degrees")
+
+    def test_lost_walls(self):
+        """A mesh of the outer walls alone is refused where the cavity is more than a quarter of the volume of the body."""
+        outer = box((1, 1, 1), (10, 10, 10))
+        for edge, is_lost in ((5.8, False), (5.9, True)):  # A cavity with an edge of 5.848 is a fifth of the whole and a quarter of the rest
+            body = repair.closed("a", *joined(outer, moved(box((1, 1, 1), (edge, edge, edge)), (1, 1, 1))), False)
+            made = TetMesh(outer[0] * 1e-3, np.zeros((0, 4), int), outer[1])
+            if is_lost:
+                with self.assertRaisesRegex(MesherFailed, "misses the enclosed volume by 26 %"):
+                    surface_mesh.check_volume(made, body)
+            else:
+                surface_mesh.check_volume(made, body)
 
     def test_defects(self):
         points, triangles = box()

@@ -1,0 +1,76 @@
+"""Groups and values of mesh files as regions, nodes with any numbers, and files that are not what their ending says."""
+
+from pathlib import Path
+
+import gmsh
+import meshio
+import numpy as np
+
+from meshgen import convert
+from meshgen.blocks import Blocks
+from meshgen.errors import BadRequest
+
+from .common import Case
+from .test_conversion import CUBE, TETS
+
+TRIANGLES = np.array([[0, 2, 1], [0, 3, 2]])
+
+
+class Groups(Case):
+    def read(self, file: str, format: str) -> Blocks:
+        return convert.read(Path(self.path(file)), format)
+
+    def stored(self, file: str, format: str, points: np.ndarray = CUBE, **data) -> Blocks:
+        """Read two facets and five cells that meshio wrote, with data of them."""
+        meshio.write(self.path(file), meshio.Mesh(points, [("triangle", TRIANGLES), ("tetra", TETS)], cell_data=data))
+        return self.read(file, format)
+
+    def test_numbers_of_nodes(self):
+        """Nodes have any numbers in any order, and groups of one name are one."""
+        tags, model = np.array([30, 7, 12, 5, 21, 8, 40, 3]), gmsh.model
+        gmsh.initialize([], False, False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        for dim, tag in ((3, 1), (3, 2), (2, 1)):
+            model.addDiscreteEntity(dim, tag)
+        model.mesh.addNodes(3, 1, tags, CUBE.ravel())
+        for entity, kind, rows in ((1, 4, TETS[:2]), (2, 4, TETS[2:]), (1, 2, TRIANGLES)):
+            model.mesh.addElementsByType(entity, kind, [], tags[rows].ravel())
+        for dim, entities, name in ((3, [1], "part"), (2, [1], "part"), (3, [1, 2], "all")):
+            model.setPhysicalName(dim, model.addPhysicalGroup(dim, entities), name)
+        for ending in ("unv", "med"):
+            gmsh.write(self.path(f"a.{ending}"))
+        gmsh.finalize()
+        for ending in ("unv", "med"):
+            blocks = self.read(f"a.{ending}", "gmsh")
+            found = {name: set() for name in blocks.sets}
+            for name, masks in blocks.sets.items():
+                for (_, rows), mask in zip(blocks.cells, masks):
+                    found[name] |= {frozenset(map(tuple, x)) for x in blocks.points[rows[mask]].tolist()}
+            wanted = {"part": [*TETS[:2], *TRIANGLES], "all": TETS}
+            self.assertEqual(found, {name: {frozenset(map(tuple, CUBE[row].tolist())) for row in rows} for name, rows in wanted.items()}, ending)
+
+    def test_values(self):
+        """Whole numbers of the cells are regions, not those of facets alone, nor more than 64 different ones."""
+        self.assertEqual(set(self.stored("a.vtu", "vtu", part=[[1, 2], [3, 3, 4, 4, 3]]).sets), {"part_3", "part_4"})
+        self.assertEqual(self.stored("a.vtu", "vtu", part=[[1, 2], [3, 3, 3, 3, 3]]).sets, {})
+        for count, regions in ((64, 64), (65, 0)):
+            mesh = meshio.Mesh(CUBE, [("tetra", np.tile(TETS, (13, 1)))], cell_data={"part": [np.arange(65) % count]})
+            meshio.write(self.path("a.vtu"), mesh)
+            self.assertEqual(len(self.read("a.vtu", "vtu").sets), regions)
+
+    def test_references(self):
+        """Those of Medit are regions of cells and of facets, but zero means none. Binary files may have the ending of the others."""
+        data = {"medit:ref": [np.array([0, 7]), np.array([0, 0, 2, 2, 5])]}
+        expected = {"facets_7": 1, "cells_2": 2, "cells_5": 1}
+        for name, other in (("a.mesh", "b.mesh"), ("a.meshb", "b.meshb"), ("a.meshb", "c.mesh")):
+            self.stored(name, "medit", **data)
+            Path(self.path(name)).rename(self.path(other))
+            blocks = self.read(other, "medit")
+            self.assertEqual({name: sum(int(mask.sum()) for mask in masks) for name, masks in blocks.sets.items()}, expected)
+            np.testing.assert_allclose(blocks.points, CUBE)
+
+    def test_points_of_a_plane(self):
+        with self.assertRaises(BadRequest) as caught:
+            meshio.write(self.path("flat.mesh"), meshio.Mesh(CUBE[:, :2], {"triangle": TRIANGLES}))
+            self.read("flat.mesh", "medit")
+        self.assertIn("flat.mesh has points of dimension 2", caught.exception.error)
