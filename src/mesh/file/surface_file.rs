@@ -1,4 +1,4 @@
-//! Reads a triangulated surface: STL (binary or ASCII) and OBJ (faces with more corners become fans).
+//! Reads a triangulated surface: STL (binary or ASCII) and OBJ (convex faces with more corners become fans).
 //!
 //! Vertices of an STL at the same place become one; no other cleaning is done, and the surface need not be closed.
 
@@ -119,15 +119,40 @@ fn obj(text: &str) -> Result<Surface, String> {
             };
             let corners: Option<Vec<u32>> = rest.split_whitespace().map(corner).collect();
             let corners = corners.filter(|c| c.len() > 2).ok_or(format!("line {n} is no face of known vertices"))?;
-            out.triangles.extend(corners[1..].windows(2).map(|w| [corners[0], w[0], w[1]]));
+            let fan: Vec<[u32; 3]> = corners[1..].windows(2).map(|w| [corners[0], w[0], w[1]]).collect();
+            if turns(&out.points, &fan) {
+                return Err(format!("the face of line {n} is concave or crosses itself: export it in triangles"));
+            }
+            out.triangles.extend(fan);
         }
     }
     Ok(out)
 }
 
+/// Whether a triangle of a fan is turned over, so that the fan is not the face.
+fn turns(points: &[Vec3], fan: &[[u32; 3]]) -> bool {
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|k| points[k as usize]);
+        (b - a).cross(&(c - a))
+    };
+    let whole: Vec3 = fan.iter().map(area).sum();
+    fan.iter().any(|t| area(t).dot(&whole) < 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A face in the shape of an L, from whose first corner the others are seen or not.
+    #[test]
+    fn a_fan_is_the_face_or_is_refused() {
+        let corners = ["0 0", "2 0", "2 1", "1 1", "1 2", "0 2"];
+        let vertices: String = corners.iter().map(|xy| format!("v {xy} 0\n")).collect();
+        let seen = obj(&format!("{vertices}f 4 5 6 1 2 3\n")).expect("every corner is seen from the inner one");
+        assert!((seen.areas().iter().sum::<f64>() - 3.0).abs() < 1e-15);
+        let why = obj(&format!("{vertices}f 2 3 4 5 6 1\n")).expect_err("a triangle is turned over");
+        assert!(why.contains("line 7 is concave"), "{why}");
+    }
 
     /// A unit square of two triangles in every format has two triangles, four vertices, the area 1.
     #[test]
