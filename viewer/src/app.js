@@ -94,6 +94,11 @@ export class App {
     return this.s.smooth ? exact : Math.round(exact);
   }
 
+  /** Its time, which is that of the slider only at a stored state or between two. */
+  #time(body) {
+    return body.timeAt(this.s.state(body));
+  }
+
   /** Names of the quantities of all cases. */
   #names() {
     return [...new Set(this.cases.flatMap((c) => c.quantities.map((q) => q.name)))];
@@ -529,7 +534,7 @@ export class App {
     const lines = this.cases.flatMap((c, k) => {
       const state = s.state(c);
       const name = this.cases.length > 1 ? `${k + 1}: ` : "";
-      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.realTimes[Math.round(state)])} s` : "at rest")];
+      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.timeAt(state, c.realTimes))} s` : "at rest")];
       for (const q of [...new Set([c.quantity("displacement"), c.quantity(s.quantity)])].filter(Boolean)) {
         const found = c.extremes(q, state);
         const { unit, factor } = scaled(q.unit, Math.max(Math.abs(found.low), Math.abs(found.high)));
@@ -538,18 +543,21 @@ export class App {
       }
       for (const col of c.curves.columns.slice(1)) {
         const { words, unit } = column(col);
-        own.push(line(`${name}${words}`, `${number(Plot.at(c, col, s.time))} ${unit}`));
+        own.push(line(`${name}${words}`, `${number(Plot.at(c, col, this.#time(c)))} ${unit}`));
       }
       return own;
     });
     this.numbers.replaceChildren(...lines);
   }
 
-  /** The time that is shown; where time does not rise, the number of the state with its time. */
+  /** The times of the states that are shown, each once; where time does not rise, with the number of the state. */
   #clockText() {
-    const c = this.cases.find((one) => !one.rises);
-    if (!c) return `t = ${number(this.s.time)} s`;
-    return `state ${Math.round(this.s.time)}, t = ${number(c.realTimes[Math.round(c.stateAt(this.s.time))])} s`;
+    const moving = this.cases.filter((c) => c.states > 1 || c.live);
+    const words = moving.map((c) => {
+      const state = this.s.state(c);
+      return `${c.rises ? "" : `state ${number(state + 1)}, `}t = ${number(c.timeAt(state, c.realTimes))} s`;
+    });
+    return [...new Set(words)].join(" · ");
   }
 
   #picked(pane) {
@@ -568,9 +576,9 @@ export class App {
 
   #mark() {
     const { s } = this;
-    this.plot.mark(s.time);
+    this.plot.mark((c) => this.#time(c));
     const { words, unit } = column(s.column);
-    const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, s.time))} ${unit}`);
+    const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, this.#time(c)))} ${unit}`);
     this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText()}`;
     this.plot.svg.setAttribute("aria-label", this.value.textContent);
   }

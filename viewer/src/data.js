@@ -227,4 +227,11 @@ export class Case {
     const gap = times[k] - times[k - 1];
     return gap > 0 ? k - 1 + (t - times[k - 1]) / gap : k;
   }
+
+  /** Time of a state, between two states linear; with `realTimes` that of the run where the slider counts states. */
+  timeAt(state, times = this.times) {
+    const low = Math.floor(state);
+    const part = state - low;
+    return part > 0 ? times[low] * (1 - part) + times[low + 1] * part : times[low];
+  }
 }

@@ -69,21 +69,20 @@ export class Plot {
       const points = Array.from(t, (time, i) => (Number.isFinite(v[i]) ? `${px(time).toFixed(1)},${py(v[i]).toFixed(1)}` : "")).filter(Boolean);
       svg.append(node("polyline", { points: points.join(" "), class: `curve curve-${k}`, stroke: css(PALETTE[k]) }));
     });
-    this.line = node("line", { class: "now", y1: top, y2: bottom });
-    this.dots = lines.map((_, k) => node("circle", { r: 4, fill: css(PALETTE[k]) }));
-    svg.append(this.line, ...this.dots);
+    this.marks = lines.map((_, k) => [node("line", { class: "now", y1: top, y2: bottom }), node("circle", { r: 4, fill: css(PALETTE[k]) })]);
+    svg.append(...this.marks.flat());
     Object.assign(this, { px, py });
   }
 
-  /** Moves the mark. */
-  mark(t) {
-    if (!this.line) return;
-    const x = this.px(t);
-    this.line.setAttribute("x1", x);
-    this.line.setAttribute("x2", x);
+  /** Moves the mark of each case to its time. */
+  mark(time) {
+    if (!this.marks) return;
     this.cases.filter((c) => c.curves.columns.includes(this.name)).forEach((c, k) => {
-      const v = Plot.at(c, this.name, t);
-      const dot = this.dots[k];
+      const [line, dot] = this.marks[k];
+      const x = this.px(time(c));
+      line.setAttribute("x1", x);
+      line.setAttribute("x2", x);
+      const v = Plot.at(c, this.name, time(c));
       if (!Number.isFinite(v)) return dot.setAttribute("visibility", "hidden");
       dot.setAttribute("visibility", "visible");
       dot.setAttribute("cx", x);

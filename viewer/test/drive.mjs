@@ -48,6 +48,10 @@ async function views() {
     await run('viewer.slider.value = viewer.times[0]; viewer.slider.dispatchEvent(new Event("input"))');
     await shoot("slider");
     found.clock = await run("return viewer.clock.textContent");
+    // Nearer to the first state than to the second one: clock, curve and numbers are those of the first one
+    found.between = await run(`const [first, second] = viewer.cases[0].times; viewer.seek(first + 0.4 * (second - first));
+      await new Promise(requestAnimationFrame); await new Promise(requestAnimationFrame);
+      return [viewer.clock.textContent, viewer.value?.textContent.split(" at ").at(-1), viewer.plot && viewer.plot.px(first) - Number(document.querySelector(".plot circle").getAttribute("cx"))]`);
     await run("viewer.seek(viewer.times[1] * 0.5)");
     await shoot("middle");
   }
@@ -134,7 +138,7 @@ function picturesOf(gif) {
 async function files() {
   await run("window.saved = []; window.URL.createObjectURL = (blob) => { window.saved.push([blob.type, blob.size]); window.last = blob; return 'data:,'; }; window.HTMLAnchorElement.prototype.click = () => {}");
   await run("viewer.out.width = 800; await viewer.export('png')");
-  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] / 2); await viewer.export('svg'); viewer.s.show.ghost = false");
+  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] * 0.55); await viewer.export('svg'); viewer.s.show.ghost = false");
   found.svg = await run("return await window.last.text()");
   if (pictures) writeFileSync(join(pictures, "view.svg"), found.svg);
   found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: [...found.svg.matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1]) };
