@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod pictures;
 mod studies;
 
 use crate::common::tools;

@@ -104,41 +104,13 @@ export class App {
     return [...new Set(this.cases.flatMap((c) => c.quantities.map((q) => q.name)))];
   }
 
-  /** A sphere around the bodies at their first, middle and last state. */
+  /** The box of the bodies at all states, which the view shows. */
   #bounds() {
-    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-    for (const c of this.cases) {
-      for (const state of new Set([0, (c.states - 1) >> 1, c.states - 1])) {
-        const x = c.positions(Math.max(0, state), this.s.scale);
-        for (const p of this.#framed(c)) {
-          for (let i = 0; i < 3; i++) {
-            low[i] = Math.min(low[i], x[3 * p + i]);
-            high[i] = Math.max(high[i], x[3 * p + i]);
-          }
-        }
-      }
-    }
-    this.box = [low, high];
-    this.view.frame(low, high);
+    const boxes = this.cases.map((c) => c.box(this.s.scale));
+    const ends = (of, key) => [0, 1, 2].map((i) => of(...boxes.map((box) => box[key][i])));
+    this.box = [ends(Math.min, "low"), ends(Math.max, "high")];
+    this.view.frame(...this.box);
     this.s.radius = this.view.radius;
-  }
-
-  /** Points that the first view shows: the body, its cables, and rigid bodies that are not much larger than it. */
-  #framed(c) {
-    const size = (first, count) => {
-      const ends = [0, 1, 2].map((i) => {
-        let [low, high] = [Infinity, -Infinity];
-        for (let p = first; p < first + count; p++) [low, high] = [Math.min(low, c.rest[3 * p + i]), Math.max(high, c.rest[3 * p + i])];
-        return high - low;
-      });
-      return Math.hypot(...ends);
-    };
-    const own = size(0, c.nodes);
-    const out = Array.from({ length: c.nodes }, (_, k) => k);
-    for (const part of c.parts) {
-      if (part.kind === "cable" || size(part.first, part.count) < 1.5 * own) for (let k = 0; k < part.count; k++) out.push(part.first + k);
-    }
-    return out;
   }
 
   #build(root) {
@@ -273,6 +245,7 @@ export class App {
     const small = largest > 0 && largest < 0.02 * this.#extent() ? [el("p", { class: "small" }, "The displacements are small; enlarge them to see the shape.")] : [];
     return group("Motion", false, row("Displacement ×", field("Factor of the displacements", "1", (t) => {
       s.scale = Number.isFinite(Number(t)) ? Number(t) : 1;
+      if (this.view.fits) this.#bounds();
       this.redraw("all");
     })), row("Plays in [s]", field("Seconds that the motion plays", "5", (t) => (s.seconds = Math.max(0.2, Number(t) || 5)))),
     check("in between, linear", false, (on) => {

@@ -157,6 +157,44 @@ export class Case {
     return out;
   }
 
+  /** Points that the first view shows: the body, its cables, and rigid bodies that are not much larger than it. */
+  #framed() {
+    const size = (first, count) => {
+      const ends = [0, 1, 2].map((i) => {
+        let [low, high] = [Infinity, -Infinity];
+        for (let p = first; p < first + count; p++) [low, high] = [Math.min(low, this.rest[3 * p + i]), Math.max(high, this.rest[3 * p + i])];
+        return high - low;
+      });
+      return Math.hypot(...ends);
+    };
+    const own = size(0, this.nodes);
+    const parts = this.parts.filter((part) => part.kind === "cable" || size(part.first, part.count) < 1.5 * own);
+    return [{ first: 0, count: this.nodes }, ...parts];
+  }
+
+  /** Ends of these points at all states, with displacements times `factor`. */
+  box(factor) {
+    if (this.frame?.factor !== factor) {
+      this.frame = { factor, parts: this.#framed(), low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+      for (let state = 0; state < Math.max(1, this.states); state++) this.widen(state);
+    }
+    return this.frame;
+  }
+
+  /** Takes a state into the box. */
+  widen(state) {
+    const { factor, parts, low, high } = this.frame;
+    const x = this.positions(state, factor);
+    for (const { first, count } of parts) {
+      for (let k = 3 * first; k < 3 * (first + count); k += 3) {
+        for (let i = 0; i < 3; i++) {
+          if (x[k + i] < low[i]) low[i] = x[k + i];
+          if (x[k + i] > high[i]) high[i] = x[k + i];
+        }
+      }
+    }
+  }
+
   quantity(name) {
     return this.quantities.find((q) => q.name === name);
   }

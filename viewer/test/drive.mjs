@@ -40,9 +40,24 @@ for (const c of viewer.cases) {
 }
 return all;`;
 
+/** How far the nodes of the bodies are from the middle of the picture at their states, as shares of half its width and height: more than 1 is outside. */
+const REACH = `const { view, panes: [{ canvas: { size: [w, h] } }] } = viewer;
+const { right, up } = view.axes(), half = view.half * Math.max(1, h / w), reach = [0, 0];
+for (const c of viewer.cases) {
+  for (let state = 0; state < c.states; state++) {
+    const x = c.positions(state, viewer.s.scale);
+    for (let p = 0; p < c.nodes; p++) {
+      const along = (axis) => Math.abs([0, 1, 2].reduce((sum, i) => sum + axis[i] * (x[3 * p + i] - view.center[i]), 0));
+      [(along(right) / half) * (h / w), along(up) / half].forEach((share, k) => (reach[k] = Math.max(reach[k], share)));
+    }
+  }
+}
+return reach;`;
+
 /** What the controls of time, colour, section and view change. */
 async function views() {
   await shoot("start");
+  found.reach = await run(REACH);
   found.cases = await run(POSITIONS);
   if (await run("return viewer.moves")) {
     await run('viewer.slider.value = viewer.times[0]; viewer.slider.dispatchEvent(new Event("input"))');
