@@ -1,15 +1,21 @@
-//! First picture, legends and curves of a page, of a body that moves to and fro on a floor.
+//! First picture, legends and curves of a page, of two bodies of which one moves to and fro on a floor.
 
 use crate::{driven, durometer};
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// The tip goes to 30 mm, back through rest to −30 mm, and ends at rest; it hangs on the floor.
+/// The tip of the lower part goes to 30 mm, back through rest to −30 mm, and ends at rest; the part lies on a floor.
 const SCENE: &str = r#"
 title = "to and fro"
-[mesh]
+[[mesh.part]]
+name = "low"
 grid = { kind = "box", size = ["40 mm", "10 mm", "10 mm"], divisions = [6, 2, 2] }
+[[mesh.part]]
+name = "high"
+grid = { kind = "box", size = ["20 mm", "10 mm", "10 mm"], divisions = [3, 2, 2] }
+shift = ["0 mm", "0 mm", "25 mm"]
 [laws.rubber]
 law = "neo_hookean"
 E = "30 kPa"
@@ -29,12 +35,12 @@ kind = "fixed"
 region = "xmin"
 [[constraint]]
 kind = "prescribed"
-region = "xmax"
+region = "low.xmax"
 components = "y"
 displacement = { kind = "sine", amplitude = "30 mm", frequency = "1 Hz" }
 [[contact]]
 name = "ground"
-region = "zmin"
+region = "low.zmin"
 obstacle = { kind = "floor", point = ["0 mm", "0 mm", "-1 mm"], normal = [0, 0, 1] }
 response = "barrier"
 friction = 0
@@ -47,7 +53,7 @@ kind = "reaction"
 region = "xmin"
 [[probe]]
 kind = "position"
-region = "xmax"
+region = "low.xmax"
 [output]
 fields = { what = ["displacement", "stress"] }
 "#;
@@ -62,10 +68,41 @@ fn page(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_browser_frames_all_states_of_a_motion_that_returns() {
+fn a_browser_shows_what_moves_to_and_fro() {
     let folder = TempDir::new().expect("a temporary folder");
     let Some(found) = driven(&page(folder.path()), false) else { return };
     assert_eq!(found["errors"], json!([]));
+    // Also the farthest states, of which none is the first, the middle or the last one, are within the first picture
     let reach: Vec<f64> = found["reach"].as_array().expect("shares").iter().filter_map(Value::as_f64).collect();
     assert!(reach.len() == 2 && reach.iter().all(|share| (0.3..1.0).contains(share)), "{reach:?}");
+    assert_fields(&found);
+    assert_words(&found);
+}
+
+/// Fields take a decimal comma; what they do not take is named, and the number before it stays.
+fn assert_fields(found: &Value) {
+    let below = "30 is not below the other end, 20.5 mm; change that first.";
+    let expected = json!([
+        ["20,5", "20.5", "", 0, 0.0205, "own"],
+        ["", "0", "“” is no number.", 0, 0.0205, "own"],
+        ["30", "0", below, 0, 0.0205, "own"],
+        ["abc", "0", "“abc” is no number.", 0, 0.0205, "own"],
+        ["0,5", "0.5", "", 0.0005, 0.0205, "own"],
+    ]);
+    assert_eq!((&found["typed"], &found["factors"]), (&expected, &json!(["1", "2.5"])));
+}
+
+/// A picture says the factor of the displacements, the scale of the forces and which colour is which region; "About" the fields with their errors.
+fn assert_words(found: &Value) {
+    let words: Vec<&str> = found["words"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
+    assert!(words[0] == "t = 0.5 s, displacements × 2.5", "{words:?}");
+    assert!(words[1].starts_with("contact forces ") && words[1].ends_with(" mN"), "{words:?}");
+    assert_eq!(found["force"], words[1]);
+    // Those that a later region covers have no place in the picture
+    assert_eq!(words[2..], ["regions", "xmax", "xmin", "ymax", "ymin", "zmax", "zmin"]);
+    let colours = found["colours"].as_array().expect("a list");
+    let distinct: BTreeSet<String> = colours.iter().map(|c| c[1].to_string()).collect();
+    assert!(colours.len() == 18 && distinct.len() == 18, "{colours:?}");
+    let errors = found["about"]["error of the colours"].as_str().expect("text");
+    assert!(errors.contains(", stress ") && errors.ends_with(" Pa"), "{errors}");
 }

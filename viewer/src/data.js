@@ -139,7 +139,7 @@ export class Case {
 
   offer(name, unit, nodal, modes) {
     for (const s of scalars(name, modes.components)) {
-      this.quantities.push({ name: s.name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
+      this.quantities.push({ name: s.name, field: name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
     }
   }
 

@@ -1,7 +1,7 @@
 // Controls of the live view: pause and step, signals, time, step size and iterations.
 
 import { button, el, field, group, row, slider } from "./panel.js";
-import { column, number, scaled } from "./units.js";
+import { column, number, read, scaled } from "./units.js";
 
 const svg = (name, attributes, text) => {
   const out = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -12,12 +12,6 @@ const svg = (name, attributes, text) => {
 
 /** Places of a slider, the first and the last at the ends of its range. */
 const STEPS = 500;
-
-/** The number that a text is, with a decimal point or comma; not a number for any other text. */
-const read = (text) => {
-  const plain = text.trim().replace("−", "-").replace(",", ".");
-  return plain === "" ? NaN : Number(plain);
-};
 
 export class LivePanel {
   constructor(settings, command) {

@@ -3,7 +3,7 @@
 import { Canvas, EVERYWHERE, Faces, Lines } from "./draw.js";
 import { Surface } from "./surface.js";
 import { section } from "./section.js";
-import { PALETTE, listTable, table } from "./colours.js";
+import { distinct, listTable, table } from "./colours.js";
 
 const LIGHT = { body: [205, 213, 221], edge: [40, 48, 58], ghost: [110, 118, 128], rigid: [150, 156, 164], held: [20, 20, 20], cable: [0, 114, 178], force: [213, 94, 0] };
 const DARK = { body: [150, 160, 172], edge: [12, 16, 20], ghost: [170, 178, 188], rigid: [112, 120, 130], held: [240, 240, 240], cable: [86, 180, 233], force: [240, 140, 60] };
@@ -50,8 +50,8 @@ export class Pane {
 
   /** The regions that have facets, with a colour each; a later one is drawn over an earlier one. */
   #regionColours() {
-    this.regions = this.body.marked.filter((m) => m.facets.length).map((m, k) => ({ ...m, colour: PALETTE[k % PALETTE.length], visible: true }));
-    this.sets = this.body.marked.filter((m) => m.kind === "region" && m.points.length).map((m, k) => ({ ...m, colour: PALETTE[(this.regions.length + k) % PALETTE.length], visible: true }));
+    this.regions = this.body.marked.filter((m) => m.facets.length).map((m, k) => ({ ...m, colour: distinct(k), visible: true }));
+    this.sets = this.body.marked.filter((m) => m.kind === "region" && m.points.length).map((m, k) => ({ ...m, colour: distinct(this.regions.length + k), visible: true }));
   }
 
   /** Everything at a state of the page's settings. */
@@ -80,6 +80,8 @@ export class Pane {
     if (s.quantity === "regions") {
       const of = new Float32Array(surface.facetCount);
       this.regions.forEach((r, k) => r.visible && r.facets.forEach((f) => (of[f] = k + 1)));
+      const seen = new Set(of);
+      this.seen = [...this.regions.filter((_, k) => seen.has(k + 1)), ...this.sets.filter((set) => set.visible)];
       numbers = surface.perFacet(of);
       faces.setTable(listTable([ink.body, ...this.regions.map((r) => r.colour)]));
       mode = 2;
@@ -126,14 +128,14 @@ export class Pane {
 
   #forces(s, x, state, ink) {
     const all = this.body.arrows[0];
+    this.forceColour = ink.force;
     this.forces.options.visible = Boolean(all) && s.show.forces;
     if (!this.forces.options.visible) return;
     const k = Math.round(state);
-    const longest = (0.25 * s.radius) / (all.largest || 1);
     const [segments, ends] = [[], []];
     for (let a = all.starts[k]; a < all.starts[k + 1]; a++) {
       const p = all.points[a];
-      const at = (share) => [0, 1, 2].map((i) => x[3 * p + i] + share * longest * all.vectors[3 * a + i]);
+      const at = (share) => [0, 1, 2].map((i) => x[3 * p + i] + share * s.arrow * all.vectors[3 * a + i]);
       segments.push(...at(0), ...at(0.7), ...at(0.7), ...at(1));
       ends.push(1, 1, 4, 0);
     }

@@ -150,13 +150,34 @@ function picturesOf(gif) {
   }
 }
 
+const SVG_WORDS = "return [...(await window.last.text()).matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1])";
+
+/** What fields of numbers take, and what pictures say of what exaggerates and colours them. */
+async function numbers() {
+  const type = (label, text) => run(`const f = document.querySelector('input[aria-label=${JSON.stringify(label)}]'); f.value = ${JSON.stringify(text)}; f.dispatchEvent(new Event("change"));
+    for (let k = 0; k < 3; k++) await new Promise(requestAnimationFrame);
+    return [f.value, viewer.endsSaid.textContent, ...viewer.s.range.map((v) => Number(v.toPrecision(6))), viewer.rangePick.value]`);
+  await run("viewer.choose('displacement')");
+  found.typed = [];
+  for (const [end, text] of [["Upper end", "20,5"], ["Lower end", ""], ["Lower end", "30"], ["Lower end", "abc"], ["Lower end", "0,5"]]) found.typed.push([text, ...(await type(end, text))]);
+  found.factors = [];
+  for (const text of ["", "2,5"]) found.factors.push((await type("Factor of the displacements", text))[0]);
+  await run("viewer.choose('regions'); await viewer.export('svg')");
+  found.words = await run(SVG_WORDS);
+  found.colours = await run("return viewer.panes.flatMap((p) => [...p.regions, ...p.sets].map((r) => [r.name, r.colour.join()]))");
+  found.force = await run("return viewer.forceScale.textContent");
+  found.about = await run("return Object.fromEntries([...document.querySelectorAll('dt')].map((d) => [d.textContent, d.nextSibling?.textContent]))");
+  await type("Factor of the displacements", "1");
+  await run("viewer.choose(viewer.cases[0].quantities[0].name)");
+}
+
 async function files() {
   await run("window.saved = []; window.URL.createObjectURL = (blob) => { window.saved.push([blob.type, blob.size]); window.last = blob; return 'data:,'; }; window.HTMLAnchorElement.prototype.click = () => {}");
   await run("viewer.out.width = 800; await viewer.export('png')");
   await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] * 0.55); await viewer.export('svg'); viewer.s.show.ghost = false");
   found.svg = await run("return await window.last.text()");
   if (pictures) writeFileSync(join(pictures, "view.svg"), found.svg);
-  found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: [...found.svg.matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1]) };
+  found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: await run(SVG_WORDS) };
   if (await run("return viewer.moves")) {
     await run("viewer.s.seconds = 1; await viewer.export('gif')");
     found.gif = picturesOf(await made());
@@ -167,6 +188,7 @@ async function files() {
   }
   found.saved = await run("return window.saved");
   found.busy = await run("return viewer.busy.textContent");
+  if (await run("return viewer.moves")) await numbers();
 }
 
 async function drive() {
