@@ -47,7 +47,8 @@ export class LivePanel {
     const at = `t = ${number(t)} of ${number(end)} s`;
     this.paused = paused;
     this.pause.textContent = paused ? "Go on" : "Pause";
-    if (ended) this.end(`The run has ended: ${ended.status}${ended.detail ? ` (${ended.detail})` : ""}, ${at}. All states that have come stay.`);
+    const [whole, next] = this.settings.case ? ["case", "; load the page again to see the case that runs then"] : ["run", ""];
+    if (ended) this.end(`The ${whole} has ended: ${ended.status}${ended.detail ? ` (${ended.detail})` : ""}, ${at}. All states that have come stay${next}.`);
     else this.say(waiting ? `Paused at ${at}` : paused ? `Pauses after this step, ${at}` : `Running, ${at}`);
     this.#signals(news.signals);
     const last = iterations.at(-1);
