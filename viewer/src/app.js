@@ -108,7 +108,7 @@ export class App {
   #bounds() {
     const boxes = this.cases.map((c) => c.box(this.s.scale));
     const ends = (of, key) => [0, 1, 2].map((i) => of(...boxes.map((box) => box[key][i])));
-    this.box = [ends(Math.min, "low"), ends(Math.max, "high")];
+    this.box = this.s.box = [ends(Math.min, "low"), ends(Math.max, "high")];
     this.view.frame(...this.box);
     this.s.radius = this.view.radius;
   }

@@ -168,7 +168,7 @@ export class Case {
       return Math.hypot(...ends);
     };
     const own = size(0, this.nodes);
-    const parts = this.parts.filter((part) => part.kind === "cable" || size(part.first, part.count) < 1.5 * own);
+    const parts = this.parts.filter((part) => part.kind !== "floor").filter((part) => part.kind === "cable" || size(part.first, part.count) < 1.5 * own);
     return [{ first: 0, count: this.nodes }, ...parts];
   }
 

@@ -111,6 +111,17 @@ function* faceShapes(faces, project, width) {
   }
 }
 
+/** Floors, each as one shape: behind all others, or in front of them where they are seen from below. */
+function* floorShapes(faces, project) {
+  const { position } = faces.shown;
+  const { colour: ink, opacity } = faces.options;
+  for (let k = 0; k < position.length; k += 18) {
+    const corners = [0, 3, 6, 15].map((i) => project(position.slice(k + i, k + i + 3)));
+    const path = `M${corners.map((p) => `${short(p[0])} ${short(p[1])}`).join("L")}z`;
+    yield { depth: isTurnedAway(corners) ? Infinity : -Infinity, svg: `<path d="${path}" fill="${hex(ink)}" fill-opacity="${opacity}"/>` };
+  }
+}
+
 /** The shapes of segments: lines, discs where they have no length, arrows where the ends have two widths. */
 function* lineShapes(lines, project, width) {
   const { segments, factors } = lines.shown;
@@ -143,7 +154,8 @@ function shapes(pane, view, width, height) {
   const all = [];
   for (const object of pane.canvas.objects) {
     if (!object.options.visible || !object.used) continue;
-    for (const shape of object.isFaces ? faceShapes(object, project, width) : lineShapes(object, project, width)) {
+    const kind = object.isFloor ? floorShapes : object.isFaces ? faceShapes : lineShapes;
+    for (const shape of kind(object, project, width)) {
       all.push(shape);
       if (all.length > 4 * MOST) return null;
     }

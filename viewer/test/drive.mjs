@@ -165,6 +165,9 @@ async function numbers() {
   await run("viewer.choose('regions'); await viewer.export('svg')");
   found.words = await run(SVG_WORDS);
   found.colours = await run("return viewer.panes.flatMap((p) => [...p.regions, ...p.sets].map((r) => [r.name, r.colour.join()]))");
+  found.floors = await run("return viewer.panes.flatMap((p) => Array.from(p.floors.shown.position))");
+  found.box = await run("return viewer.box");
+  found.checks = await run("return [...document.querySelectorAll('.group > .check')].map((c) => c.textContent)");
   found.force = await run("return viewer.forceScale.textContent");
   found.about = await run("return Object.fromEntries([...document.querySelectorAll('dt')].map((d) => [d.textContent, d.nextSibling?.textContent]))");
   await type("Factor of the displacements", "1");
