@@ -82,6 +82,8 @@ fn a_browser_shows_what_moves_to_and_fro() {
     // Also the farthest states, of which none is the first, the middle or the last one, are within the first picture
     let reach: Vec<f64> = found["reach"].as_array().expect("shares").iter().filter_map(Value::as_f64).collect();
     assert!(reach.len() == 2 && reach.iter().all(|share| (0.3..1.0).contains(share)), "{reach:?}");
+    // The first column, a force across the motion, is rounding
+    assert_eq!(found["column"], "low.xmax_x_m");
     assert_floor(&found);
     assert_fields(&found);
     assert_words(&found);

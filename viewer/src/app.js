@@ -5,7 +5,7 @@ import { MAPS, colour, css } from "./colours.js";
 import { Pane } from "./pane.js";
 import { button, check, el, field, group, icon, numeric, row, select, slider } from "./panel.js";
 import { compose, gif, png, save, webm } from "./picture.js";
-import { Plot } from "./plot.js";
+import { Plot, firstColumn } from "./plot.js";
 import { column, number, read, rounded, scaled, ticks } from "./units.js";
 import { svg } from "./vector.js";
 
@@ -56,6 +56,8 @@ export class App {
     const [min, max] = this.times;
     Object.assign(this.slider, { min, max, step: (max - min) / 1000 || 1 });
     if (this.view.fits) this.#bounds();
+    // Which columns change is known from their rows alone
+    if (this.plot && !this.hasColumn) this.columnPick.value = this.s.column = firstColumn(this.cases);
     this.redraw("all");
   }
 
@@ -168,13 +170,14 @@ export class App {
     svg.setAttribute("class", "plot");
     svg.setAttribute("role", "img");
     this.plot = new Plot(svg, this.cases, (t) => this.seek(t));
-    s.column = columns.find((c) => !/energy|newton|_J$/.test(c)) ?? columns[0];
-    const pick = select("Recorded column", columns.map((c) => [c, c]), s.column, (c) => {
+    s.column = firstColumn(this.cases);
+    this.columnPick = select("Recorded column", columns.map((c) => [c, c]), s.column, (c) => {
       s.column = c;
+      this.hasColumn = true;
       this.redraw("plot");
     });
     this.value = el("output", { class: "value", "aria-live": "off" });
-    return group("Recorded curves", true, pick, svg, this.value);
+    return group("Recorded curves", true, this.columnPick, svg, this.value);
   }
 
   #colourGroup() {

@@ -12,6 +12,20 @@ const node = (name, attributes, text) => {
   return out;
 };
 
+/** Changes of a column below this share of the largest number in its unit are rounding. */
+const ROUNDING = 1e-5;
+
+/** The column that is shown first: a place, a tension or an angle that changes by more than rounding, else the first column that does; energies and counts of the solver come last. */
+export function firstColumn(cases) {
+  const all = cases.flatMap((c) => c.curves.columns.slice(1).map((name, k) => ({ name, unit: column(name).unit, values: c.curves.values[k + 1].filter(Number.isFinite) })));
+  const largest = new Map();
+  for (const { unit, values } of all) largest.set(unit, values.reduce((most, v) => Math.max(most, Math.abs(v)), largest.get(unit) ?? 0));
+  const changes = ({ unit, values }) => values.length > 0 && values.reduce((m, v) => Math.max(m, v), -Infinity) - values.reduce((m, v) => Math.min(m, v), Infinity) > ROUNDING * largest.get(unit);
+  const usual = all.filter(({ name }) => !/energy|newton|_J$/.test(name));
+  const moving = usual.filter(changes);
+  return (moving.find(({ name }) => /(_[xyz]_m|_tension_N|_angle_deg)$/.test(name)) ?? moving[0] ?? usual[0] ?? all[0])?.name;
+}
+
 /** Draws a column of all cases; `seek` takes the time that is pointed at. */
 export class Plot {
   constructor(svg, cases, seek) {

@@ -58,6 +58,7 @@ return reach;`;
 async function views() {
   await shoot("start");
   found.reach = await run(REACH);
+  found.column = await run("return viewer.s.column");
   found.cases = await run(POSITIONS);
   if (await run("return viewer.moves")) {
     await run('viewer.slider.value = viewer.times[0]; viewer.slider.dispatchEvent(new Event("input"))');
