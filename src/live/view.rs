@@ -15,6 +15,8 @@ use std::sync::Arc;
 pub struct Shown<'a> {
     /// Tells runs apart that are shown at one address
     pub run: &'a str,
+    /// The run is a case of a study: the page names it, and another one follows at this address
+    pub case: bool,
     /// A state that the run goes on from
     pub from: Option<&'a Checkpoint>,
     /// The signals are set by the page, and recorded in this file
@@ -24,8 +26,8 @@ pub struct Shown<'a> {
 }
 
 /// A board with the page of a run that begins.
-pub fn board(scene: &Scene, film: &Film, about: About, shown: &Shown) -> Arc<Board> {
-    let Shown { run, from, recording, paused } = *shown;
+pub fn board(scene: &Scene, film: &Film, mut about: About, shown: &Shown) -> Arc<Board> {
+    let Shown { run, case, from, recording, paused } = *shown;
     let initial = || scene.controls.values_from_outside(&scene.controls.memory());
     let values = from.map_or_else(initial, |checkpoint| checkpoint.controlled(scene));
     let controlled = scene.controls.controlled().into_iter().zip(values).zip(scene.controls.ranges());
@@ -37,7 +39,11 @@ pub fn board(scene: &Scene, film: &Film, about: About, shown: &Shown) -> Arc<Boa
         paused,
     }));
     let file = recording.and_then(Path::file_name).map(|name| name.to_string_lossy());
-    let (title, settings) = (about.title.clone(), json!({ "run": run, "recorded": file }));
+    if case {
+        about.facts.insert(0, ("case".into(), run.into()));
+        about.title = if about.title == run { about.title } else { format!("{run}: {}", about.title) };
+    }
+    let (title, settings) = (about.title.clone(), json!({ "run": run, "case": case, "recorded": file }));
     board.open(live_page(&title, &film.opening(scene, about), &settings));
     from.iter().for_each(|checkpoint| board.state(film, scene, &checkpoint.state));
     board

@@ -100,6 +100,10 @@ fn a_case_of_a_study_is_shown_while_it_runs() {
         let last = events.until(|news| !news["ended"].is_null());
         assert_eq!(last["ended"]["status"], "Converged");
         caught = last["run"].as_str().map(str::to_string);
+        // Title, heading and settings of the page say which case it is
+        let name = format!("{}: Two rubber cubes side by side", caught.as_deref().expect("a name"));
+        assert!(page.contains(&format!("<title>{name}")) && page.contains(&format!("<h1>{name}")), "{name}");
+        assert!(page.contains("\"case\":true"), "{page}");
     }
     let caught = caught.expect("the case was not caught while it ran");
     assert!(live.end().success());
@@ -206,6 +210,11 @@ fn a_browser_drives_a_run() {
         "{}",
         found["ended"]
     );
+    let title = "Two rubber cubes side by side, bent by a cable – Durometer";
+    assert_eq!(found["title"], title);
+    let case = found["case"].as_str().expect("text");
+    assert!(case.starts_with("The case has ended: Converged"), "{case}");
+    assert!(case.ends_with("stay; load the page again to see the case that runs then."), "{case}");
     assert_eq!((&found["states"], &found["disabled"]), (&json!(5), &json!(true)));
     // The first state, and the last one of a run that keeps only every hundredth
     assert_eq!(found["kept"], json!([0, 4]));

@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod pictures;
 mod studies;
 
 use crate::common::tools;
@@ -384,6 +385,7 @@ fn a_browser_shows_the_run_without_errors_and_requests() {
         assert!(different.contains(state), "{state} changes nothing: {different}");
     }
     assert_eq!(found["clock"], "t = 0 s");
+    assert_eq!(found["between"], serde_json::json!(["t = 0 s", "t = 0 s", 0]));
     assert!(found["legend"].as_str().is_some_and(|l| l.contains("displacement, x [mm]")), "{}", found["legend"]);
     assert!(found["section"][0].as_u64().is_some_and(|n| n > 0), "{}", found["section"]);
     let saved: Vec<&str> = found["saved"].as_array().expect("a list").iter().filter_map(|s| s[0].as_str()).collect();
@@ -396,6 +398,7 @@ fn a_browser_shows_the_run_without_errors_and_requests() {
     assert_eq!(found["webm"], true);
     let svg = &found["svg"];
     assert!(svg["shapes"].as_u64().is_some_and(|n| n > 100), "{svg}");
+    // The time of the state, where the slider is at 0.55 s
     assert!(svg["text"].to_string().contains("t = 0.5 s"), "{svg}");
     assert!(
         found["saved"].as_array().expect("a list").iter().all(|s| s[1].as_u64().is_some_and(|n| n > 5000)),

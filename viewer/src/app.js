@@ -3,10 +3,10 @@
 import { VIEWS, View } from "./camera.js";
 import { MAPS, colour, css } from "./colours.js";
 import { Pane } from "./pane.js";
-import { button, check, el, field, group, icon, row, select, slider } from "./panel.js";
+import { button, check, el, field, group, icon, numeric, row, select, slider } from "./panel.js";
 import { compose, gif, png, save, webm } from "./picture.js";
-import { Plot } from "./plot.js";
-import { column, number, scaled, ticks } from "./units.js";
+import { Plot, firstColumn } from "./plot.js";
+import { column, number, read, rounded, scaled, ticks } from "./units.js";
 import { svg } from "./vector.js";
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
@@ -30,7 +30,7 @@ export class App {
     const dark = matchMedia("(prefers-color-scheme: dark)");
     const isDark = document.documentElement.dataset.theme ? document.documentElement.dataset.theme === "dark" : dark.matches;
     this.s = {
-      time: 0, quantity: "", map: "viridis", bands: 0, range: [0, 1], fixed: "all", scale: 1, smooth: false, playing: false, seconds: 5, dark: isDark, radius: 1,
+      time: 0, quantity: "", map: "viridis", bands: 0, range: [0, 1], fixed: "all", scale: 1, arrow: 0, smooth: false, playing: false, seconds: 5, dark: isDark, radius: 1,
       show: { body: true, edges: true, ghost: false, held: true, cables: true, rigid: true, forces: true },
       section: { on: false, axis: "y", normal: [0, 1, 0], share: 0.5, offset: 0, flip: false },
       column: "",
@@ -56,6 +56,8 @@ export class App {
     const [min, max] = this.times;
     Object.assign(this.slider, { min, max, step: (max - min) / 1000 || 1 });
     if (this.view.fits) this.#bounds();
+    // Which columns change is known from their rows alone
+    if (this.plot && !this.hasColumn) this.columnPick.value = this.s.column = firstColumn(this.cases);
     this.redraw("all");
   }
 
@@ -94,46 +96,23 @@ export class App {
     return this.s.smooth ? exact : Math.round(exact);
   }
 
+  /** Its time, which is that of the slider only at a stored state or between two. */
+  #time(body) {
+    return body.timeAt(this.s.state(body));
+  }
+
   /** Names of the quantities of all cases. */
   #names() {
     return [...new Set(this.cases.flatMap((c) => c.quantities.map((q) => q.name)))];
   }
 
-  /** A sphere around the bodies at their first, middle and last state. */
+  /** The box of the bodies at all states, which the view shows. */
   #bounds() {
-    const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-    for (const c of this.cases) {
-      for (const state of new Set([0, (c.states - 1) >> 1, c.states - 1])) {
-        const x = c.positions(Math.max(0, state), this.s.scale);
-        for (const p of this.#framed(c)) {
-          for (let i = 0; i < 3; i++) {
-            low[i] = Math.min(low[i], x[3 * p + i]);
-            high[i] = Math.max(high[i], x[3 * p + i]);
-          }
-        }
-      }
-    }
-    this.box = [low, high];
-    this.view.frame(low, high);
+    const boxes = this.cases.map((c) => c.box(this.s.scale));
+    const ends = (of, key) => [0, 1, 2].map((i) => of(...boxes.map((box) => box[key][i])));
+    this.box = this.s.box = [ends(Math.min, "low"), ends(Math.max, "high")];
+    this.view.frame(...this.box);
     this.s.radius = this.view.radius;
-  }
-
-  /** Points that the first view shows: the body, its cables, and rigid bodies that are not much larger than it. */
-  #framed(c) {
-    const size = (first, count) => {
-      const ends = [0, 1, 2].map((i) => {
-        let [low, high] = [Infinity, -Infinity];
-        for (let p = first; p < first + count; p++) [low, high] = [Math.min(low, c.rest[3 * p + i]), Math.max(high, c.rest[3 * p + i])];
-        return high - low;
-      });
-      return Math.hypot(...ends);
-    };
-    const own = size(0, c.nodes);
-    const out = Array.from({ length: c.nodes }, (_, k) => k);
-    for (const part of c.parts) {
-      if (part.kind === "cable" || size(part.first, part.count) < 1.5 * own) for (let k = 0; k < part.count; k++) out.push(part.first + k);
-    }
-    return out;
   }
 
   #build(root) {
@@ -145,7 +124,8 @@ export class App {
     const frames = this.canvases.map((canvas, k) => el("figure", { class: "pane" }, canvas, this.cases.length > 1 ? el("figcaption", {}, this.cases[k].title) : ""));
     this.legend = el("div", { class: "legend", "aria-hidden": "true" });
     this.readout = el("output", { class: "readout", "aria-live": "polite" });
-    this.stage = el("div", { class: "stage" }, ...frames, this.legend, this.readout);
+    this.forceScale = el("div", { class: "scale", "aria-hidden": "true" });
+    this.stage = el("div", { class: "stage" }, ...frames, this.legend, this.forceScale, this.readout);
     this.panel = el("aside", { class: "panel" });
     const head = el(
       "header", {}, el("h1", {}, this.cases.map((c) => c.title).join(" · ")), ...this.#choices(),
@@ -190,13 +170,14 @@ export class App {
     svg.setAttribute("class", "plot");
     svg.setAttribute("role", "img");
     this.plot = new Plot(svg, this.cases, (t) => this.seek(t));
-    s.column = columns.find((c) => !/energy|newton|_J$/.test(c)) ?? columns[0];
-    const pick = select("Recorded column", columns.map((c) => [c, c]), s.column, (c) => {
+    s.column = firstColumn(this.cases);
+    this.columnPick = select("Recorded column", columns.map((c) => [c, c]), s.column, (c) => {
       s.column = c;
+      this.hasColumn = true;
       this.redraw("plot");
     });
     this.value = el("output", { class: "value", "aria-live": "off" });
-    return group("Recorded curves", true, pick, svg, this.value);
+    return group("Recorded curves", true, this.columnPick, svg, this.value);
   }
 
   #colourGroup() {
@@ -206,6 +187,9 @@ export class App {
     for (const [name, key] of absent) if (!this.#names().includes(name)) options.push([`absent ${name}`, `${name} (not recorded)`, true, key]);
     this.pick = select("Colour by", options, "", (n) => this.choose(n));
     this.ends = [0, 1].map((k) => field(k ? "Upper end" : "Lower end", "", (text) => this.#end(k, text)));
+    this.endsSaid = el("output", { class: "small", "aria-live": "polite" });
+    const ranges = [["all", "of all states"], ["core", "without 1 % at each end"], ["now", "of this state"], ["own", "as given"]];
+    this.rangePick = select("Range", ranges, "all", (v) => this.#fix(v));
     const hints = [...absent].filter(([name]) => !this.#names().includes(name)).map(([name, key]) => el("li", {}, `${name}: `, el("code", {}, key)));
     const more = hints.length ? [el("details", { class: "hint" }, el("summary", {}, "Other fields"), el("p", {}, "They are shown where the run has them:"), el("ul", {}, ...hints))] : [];
     this.mapPick = select("Colour map", Object.keys(MAPS).map((m) => [m, m]), s.map, (m) => {
@@ -213,10 +197,7 @@ export class App {
       this.redraw("all");
     });
     return group("Colour", true, row("Colour by", this.pick), row("Map", this.mapPick),
-      row("Range", select("Range", [["all", "of all states"], ["core", "without 1 % at each end"], ["now", "of this state"], ["own", "as given"]], "all", (v) => {
-        s.fixed = v;
-        this.redraw("all");
-      })), el("div", { class: "row" }, el("span", {}, "From, to"), ...this.ends),
+      row("Range", this.rangePick), el("div", { class: "row" }, el("span", {}, "From, to"), ...this.ends), this.endsSaid,
       row("Bands", select("Bands of colour", [["0", "smooth"], ["6", "6"], ["8", "8"], ["10", "10"], ["16", "16"]], "0", (v) => {
         s.bands = Number(v);
         this.redraw("all");
@@ -248,8 +229,8 @@ export class App {
         this.choose("regions");
       }, css(r.colour));
     }));
-    const list = regions.length ? [el("details", { class: "hint", open: this.#names().length === 0 }, el("summary", {}, `${regions.length} regions`), ...regions)] : [];
-    return group("Show", true, ...checks, ...list);
+    this.regionList = el("details", { class: "hint", open: this.#names().length === 0 }, el("summary", {}, `${regions.length} regions`), ...regions);
+    return group("Show", true, ...checks, ...(regions.length ? [this.regionList] : []));
   }
 
   #sectionGroup() {
@@ -266,10 +247,11 @@ export class App {
     const { s } = this;
     const largest = Math.max(...this.cases.map((c) => (c.quantity("displacement") ? c.range(c.quantity("displacement"))[1] : 0)));
     const small = largest > 0 && largest < 0.02 * this.#extent() ? [el("p", { class: "small" }, "The displacements are small; enlarge them to see the shape.")] : [];
-    return group("Motion", false, row("Displacement ×", field("Factor of the displacements", "1", (t) => {
-      s.scale = Number.isFinite(Number(t)) ? Number(t) : 1;
+    return group("Motion", false, row("Displacement ×", numeric("Factor of the displacements", 1, [-1e6, 1e6], (v) => {
+      s.scale = v;
+      if (this.view.fits) this.#bounds();
       this.redraw("all");
-    })), row("Plays in [s]", field("Seconds that the motion plays", "5", (t) => (s.seconds = Math.max(0.2, Number(t) || 5)))),
+    })), row("Plays in [s]", numeric("Seconds that the motion plays", s.seconds, [0.2, 3600], (v) => (s.seconds = v))),
     check("in between, linear", false, (on) => {
       s.smooth = on;
       this.redraw("all");
@@ -290,7 +272,7 @@ export class App {
 
   #exportGroup() {
     const o = (this.out = { width: 2400, background: "white" });
-    const width = field("Width of the picture", "2400", (t) => (o.width = Math.min(8000, Math.max(200, Math.round(Number(t)) || 2400))));
+    const width = numeric("Width of the picture", o.width, [200, 8000], (v) => (o.width = Math.round(v)));
     const paper = select("Background", [["white", "white"], ["dark", "dark"], ["none", "transparent"]], "white", (v) => (o.background = v));
     this.busy = el("output", { class: "small", "aria-live": "polite" });
     const movies = this.moves ? [button("GIF", "Motion as GIF", () => this.export("gif")), button("WebM", "Motion as WebM", () => this.export("webm"))] : [];
@@ -322,7 +304,7 @@ export class App {
   /** The stated error of every stored field. */
   #errors(c) {
     const stored = new Map(c.quantities.filter((q) => q.modes !== c.motion).map((q) => [q.modes, q]));
-    return [...stored.values()].map((q) => `${q.name} ${number(q.modes.error, 2)}${q.unit ? ` ${q.unit}` : ""}`).join(", ");
+    return [...stored.values()].map((q) => `${q.field} ${number(q.modes.error, 2)}${q.unit ? ` ${q.unit}` : ""}`).join(", ");
   }
 
   /** Colours by a quantity, the regions, or nothing. */
@@ -335,8 +317,8 @@ export class App {
     const isSigned = q?.signed && hasBothSigns(range);
     if (isSigned && s.map === "viridis") this.mapPick.value = s.map = "blue–orange";
     if (!isSigned && s.map === "blue–orange") this.mapPick.value = s.map = "viridis";
-    if (s.fixed === "own") s.fixed = "all";
-    this.redraw("all");
+    if (name === "regions") this.regionList.open = true;
+    this.#fix(s.fixed === "own" ? "all" : s.fixed);
   }
 
   #quantity() {
@@ -364,12 +346,25 @@ export class App {
     return q ? scaled(q.unit, Math.max(...this.s.range.map(Math.abs))) : { unit: "", factor: 1 };
   }
 
-  #end(k, text) {
-    const { factor } = this.#scaled();
-    const v = Number(text.replace("−", "-")) / factor;
-    if (Number.isFinite(v)) this.s.range[k] = v;
-    this.s.fixed = "own";
+  /** Where the range of the colours comes from. */
+  #fix(fixed) {
+    this.rangePick.value = this.s.fixed = fixed;
+    this.endsSaid.textContent = "";
     this.redraw("all");
+  }
+
+  /** Takes an end of the range that is typed; a text that is none is named, and the end before it stays. */
+  #end(k, text) {
+    const { unit, factor } = this.#scaled();
+    const range = this.s.range.map((end, i) => (i === k ? read(text) / factor : end));
+    const isBelow = range[0] < range[1];
+    if (isBelow) {
+      this.s.range = range;
+      return this.#fix("own");
+    }
+    const other = `${number(this.s.range[1 - k] * factor)} ${unit}`.trim();
+    this.endsSaid.textContent = Number.isFinite(range[k]) ? `${text} is not ${k ? "above" : "below"} the other end, ${other}; change that first.` : `“${text}” is no number.`;
+    this.#legend();
   }
 
   cut(on) {
@@ -467,10 +462,7 @@ export class App {
     if (has("size")) this.#resize();
     // Between two states a time that is played changes the slider alone
     const moved = has("pick") || this.panes.some((p) => p.state !== s.state(p.body));
-    if (moved) {
-      if (this.#quantity() && s.fixed !== "own") s.range = this.#range(s.fixed);
-      this.panes.forEach((p) => p.update(s));
-    }
+    if (moved) this.#update();
     // Words, tables and curves cost more than the picture where a browser draws in software: while the motion plays they change ten times a second
     const now = performance.now();
     const speaks = !s.playing || has("pick", "plot", "size") || now - (this.spoken ?? 0) > 100;
@@ -479,12 +471,48 @@ export class App {
     if (has("time") && (s.fixed === "now" || has("all"))) this.#legend();
     if (moved || has("size", "view")) {
       this.panes.forEach((p) => p.draw(this.view));
+      this.#showForceScale();
       this.drawn = (this.drawn ?? 0) + 1;
     }
     if (this.plot && has("size", "plot")) this.plot.draw(s.column);
     if (this.plot && has("time", "plot", "size") && speaks) this.#mark();
     dirty.clear();
     this.firstDraw ??= performance.now();
+  }
+
+  /** Brings the views to the state that is shown. */
+  #update() {
+    const { s } = this;
+    if (this.#quantity() && s.fixed !== "own") s.range = this.#range(s.fixed);
+    // The largest force of all cases and states has an arrow of a quarter of the radius
+    const largest = this.#largestForce();
+    s.arrow = largest > 0 ? (0.25 * s.radius) / largest : 0;
+    this.panes.forEach((p) => p.update(s));
+  }
+
+  #largestForce() {
+    return Math.max(...this.cases.map((c) => c.arrows[0]?.largest ?? 0));
+  }
+
+  /** An arrow of a round force at the scale of those in a picture of this size: its length in pixels, its colour and its words; none where there are no forces. */
+  #forceArrow(width, height) {
+    const pixels = this.s.arrow * this.view.scale(width, height);
+    const [arrows] = this.cases.flatMap((c) => c.arrows);
+    if (!this.s.show.forces || !(pixels > 0)) return null;
+    const force = rounded(Math.min(this.#largestForce(), (0.2 * width) / pixels));
+    const { unit, factor } = scaled(arrows.unit, force);
+    return { length: force * pixels, colour: css(this.panes[0].forceColour), text: `${arrows.name} ${number(force * factor)} ${unit}` };
+  }
+
+  #showForceScale() {
+    const { clientWidth: w, clientHeight: h } = this.canvases[0];
+    const arrow = this.#forceArrow(w, h);
+    this.forceScale.replaceChildren();
+    if (!arrow) return;
+    const line = el("i");
+    line.style.width = `${arrow.length}px`;
+    this.forceScale.style.color = arrow.colour;
+    this.forceScale.append(line, el("span", {}, arrow.text));
   }
 
   #resize() {
@@ -529,7 +557,7 @@ export class App {
     const lines = this.cases.flatMap((c, k) => {
       const state = s.state(c);
       const name = this.cases.length > 1 ? `${k + 1}: ` : "";
-      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.realTimes[Math.round(state)])} s` : "at rest")];
+      const own = [line(`${name}state`, c.states > 1 ? `${number(state + 1)} of ${c.states}, t = ${number(c.timeAt(state, c.realTimes))} s` : "at rest")];
       for (const q of [...new Set([c.quantity("displacement"), c.quantity(s.quantity)])].filter(Boolean)) {
         const found = c.extremes(q, state);
         const { unit, factor } = scaled(q.unit, Math.max(Math.abs(found.low), Math.abs(found.high)));
@@ -538,18 +566,21 @@ export class App {
       }
       for (const col of c.curves.columns.slice(1)) {
         const { words, unit } = column(col);
-        own.push(line(`${name}${words}`, `${number(Plot.at(c, col, s.time))} ${unit}`));
+        own.push(line(`${name}${words}`, `${number(Plot.at(c, col, this.#time(c)))} ${unit}`));
       }
       return own;
     });
     this.numbers.replaceChildren(...lines);
   }
 
-  /** The time that is shown; where time does not rise, the number of the state with its time. */
+  /** The times of the states that are shown, each once; where time does not rise, with the number of the state. */
   #clockText() {
-    const c = this.cases.find((one) => !one.rises);
-    if (!c) return `t = ${number(this.s.time)} s`;
-    return `state ${Math.round(this.s.time)}, t = ${number(c.realTimes[Math.round(c.stateAt(this.s.time))])} s`;
+    const moving = this.cases.filter((c) => c.states > 1 || c.live);
+    const words = moving.map((c) => {
+      const state = this.s.state(c);
+      return `${c.rises ? "" : `state ${number(state + 1)}, `}t = ${number(c.timeAt(state, c.realTimes))} s`;
+    });
+    return [...new Set(words)].join(" · ");
   }
 
   #picked(pane) {
@@ -568,31 +599,42 @@ export class App {
 
   #mark() {
     const { s } = this;
-    this.plot.mark(s.time);
+    this.plot.mark((c) => this.#time(c));
     const { words, unit } = column(s.column);
-    const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, s.time))} ${unit}`);
+    const values = this.cases.filter((c) => c.curves.columns.includes(s.column)).map((c) => `${number(Plot.at(c, s.column, this.#time(c)))} ${unit}`);
     this.value.textContent = `${words}: ${values.join(" · ")} at ${this.#clockText()}`;
     this.plot.svg.setAttribute("aria-label", this.value.textContent);
   }
 
+  /** The legend of a picture: the bar of the quantity, or the regions by their colours. */
+  #pictureLegend() {
+    const { s } = this;
+    const q = this.#quantity();
+    if (q) {
+      const { unit, factor } = this.#scaled();
+      return { map: s.map, bands: s.bands, range: s.range.map((v) => v * factor), title: unit ? `${q.name} [${unit}]` : q.name };
+    }
+    const regions = s.quantity === "regions" ? this.panes.flatMap((p) => p.seen) : [];
+    const entries = new Map(regions.map((r) => [`${r.name} ${css(r.colour)}`, { name: r.name, colour: css(r.colour) }]));
+    return entries.size ? { title: "regions", entries: [...entries.values()] } : null;
+  }
+
   /** Settings of a picture of the views as they are. */
   #picture(width, fine) {
-    const q = this.#quantity();
-    const { unit, factor } = this.#scaled();
     const { clientWidth: w, clientHeight: h } = this.canvases[0];
     const ink = this.out.background === "dark" ? "#eee" : "#111";
     const background = { white: "#fff", dark: "#14181d", none: null }[this.out.background];
     return {
       width, background, ink, fine, aspect: w / h, shown: w, size: { width: w, height: h },
-      time: this.moves ? this.#clockText() : "",
-      legend: q && { map: this.s.map, bands: this.s.bands, range: this.s.range.map((v) => v * factor), title: unit ? `${q.name} [${unit}]` : q.name },
+      words: [this.moves ? this.#clockText() : "", this.s.scale === 1 ? "" : `displacements × ${number(this.s.scale)}`].filter(Boolean).join(", "),
+      arrow: (each, high) => this.#forceArrow(each, high), legend: this.#pictureLegend(),
     };
   }
 
   /** A view by itself as the address of a picture. */
   #alone(pane) {
     const canvas = document.createElement("canvas");
-    compose(canvas, [pane], this.view, { ...this.#picture(this.out.width, true), background: null, legend: null, time: "" });
+    compose(canvas, [pane], this.view, { ...this.#picture(this.out.width, true), background: null, legend: null, arrow: () => null, words: "" });
     return canvas.toDataURL("image/png");
   }
 
@@ -606,8 +648,7 @@ export class App {
     this.s.dark = this.out.background === "dark";
     const paint = (t, width) => {
       this.s.time = t;
-      if (this.#quantity() && this.s.fixed !== "own") this.s.range = this.#range(this.s.fixed);
-      this.panes.forEach((p) => p.update(this.s));
+      this.#update();
       compose(canvas, this.panes, this.view, this.#picture(width, kind === "png"));
     };
     let blob = null;

@@ -72,6 +72,11 @@ export class View {
     return (1.1 * this.radius) / this.zoom;
   }
 
+  /** Pixels per metre in a picture of this size; a narrow one shows the whole width of the body. */
+  scale(width, height) {
+    return height / 2 / (this.half * Math.max(1, height / width));
+  }
+
   /** Sets a camera of the library for a picture of this shape (width over height). */
   apply(camera, aspect) {
     if (this.aspect !== aspect) {

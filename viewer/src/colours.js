@@ -10,8 +10,14 @@ export const MAPS = {
   grey: stops("262626f2f2f2"),
 };
 
-/** Okabe & Ito 2008, as in the figures of the reports. */
-export const PALETTE = ["0072b2", "d55e00", "009e73", "cc79a7", "e69f00", "56b4e9", "f0e442", "8c6bb1"].map((hex) => stops(hex)[0]);
+/** Okabe & Ito 2008, as in the figures of the reports; from the ninth on the colours that are farthest from those before them, in CIELAB. */
+export const PALETTE = stops(
+  "0072b2d55e00009e73cc79a7e69f0056b4e9f0e4428c6bb1" +
+    "1010e810e810e810d0e810507050103030b0509010b0b070e8907050e8e890303010e890901070105010b0e870d070e8",
+);
+
+/** The colour of number k of many: after the last one of the palette they come again, darker. */
+export const distinct = (k) => PALETTE[k % PALETTE.length].map((v) => v * 0.6 ** Math.floor(k / PALETTE.length));
 
 export const css = (c) => `rgb(${c.map((v) => Math.round(v)).join(",")})`;
 

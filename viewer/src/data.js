@@ -139,7 +139,7 @@ export class Case {
 
   offer(name, unit, nodal, modes) {
     for (const s of scalars(name, modes.components)) {
-      this.quantities.push({ name: s.name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
+      this.quantities.push({ name: s.name, field: name, unit, nodal, signed: s.signed ?? false, modes, of: s.of });
     }
   }
 
@@ -155,6 +155,44 @@ export class Case {
     const n = this.count;
     for (let p = 0; p < n; p++) for (let i = 0; i < 3; i++) out[3 * p + i] += factor * u[i * n + p];
     return out;
+  }
+
+  /** Points that the first view shows: the body, its cables, and rigid bodies that are not much larger than it. */
+  #framed() {
+    const size = (first, count) => {
+      const ends = [0, 1, 2].map((i) => {
+        let [low, high] = [Infinity, -Infinity];
+        for (let p = first; p < first + count; p++) [low, high] = [Math.min(low, this.rest[3 * p + i]), Math.max(high, this.rest[3 * p + i])];
+        return high - low;
+      });
+      return Math.hypot(...ends);
+    };
+    const own = size(0, this.nodes);
+    const parts = this.parts.filter((part) => part.kind !== "floor").filter((part) => part.kind === "cable" || size(part.first, part.count) < 1.5 * own);
+    return [{ first: 0, count: this.nodes }, ...parts];
+  }
+
+  /** Ends of these points at all states, with displacements times `factor`. */
+  box(factor) {
+    if (this.frame?.factor !== factor) {
+      this.frame = { factor, parts: this.#framed(), low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+      for (let state = 0; state < Math.max(1, this.states); state++) this.widen(state);
+    }
+    return this.frame;
+  }
+
+  /** Takes a state into the box. */
+  widen(state) {
+    const { factor, parts, low, high } = this.frame;
+    const x = this.positions(state, factor);
+    for (const { first, count } of parts) {
+      for (let k = 3 * first; k < 3 * (first + count); k += 3) {
+        for (let i = 0; i < 3; i++) {
+          if (x[k + i] < low[i]) low[i] = x[k + i];
+          if (x[k + i] > high[i]) high[i] = x[k + i];
+        }
+      }
+    }
   }
 
   quantity(name) {
@@ -226,5 +264,12 @@ export class Case {
     if (k < 0) return times.length - 1;
     const gap = times[k] - times[k - 1];
     return gap > 0 ? k - 1 + (t - times[k - 1]) / gap : k;
+  }
+
+  /** Time of a state, between two states linear; with `realTimes` that of the run where the slider counts states. */
+  timeAt(state, times = this.times) {
+    const low = Math.floor(state);
+    const part = state - low;
+    return part > 0 ? times[low] * (1 - part) + times[low + 1] * part : times[low];
   }
 }

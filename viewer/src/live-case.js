@@ -76,6 +76,7 @@ export class LiveCase extends Case {
     for (const k of this.kept.keys()) if (k !== number && k !== count - 1 && (k % stride || k >= count)) this.kept.delete(k);
     this.#arrange();
     const own = [...this.kept.keys()].sort((a, b) => a - b).indexOf(number);
+    if (this.frame) this.widen(own);
     for (const [name, range] of this.ranges) {
       const quantity = this.quantity(name);
       if (!quantity) {

@@ -1,7 +1,7 @@
 // Controls of the live view: pause and step, signals, time, step size and iterations.
 
 import { button, el, field, group, row, slider } from "./panel.js";
-import { column, number, scaled } from "./units.js";
+import { column, number, read, scaled } from "./units.js";
 
 const svg = (name, attributes, text) => {
   const out = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -12,12 +12,6 @@ const svg = (name, attributes, text) => {
 
 /** Places of a slider, the first and the last at the ends of its range. */
 const STEPS = 500;
-
-/** The number that a text is, with a decimal point or comma; not a number for any other text. */
-const read = (text) => {
-  const plain = text.trim().replace("−", "-").replace(",", ".");
-  return plain === "" ? NaN : Number(plain);
-};
 
 export class LivePanel {
   constructor(settings, command) {
@@ -53,7 +47,8 @@ export class LivePanel {
     const at = `t = ${number(t)} of ${number(end)} s`;
     this.paused = paused;
     this.pause.textContent = paused ? "Go on" : "Pause";
-    if (ended) this.end(`The run has ended: ${ended.status}${ended.detail ? ` (${ended.detail})` : ""}, ${at}. All states that have come stay.`);
+    const [whole, next] = this.settings.case ? ["case", "; load the page again to see the case that runs then"] : ["run", ""];
+    if (ended) this.end(`The ${whole} has ended: ${ended.status}${ended.detail ? ` (${ended.detail})` : ""}, ${at}. All states that have come stay${next}.`);
     else this.say(waiting ? `Paused at ${at}` : paused ? `Pauses after this step, ${at}` : `Running, ${at}`);
     this.#signals(news.signals);
     const last = iterations.at(-1);

@@ -3,10 +3,10 @@
 import { Canvas, EVERYWHERE, Faces, Lines } from "./draw.js";
 import { Surface } from "./surface.js";
 import { section } from "./section.js";
-import { PALETTE, listTable, table } from "./colours.js";
+import { distinct, listTable, table } from "./colours.js";
 
-const LIGHT = { body: [205, 213, 221], edge: [40, 48, 58], ghost: [110, 118, 128], rigid: [150, 156, 164], held: [20, 20, 20], cable: [0, 114, 178], force: [213, 94, 0] };
-const DARK = { body: [150, 160, 172], edge: [12, 16, 20], ghost: [170, 178, 188], rigid: [112, 120, 130], held: [240, 240, 240], cable: [86, 180, 233], force: [240, 140, 60] };
+const LIGHT = { body: [205, 213, 221], edge: [40, 48, 58], ghost: [110, 118, 128], rigid: [150, 156, 164], floor: [150, 160, 172], held: [20, 20, 20], cable: [0, 114, 178], force: [213, 94, 0] };
+const DARK = { body: [150, 160, 172], edge: [12, 16, 20], ghost: [170, 178, 188], rigid: [112, 120, 130], floor: [120, 132, 146], held: [240, 240, 240], cable: [86, 180, 233], force: [240, 140, 60] };
 
 /** Segments without length: discs. */
 const discs = (x, points) => {
@@ -16,6 +16,23 @@ const discs = (x, points) => {
   });
   return out;
 };
+
+/** The part of the plane of four points of x under a box, with a margin: two triangles. */
+function patch(x, first, [low, high]) {
+  const at = (k) => [0, 1, 2].map((i) => x[3 * (first + k) + i]);
+  const [corner, ...others] = [at(0), at(1), at(3)];
+  const sides = others.map((p) => p.map((v, i) => v - corner[i]));
+  const ends = sides.map((side) => {
+    const share = (k) => side.reduce((sum, v, i) => sum + v * ((k & (1 << i) ? high[i] : low[i]) - corner[i]), 0) / side.reduce((sum, v) => sum + v * v, 0);
+    const shares = [0, 1, 2, 3, 4, 5, 6, 7].map(share);
+    return [Math.min(...shares), Math.max(...shares)];
+  });
+  // The sides are as long as each other
+  const margin = 0.1 * Math.max(...ends.map(([from, to]) => to - from));
+  const point = (a, b) => corner.map((v, i) => v + (ends[0][a] + (2 * a - 1) * margin) * sides[0][i] + (ends[1][b] + (2 * b - 1) * margin) * sides[1][i]);
+  const [p, q, r, s] = [point(0, 0), point(1, 0), point(1, 1), point(0, 1)];
+  return [...p, ...q, ...r, ...p, ...r, ...s];
+}
 
 export class Pane {
   constructor(body, element) {
@@ -36,6 +53,9 @@ export class Pane {
     this.guides = add(new Lines({ width: 6, through: true }));
     this.forces = add(new Lines({ width: 2, through: true }));
     this.picked = add(new Lines({ width: 9, through: true }));
+    // Nothing is hidden behind a floor, also from below
+    this.floors = add(new Faces({ shade: 0.1, opacity: 0.4 }));
+    this.floors.isFloor = true;
     this.ghost.show(this.surface.sharp());
     this.edgeLength = this.surface.meanEdge();
     this.pick = -1;
@@ -44,14 +64,14 @@ export class Pane {
   }
 
   #rigidIndex() {
-    const parts = this.body.parts.filter((p) => p.kind !== "cable" && p.triangles.length);
+    const parts = this.body.parts.filter((p) => !["cable", "floor"].includes(p.kind) && p.triangles.length);
     this.rigidCorners = Uint32Array.from(parts.flatMap((p) => Array.from(p.triangles, (t) => p.first + t)));
   }
 
   /** The regions that have facets, with a colour each; a later one is drawn over an earlier one. */
   #regionColours() {
-    this.regions = this.body.marked.filter((m) => m.facets.length).map((m, k) => ({ ...m, colour: PALETTE[k % PALETTE.length], visible: true }));
-    this.sets = this.body.marked.filter((m) => m.kind === "region" && m.points.length).map((m, k) => ({ ...m, colour: PALETTE[(this.regions.length + k) % PALETTE.length], visible: true }));
+    this.regions = this.body.marked.filter((m) => m.facets.length).map((m, k) => ({ ...m, colour: distinct(k), visible: true }));
+    this.sets = this.body.marked.filter((m) => m.kind === "region" && m.points.length).map((m, k) => ({ ...m, colour: distinct(this.regions.length + k), visible: true }));
   }
 
   /** Everything at a state of the page's settings. */
@@ -80,6 +100,8 @@ export class Pane {
     if (s.quantity === "regions") {
       const of = new Float32Array(surface.facetCount);
       this.regions.forEach((r, k) => r.visible && r.facets.forEach((f) => (of[f] = k + 1)));
+      const seen = new Set(of);
+      this.seen = [...this.regions.filter((_, k) => seen.has(k + 1)), ...this.sets.filter((set) => set.visible)];
       numbers = surface.perFacet(of);
       faces.setTable(listTable([ink.body, ...this.regions.map((r) => r.colour)]));
       mode = 2;
@@ -122,18 +144,21 @@ export class Pane {
     corners.forEach((p, k) => positions.set(x.subarray(3 * p, 3 * p + 3), 3 * k));
     Object.assign(this.rigid.options, { visible: s.show.rigid, colour: ink.rigid });
     this.rigid.show(positions, null);
+    const floors = body.parts.filter((p) => p.kind === "floor");
+    Object.assign(this.floors.options, { visible: s.show.rigid, colour: ink.floor });
+    this.floors.show(Float32Array.from(floors.flatMap((p) => patch(x, p.first, s.box))), null);
   }
 
   #forces(s, x, state, ink) {
     const all = this.body.arrows[0];
+    this.forceColour = ink.force;
     this.forces.options.visible = Boolean(all) && s.show.forces;
     if (!this.forces.options.visible) return;
     const k = Math.round(state);
-    const longest = (0.25 * s.radius) / (all.largest || 1);
     const [segments, ends] = [[], []];
     for (let a = all.starts[k]; a < all.starts[k + 1]; a++) {
       const p = all.points[a];
-      const at = (share) => [0, 1, 2].map((i) => x[3 * p + i] + share * longest * all.vectors[3 * a + i]);
+      const at = (share) => [0, 1, 2].map((i) => x[3 * p + i] + share * s.arrow * all.vectors[3 * a + i]);
       segments.push(...at(0), ...at(0.7), ...at(0.7), ...at(1));
       ends.push(1, 1, 4, 0);
     }

@@ -1,5 +1,7 @@
 // Small pieces of the page: elements, groups of controls, and the inputs in them.
 
+import { read } from "./units.js";
+
 /** An element with attributes, listeners (`on…`) and children. */
 export function el(name, attributes = {}, ...children) {
   const out = document.createElement(name);
@@ -46,6 +48,16 @@ export function slider(label, [low, high, step], value, change) {
 export function field(label, value, change, width = "5.5em") {
   const input = el("input", { type: "text", inputmode: "decimal", value, "aria-label": label, onchange: () => change(input.value) });
   input.style.width = width;
+  return input;
+}
+
+/** A field of a number from `low` to `high`; in the place of any other text the number before it comes back. */
+export function numeric(label, value, [low, high], change) {
+  const input = field(label, String(value), (text) => {
+    const v = read(text);
+    if (Number.isFinite(v)) change((value = Math.min(high, Math.max(low, v))));
+    input.value = String(value);
+  });
   return input;
 }
 

@@ -6,9 +6,9 @@ import { number, ticks } from "./units.js";
 
 const FONT = "Arial, Helvetica, sans-serif";
 
-/** Draws views, names, time and colour bar next to each other; `o` has width, background, ink, legend, time and titles. */
+/** Draws views, names, time and colour bar next to each other; `o` has width, background, ink, legend, words and the scale of the forces. */
 export function compose(canvas, panes, view, o) {
-  const bar = o.legend ? 0.13 : 0;
+  const bar = share(o.legend, Math.max(10, o.width / o.aspect / panes.length / 32) / o.width);
   const each = Math.round((o.width * (1 - bar)) / panes.length);
   const height = Math.round(each / o.aspect);
   [canvas.width, canvas.height] = [o.width, height];
@@ -34,8 +34,49 @@ export function compose(canvas, panes, view, o) {
   });
   c.font = `${unit}px ${FONT}`;
   c.textAlign = "left";
-  if (o.time) c.fillText(o.time, unit, height - unit);
-  if (o.legend) legend(c, o, { x: o.width * (1 - bar), width: o.width * bar, height, unit });
+  if (o.words) c.fillText(o.words, unit, height - unit);
+  const arrow = o.arrow(each, height);
+  if (arrow) forceScale(c, arrow, [unit, height - (o.words ? 2.8 : 1.2) * unit], unit);
+  const place = { x: o.width * (1 - bar), width: o.width * bar, height, unit };
+  if (o.legend) (o.legend.entries ? list : legend)(c, o, place);
+}
+
+/** Share of a picture that its legend takes; `unit` is the size of its letters as such a share. */
+export function share(legend, unit) {
+  if (!legend?.entries) return legend ? 0.13 : 0;
+  const longest = Math.max(...legend.entries.map((e) => e.name.length));
+  return Math.min(0.3, Math.max(0.13, (0.6 * longest + 3) * unit));
+}
+
+/** Distance of the lines of a list in a picture of this height. */
+export const lineOf = (entries, height, unit) => Math.min(1.5 * unit, (0.9 * height) / (entries.length + 1));
+
+/** An arrow of a force with its words. */
+function forceScale(c, { length, colour: ink, text }, [x, y], unit) {
+  const head = Math.min(0.5 * unit, 0.5 * length);
+  c.fillStyle = ink;
+  c.fillRect(x, y - 0.05 * unit, length - head, 0.1 * unit);
+  c.beginPath();
+  [[length, 0], [length - head, 0.25 * unit], [length - head, -0.25 * unit]].forEach(([dx, dy]) => c.lineTo(x + dx, y + dy));
+  c.fill();
+  c.fillText(text, x + length + 0.5 * unit, y + 0.35 * unit);
+}
+
+/** The names of a legend with their colours. */
+function list(c, o, { x, width, height, unit }) {
+  const { entries, title } = o.legend;
+  const line = lineOf(entries, height, unit);
+  const top = (height - line * (entries.length + 1)) / 2;
+  c.font = `${0.65 * line}px ${FONT}`;
+  c.fillStyle = o.ink;
+  c.fillText(title, x, top + 0.7 * line);
+  entries.forEach((entry, k) => {
+    const y = top + (k + 1) * line;
+    c.fillStyle = entry.colour;
+    c.fillRect(x, y + 0.15 * line, 0.7 * line, 0.7 * line);
+    c.fillStyle = o.ink;
+    c.fillText(entry.name, x + line, y + 0.73 * line, width - 1.2 * line);
+  });
 }
 
 function legend(c, o, { x, width, height, unit }) {

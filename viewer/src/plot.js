@@ -12,6 +12,20 @@ const node = (name, attributes, text) => {
   return out;
 };
 
+/** Changes of a column below this share of the largest number in its unit are rounding. */
+const ROUNDING = 1e-5;
+
+/** The column that is shown first: a place, a tension or an angle that changes by more than rounding, else the first column that does; energies and counts of the solver come last. */
+export function firstColumn(cases) {
+  const all = cases.flatMap((c) => c.curves.columns.slice(1).map((name, k) => ({ name, unit: column(name).unit, values: c.curves.values[k + 1].filter(Number.isFinite) })));
+  const largest = new Map();
+  for (const { unit, values } of all) largest.set(unit, values.reduce((most, v) => Math.max(most, Math.abs(v)), largest.get(unit) ?? 0));
+  const changes = ({ unit, values }) => values.length > 0 && values.reduce((m, v) => Math.max(m, v), -Infinity) - values.reduce((m, v) => Math.min(m, v), Infinity) > ROUNDING * largest.get(unit);
+  const usual = all.filter(({ name }) => !/energy|newton|_J$/.test(name));
+  const moving = usual.filter(changes);
+  return (moving.find(({ name }) => /(_[xyz]_m|_tension_N|_angle_deg)$/.test(name)) ?? moving[0] ?? usual[0] ?? all[0])?.name;
+}
+
 /** Draws a column of all cases; `seek` takes the time that is pointed at. */
 export class Plot {
   constructor(svg, cases, seek) {
@@ -69,21 +83,20 @@ export class Plot {
       const points = Array.from(t, (time, i) => (Number.isFinite(v[i]) ? `${px(time).toFixed(1)},${py(v[i]).toFixed(1)}` : "")).filter(Boolean);
       svg.append(node("polyline", { points: points.join(" "), class: `curve curve-${k}`, stroke: css(PALETTE[k]) }));
     });
-    this.line = node("line", { class: "now", y1: top, y2: bottom });
-    this.dots = lines.map((_, k) => node("circle", { r: 4, fill: css(PALETTE[k]) }));
-    svg.append(this.line, ...this.dots);
+    this.marks = lines.map((_, k) => [node("line", { class: "now", y1: top, y2: bottom }), node("circle", { r: 4, fill: css(PALETTE[k]) })]);
+    svg.append(...this.marks.flat());
     Object.assign(this, { px, py });
   }
 
-  /** Moves the mark. */
-  mark(t) {
-    if (!this.line) return;
-    const x = this.px(t);
-    this.line.setAttribute("x1", x);
-    this.line.setAttribute("x2", x);
+  /** Moves the mark of each case to its time. */
+  mark(time) {
+    if (!this.marks) return;
     this.cases.filter((c) => c.curves.columns.includes(this.name)).forEach((c, k) => {
-      const v = Plot.at(c, this.name, t);
-      const dot = this.dots[k];
+      const [line, dot] = this.marks[k];
+      const x = this.px(time(c));
+      line.setAttribute("x1", x);
+      line.setAttribute("x2", x);
+      const v = Plot.at(c, this.name, time(c));
       if (!Number.isFinite(v)) return dot.setAttribute("visibility", "hidden");
       dot.setAttribute("visibility", "visible");
       dot.setAttribute("cx", x);

@@ -15,13 +15,25 @@ export function scaled(unit, size) {
   return { unit: name, factor };
 }
 
+/** The number that a text is, with a decimal point or comma; not a number for any other text. */
+export const read = (text) => {
+  const plain = text.trim().replaceAll("−", "-").replace(",", ".");
+  return plain === "" ? NaN : Number(plain);
+};
+
+/** The largest of 1, 2 and 5 times a power of ten that is not above a size. */
+export function rounded(size) {
+  const ten = 10 ** Math.floor(Math.log10(size));
+  return [5, 2, 1].map((f) => f * ten).find((v) => v <= size * 1.000001) ?? ten;
+}
+
 /** Four digits. */
 export function number(v, digits = 4) {
   if (!Number.isFinite(v)) return "–";
   if (v === 0) return "0";
   const size = Math.abs(v);
-  const text = size >= 1e5 || size < 1e-3 ? v.toExponential(digits - 1) : v.toPrecision(digits);
-  return (text.includes("e") || !text.includes(".") ? text : text.replace(/\.?0+$/, "")).replace("-", "−");
+  const text = size >= 1e5 || size < 1e-3 ? v.toExponential(digits - 1).replace(/\.?0+e/, "e") : String(Number(v.toPrecision(digits)));
+  return text.replaceAll("-", "−");
 }
 
 /** Name and unit of a column such as `cable_tension_N`. */

@@ -1,6 +1,7 @@
 // The views as a vector graphic: faces and lines from back to front, so that nearer ones hide farther ones.
 
 import { colour, css } from "./colours.js";
+import { lineOf, share } from "./picture.js";
 import { number, ticks } from "./units.js";
 
 /** Above so many shapes a view becomes a picture within the graphic: editors of vector graphics do not open more. */
@@ -17,7 +18,7 @@ const short = (v) => String(Math.round(v * 100) / 100);
 /** From points of space to [x, y] of a picture of this size and the depth, which grows towards the eye. */
 function projection(view, width, height) {
   const { eye, right, up } = view.axes();
-  const scale = height / 2 / (view.half * Math.max(1, height / width));
+  const scale = view.scale(width, height);
   const target = [0, 1, 2].map((i) => view.center[i] + view.radius * (right[i] * view.shift[0] + up[i] * view.shift[1]));
   const along = (axis, p) => axis[0] * (p[0] - target[0]) + axis[1] * (p[1] - target[1]) + axis[2] * (p[2] - target[2]);
   return (p) => [width / 2 + scale * along(right, p), height / 2 - scale * along(up, p), scale * along(eye, p)];
@@ -110,6 +111,17 @@ function* faceShapes(faces, project, width) {
   }
 }
 
+/** Floors, each as one shape: behind all others, or in front of them where they are seen from below. */
+function* floorShapes(faces, project) {
+  const { position } = faces.shown;
+  const { colour: ink, opacity } = faces.options;
+  for (let k = 0; k < position.length; k += 18) {
+    const corners = [0, 3, 6, 15].map((i) => project(position.slice(k + i, k + i + 3)));
+    const path = `M${corners.map((p) => `${short(p[0])} ${short(p[1])}`).join("L")}z`;
+    yield { depth: isTurnedAway(corners) ? Infinity : -Infinity, svg: `<path d="${path}" fill="${hex(ink)}" fill-opacity="${opacity}"/>` };
+  }
+}
+
 /** The shapes of segments: lines, discs where they have no length, arrows where the ends have two widths. */
 function* lineShapes(lines, project, width) {
   const { segments, factors } = lines.shown;
@@ -142,7 +154,8 @@ function shapes(pane, view, width, height) {
   const all = [];
   for (const object of pane.canvas.objects) {
     if (!object.options.visible || !object.used) continue;
-    for (const shape of object.isFaces ? faceShapes(object, project, width) : lineShapes(object, project, width)) {
+    const kind = object.isFloor ? floorShapes : object.isFaces ? faceShapes : lineShapes;
+    for (const shape of kind(object, project, width)) {
       all.push(shape);
       if (all.length > 4 * MOST) return null;
     }
@@ -184,11 +197,34 @@ function legend(o, x, width, height, size) {
   return out.join("");
 }
 
+/** An arrow of a force with its words. */
+function forceScale({ length, colour: ink, text }, [x, y], size) {
+  const head = Math.min(0.5 * size, 0.5 * length);
+  const corners = [[length, 0], [length - head, 0.25 * size], [length - head, -0.25 * size]].map(([dx, dy]) => `${short(x + dx)} ${short(y + dy)}`);
+  const line = `<path d="M${short(x)} ${short(y)}h${short(length - head)}" stroke="${ink}" stroke-width="${short(0.1 * size)}"/>`;
+  return `${line}<path d="M${corners.join("L")}z" fill="${ink}"/><text x="${short(x + length + 0.5 * size)}" y="${short(y + 0.35 * size)}" fill="${ink}">${escape(text)}</text>`;
+}
+
+/** The names of a legend with their colours. */
+function list({ entries, title }, x, width, height, size) {
+  const line = lineOf(entries, height, size);
+  const top = (height - line * (entries.length + 1)) / 2;
+  const room = width - 1.2 * line;
+  const written = entries.map(({ name, colour: ink }, k) => {
+    const y = top + (k + 1) * line;
+    const wide = 0.38 * line * name.length > room ? ` textLength="${short(room)}" lengthAdjust="spacingAndGlyphs"` : "";
+    const swatch = `<rect x="${short(x)}" y="${short(y + 0.15 * line)}" width="${short(0.7 * line)}" height="${short(0.7 * line)}" fill="${ink}"/>`;
+    return `${swatch}<text x="${short(x + line)}" y="${short(y + 0.73 * line)}"${wide}>${escape(name)}</text>`;
+  });
+  return `<g font-size="${short(0.65 * line)}"><text x="${short(x)}" y="${short(top + 0.7 * line)}">${escape(title)}</text>${written.join("")}</g>`;
+}
+
 /** The graphic of all views next to each other with names, time and colour bar; `picture` gives a view as a picture where it has too many shapes. */
 export function svg(panes, view, o, picture) {
-  const bar = o.legend ? 100 : 0;
   const { width: each, height } = o.size;
-  const [size, width] = [13, each * panes.length + bar];
+  const [size, all] = [13, each * panes.length];
+  const bar = o.legend?.entries ? share(o.legend, size / all) * all : o.legend ? 100 : 0;
+  const width = all + bar;
   const views = panes.map((pane, k) => {
     const found = shapes(pane, view, each, height);
     const inner = found ? `<g stroke-linejoin="round">${found.join("\n")}</g>` : `<image width="${each}" height="${height}" href="${picture(pane)}"/>`;
@@ -196,8 +232,12 @@ export function svg(panes, view, o, picture) {
     return `<svg x="${k * each}" y="0" width="${each}" height="${height}">${inner}${name}</svg>`;
   });
   const paper = o.background ? `<rect width="${width}" height="${height}" fill="${o.background}"/>` : "";
-  const time = o.time ? `<text x="${size}" y="${height - size}">${escape(o.time)}</text>` : "";
+  const words = o.words ? `<text x="${size}" y="${height - size}">${escape(o.words)}</text>` : "";
+  const arrow = o.arrow(each, height);
+  const forces = arrow ? forceScale(arrow, [size, height - (o.words ? 2.8 : 1.2) * size], size) : "";
+  const place = [all, bar, height, size];
+  const key = !o.legend ? "" : o.legend.entries ? list(o.legend, ...place) : legend(o, ...place);
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${width} ${height}" width="${width}" height="${height}" font-family="Arial, Helvetica, sans-serif" font-size="${size}" fill="${o.ink}">
-${paper}${views.join("\n")}${time}${o.legend ? legend(o, each * panes.length, bar, height, size) : ""}</svg>
+${paper}${views.join("\n")}${words}${forces}${key}</svg>
 `;
 }

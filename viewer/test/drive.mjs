@@ -40,14 +40,34 @@ for (const c of viewer.cases) {
 }
 return all;`;
 
+/** How far the nodes of the bodies are from the middle of the picture at their states, as shares of half its width and height: more than 1 is outside. */
+const REACH = `const { view, panes: [{ canvas: { size: [w, h] } }] } = viewer;
+const { right, up } = view.axes(), half = view.half * Math.max(1, h / w), reach = [0, 0];
+for (const c of viewer.cases) {
+  for (let state = 0; state < c.states; state++) {
+    const x = c.positions(state, viewer.s.scale);
+    for (let p = 0; p < c.nodes; p++) {
+      const along = (axis) => Math.abs([0, 1, 2].reduce((sum, i) => sum + axis[i] * (x[3 * p + i] - view.center[i]), 0));
+      [(along(right) / half) * (h / w), along(up) / half].forEach((share, k) => (reach[k] = Math.max(reach[k], share)));
+    }
+  }
+}
+return reach;`;
+
 /** What the controls of time, colour, section and view change. */
 async function views() {
   await shoot("start");
+  found.reach = await run(REACH);
+  found.column = await run("return viewer.s.column");
   found.cases = await run(POSITIONS);
   if (await run("return viewer.moves")) {
     await run('viewer.slider.value = viewer.times[0]; viewer.slider.dispatchEvent(new Event("input"))');
     await shoot("slider");
     found.clock = await run("return viewer.clock.textContent");
+    // Nearer to the first state than to the second one: clock, curve and numbers are those of the first one
+    found.between = await run(`const [first, second] = viewer.cases[0].times; viewer.seek(first + 0.4 * (second - first));
+      await new Promise(requestAnimationFrame); await new Promise(requestAnimationFrame);
+      return [viewer.clock.textContent, viewer.value?.textContent.split(" at ").at(-1), viewer.plot && viewer.plot.px(first) - Number(document.querySelector(".plot circle").getAttribute("cx"))]`);
     await run("viewer.seek(viewer.times[1] * 0.5)");
     await shoot("middle");
   }
@@ -131,13 +151,37 @@ function picturesOf(gif) {
   }
 }
 
+const SVG_WORDS = "return [...(await window.last.text()).matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1])";
+
+/** What fields of numbers take, and what pictures say of what exaggerates and colours them. */
+async function numbers() {
+  const type = (label, text) => run(`const f = document.querySelector('input[aria-label=${JSON.stringify(label)}]'); f.value = ${JSON.stringify(text)}; f.dispatchEvent(new Event("change"));
+    for (let k = 0; k < 3; k++) await new Promise(requestAnimationFrame);
+    return [f.value, viewer.endsSaid.textContent, ...viewer.s.range.map((v) => Number(v.toPrecision(6))), viewer.rangePick.value]`);
+  await run("viewer.choose('displacement')");
+  found.typed = [];
+  for (const [end, text] of [["Upper end", "20,5"], ["Lower end", ""], ["Lower end", "30"], ["Lower end", "abc"], ["Lower end", "0,5"]]) found.typed.push([text, ...(await type(end, text))]);
+  found.factors = [];
+  for (const text of ["", "2,5"]) found.factors.push((await type("Factor of the displacements", text))[0]);
+  await run("viewer.choose('regions'); await viewer.export('svg')");
+  found.words = await run(SVG_WORDS);
+  found.colours = await run("return viewer.panes.flatMap((p) => [...p.regions, ...p.sets].map((r) => [r.name, r.colour.join()]))");
+  found.floors = await run("return viewer.panes.flatMap((p) => Array.from(p.floors.shown.position))");
+  found.box = await run("return viewer.box");
+  found.checks = await run("return [...document.querySelectorAll('.group > .check')].map((c) => c.textContent)");
+  found.force = await run("return viewer.forceScale.textContent");
+  found.about = await run("return Object.fromEntries([...document.querySelectorAll('dt')].map((d) => [d.textContent, d.nextSibling?.textContent]))");
+  await type("Factor of the displacements", "1");
+  await run("viewer.choose(viewer.cases[0].quantities[0].name)");
+}
+
 async function files() {
   await run("window.saved = []; window.URL.createObjectURL = (blob) => { window.saved.push([blob.type, blob.size]); window.last = blob; return 'data:,'; }; window.HTMLAnchorElement.prototype.click = () => {}");
   await run("viewer.out.width = 800; await viewer.export('png')");
-  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] / 2); await viewer.export('svg'); viewer.s.show.ghost = false");
+  await run("viewer.view.direct('3-D'); viewer.s.show.ghost = true; viewer.seek(viewer.times[1] * 0.55); await viewer.export('svg'); viewer.s.show.ghost = false");
   found.svg = await run("return await window.last.text()");
   if (pictures) writeFileSync(join(pictures, "view.svg"), found.svg);
-  found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: [...found.svg.matchAll(/<text[^>]*>([^<]*)/g)].map((m) => m[1]) };
+  found.svg = { size: found.svg.length, shapes: found.svg.split("<path").length - 1, text: await run(SVG_WORDS) };
   if (await run("return viewer.moves")) {
     await run("viewer.s.seconds = 1; await viewer.export('gif')");
     found.gif = picturesOf(await made());
@@ -148,6 +192,7 @@ async function files() {
   }
   found.saved = await run("return window.saved");
   found.busy = await run("return viewer.busy.textContent");
+  if (await run("return viewer.moves")) await numbers();
 }
 
 async function drive() {

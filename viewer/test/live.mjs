@@ -41,7 +41,6 @@ try {
   crowd.abort();
   await until("globalThis.viewer?.drawn && live.news.waiting");
   found.errors = found.errors.filter((text) => !text.includes("503"));
-  found.title = await browser.run("return document.title");
   found.begins = await words();
   await picture("paused");
   found.typed = {};
@@ -72,6 +71,10 @@ try {
   await press("Pause the run, or let it go on");
   await until("live.news.ended && live.source.readyState === 2");
   found.ended = await words();
+  found.title = await browser.run("return document.title");
+  // The same news of a case of a study
+  await browser.run("live.panel.settings.case = true; live.panel.update(live.news, live.iterations)");
+  found.case = await words();
   found.states = await browser.run("return live.body.states");
   found.rows = await browser.run("return [...live.body.rows].sort(([a], [b]) => a - b).map(([, row]) => row)");
   found.positions = await browser.run("return Array.from(live.body.positions(live.body.states - 1, 1))");

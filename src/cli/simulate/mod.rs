@@ -71,7 +71,7 @@ fn simulate(args: Args) -> CommandResult {
     bars.started(&name);
     let wanted = (args.vtu, !args.no_view, listener.is_some());
     let mut drawing = Drawing::new((&args.out, &name), wanted, &scene, from.as_ref());
-    let shown = Shown { run: &name, from: from.as_ref(), recording: source.page(), paused: args.paused };
+    let shown = Shown { run: &name, case: false, from: from.as_ref(), recording: source.page(), paused: args.paused };
     let (board, _served) = listener.and_then(|listener| drawing.follow(&scene, listener, &shown)).unzip();
     let note = source.note();
     let mut controller = Chosen::new(source, board.as_ref(), stop);

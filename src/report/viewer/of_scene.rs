@@ -1,6 +1,7 @@
 //! Geometry of a scene: its body with regions and what is held, its cables, rigid bodies, obstacles and skins.
 
 use super::shape::{Limits, PartKind, Shape};
+use crate::effect::contact::placement::AffineFrame;
 use crate::math::tensor::Vec3;
 use crate::mesh::Region;
 use crate::mesh::boundary::facet_cells;
@@ -24,13 +25,60 @@ pub fn shape(scene: &Scene, limits: &Limits) -> Shape {
         let kind = if is_rigid(scene, &skin.name) { PartKind::Rigid } else { PartKind::Skin };
         shape.add_part(&skin.name, kind, &moved(skin, &rest.x), skin.surface.triangles.clone());
     }
+    for floor in floors(scene) {
+        shape.add_part(floor.name, PartKind::Floor, &floor.at(&rest.x), vec![[0, 1, 2], [0, 2, 3]]);
+    }
     shape
 }
 
 /// Positions of the points of all parts at the displacement x \[m\], in the order of [`shape`].
 pub fn parts(scene: &Scene, x: &[f64]) -> Vec<[f64; 3]> {
     let cables = scene.cables.iter().flat_map(|c| places(&c.cable.polyline(x)));
-    cables.chain(scene.skins.iter().flat_map(|skin| moved(skin, x))).collect()
+    let skins = scene.skins.iter().flat_map(|skin| moved(skin, x));
+    cables.chain(skins).chain(floors(scene).iter().flat_map(|floor| floor.at(x))).collect()
+}
+
+/// A part of the plane of an obstacle that has no end.
+struct Floor<'a> {
+    name: &'a str,
+    /// Counter-clockwise about the normal, next to the body \[m\]
+    corners: [Vec3; 4],
+    /// What moves it along; it does not turn
+    body: Option<&'a AffineFrame>,
+}
+
+impl Floor<'_> {
+    /// Its corners at the displacement x \[m\].
+    fn at(&self, x: &[f64]) -> [[f64; 3]; 4] {
+        let shift = self.body.map_or(Vec3::zeros(), |body| body.positions(x)[0] - body.rest()[0]);
+        self.corners.map(|p| (p + shift).into())
+    }
+}
+
+/// The floors of a scene; one at rest that several contacts have is one.
+fn floors(scene: &Scene) -> Vec<Floor<'_>> {
+    let mesh = &scene.body.mesh;
+    let (low, high) = mesh.bounding_box();
+    // The extent of the shape, by which tolerances go, stays that of the body
+    let half = 0.1 * mesh.diagonal();
+    let mut out: Vec<Floor> = vec![];
+    for contact in &scene.contacts {
+        let Some(obstacle) = contact.points().map(|points| &points.obstacle).filter(|o| o.shape.bounds().is_none())
+        else {
+            continue;
+        };
+        let [along, across, normal] = [0, 1, 2].map(|i| obstacle.axes.column(i).into_owned());
+        let middle = 0.5 * (low + high);
+        let foot = middle - normal * normal.dot(&(middle - obstacle.origin));
+        let corner = |(a, b): (f64, f64)| foot + (along * a + across * b) * half;
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(corner);
+        let body = obstacle.body.as_ref();
+        let is_same = |f: &Floor| f.corners.iter().zip(&corners).all(|(p, q)| (p - q).norm() < 1e-9 * half);
+        if !out.iter().any(|f| f.body.is_none() && body.is_none() && is_same(f)) {
+            out.push(Floor { name: &contact.name, corners, body });
+        }
+    }
+    out
 }
 
 /// Points of the shape at which contacts press, with the forces \[N\].

@@ -28,15 +28,20 @@ pub enum PartKind {
     Rigid,
     /// A surface that is carried along
     Skin,
+    /// Four points of the plane of an obstacle without end, counter-clockwise about its normal: the page draws the plane under all that it shows
+    Floor,
 }
 
 impl PartKind {
+    pub const ALL: [Self; 4] = [Self::Cable, Self::Rigid, Self::Skin, Self::Floor];
+
     /// Its name in the data of a page.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cable => "cable",
             Self::Rigid => "rigid",
             Self::Skin => "skin",
+            Self::Floor => "floor",
         }
     }
 }

@@ -61,7 +61,7 @@ fn shape(head: &Value, block: &Block) -> Option<Shape> {
     let parts = head["parts"].as_array()?.iter().map(|p| {
         let (first, own): (u32, u32) = (plain(&p["first"])?, plain(&p["count"])?);
         let corners = below(block.indices(&p["triangles"])?, own as usize)?;
-        let kind = [PartKind::Cable, PartKind::Rigid, PartKind::Skin].into_iter().find(|k| p["kind"] == k.name())?;
+        let kind = PartKind::ALL.into_iter().find(|k| p["kind"] == k.name())?;
         let fits = first as usize + own as usize <= count;
         let triangles = corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
         fits.then_some(Part { name: plain(&p["name"])?, kind, first, count: own, triangles })

@@ -67,31 +67,52 @@ pub fn sides(area: &Area, (first, second): (&AxisRecord, &AxisRecord), frame: [i
     text(area, &name, at, At::Turned, size, INK);
 }
 
+/// Decimals of numbers: those of three digits, but not less and not more than these.
+#[derive(Clone, Copy)]
+struct Decimals {
+    least: usize,
+    most: usize,
+}
+
+impl Decimals {
+    fn written(self, number: f64) -> String {
+        let own = if number == 0.0 { 0 } else { 3 - digits_before_point(number.abs()) };
+        fixed(number, own.clamp(self.least as i32, self.most as i32) as usize)
+    }
+}
+
+/// Digits of a size before the decimal point: none of 0.5, and −1 of 0.05.
+fn digits_before_point(size: f64) -> i32 {
+    if size > 0.0 && size.is_finite() { size.log10().floor() as i32 + 1 } else { 1 }
+}
+
 /// How the numbers of a map are written.
 pub struct MapNumbers {
     power: i32,
     /// None where a square has no room for a number
-    decimals: Option<usize>,
+    decimals: Option<Decimals>,
     /// In the brackets of the title
     pub unit: String,
 }
 
 impl MapNumbers {
-    /// One unit and power of ten for all values, with as many digits of the largest one as have room in every square, three at most: of less than two a power of ten in the unit
-    /// makes more.
+    /// One unit and power of ten for all values. Each has three digits, down to a hundredth of the largest one, where they have room in every square; else all have the decimals with
+    /// which the largest one has three digits, or less: of less than two a power of ten in the unit makes more.
     pub fn of(values: impl Iterator<Item = f64>, unit: &str, (wide, tall): (i32, i32)) -> Self {
         let values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
         let largest = values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let usual = unit::with_power(unit, largest, largest);
-        let size = largest * 10f64.powi(usual.0);
-        let before = if size > 0.0 { size.log10().floor() as i32 + 1 } else { 1 };
-        let in_unit = |digits: i32| (usual.clone(), (digits - before).max(0) as usize);
-        let whole = |digits: i32| (unit::with_digits(unit, largest, digits), 0);
-        let fits = |((power, _), decimals): &((i32, String), usize)| {
-            let is_within = |v: &f64| width(&fixed(v * 10f64.powi(*power), *decimals), SMALL) + MARGIN / 2 <= wide;
+        let before = digits_before_point(largest * 10f64.powi(usual.0));
+        let decimals = |least: usize, more: usize| Decimals { least, most: least + more };
+        let of_largest = |digits: i32| (digits - before).max(0) as usize;
+        let in_unit = |digits: i32| (usual.clone(), decimals(of_largest(digits), 0));
+        let each = (usual.clone(), decimals(of_largest(3), 2));
+        let whole = |digits: i32| (unit::with_digits(unit, largest, digits), decimals(0, 0));
+        let fits = |((power, _), decimals): &((i32, String), Decimals)| {
+            let is_within = |v: &f64| width(&decimals.written(v * 10f64.powi(*power)), SMALL) + MARGIN / 2 <= wide;
             tall >= LINE && values.iter().all(is_within)
         };
-        let forms = [in_unit(3), in_unit(2), whole(3), whole(2), in_unit(1), whole(1)];
+        let forms = [each, in_unit(3), in_unit(2), whole(3), whole(2), in_unit(1), whole(1)];
         let found = forms.into_iter().find(fits);
         let ((power, unit), decimals) = found.map_or((usual, None), |(form, decimals)| (form, Some(decimals)));
         Self { power, decimals, unit }
@@ -99,7 +120,7 @@ impl MapNumbers {
 
     /// The number of a square; `None` where squares have no room for one.
     pub fn written(&self, value: f64) -> Option<String> {
-        Some(fixed(value * 10f64.powi(self.power), self.decimals?))
+        Some(self.decimals?.written(value * 10f64.powi(self.power)))
     }
 
     /// ` [kPa]`, or nothing without a unit.
@@ -127,7 +148,9 @@ mod tests {
             (numbers.brackets(), all.unwrap_or_default())
         };
         let words = |all: &[&str]| all.iter().map(ToString::to_string).collect::<Vec<_>>();
-        assert_eq!(map(&values, "J", (400, 100)), (" [µJ]".into(), words(&["19.0", "2.0", "< 0.1", "0.0"])));
+        assert_eq!(map(&values, "J", (400, 100)), (" [µJ]".into(), words(&["19.0", "2.00", "< 0.001", "0.0"])));
+        let room = (width("< 0.1", SMALL) + MARGIN / 2, 100);
+        assert_eq!(map(&values, "J", room), (" [µJ]".into(), words(&["19.0", "2.0", "< 0.1", "0.0"])));
         assert_eq!(map(&values, "J", (130, 100)), (" [µJ]".into(), words(&["19", "2", "< 1", "0"])));
         for room in [(20, 100), (400, 20)] {
             assert_eq!(map(&values, "J", room), (" [µJ]".into(), vec![]));
@@ -135,7 +158,11 @@ mod tests {
         // Whole numbers of which none is lost
         let small = [0.102, 0.0461, 0.0046];
         let ten = |exponent| format!(" [{}]", crate::report::numbers::raised(exponent));
-        assert_eq!(map(&small, "1", (400, 100)), (" [–]".into(), words(&["0.102", "0.046", "0.005"])));
+        assert_eq!(map(&small, "1", (400, 100)), (" [–]".into(), words(&["0.102", "0.0461", "0.00460"])));
+        // A small value next to large ones has three digits too
+        let lengths = [-0.105, -0.08651, -0.001038, -1e-9, 0.0];
+        let shown = words(&["−105", "−86.5", "−1.04", "> −0.01", "0"]);
+        assert_eq!(map(&lengths, "m", (400, 100)), (" [mm]".into(), shown));
         let room = (width("102", SMALL) + MARGIN / 2, 100);
         assert_eq!(map(&small, "1", room), (ten(-3), words(&["102", "46", "5"])));
     }

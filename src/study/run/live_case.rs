@@ -30,7 +30,7 @@ impl LiveCase {
         let (listener, port) = Listener::behind(access).ok()?;
         let chosen = scene.spec.output.fields.as_ref().map_or(&USUAL[..], |fields| &fields.what);
         let film = Film::new(scene, chosen, &Limits::USUAL);
-        let shown = Shown { run: id, from: None, recording: None, paused: false };
+        let shown = Shown { run: id, case: true, from: None, recording: None, paused: false };
         let board = board(scene, &film, view::about_before(scene, id), &shown);
         let served = listener.serve(board.clone())?;
         serves(port);
