@@ -170,9 +170,20 @@ def for_gmsh(path: Path, format: str):
     A file with another ending gmsh runs as a script, which may call other programs."""
     with prepared(path, format) as readable, tempfile.TemporaryDirectory() as folder:
         data = readable.read_bytes()
-        copy = Path(folder) / ("mesh" + next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv"))
+        ending = next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv")
+        if ending == ".unv":
+            check_closed(path, data)
+        copy = Path(folder) / f"mesh{ending}"
         copy.write_bytes(data)
         yield copy
+
+
+def check_closed(path: Path, data: bytes) -> None:
+    """Refuse a universal file that ends within a data set: each is between two lines with -1. gmsh takes what is there."""
+    marks = [number for number, line in enumerate(data.split(b"\n"), 1) if line.strip() == b"-1"]
+    if len(marks) % 2:
+        fact = f"the data set that begins in line {marks[-1]} has no line with -1 at its end, so that a part is missing"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
 
 
 def by_gmsh(path: Path, format: str) -> Blocks:

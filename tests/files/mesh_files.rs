@@ -247,6 +247,36 @@ fn mixed_cells_are_split_without_gaps() {
     }
 }
 
+/// Regions come from the data of the cells, which are last in a file: one that ends within them is refused, text and binary.
+#[test]
+fn data_of_cells_that_are_cut_off_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("cut.vtk");
+    for (name, last) in
+        [("good/boxes-5.1.vtk", "vtktypeint32\n"), ("good/boxes-order2-binary.vtk", "LOOKUP_TABLE default\n")]
+    {
+        let data = std::fs::read(file(name)).expect("there");
+        let find = |text: &str| {
+            data.windows(text.len()).rposition(|w| w == text.as_bytes()).expect("in the file") + text.len()
+        };
+        let (begin, values) = (find("CELL_DATA 60\n"), find(last));
+        // Words of two letters with the blank behind, or integers of four bytes
+        let end = values + if name.contains("binary") { 60 * 4 } else { 60 * 2 - 1 };
+        for cut in begin + 1..end {
+            std::fs::write(&path, &data[..cut]).expect("writable");
+            let error = mesh::read(&path, 1.0).expect_err("cut off").to_string();
+            assert!(error.contains("the file ends where ") && error.ends_with(CUT), "{name}, {cut} bytes: {error}");
+        }
+        std::fs::write(&path, &data[..end]).expect("writable");
+        assert_eq!(cells_by_place(&mesh::read(&path, 1.0).expect("whole")), cells_by_place(&good(&name[5..])));
+    }
+    // Data that the reader does not know make no region
+    let text = std::fs::read_to_string(file("good/boxes-5.1.vtk")).expect("there");
+    std::fs::write(&path, text.replace("FIELD FieldData 1\nCell", "VECTORS flow double\nCell")).expect("writable");
+    let mesh = mesh::read(&path, 1.0).expect("a mesh");
+    assert!(mesh.regions.keys().all(|name| !name.starts_with("Cell")), "{:?}", mesh.regions.keys());
+}
+
 /// The same bytes under any name, and marks that decide.
 #[test]
 fn the_content_decides_about_the_format() {

@@ -318,12 +318,24 @@ class Conversion(Case):
             self.assertEqual(counts["root"], sum(int(mask.sum()) for (kind, _), mask in zip(blocks.cells, blocks.sets["root"]) if kind == 2))
             self.assertGreater(counts["root"], 0, name)
 
+    def test_universal_files_that_are_cut_off(self):
+        self.of_gmsh("a.unv")
+        text = Path(self.path("a.unv")).read_text()
+        whole = convert.read(Path(self.path("a.unv")), "gmsh")
+        self.assertEqual({name: int(sum(map(sum, masks))) > 0 for name, masks in whole.sets.items()}, {"soft": True, "hard_part": True, "root": True})
+        marks = [i for i, line in enumerate(text.splitlines()) if line.strip() == "-1"]
+        self.assertEqual(len(marks), 6)  # Nodes, elements, groups
+        for begin, end in zip(marks[::2], marks[1::2]):
+            for line in (begin + 3, (begin + end) // 2, end):
+                Path(self.path("cut.unv")).write_text("\n".join(text.splitlines()[:line]))
+                self.reject(f"cannot read cut.unv: the data set that begins in line {begin + 1} has no line with -1 at its end", "cut.unv", "gmsh")
+
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
         for name in ("a.geo", "b.fem"):
             Path(self.path(name)).write_text(script)
             self.reject("its last line must be ENDDATA", name, "nastran")
-        Path(self.path("c.geo")).write_text("    -1\n" + script)
+        Path(self.path("c.geo")).write_text("    -1\n   151\n" + script + "    -1\n")
         self.reject("holds no cells", "c.geo", "gmsh")
         self.assertFalse(Path(self.path("run")).exists())
 
