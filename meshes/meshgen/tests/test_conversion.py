@@ -279,7 +279,7 @@ class Conversion(Case):
         expected = read(f"{grids}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n")
         self.assertEqual([kind for kind, _ in expected.cells], [11])
         np.testing.assert_array_equal(expected.points, nodes)
-        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
+        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCBAR,5,1,1,2,3\nCBEAM,6,1,1,2,3\nCPLSTN3,7,1,1,2,3\nCORD1R,1,1,2,3\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
         self.assertEqual([kind for kind, _ in read(f"{grids}{others}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n").cells], [11])
         first, rest = ("CTETRA", 1, 1, 1, 2, 3, 4, 5, 6), (7, 8, 9, 10)
         tabs = "".join("GRID\t{}\t\t{}\t{}\t{}\n".format(i, *x) for i, x in enumerate(nodes, 1))
@@ -300,11 +300,35 @@ class Conversion(Case):
             ("line 12: GRID: node 3 is defined before, and differently", f"{grids}GRID,3,,1.0,2.,3.\n"),
             ("line 2: GRDSET: nodes in a coordinate system of their own (CP)", f"GRDSET,,5\n{grids}"),
             ("line 2 continues no entry", f"+,1.\n{grids}"),
+            ("line 12: CTETPR: elements of this kind are not read", f"{grids}CTETPR,1,1,1,2,3,4\n"),
+            ("line 13: CTETRAA: elements of this kind are not read", f"{grids}CTETRA,1,1,1,2,3,4\n{small('CTETRAA', 2, '', 2, 3, 4, 1)}\n"),
+            ("line 12: elements in wide fields are not read", f"{grids}CTETRA_*1               1               1               2\n"),
         ):
             with self.assertRaises(convert.BadRequest) as caught:
                 read(text)
             self.assertIn(words, caught.exception.error)
         self.assertEqual(len(read(f"GRDSET,,0\n{grids}CTETRA,1,1,1,2,3,4\nCTRIA3,2,3,1,2,3,0.,0.5\n").cells), 2)
+
+    def test_nastran_of_meshio(self):
+        def cell(corners: np.ndarray, edges: list) -> np.ndarray:
+            return np.vstack([corners, [corners[[a, b]].mean(axis=0) for a, b in edges]])
+
+        kinds = {
+            "tetra10": cell(CUBE[[0, 1, 3, 4]], [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]),
+            "hexahedron20": cell(CUBE + 9, [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]),
+            "tetra": CUBE[[0, 1, 3, 4]] + 20,
+        }
+        cells, count = [], 0
+        for kind, points in kinds.items():
+            cells.append((kind, np.arange(count, count + len(points))[None]))
+            count += len(points)
+        meshio.write(self.path("a.bdf"), meshio.Mesh(np.vstack(list(kinds.values())), cells))
+        self.assertIn("CTETRA_", Path(self.path("a.bdf")).read_text())
+        blocks = convert.read(Path(self.path("a.bdf")), "nastran")
+        self.assertEqual([(kind, len(rows)) for kind, rows in blocks.cells], [(convert.KINDS[kind][1], 1) for kind in kinds])
+        for (kind, points), (_, rows) in zip(kinds.items(), blocks.cells):
+            expected = points[[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if kind == "tetra10" else points
+            np.testing.assert_allclose(blocks.points[rows[0]], expected, err_msg=kind)
 
     def test_names_of_groups(self):
         self.of_gmsh("a.med", "a.inp")
