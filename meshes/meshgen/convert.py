@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, avs, nastran
+from . import abaqus, avs, nastran, tetgen
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -66,6 +66,8 @@ def load(path: Path, format: str):
         if format == "vtu" and pieces(readable) > 1:
             raise refuse(f"it has {pieces(readable)} pieces, of which only one is read", "merge them, for example in ParaView, and write one piece")
         try:
+            if format == "tetgen":
+                tetgen.check(readable)
             # Not meshio.read, which prints what is wrong and exits
             return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
         except BadRequest:

@@ -354,6 +354,28 @@ class Conversion(Case):
                 Path(self.path("cut.unv")).write_text("\n".join(text.splitlines()[:line]))
                 self.reject(f"cannot read cut.unv: the data set that begins in line {begin + 1} has no line with -1 at its end", "cut.unv", "gmsh")
 
+    def test_files_of_tetgen_that_are_damaged(self):
+        self.store("a.ele")
+        nodes, cells = (Path(self.path(f"a.{ending}")).read_text() for ending in ("node", "ele"))
+        wide = "\n".join(["1 10 0", "1 " + " ".join(map(str, range(10)))])
+        for words, node, ele in (
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, "# a comment\n"),
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, ""),
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, "five 4 0\n"),
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, "5 4 -5\n"),
+            ("cannot read b.node: it does not begin with the numbers of its nodes", "\n# a comment", cells),
+            ("cannot read b.ele: it announces 5 cells, of which 4 are there", nodes, cells[: cells.rstrip().rindex(" ")]),
+            ("cannot read b.node: it announces 8 nodes, of which 7 are there", "\n".join(nodes.splitlines()[:-1]), cells),
+            ("cannot read b.ele: its cells have 10 nodes write tetrahedra with 4 nodes", nodes, wide),
+        ):
+            Path(self.path("b.node")).write_text(node)
+            Path(self.path("b.ele")).write_text(ele)
+            self.reject(words, "b.ele", "tetgen")
+            self.reject(words, "b.node", "tetgen")
+        Path(self.path("b.node")).write_text(nodes + "# the end\n")
+        Path(self.path("b.ele")).write_text(cells + "# the end\n")
+        self.assertEqual(len(self.converted("b.node", "tetgen")["nodes"]), 8)
+
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
         for name in ("a.geo", "b.fem"):
