@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, avs, nastran, tetgen
+from . import abaqus, avs, nastran, netgen, su2, tetgen
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -24,9 +24,11 @@ KINDS = {
 }  # fmt: skip
 # Ending that a reader of meshio expects
 ENDINGS = {
-    "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "su2": ".su2", "stl": ".stl",
+    "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "stl": ".stl",
     "ply": ".ply", "off": ".off", "obj": ".obj", "dolfin-xml": ".xml",
 }  # fmt: skip
+# Formats that are read here
+READERS = {"abaqus": abaqus.read, "su2": su2.read}
 # Formats of which meshio gets a prepared text
 TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
 # Beginning of a file that gmsh reads -> the ending that it expects
@@ -48,9 +50,9 @@ def read(path: Path, format: str) -> Blocks:
     """Read a file with the reader for its format."""
     if format == "gmsh":
         return by_gmsh(path, format)
-    if format == "abaqus":
+    if format in READERS:
         with prepared(path, format) as readable:
-            return abaqus.read(path, readable)
+            return READERS[format](path, readable)
     return by_meshio(path, format)
 
 
@@ -131,14 +133,18 @@ def by_meshio(path: Path, format: str) -> Blocks:
     for block in raw.cells:
         rows = np.asarray(block.data, int)
         cells.append((KINDS[block.type][1], rows[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if block.type == "tetra10" else rows))
-    blocks = Blocks(points, cells, sets(raw))
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
+    if format == "netgen":
+        with prepared(path, format) as readable:
+            names = netgen.names(path, readable)
+    blocks = Blocks(points, cells, sets(raw, names))
     for name, members in raw.point_sets.items():
         blocks.node_sets[name] = np.asarray(members, int).ravel()
     return blocks
 
 
-def sets(raw) -> dict:
-    """Masks by name: sets and groups of the file, else one region for each value of integer data of the cells."""
+def sets(raw, names: dict) -> dict:
+    """Masks by name: sets and groups of the file, else one region for each value of integer data of the cells. names: (dimension, reference) -> name."""
     found = {}
     for name, members in raw.cell_sets.items():
         if name.startswith("gmsh:"):
@@ -148,11 +154,10 @@ def sets(raw) -> dict:
             if rows is not None and len(rows):
                 mask[np.asarray(rows, int)] = True
         found[name] = masks
-    names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
     for key, values in raw.cell_data.items():
         if key in ("gmsh:geometrical", "cell_tags") or any(np.ndim(v) != 1 or not np.issubdtype(np.asarray(v).dtype, np.integer) for v in values):
             continue
-        reference = key.endswith((":ref", ":physical"))
+        reference, of_values = key.endswith((":ref", ":physical")) or key == "netgen:index", {}
         for dim, prefix in ((3, "cells"), (2, "facets")):
             of_dim = [KINDS[block.type][0] == dim for block in raw.cells]
             there = [np.unique(v) for v, mine in zip(values, of_dim) if mine and len(v)]
@@ -161,7 +166,9 @@ def sets(raw) -> dict:
                 continue
             for value in (int(v) for v in different if v or not reference):
                 name = names.get((dim, value), f"{prefix}_{value}") if reference else f"{key}_{value}"
-                found.setdefault(name, [np.asarray(v) == value if mine else np.zeros(len(v), bool) for v, mine in zip(values, of_dim)])
+                masks = [np.asarray(v) == value if mine else np.zeros(len(v), bool) for v, mine in zip(values, of_dim)]
+                of_values[name] = [old | new for old, new in zip(of_values[name], masks)] if name in of_values else masks
+        found |= {name: masks for name, masks in of_values.items() if name not in found}
     return found
 
 

@@ -142,12 +142,13 @@ class Abaqus(Case):
             self.refuse("three or six coordinates, then three are wanted", f"*System\n{lines}{NODES}{TETS}")
 
     def test_abbreviated_keywords(self):
-        text = TWO + "*Nset, nset=clamp, instance=P-1, generate\n 1, 3\n*Elset, elset=half, instance=P-2\n 2\n*Surface, name=low, type=ELEMENT\n half, S1\n" + END
-        whole, others = self.read(text), "*Node Print, nset=clamp\n U,\n*Node F\n U,\n*El Print\n S,\n*Element Output\n S,\n*Surface Int, name=hard\n 1.\n*End St\n"
+        text = TWO + "*Nset, nset=clamp, instance=P-1, generate\n 1, 3\n*Elset, elset=half, instance=P-2\n 2\n*Surface, name=low\n half, S1\n" + END
+        whole = self.read(text)
+        others = "*Node Print, nset=clamp\n U,\n*Node F\n U,\n*El Print\n S,\n*Element Output\n S,\n*Surface Int, name=hard\n 1.\n*End St\n"
         short = text
         for old, new in (("*Nset, nset=clamp, instance=P-1, generate", "*NSE, NS = clamp, INST=P-1, GEN"), ("*Elset, elset=all, generate", "*ELS , e=all,G"),
-                         ("*Elset, elset=half, inst", "*elset, else=half, inst"), ("*Element, type", "*ELEM, T"), ("*Node\n", "* N O D E\n"), ("*Surface, name", "*Surf, NA"),
-                         ("*End Part", "*ENDPART"), ("*End Instance", "*endinst"), ("*End Assembly", "*End A"), ("*Assembly, name", "*ASSEM, n"),
+                         ("*Elset, elset=half, inst", "*elset, else=half, inst"), ("*Element, type", "*ELEM, T"), ("*Node\n", "* N O D E\n"),
+                         ("*Surface, name", "*Surf, NA"), ("*End Part", "*ENDPART"), ("*End Instance", "*endinst"), ("*End Assembly", "*End A"), ("*Assembly, name", "*ASSEM, n"),
                          ("*Instance, name=P-1, part", "*Inst, n=P-1, pa")):  # fmt: skip
             self.assertIn(old, short)
             short = short.replace(old, new)

@@ -279,7 +279,8 @@ class Conversion(Case):
         expected = read(f"{grids}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n")
         self.assertEqual([kind for kind, _ in expected.cells], [11])
         np.testing.assert_array_equal(expected.points, nodes)
-        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCBAR,5,1,1,2,3\nCBEAM,6,1,1,2,3\nCPLSTN3,7,1,1,2,3\nCORD1R,1,1,2,3\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
+        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCBAR,5,1,1,2,3\nCBEAM,6,1,1,2,3\nCPLSTN3,7,1,1,2,3\n"
+        others += "CORD1R,1,1,2,3\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
         self.assertEqual([kind for kind, _ in read(f"{grids}{others}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n").cells], [11])
         first, rest = ("CTETRA", 1, 1, 1, 2, 3, 4, 5, 6), (7, 8, 9, 10)
         tabs = "".join("GRID\t{}\t\t{}\t{}\t{}\n".format(i, *x) for i, x in enumerate(nodes, 1))
@@ -375,6 +376,65 @@ class Conversion(Case):
         Path(self.path("b.node")).write_text(nodes + "# the end\n")
         Path(self.path("b.ele")).write_text(cells + "# the end\n")
         self.assertEqual(len(self.converted("b.node", "tetgen")["nodes"]), 8)
+
+    def sizes(self, name: str, format: str) -> dict:
+        """Members of the sets by the kind of their cells."""
+        blocks = convert.read(Path(self.path(name)), format)
+        found = {}
+        for group, masks in blocks.sets.items():
+            for (kind, _), mask in zip(blocks.cells, masks):
+                if mask.any():
+                    found.setdefault(group, {}).setdefault(kind, 0)
+                    found[group][kind] += int(mask.sum())
+        return found
+
+    def test_su2(self):
+        points = "".join(f"{x} {y} {z} {i}\n" for i, (x, y, z) in enumerate(CUBE))
+        cells = "".join(f"10 {' '.join(map(str, row))} {i}\n" for i, row in enumerate(TETS))
+        box = "FFD_NBOX= 1\nFFD_CORNER_POINTS= 1\n0.0 0.0\n"
+        marks = "NMARK= 4\nMARKER_TAG= left\nMARKER_ELEMS= 2\n5 0 2 1\n5 0 3 2\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 1\n1 0 0\n"
+        marks += "MARKER_TAG= 7\nMARKER_ELEMS= 1\n5 4 5 7\nMARKER_TAG= left\nMARKER_ELEMS= 1 % again\n5 5 6 7\n"
+        text = f"% made by hand\nNDIME= 3\nNELEM= 5\n{cells}NPOIN= 8 8\n\n{points}{marks}{box}"
+        Path(self.path("a.su2")).write_text(text)
+        self.assertEqual(self.sizes("a.su2", "su2"), {"left": {2: 3}, "facets_7": {2: 1}, "SEND_RECEIVE": {15: 1}})
+        mesh = self.converted("a.su2", "su2")
+        np.testing.assert_array_equal(mesh["nodes"], CUBE)
+        (rows,) = [rows for (dim, _), rows in mesh["elements"].items() if dim == 3]
+        np.testing.assert_array_equal(rows, TETS)
+        for words, old, new in (
+            ("line 4: elements of the type 24 are not read SU2 has linear cells", "10 0 1 2 5 0", "24 0 1 2 5 0 1 2 3 4 5 0"),
+            ("line 3: NELEM= 6, but 5 lines follow", "NELEM= 5", "NELEM= 6"),
+            ("line 7: '10 0 5 7 4 3' belongs to no keyword", "NELEM= 5", "NELEM= 3"),
+            ("line 9: NPOIN= 9, but 8 lines follow", "NPOIN= 8", "NPOIN= 9"),
+            ("MARKER_ELEMS= 1, but 0 lines follow", text[text.index("5 5 6 7") :], ""),
+            ("line 4: 3 nodes, where 4 are wanted", "10 0 1 2 5 0", "10 0 1 2"),
+            ("line 4: '10 0 1 2 x' is no list of nodes", "10 0 1 2 5 0", "10 0 1 2 x"),
+            ("'0.0 0.0' has no three coordinates", "0.0 0.0 0.0 0", "0.0 0.0"),
+            ("an element refers to node 9, which is not there", "10 0 1 2 5 0", "10 0 1 2 9 0"),
+            ("has points of dimension 2 a body has three", "NDIME= 3", "NDIME= 2"),
+            ("line 2: 2 zones are not read", "NDIME= 3", "NZONE= 2"),
+            ("line 3: NELEM is not a whole number", "NELEM= 5", "NELEM= five"),
+        ):
+            self.assertIn(old, text)
+            Path(self.path("bad.su2")).write_text(text.replace(old, new))
+            self.reject(words, "bad.su2", "su2")
+
+    def test_netgen(self):
+        triangles = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 7], [5, 6, 7]])
+        index = {"netgen:index": [np.array([1, 2, 3, 0]), np.array([1, 1, 2, 2, 2])]}
+        meshio.write(self.path("a.vol"), meshio.Mesh(CUBE, [("triangle", triangles), ("tetra", TETS)], cell_data=index))
+        text = Path(self.path("a.vol")).read_text()
+        begin, end = text.index("materials"), text.index("endmesh")
+        self.assertLess(begin, end)
+        Path(self.path("plain.vol")).write_text(text[:begin] + text[end:])
+        self.assertEqual(self.sizes("plain.vol", "netgen"), {"cells_1": {4: 2}, "cells_2": {4: 3}, "facets_1": {2: 1}, "facets_2": {2: 1}, "facets_3": {2: 1}})
+        names = "materials\n2\n1 soft\n2 hard part\nbcnames\n3\n1 default\n2 default\n3 soft\n\n"
+        Path(self.path("named.vol")).write_text(text[:begin] + names + text[end:])
+        self.assertEqual(self.sizes("named.vol", "netgen"), {"soft": {4: 2, 2: 1}, "hard part": {4: 3}, "default": {2: 2}})
+        Path(self.path("packed.vol.gz")).write_bytes(gzip.compress(Path(self.path("named.vol")).read_bytes()))
+        self.assertEqual(self.sizes("packed.vol.gz", "netgen"), self.sizes("named.vol", "netgen"))
+        Path(self.path("cut.vol")).write_text(text[:begin])
+        self.reject("cannot read cut.vol: it has no line endmesh", "cut.vol", "netgen")
 
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
