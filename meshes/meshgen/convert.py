@@ -33,6 +33,8 @@ READERS = {"abaqus": abaqus.read, "su2": su2.read}
 TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
 # Beginning of a file that gmsh reads -> the ending that it expects
 GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
+# Keywords of Medit with cells that have middle nodes
+OF_ORDER_2 = re.compile(rb"^\s*((?:Edges|Triangles|Quadrilaterals|Tetrahedra|Prisms|Pyramids|Hexahedra)[PQ]\d)\s*$", re.M)
 MOST_VALUES = 64  # integer data of the cells with more values are no regions
 
 
@@ -65,11 +67,8 @@ def load(path: Path, format: str):
 
     # XDMF names binary data from its own folder
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
-        if format == "vtu" and pieces(readable) > 1:
-            raise refuse(f"it has {pieces(readable)} pieces, of which only one is read", "merge them, for example in ParaView, and write one piece")
         try:
-            if format == "tetgen":
-                tetgen.check(readable)
+            check(path, readable, format)
             # Not meshio.read, which prints what is wrong and exits
             return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
         except BadRequest:
@@ -80,7 +79,25 @@ def load(path: Path, format: str):
         except UnicodeDecodeError as error:
             raise refuse(f"it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
         except (Exception, SystemExit) as error:
-            raise refuse(fault_of_xml(readable, format) or f"{type(error).__name__}: {str(error).strip() or 'no reason given'}") from None
+            if fault := fault_of_xml(readable, format):
+                raise refuse(fault) from None
+            said = str(error).strip()
+            if said and not isinstance(error, KeyError):
+                raise refuse(f"{type(error).__name__}: {said}") from None
+            fact = f"the reader of {format} {f'does not know {said}' if said else 'refuses it without a reason'}"
+            raise refuse(fact, "check that the file is complete, or write another format, such as MSH or VTU") from None
+
+
+def check(path: Path, readable: Path, format: str) -> None:
+    """Refuse what a reader of meshio would read in part, for ever, or refuse without a reason."""
+    if format == "tetgen":
+        tetgen.check(readable)
+    if format == "vtu" and pieces(readable) > 1:
+        fact = f"it has {pieces(readable)} pieces, of which only one is read"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "merge them, for example in ParaView, and write one piece")
+    if format == "medit" and (found := sorted(set(OF_ORDER_2.findall(readable.read_bytes())))):
+        fact = f"cells of second order ({', '.join(name.decode() for name in found)}) are not read from Medit"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "write them in another format, such as MSH or VTU, or cells of first order")
 
 
 def pieces(path: Path) -> int:
@@ -120,6 +137,8 @@ def prepared(path: Path, format: str):
 
 def by_meshio(path: Path, format: str) -> Blocks:
     """The cells and sets that meshio finds."""
+    from meshio._common import num_nodes_per_cell
+
     raw = load(path, format)
     unknown = {block.type for block in raw.cells} - set(KINDS)
     if unknown:
@@ -132,6 +151,10 @@ def by_meshio(path: Path, format: str) -> Blocks:
     cells = []
     for block in raw.cells:
         rows = np.asarray(block.data, int)
+        if len(rows) and rows.shape[1] != num_nodes_per_cell[block.type]:
+            # Tecplot has several kinds in one table
+            fact = f"its cells are called {block.type} and have {rows.shape[-1]} nodes"
+            raise BadRequest(f"cannot read {path.name}: as {format} {fact}", "write cells of one kind, or another format, such as MSH or VTU")
         cells.append((KINDS[block.type][1], rows[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if block.type == "tetra10" else rows))
     names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
     if format == "netgen":

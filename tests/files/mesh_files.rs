@@ -277,6 +277,26 @@ fn data_of_cells_that_are_cut_off_are_refused() {
     assert!(mesh.regions.keys().all(|name| !name.starts_with("Cell")), "{:?}", mesh.regions.keys());
 }
 
+/// Voxels are hexahedra with their nodes in another order.
+#[test]
+fn voxels_are_split_as_hexahedra() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("voxels.vtk");
+    let [voxels, hexahedra] =
+        [(11, [0, 1, 2, 3, 4, 5, 6, 7]), (12, [0, 1, 3, 2, 4, 5, 7, 6])].map(|(kind, order): (usize, [usize; 8])| {
+            let row = |first: usize| order.map(|n| (first + n).to_string()).join(" ");
+            let points = (0..12).map(|i| format!("{} {} {}\n", i % 2, i / 2 % 2, i / 4)).collect::<String>();
+            let head = "# vtk DataFile Version 3.0\nvoxels\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 12 double\n";
+            let text = format!("{head}{points}CELLS 2 18\n8 {}\n8 {}\nCELL_TYPES 2\n{kind} {kind}\n", row(0), row(4));
+            std::fs::write(&path, text).expect("writable");
+            let error = taken(&path, &reading(false, None)).expect_err("not split").to_string();
+            assert!(error.ends_with(&format!(": 2 × 8-node hexahedra; {SPLIT}")), "{error}");
+            taken(&path, &reading(true, None)).unwrap_or_else(|e| panic!("{e}")).0
+        });
+    assert!(voxels.cell_count() == 12 && (voxels.volume() - 2.0).abs() < 1e-14, "{}", voxels.volume());
+    assert_eq!(voxels, hexahedra);
+}
+
 /// The same bytes under any name, and marks that decide.
 #[test]
 fn the_content_decides_about_the_format() {

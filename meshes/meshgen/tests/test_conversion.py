@@ -445,6 +445,17 @@ class Conversion(Case):
         self.reject("holds no cells", "c.geo", "gmsh")
         self.assertFalse(Path(self.path("run")).exists())
 
+    def test_readers_that_give_no_reason(self):
+        mesh = "MeshVersionFormatted 2\nDimension\n3\nVertices\n1\n0 0 0 0\n TetrahedraP2\n1\n1 1 1 1 1 1 1 1 1 1 1\nTrianglesP2\n0\nEnd\n"
+        Path(self.path("a.mesh")).write_text(mesh)
+        self.reject("cells of second order (TetrahedraP2, TrianglesP2) are not read from Medit write them in another format", "a.mesh", "medit")
+        Path(self.path("b.mesh")).write_text(mesh.replace(" TetrahedraP2", "3").replace("TrianglesP2", "End"))
+        self.reject("the reader of medit refuses it without a reason check that the file is complete, or write another format", "b.mesh", "medit")
+        Path(self.path("c.mesh")).write_text(mesh.replace("Formatted 2", "Formatted 7").replace("P2", ""))
+        self.reject("the reader of medit does not know '7' check that", "c.mesh", "medit")
+        meshio.write(self.path("d.dat"), meshio.Mesh(CUBE, [("quad", np.array([[0, 1, 2, 3]])), ("hexahedron", np.arange(8)[None])]), file_format="tecplot")
+        self.reject("cannot read d.dat: as tecplot its cells are called quad and have 8 nodes write cells of one kind", "d.dat", "tecplot")
+
     def test_refusals(self):
         self.store("good.vtu")
         text = Path(self.path("good.vtu")).read_bytes()

@@ -1,6 +1,6 @@
 //! Legacy VTK unstructured grids, text and binary (big endian), versions 2.0 to 5.1.
 //!
-//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
+//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_VOXEL (11), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
 //! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
 //! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`.
 
@@ -266,7 +266,7 @@ impl Grid {
                 24 => Solid::Tet10,
                 14 => Solid::Pyramid,
                 13 => Solid::Wedge,
-                12 => Solid::Hexahedron,
+                11 | 12 => Solid::Hexahedron,
                 _ => {
                     let kinds = if dim == 3 { &mut raw.other_volumes } else { &mut raw.other };
                     *kinds.entry(name).or_default() += 1;
@@ -278,7 +278,12 @@ impl Grid {
                 let fact = format!("cell {c} has type {number} but {} nodes", nodes.len());
                 return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
             }
-            let nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
+            let mut nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
+            if number == 11 {
+                // The rows of a voxel run in one direction, those of a hexahedron around
+                nodes.swap(2, 3);
+                nodes.swap(6, 7);
+            }
             raw.push(solid, &nodes, c as u64);
             origin.push(c);
         }
