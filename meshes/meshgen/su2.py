@@ -27,14 +27,14 @@ class Reader:
 
     def read(self) -> None:
         """Every keyword with the lines that belong to it. Those of keywords without a mesh, such as FFD boxes, are passed over."""
-        marker, is_known = "", False
+        marker, is_known, announced, found = "", False, (0, 0), 0  # announced: the line and the number of markers
         while self.at < len(self.lines):
             number, line = self.lines[self.at]
             self.at += 1
             key, mark, value = (word.strip() for word in line.partition("="))
             if not mark:
                 if is_known:
-                    raise self.fail(number, f"{line[:40]!r} belongs to no keyword, of which more lines were announced before")
+                    raise self.fail(number, f"{line[:40]!r} is one line more than was announced")
                 continue
             is_known = key in ("NDIME", "NPOIN", "NELEM", "MARKER_TAG", "MARKER_ELEMS")
             if key == "NDIME" and value != "3":
@@ -42,13 +42,17 @@ class Reader:
             if key == "NZONE" and value != "1":
                 raise self.fail(number, f"{value} zones are not read", "write each zone into a file of its own")
             if key == "MARKER_TAG":
-                marker = f"facets_{value}" if value.isdecimal() else value
+                marker, found = f"facets_{value}" if value.isdecimal() else value, found + 1
+            elif key == "NMARK" and value.isdecimal():
+                announced = (number, int(value))
             elif key == "NPOIN":
                 self.points = np.array([self.point(*line) for line in self.block(number, key, value)]).reshape(-1, 3)
             elif key in ("NELEM", "MARKER_ELEMS"):
                 for line in self.block(number, key, value):
                     kind, nodes = self.element(*line)
                     self.rows.setdefault((marker if key == "MARKER_ELEMS" else "", kind), []).append(nodes)
+        if found < announced[1]:
+            raise self.fail(announced[0], f"NMARK= {announced[1]}, but {found} markers follow", "write or copy the file again")
 
     def block(self, number: int, key: str, value: str) -> list:
         """The lines that a keyword announces."""

@@ -404,9 +404,10 @@ class Conversion(Case):
         for words, old, new in (
             ("line 4: elements of the type 24 are not read SU2 has linear cells", "10 0 1 2 5 0", "24 0 1 2 5 0 1 2 3 4 5 0"),
             ("line 3: NELEM= 6, but 5 lines follow", "NELEM= 5", "NELEM= 6"),
-            ("line 7: '10 0 5 7 4 3' belongs to no keyword", "NELEM= 5", "NELEM= 3"),
+            ("line 7: '10 0 5 7 4 3' is one line more than was announced", "NELEM= 5", "NELEM= 3"),
             ("line 9: NPOIN= 9, but 8 lines follow", "NPOIN= 8", "NPOIN= 9"),
             ("MARKER_ELEMS= 1, but 0 lines follow", text[text.index("5 5 6 7") :], ""),
+            ("line 19: NMARK= 4, but 2 markers follow", text[text.index("MARKER_TAG= 7") :], ""),
             ("line 4: 3 nodes, where 4 are wanted", "10 0 1 2 5 0", "10 0 1 2"),
             ("line 4: '10 0 1 2 x' is no list of nodes", "10 0 1 2 5 0", "10 0 1 2 x"),
             ("'0.0 0.0' has no three coordinates", "0.0 0.0 0.0 0", "0.0 0.0"),
