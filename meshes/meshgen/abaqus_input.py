@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import abaqus_keywords
 from .errors import BadRequest
 
 # Beginning of the name of an element -> (gmsh's kind, nodes); hybrid, reduced and modified elements have further letters.
@@ -30,8 +31,6 @@ SETS = {
     "node": ("node_sets", "nset"), "nset": ("node_sets", "nset"), "element": ("element_sets", "elset"), "elset": ("element_sets", "elset"),
     "surface": ("surfaces", "name"),
 }  # fmt: skip
-# Keywords that make nodes and elements of others
-GENERATORS = ("ncopy", "ngen", "nfill", "nmap", "elcopy", "elgen")
 # Keywords at which another part, instance or assembly begins or ends; a coordinate system of nodes ends with it
 PLACES = ("part", "end part", "assembly", "end assembly", "instance", "end instance")
 FLAT = 1e-12  # sine of an angle below which directions are the same
@@ -218,18 +217,13 @@ class Reader:
 
     def start(self, line: str, number: int) -> None:
         """A keyword line."""
-        name, *options = [word.strip() for word in line[1:].split(",")]
-        given = {}
-        for option in filter(None, options):
-            key, _, value = option.partition("=")
-            given[key.strip().lower()] = value.strip().strip('"')
-        word = " ".join(name.lower().split())
+        word, given = self.keyword(line, number)
         if self.pending:
             raise self.fail(number, "the element before has too few nodes")
         self.legible(word, line, number)
         self.kind = (word, given)
         self.members = self.set_of(word, given)
-        if word in GENERATORS:
+        if word in abaqus_keywords.GENERATORS:
             raise self.fail(number, f"*{word.upper()} is not read", WHOLE)
         if word in PLACES:
             self.system = System()
@@ -266,6 +260,21 @@ class Reader:
                 raise self.fail(number, str(error), "give its origin, a point of its x-axis, and one off that axis") from None
         if word in WITH_INPUT and given.get("input"):
             self.read(self.named(given["input"]))
+
+    def keyword(self, line: str, number: int) -> tuple:
+        """The keyword of a line, and its options with their values."""
+        name, *options = [word.strip() for word in line[1:].split(",")]
+        given, word = {}, name
+        try:
+            word = abaqus_keywords.keyword(name)
+            for key, _, value in (option.partition("=") for option in options if option):
+                known = abaqus_keywords.option(key, word)
+                if not known and word in abaqus_keywords.STRICT:
+                    raise self.fail(number, f"*{word.upper()} with {key.strip().upper()!r} is not read", "remove the option, or correct it")
+                given[known or key.strip().lower()] = value.strip().strip('"')
+        except abaqus_keywords.Unclear as several:
+            raise self.fail(number, f"{line[:40]!r} can mean {several}", "spell the keyword and its options out") from None
+        return word, given
 
     def new_name(self, there: dict, word: str, given: dict, number: int) -> str:
         """The name of a part or an instance, which no other one has."""

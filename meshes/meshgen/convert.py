@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import abaqus, avs, nastran
+from . import abaqus, avs, nastran, netgen, su2, tetgen
 from .blocks import Blocks
 from .errors import BadRequest
 from .write import save
@@ -24,13 +24,17 @@ KINDS = {
 }  # fmt: skip
 # Ending that a reader of meshio expects
 ENDINGS = {
-    "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "su2": ".su2", "stl": ".stl",
+    "vtu": ".vtu", "vtk": ".vtk", "abaqus": ".inp", "nastran": ".bdf", "netgen": ".vol", "stl": ".stl",
     "ply": ".ply", "off": ".off", "obj": ".obj", "dolfin-xml": ".xml",
 }  # fmt: skip
+# Formats that are read here
+READERS = {"abaqus": abaqus.read, "su2": su2.read}
 # Formats of which meshio gets a prepared text
 TEXTS = {"nastran": nastran.bulk, "avsucd": avs.grid}
 # Beginning of a file that gmsh reads -> the ending that it expects
 GMSH_ENDINGS = {b"$": ".msh", b"\x89HDF": ".med"}
+# Keywords of Medit with cells that have middle nodes
+OF_ORDER_2 = re.compile(rb"^\s*((?:Edges|Triangles|Quadrilaterals|Tetrahedra|Prisms|Pyramids|Hexahedra)[PQ]\d)\s*$", re.M)
 MOST_VALUES = 64  # integer data of the cells with more values are no regions
 
 
@@ -48,9 +52,9 @@ def read(path: Path, format: str) -> Blocks:
     """Read a file with the reader for its format."""
     if format == "gmsh":
         return by_gmsh(path, format)
-    if format == "abaqus":
+    if format in READERS:
         with prepared(path, format) as readable:
-            return abaqus.read(path, readable)
+            return READERS[format](path, readable)
     return by_meshio(path, format)
 
 
@@ -63,9 +67,8 @@ def load(path: Path, format: str):
 
     # XDMF names binary data from its own folder
     with prepared(path.absolute(), format) as readable, contextlib.chdir(path.parent):
-        if format == "vtu" and pieces(readable) > 1:
-            raise refuse(f"it has {pieces(readable)} pieces, of which only one is read", "merge them, for example in ParaView, and write one piece")
         try:
+            check(path, readable, format)
             # Not meshio.read, which prints what is wrong and exits
             return meshio._helpers.reader_map[format](TEXTS[format](path, readable) if format in TEXTS else readable)
         except BadRequest:
@@ -76,7 +79,25 @@ def load(path: Path, format: str):
         except UnicodeDecodeError as error:
             raise refuse(f"it is no text in UTF-8 (byte {error.start})", "save it as UTF-8") from None
         except (Exception, SystemExit) as error:
-            raise refuse(fault_of_xml(readable, format) or f"{type(error).__name__}: {str(error).strip() or 'no reason given'}") from None
+            if fault := fault_of_xml(readable, format):
+                raise refuse(fault) from None
+            said = str(error).strip()
+            if said and not isinstance(error, KeyError):
+                raise refuse(f"{type(error).__name__}: {said}") from None
+            fact = f"the reader of {format} {f'does not know {said}' if said else 'refuses it without a reason'}"
+            raise refuse(fact, "check that the file is complete, or write another format, such as MSH or VTU") from None
+
+
+def check(path: Path, readable: Path, format: str) -> None:
+    """Refuse what a reader of meshio would read in part, for ever, or refuse without a reason."""
+    if format == "tetgen":
+        tetgen.check(readable)
+    if format == "vtu" and pieces(readable) > 1:
+        fact = f"it has {pieces(readable)} pieces, of which only one is read"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "merge them, for example in ParaView, and write one piece")
+    if format == "medit" and (found := sorted(set(OF_ORDER_2.findall(readable.read_bytes())))):
+        fact = f"cells of second order ({', '.join(name.decode() for name in found)}) are not read from Medit"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "write them in another format, such as MSH or VTU, or cells of first order")
 
 
 def pieces(path: Path) -> int:
@@ -116,6 +137,8 @@ def prepared(path: Path, format: str):
 
 def by_meshio(path: Path, format: str) -> Blocks:
     """The cells and sets that meshio finds."""
+    from meshio._common import num_nodes_per_cell
+
     raw = load(path, format)
     unknown = {block.type for block in raw.cells} - set(KINDS)
     if unknown:
@@ -128,15 +151,23 @@ def by_meshio(path: Path, format: str) -> Blocks:
     cells = []
     for block in raw.cells:
         rows = np.asarray(block.data, int)
+        if len(rows) and rows.shape[1] != num_nodes_per_cell[block.type]:
+            # Tecplot has several kinds in one table
+            fact = f"its cells are called {block.type} and have {rows.shape[-1]} nodes"
+            raise BadRequest(f"cannot read {path.name}: as {format} {fact}", "write cells of one kind, or another format, such as MSH or VTU")
         cells.append((KINDS[block.type][1], rows[:, [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if block.type == "tetra10" else rows))
-    blocks = Blocks(points, cells, sets(raw))
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
+    if format == "netgen":
+        with prepared(path, format) as readable:
+            names = netgen.names(path, readable)
+    blocks = Blocks(points, cells, sets(raw, names))
     for name, members in raw.point_sets.items():
         blocks.node_sets[name] = np.asarray(members, int).ravel()
     return blocks
 
 
-def sets(raw) -> dict:
-    """Masks by name: sets and groups of the file, else one region for each value of integer data of the cells."""
+def sets(raw, names: dict) -> dict:
+    """Masks by name: sets and groups of the file, else one region for each value of integer data of the cells. names: (dimension, reference) -> name."""
     found = {}
     for name, members in raw.cell_sets.items():
         if name.startswith("gmsh:"):
@@ -146,11 +177,10 @@ def sets(raw) -> dict:
             if rows is not None and len(rows):
                 mask[np.asarray(rows, int)] = True
         found[name] = masks
-    names = {(int(dim), int(tag)): name for name, (tag, dim) in (raw.field_data or {}).items()}
     for key, values in raw.cell_data.items():
         if key in ("gmsh:geometrical", "cell_tags") or any(np.ndim(v) != 1 or not np.issubdtype(np.asarray(v).dtype, np.integer) for v in values):
             continue
-        reference = key.endswith((":ref", ":physical"))
+        reference, of_values = key.endswith((":ref", ":physical")) or key == "netgen:index", {}
         for dim, prefix in ((3, "cells"), (2, "facets")):
             of_dim = [KINDS[block.type][0] == dim for block in raw.cells]
             there = [np.unique(v) for v, mine in zip(values, of_dim) if mine and len(v)]
@@ -159,7 +189,9 @@ def sets(raw) -> dict:
                 continue
             for value in (int(v) for v in different if v or not reference):
                 name = names.get((dim, value), f"{prefix}_{value}") if reference else f"{key}_{value}"
-                found.setdefault(name, [np.asarray(v) == value if mine else np.zeros(len(v), bool) for v, mine in zip(values, of_dim)])
+                masks = [np.asarray(v) == value if mine else np.zeros(len(v), bool) for v, mine in zip(values, of_dim)]
+                of_values[name] = [old | new for old, new in zip(of_values[name], masks)] if name in of_values else masks
+        found |= {name: masks for name, masks in of_values.items() if name not in found}
     return found
 
 
@@ -170,9 +202,20 @@ def for_gmsh(path: Path, format: str):
     A file with another ending gmsh runs as a script, which may call other programs."""
     with prepared(path, format) as readable, tempfile.TemporaryDirectory() as folder:
         data = readable.read_bytes()
-        copy = Path(folder) / ("mesh" + next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv"))
+        ending = next((ending for begin, ending in GMSH_ENDINGS.items() if data[:4096].lstrip().startswith(begin)), ".unv")
+        if ending == ".unv":
+            check_closed(path, data)
+        copy = Path(folder) / f"mesh{ending}"
         copy.write_bytes(data)
         yield copy
+
+
+def check_closed(path: Path, data: bytes) -> None:
+    """Refuse a universal file that ends within a data set: each is between two lines with -1. gmsh takes what is there."""
+    marks = [number for number, line in enumerate(data.split(b"\n"), 1) if line.strip() == b"-1"]
+    if len(marks) % 2:
+        fact = f"the data set that begins in line {marks[-1]} has no line with -1 at its end, so that a part is missing"
+        raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
 
 
 def by_gmsh(path: Path, format: str) -> Blocks:

@@ -7,12 +7,20 @@ from pathlib import Path
 from .errors import BadRequest
 
 # Cells on lines of wide fields
-WIDE = re.compile(r"C(TETRA|HEXA|PENTA|PYRAM?|TRIA\w|QUAD\w)\s*\*")
+WIDE = re.compile(r"C(TETRA_?|HEXA_?|PENTA_?|PYRAM?_?|TRIA\w|QUAD\w)\s*\*")
 # Cells -> numbers of nodes that they can have; other data of shells follow after the largest one
 NODES = {
     "CTETRA": (4, 10), "CHEXA": (8, 20), "CPENTA": (6, 15), "CPYRAM": (5, 13), "CPYRA": (5, 13),
     "CTRIA3": (3,), "CTRIAR": (3,), "CTRIA6": (6,), "CQUAD4": (4,), "CQUADR": (4,), "CQUAD8": (8,), "CSHEAR": (4,),
 }  # fmt: skip
+# Names by which meshio writes cells with middle nodes
+OF_MESHIO = {"CTETRA_": "CTETRA", "CHEXA_": "CHEXA", "CPENTA_": "CPENTA", "CPYRA_": "CPYRA"}
+# Entries with C that are passed over: elements that have no volume and are no facets, and those that are no elements
+WITHOUT_VOLUME = re.compile(
+    "C(AABSF|ACINF[34]|AERO[1-5]|AXIF[2-4]|BAR(AO)?|BEAM3?|BELT|BEND|BUSH([12]D)?|BUTT|CONEAX|CRSFIL|DAMP[1-5]|DUM[1-9]|ELAS[1-4]|FAST|FILLET|FLUID[2-4]|"
+    "GAP|HADV|HBDY[EGP]|INTC|LOAD|MASS[1-4]|MBEAM|MBUSH|MFREE|MSPDP|ONM[12]|ONROD|ONT[A-Z]*|ONVM?|ORD[123][A-Z]|PLST[NS][3468]|QUADX?[48]?|QUAD9|RAC2D|REEP|"
+    "ROD|SEAM|SET1?|SLOT[34]|SPR|SUPER|SUPEXT|TRAX[36]|TRIAX6?|TUBE|VISC|WELD|WSEAM|YAX|YJOIN|YSUP|YSYM)"
+)
 SHELLS = tuple(name for name, counts in NODES.items() if len(counts) == 1)
 
 
@@ -60,7 +68,8 @@ def entries(path: Path, lines: list, begin: int) -> list:
                 raise BadRequest(f"cannot read {path.name}: line {number} continues no entry", "write the file again")
             found[-1][2].extend(fields)
         else:
-            found.append((number, head.rstrip("*").rstrip(), fields))
+            name = head.rstrip("*").rstrip()
+            found.append((number, OF_MESHIO.get(name, name), fields))
     return found
 
 
@@ -86,6 +95,8 @@ def checked(name: str, fields: list) -> list:
     if name == "GRDSET" and fields[1].strip("0"):
         raise ValueError("nodes in a coordinate system of their own (CP) are not read, write all in the basic system")
     if name not in NODES:
+        if name.startswith("C") and all(map(str.isdecimal, [fields[0], *fields[2:5]])) and not WITHOUT_VOLUME.fullmatch(name):
+            raise ValueError("elements of this kind are not read")
         return fields
     counts, nodes = NODES[name], fields[2:]
     if name in SHELLS:

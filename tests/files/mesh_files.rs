@@ -247,6 +247,56 @@ fn mixed_cells_are_split_without_gaps() {
     }
 }
 
+/// Regions come from the data of the cells, which are last in a file: one that ends within them is refused, text and binary.
+#[test]
+fn data_of_cells_that_are_cut_off_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("cut.vtk");
+    for (name, last) in
+        [("good/boxes-5.1.vtk", "vtktypeint32\n"), ("good/boxes-order2-binary.vtk", "LOOKUP_TABLE default\n")]
+    {
+        let data = std::fs::read(file(name)).expect("there");
+        let find = |text: &str| {
+            data.windows(text.len()).rposition(|w| w == text.as_bytes()).expect("in the file") + text.len()
+        };
+        let (begin, values) = (find("CELL_DATA 60\n"), find(last));
+        // Words of two letters with the blank behind, or integers of four bytes
+        let end = values + if name.contains("binary") { 60 * 4 } else { 60 * 2 - 1 };
+        for cut in begin + 1..end {
+            std::fs::write(&path, &data[..cut]).expect("writable");
+            let error = mesh::read(&path, 1.0).expect_err("cut off").to_string();
+            assert!(error.contains("the file ends where ") && error.ends_with(CUT), "{name}, {cut} bytes: {error}");
+        }
+        std::fs::write(&path, &data[..end]).expect("writable");
+        assert_eq!(cells_by_place(&mesh::read(&path, 1.0).expect("whole")), cells_by_place(&good(&name[5..])));
+    }
+    // Data that the reader does not know make no region
+    let text = std::fs::read_to_string(file("good/boxes-5.1.vtk")).expect("there");
+    std::fs::write(&path, text.replace("FIELD FieldData 1\nCell", "VECTORS flow double\nCell")).expect("writable");
+    let mesh = mesh::read(&path, 1.0).expect("a mesh");
+    assert!(mesh.regions.keys().all(|name| !name.starts_with("Cell")), "{:?}", mesh.regions.keys());
+}
+
+/// Voxels are hexahedra with their nodes in another order.
+#[test]
+fn voxels_are_split_as_hexahedra() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("voxels.vtk");
+    let [voxels, hexahedra] =
+        [(11, [0, 1, 2, 3, 4, 5, 6, 7]), (12, [0, 1, 3, 2, 4, 5, 7, 6])].map(|(kind, order): (usize, [usize; 8])| {
+            let row = |first: usize| order.map(|n| (first + n).to_string()).join(" ");
+            let points = (0..12).map(|i| format!("{} {} {}\n", i % 2, i / 2 % 2, i / 4)).collect::<String>();
+            let head = "# vtk DataFile Version 3.0\nvoxels\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 12 double\n";
+            let text = format!("{head}{points}CELLS 2 18\n8 {}\n8 {}\nCELL_TYPES 2\n{kind} {kind}\n", row(0), row(4));
+            std::fs::write(&path, text).expect("writable");
+            let error = taken(&path, &reading(false, None)).expect_err("not split").to_string();
+            assert!(error.ends_with(&format!(": 2 × 8-node hexahedra; {SPLIT}")), "{error}");
+            taken(&path, &reading(true, None)).unwrap_or_else(|e| panic!("{e}")).0
+        });
+    assert!(voxels.cell_count() == 12 && (voxels.volume() - 2.0).abs() < 1e-14, "{}", voxels.volume());
+    assert_eq!(voxels, hexahedra);
+}
+
 /// The same bytes under any name, and marks that decide.
 #[test]
 fn the_content_decides_about_the_format() {

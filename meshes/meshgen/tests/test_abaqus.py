@@ -141,6 +141,33 @@ class Abaqus(Case):
         for lines in (" 1, 1\n 1\n", " 1, 1, 1, 1, 1, 2, 3\n", " 1, 1, 1, 1, 1, 2\n 1, 1, 1, 1\n"):
             self.refuse("three or six coordinates, then three are wanted", f"*System\n{lines}{NODES}{TETS}")
 
+    def test_abbreviated_keywords(self):
+        text = TWO + "*Nset, nset=clamp, instance=P-1, generate\n 1, 3\n*Elset, elset=half, instance=P-2\n 2\n*Surface, name=low\n half, S1\n" + END
+        whole = self.read(text)
+        others = "*Node Print, nset=clamp\n U,\n*Node F\n U,\n*El Print\n S,\n*Element Output\n S,\n*Surface Int, name=hard\n 1.\n*End St\n"
+        short = text
+        for old, new in (("*Nset, nset=clamp, instance=P-1, generate", "*NSE, NS = clamp, INST=P-1, GEN"), ("*Elset, elset=all, generate", "*ELS , e=all,G"),
+                         ("*Elset, elset=half, inst", "*elset, else=half, inst"), ("*Element, type", "*ELEM, T"), ("*Node\n", "* N O D E\n"),
+                         ("*Surface, name", "*Surf, NA"), ("*End Part", "*ENDPART"), ("*End Instance", "*endinst"), ("*End Assembly", "*End A"), ("*Assembly, name", "*ASSEM, n"),
+                         ("*Instance, name=P-1, part", "*Inst, n=P-1, pa")):  # fmt: skip
+            self.assertIn(old, short)
+            short = short.replace(old, new)
+        self.assertEqual(self.sizes(short + others), {"Root": 6, "all": {4: 4}, "clamp": 3, "half": {4: 1}, "low": {2: 1}})
+        found = self.read(short + others)
+        np.testing.assert_array_equal(found.points, whole.points)
+        np.testing.assert_array_equal(found.cells[0][1], whole.cells[0][1])
+        Path(self.path("tet.txt")).write_text(TETS)
+        self.assertEqual(len(self.read(f"{NODES}*Incl, inp=tet.txt\n").cells[0][1]), 2)
+        self.refuse("line 7: *NGEN is not read", f"{NODES}*NGE\n 1, 2\n{TETS}")
+        for words, more in (
+            ("line 10: '*EL, TYPE=C3D4' can mean ELSET, ELGEN, ", "*EL, TYPE=C3D4\n"),
+            ("line 10: '*NOD' can mean NODE, ", "*NOD\n"),
+            ("line 10: '*NSET, NSET=a, IN=P-1' can mean INPUT, INSTANCE, INTERNAL", "*NSET, NSET=a, IN=P-1\n"),
+            ("line 10: *NSET with 'GENX' is not read", "*NSET, NSET=a, GENX\n"),
+            ("line 10: *ELEMENT with 'MAPPED' is not read", "*ELEMENT, TYPE=C3D4, MAPPED\n"),
+        ):
+            self.refuse(words, NODES + TETS + more)
+
     def test_generated_meshes(self):
         for keyword in ("NCOPY", "NGEN", "NFILL", "NMAP", "ELCOPY", "ELGEN"):
             self.refuse(f"line 7: *{keyword} is not read", f"{NODES}*{keyword.capitalize()}, x=1\n 1, 2, 3\n{TETS}")

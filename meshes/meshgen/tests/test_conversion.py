@@ -279,7 +279,8 @@ class Conversion(Case):
         expected = read(f"{grids}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n")
         self.assertEqual([kind for kind, _ in expected.cells], [11])
         np.testing.assert_array_equal(expected.points, nodes)
-        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
+        others = "CELAS1,2,2,1,1,2,1\nCBUSH,3,2,1,2\nCONM2,4,1,,1.\nCBAR,5,1,1,2,3\nCBEAM,6,1,1,2,3\nCPLSTN3,7,1,1,2,3\n"
+        others += "CORD1R,1,1,2,3\nCORD2R,5,,0.,0.,0.,0.,0.,1.\n+,1.,0.,0.\nPSOLID,1,1\n"
         self.assertEqual([kind for kind, _ in read(f"{grids}{others}CTETRA,1,1,1,2,3,4,5,6,+\n+,7,8,9,10\n").cells], [11])
         first, rest = ("CTETRA", 1, 1, 1, 2, 3, 4, 5, 6), (7, 8, 9, 10)
         tabs = "".join("GRID\t{}\t\t{}\t{}\t{}\n".format(i, *x) for i, x in enumerate(nodes, 1))
@@ -300,11 +301,35 @@ class Conversion(Case):
             ("line 12: GRID: node 3 is defined before, and differently", f"{grids}GRID,3,,1.0,2.,3.\n"),
             ("line 2: GRDSET: nodes in a coordinate system of their own (CP)", f"GRDSET,,5\n{grids}"),
             ("line 2 continues no entry", f"+,1.\n{grids}"),
+            ("line 12: CTETPR: elements of this kind are not read", f"{grids}CTETPR,1,1,1,2,3,4\n"),
+            ("line 13: CTETRAA: elements of this kind are not read", f"{grids}CTETRA,1,1,1,2,3,4\n{small('CTETRAA', 2, '', 2, 3, 4, 1)}\n"),
+            ("line 12: elements in wide fields are not read", f"{grids}CTETRA_*1               1               1               2\n"),
         ):
             with self.assertRaises(convert.BadRequest) as caught:
                 read(text)
             self.assertIn(words, caught.exception.error)
         self.assertEqual(len(read(f"GRDSET,,0\n{grids}CTETRA,1,1,1,2,3,4\nCTRIA3,2,3,1,2,3,0.,0.5\n").cells), 2)
+
+    def test_nastran_of_meshio(self):
+        def cell(corners: np.ndarray, edges: list) -> np.ndarray:
+            return np.vstack([corners, [corners[[a, b]].mean(axis=0) for a, b in edges]])
+
+        kinds = {
+            "tetra10": cell(CUBE[[0, 1, 3, 4]], [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]),
+            "hexahedron20": cell(CUBE + 9, [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]),
+            "tetra": CUBE[[0, 1, 3, 4]] + 20,
+        }
+        cells, count = [], 0
+        for kind, points in kinds.items():
+            cells.append((kind, np.arange(count, count + len(points))[None]))
+            count += len(points)
+        meshio.write(self.path("a.bdf"), meshio.Mesh(np.vstack(list(kinds.values())), cells))
+        self.assertIn("CTETRA_", Path(self.path("a.bdf")).read_text())
+        blocks = convert.read(Path(self.path("a.bdf")), "nastran")
+        self.assertEqual([(kind, len(rows)) for kind, rows in blocks.cells], [(convert.KINDS[kind][1], 1) for kind in kinds])
+        for (kind, points), (_, rows) in zip(kinds.items(), blocks.cells):
+            expected = points[[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]] if kind == "tetra10" else points
+            np.testing.assert_allclose(blocks.points[rows[0]], expected, err_msg=kind)
 
     def test_names_of_groups(self):
         self.of_gmsh("a.med", "a.inp")
@@ -318,14 +343,119 @@ class Conversion(Case):
             self.assertEqual(counts["root"], sum(int(mask.sum()) for (kind, _), mask in zip(blocks.cells, blocks.sets["root"]) if kind == 2))
             self.assertGreater(counts["root"], 0, name)
 
+    def test_universal_files_that_are_cut_off(self):
+        self.of_gmsh("a.unv")
+        text = Path(self.path("a.unv")).read_text()
+        whole = convert.read(Path(self.path("a.unv")), "gmsh")
+        self.assertEqual({name: int(sum(map(sum, masks))) > 0 for name, masks in whole.sets.items()}, {"soft": True, "hard_part": True, "root": True})
+        marks = [i for i, line in enumerate(text.splitlines()) if line.strip() == "-1"]
+        self.assertEqual(len(marks), 6)  # Nodes, elements, groups
+        for begin, end in zip(marks[::2], marks[1::2]):
+            for line in (begin + 3, (begin + end) // 2, end):
+                Path(self.path("cut.unv")).write_text("\n".join(text.splitlines()[:line]))
+                self.reject(f"cannot read cut.unv: the data set that begins in line {begin + 1} has no line with -1 at its end", "cut.unv", "gmsh")
+
+    def test_files_of_tetgen_that_are_damaged(self):
+        self.store("a.ele")
+        nodes, cells = (Path(self.path(f"a.{ending}")).read_text() for ending in ("node", "ele"))
+        wide = "\n".join(["1 10 0", "1 " + " ".join(map(str, range(10)))])
+        for words, node, ele in (
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, "# a comment\n"),
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, ""),
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, "five 4 0\n"),
+            ("cannot read b.ele: it does not begin with the numbers of its cells", nodes, "5 4 -5\n"),
+            ("cannot read b.node: it does not begin with the numbers of its nodes", "\n# a comment", cells),
+            ("cannot read b.ele: it announces 5 cells, of which 4 are there", nodes, cells[: cells.rstrip().rindex(" ")]),
+            ("cannot read b.node: it announces 8 nodes, of which 7 are there", "\n".join(nodes.splitlines()[:-1]), cells),
+            ("cannot read b.ele: its cells have 10 nodes write tetrahedra with 4 nodes", nodes, wide),
+        ):
+            Path(self.path("b.node")).write_text(node)
+            Path(self.path("b.ele")).write_text(ele)
+            self.reject(words, "b.ele", "tetgen")
+            self.reject(words, "b.node", "tetgen")
+        Path(self.path("b.node")).write_text(nodes + "# the end\n")
+        Path(self.path("b.ele")).write_text(cells + "# the end\n")
+        self.assertEqual(len(self.converted("b.node", "tetgen")["nodes"]), 8)
+
+    def sizes(self, name: str, format: str) -> dict:
+        """Members of the sets by the kind of their cells."""
+        blocks = convert.read(Path(self.path(name)), format)
+        found = {}
+        for group, masks in blocks.sets.items():
+            for (kind, _), mask in zip(blocks.cells, masks):
+                if mask.any():
+                    found.setdefault(group, {}).setdefault(kind, 0)
+                    found[group][kind] += int(mask.sum())
+        return found
+
+    def test_su2(self):
+        points = "".join(f"{x} {y} {z} {i}\n" for i, (x, y, z) in enumerate(CUBE))
+        cells = "".join(f"10 {' '.join(map(str, row))} {i}\n" for i, row in enumerate(TETS))
+        box = "FFD_NBOX= 1\nFFD_CORNER_POINTS= 1\n0.0 0.0\n"
+        marks = "NMARK= 4\nMARKER_TAG= left\nMARKER_ELEMS= 2\n5 0 2 1\n5 0 3 2\nMARKER_TAG= SEND_RECEIVE\nMARKER_ELEMS= 1\nSEND_RECV= 1\n1 0 0\n"
+        marks += "MARKER_TAG= 7\nMARKER_ELEMS= 1\n5 4 5 7\nMARKER_TAG= left\nMARKER_ELEMS= 1 % again\n5 5 6 7\n"
+        text = f"% made by hand\nNDIME= 3\nNELEM= 5\n{cells}NPOIN= 8 8\n\n{points}{marks}{box}"
+        Path(self.path("a.su2")).write_text(text)
+        self.assertEqual(self.sizes("a.su2", "su2"), {"left": {2: 3}, "facets_7": {2: 1}, "SEND_RECEIVE": {15: 1}})
+        mesh = self.converted("a.su2", "su2")
+        np.testing.assert_array_equal(mesh["nodes"], CUBE)
+        (rows,) = [rows for (dim, _), rows in mesh["elements"].items() if dim == 3]
+        np.testing.assert_array_equal(rows, TETS)
+        for words, old, new in (
+            ("line 4: elements of the type 24 are not read SU2 has linear cells", "10 0 1 2 5 0", "24 0 1 2 5 0 1 2 3 4 5 0"),
+            ("line 3: NELEM= 6, but 5 lines follow", "NELEM= 5", "NELEM= 6"),
+            ("line 7: '10 0 5 7 4 3' is one line more than was announced", "NELEM= 5", "NELEM= 3"),
+            ("line 9: NPOIN= 9, but 8 lines follow", "NPOIN= 8", "NPOIN= 9"),
+            ("MARKER_ELEMS= 1, but 0 lines follow", text[text.index("5 5 6 7") :], ""),
+            ("line 19: NMARK= 4, but 2 markers follow", text[text.index("MARKER_TAG= 7") :], ""),
+            ("line 4: 3 nodes, where 4 are wanted", "10 0 1 2 5 0", "10 0 1 2"),
+            ("line 4: '10 0 1 2 x' is no list of nodes", "10 0 1 2 5 0", "10 0 1 2 x"),
+            ("'0.0 0.0' has no three coordinates", "0.0 0.0 0.0 0", "0.0 0.0"),
+            ("an element refers to node 9, which is not there", "10 0 1 2 5 0", "10 0 1 2 9 0"),
+            ("has points of dimension 2 a body has three", "NDIME= 3", "NDIME= 2"),
+            ("line 2: 2 zones are not read", "NDIME= 3", "NZONE= 2"),
+            ("line 3: NELEM is not a whole number", "NELEM= 5", "NELEM= five"),
+        ):
+            self.assertIn(old, text)
+            Path(self.path("bad.su2")).write_text(text.replace(old, new))
+            self.reject(words, "bad.su2", "su2")
+
+    def test_netgen(self):
+        triangles = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 7], [5, 6, 7]])
+        index = {"netgen:index": [np.array([1, 2, 3, 0]), np.array([1, 1, 2, 2, 2])]}
+        meshio.write(self.path("a.vol"), meshio.Mesh(CUBE, [("triangle", triangles), ("tetra", TETS)], cell_data=index))
+        text = Path(self.path("a.vol")).read_text()
+        begin, end = text.index("materials"), text.index("endmesh")
+        self.assertLess(begin, end)
+        Path(self.path("plain.vol")).write_text(text[:begin] + text[end:])
+        self.assertEqual(self.sizes("plain.vol", "netgen"), {"cells_1": {4: 2}, "cells_2": {4: 3}, "facets_1": {2: 1}, "facets_2": {2: 1}, "facets_3": {2: 1}})
+        names = "materials\n2\n1 soft\n2 hard part\nbcnames\n3\n1 default\n2 default\n3 soft\n\n"
+        Path(self.path("named.vol")).write_text(text[:begin] + names + text[end:])
+        self.assertEqual(self.sizes("named.vol", "netgen"), {"soft": {4: 2, 2: 1}, "hard part": {4: 3}, "default": {2: 2}})
+        Path(self.path("packed.vol.gz")).write_bytes(gzip.compress(Path(self.path("named.vol")).read_bytes()))
+        self.assertEqual(self.sizes("packed.vol.gz", "netgen"), self.sizes("named.vol", "netgen"))
+        Path(self.path("cut.vol")).write_text(text[:begin])
+        self.reject("cannot read cut.vol: it has no line endmesh", "cut.vol", "netgen")
+
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
         for name in ("a.geo", "b.fem"):
             Path(self.path(name)).write_text(script)
             self.reject("its last line must be ENDDATA", name, "nastran")
-        Path(self.path("c.geo")).write_text("    -1\n" + script)
+        Path(self.path("c.geo")).write_text("    -1\n   151\n" + script + "    -1\n")
         self.reject("holds no cells", "c.geo", "gmsh")
         self.assertFalse(Path(self.path("run")).exists())
+
+    def test_readers_that_give_no_reason(self):
+        mesh = "MeshVersionFormatted 2\nDimension\n3\nVertices\n1\n0 0 0 0\n TetrahedraP2\n1\n1 1 1 1 1 1 1 1 1 1 1\nTrianglesP2\n0\nEnd\n"
+        Path(self.path("a.mesh")).write_text(mesh)
+        self.reject("cells of second order (TetrahedraP2, TrianglesP2) are not read from Medit write them in another format", "a.mesh", "medit")
+        Path(self.path("b.mesh")).write_text(mesh.replace(" TetrahedraP2", "3").replace("TrianglesP2", "End"))
+        self.reject("the reader of medit refuses it without a reason check that the file is complete, or write another format", "b.mesh", "medit")
+        Path(self.path("c.mesh")).write_text(mesh.replace("Formatted 2", "Formatted 7").replace("P2", ""))
+        self.reject("the reader of medit does not know '7' check that", "c.mesh", "medit")
+        meshio.write(self.path("d.dat"), meshio.Mesh(CUBE, [("quad", np.array([[0, 1, 2, 3]])), ("hexahedron", np.arange(8)[None])]), file_format="tecplot")
+        self.reject("cannot read d.dat: as tecplot its cells are called quad and have 8 nodes write cells of one kind", "d.dat", "tecplot")
 
     def test_refusals(self):
         self.store("good.vtu")

@@ -1,6 +1,6 @@
 //! Legacy VTK unstructured grids, text and binary (big endian), versions 2.0 to 5.1.
 //!
-//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
+//! Cells read: VTK_TETRA (10), VTK_QUADRATIC_TETRA (24), VTK_HEXAHEDRON (12), VTK_VOXEL (11), VTK_WEDGE (13) and VTK_PYRAMID (14); vertices, lines and surface cells are passed over, but their
 //! nodes need no tetrahedron. Every integer of CELL_DATA that takes 2 to 64 different values on the cells (gmsh's
 //! `CellEntityIds`, `gmsh:physical`) becomes regions `<name>_<value>`.
 
@@ -80,14 +80,14 @@ pub(in crate::mesh) fn parse(file: &Path, data: &[u8]) -> Result<RawMesh, MeshEr
             "CELL_TYPES" => grid.types = grid.numbers(&mut at, "the cell types")?,
             // Point data, and whatever else follows, is not needed; cell data only for regions.
             "CELL_DATA" => {
-                grid.data(&mut at);
+                grid.data(&mut at)?;
                 break;
             }
             "POINT_DATA" => {
                 if !at.skip_past("CELL_DATA") {
                     break;
                 }
-                grid.data(&mut at);
+                grid.data(&mut at)?;
                 break;
             }
             other => return Err(at.syntax("POINTS, CELLS or CELL_TYPES", other)),
@@ -184,22 +184,28 @@ impl Grid {
         Ok(())
     }
 
-    /// Cell data, as far as it is understood: it only names regions, so anything strange just ends it.
-    fn data(&mut self, at: &mut Cursor) {
-        let Ok(count) = at.parse::<usize>("the number of cells") else { return };
+    /// Cell data, as far as it is understood: it only names regions, so that anything strange just ends it. A file that ends within it is refused.
+    fn data(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
+        match self.attributes(at) {
+            Err(MeshError::Syntax { .. }) if at.peek().is_some() => Ok(()),
+            Err(MeshError::Syntax { .. }) => Err(at.truncated("the data of the cells")),
+            read => read,
+        }
+    }
+
+    fn attributes(&mut self, at: &mut Cursor) -> Result<(), MeshError> {
+        let count: usize = at.parse("the number of cells with data")?;
         while let Some(keyword) = at.word() {
-            let done = match keyword {
-                "SCALARS" => self.scalars(at, count),
+            match keyword {
+                "SCALARS" => self.scalars(at, count)?,
                 "FIELD" => {
                     at.word();
-                    self.arrays(at, Some(count))
+                    self.arrays(at, Some(count))?;
                 }
-                _ => return,
-            };
-            if done.is_err() {
-                return;
+                other => return Err(at.syntax("data of cells", other)),
             }
         }
+        Ok(())
     }
 
     fn scalars(&mut self, at: &mut Cursor, count: usize) -> Result<(), MeshError> {
@@ -211,7 +217,7 @@ impl Grid {
             at.word();
             at.word();
         }
-        let values = self.values(at, kind, count.saturating_mul(components), "scalars")?;
+        let values = self.values(at, kind, count.saturating_mul(components), "the data of the cells")?;
         if components == 1 && kind != "float" && kind != "double" {
             self.tags.insert(name.to_string(), values.into_iter().map(|v| v as i64).collect());
         }
@@ -260,7 +266,7 @@ impl Grid {
                 24 => Solid::Tet10,
                 14 => Solid::Pyramid,
                 13 => Solid::Wedge,
-                12 => Solid::Hexahedron,
+                11 | 12 => Solid::Hexahedron,
                 _ => {
                     let kinds = if dim == 3 { &mut raw.other_volumes } else { &mut raw.other };
                     *kinds.entry(name).or_default() += 1;
@@ -272,7 +278,12 @@ impl Grid {
                 let fact = format!("cell {c} has type {number} but {} nodes", nodes.len());
                 return Err(MeshError::Format { file: file.into(), fact, remedy: "write the file again".into() });
             }
-            let nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
+            let mut nodes: Vec<u32> = nodes.iter().map(|&i| i as u32).collect();
+            if number == 11 {
+                // The rows of a voxel run in one direction, those of a hexahedron around
+                nodes.swap(2, 3);
+                nodes.swap(6, 7);
+            }
             raw.push(solid, &nodes, c as u64);
             origin.push(c);
         }

@@ -150,12 +150,17 @@ fn included(text: &str) -> Vec<PathBuf> {
     names
 }
 
-/// The file that a keyword names, which may be written as on Windows; the mesher reads it in the same way.
+/// The file that a keyword names, which may be written as on Windows; the mesher reads it in the same way. Keyword and option may be abbreviated, and blanks in
+/// them do not count; the mesher refuses what is too short to be clear.
 fn input(keyword: &str) -> Option<PathBuf> {
     let mut words = keyword[1..].split(',').map(|word| word.trim_matches(is_blank));
-    let takes_input = words.next().is_some_and(|name| WITH_INPUT.iter().any(|word| name.eq_ignore_ascii_case(word)));
+    let means = |word: &str, short: &str| {
+        let short = short.replace(is_blank, "").to_ascii_lowercase();
+        !short.is_empty() && word.starts_with(&short)
+    };
+    let takes_input = words.next().is_some_and(|name| WITH_INPUT.iter().any(|word| means(word, name)));
     let options = words.filter_map(|option| option.split_once('='));
-    let mut inputs = options.filter(|(key, _)| key.trim_matches(is_blank).eq_ignore_ascii_case("input"));
+    let mut inputs = options.filter(|(key, _)| means("input", key));
     let (_, name) = inputs.next_back().filter(|_| takes_input)?;
     Some(name.trim_matches(is_blank).trim_matches('"').replace('\\', "/").into())
 }
@@ -234,6 +239,8 @@ mod tests {
             &[("m.inp", main), ("nodes.txt", "1, 0, 0, 0"), ("e.txt", "1, 1, 2, 3, 4"), ("x.txt", "1")],
         );
         all_count("abaqus", &[("m.inp", "*INCLUDE, INPUT=.\\sub\\a.inp"), ("sub/a.inp", "*NODE")]);
+        let short = "*INCL, INP=a.inp\n* E lem, TYPE=C3D4, I N=e.txt\n*SUBMODEL, INPUT=none\n";
+        all_count("abaqus", &[("m.inp", short), ("a.inp", "*NODE"), ("e.txt", "1, 1, 2, 3, 4")]);
         let item = |format: &str, text: &str| format!("<DataItem Format=\"{format}\">\n {text} </DataItem>");
         let items = [item("HDF", "fields.h5:/x"), item("Binary", "cells.bin"), item("XML", "0 1 2")].concat();
         let xdmf = format!("<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf>{items}</Xdmf>");

@@ -1,0 +1,28 @@
+"""TetGen's pair of files: whether `.node` and `.ele` hold what they announce. meshio seeks the first line without an end."""
+
+from pathlib import Path
+
+from .errors import BadRequest
+
+
+def check(path: Path) -> None:
+    """Refuse a pair of which a file has no counts or fewer numbers than it announces, and cells of second order."""
+    for file, what, own in ((path.with_suffix(".node"), "nodes", 4), (path.with_suffix(".ele"), "cells", 1)):
+        lines = (line.partition("#")[0].split() for line in file.read_text("utf-8").splitlines())
+        rows = [line for line in lines if line]
+        try:
+            count, size, *further = numbers = [int(word) for word in rows[0]] if rows else []
+            if min(numbers) < 0:
+                raise ValueError
+        except ValueError:
+            raise refused(file, f"it does not begin with the numbers of its {what}") from None
+        if what == "cells" and size != 4:
+            raise BadRequest(f"cannot read {file.name}: its cells have {size} nodes", "write tetrahedra with 4 nodes, or another format, such as MSH")
+        columns = own + sum(further) + (size if what == "cells" else 0)
+        there = sum(map(len, rows[1:])) // columns
+        if there < count:
+            raise refused(file, f"it announces {count} {what}, of which {there} are there")
+
+
+def refused(file: Path, fact: str) -> BadRequest:
+    return BadRequest(f"cannot read {file.name}: {fact}", "check that the file is complete, and write it again")
