@@ -30,6 +30,9 @@ impl fmt::Display for Place {
     }
 }
 
+/// The order of the mid-nodes of a cell in files, as a remedy.
+const MID_NODES: &str = "write those of the corners 1 to 4 in the order 12 23 13 14 34 24 in MSH, 12 23 13 14 24 34 in VTK and Abaqus files";
+
 /// Why a mesh was refused. Cells and nodes carry the numbers of the file they come from.
 #[derive(Clone, PartialEq, Debug, thiserror::Error)]
 pub enum MeshError {
@@ -59,6 +62,10 @@ pub enum MeshError {
     NotFinite { file: PathBuf, node: u64 },
     #[error("{}: nodes {first} and {second} are both at {}: a duplicate node is a crack; merge them: merge = \"1e-6 mm\" in [mesh]", file.display(), point(at))]
     DuplicateNode { file: PathBuf, first: u64, second: u64, at: Vec3 },
+    #[error("{}: node {node} of cell {cell} is the mid-node of the edge {}-{} and lies at the edge {}-{}, and so in {count} of {cells} cells: the mid-nodes are in the order of another program; {MID_NODES}", file.display(), edge[0], edge[1], at[0], at[1])]
+    MidNodeOrder { file: PathBuf, cell: u64, node: u64, edge: [u64; 2], at: [u64; 2], count: usize, cells: usize },
+    #[error("{}: cells {} and {} have a face in common, and the mid-node of its edge {}-{} is {} in one and {} in the other: the face is a crack, or the mid-nodes are in the order of another program; merge the two nodes (merge in [mesh]), or {MID_NODES}", file.display(), cells[0], cells[1], edge[0], edge[1], nodes[0], nodes[1])]
+    MidNodeTwice { file: PathBuf, edge: [u64; 2], nodes: [u64; 2], cells: [u64; 2] },
     #[error("{}: cell {cell} has zero volume ({volume:.3e} m^3); remove or remesh it", file.display())]
     ZeroVolume { file: PathBuf, cell: u64, volume: f64 },
     #[error("{}: cell {cell} is inverted (volume {volume:.3e} m^3; {count} of {cells} cells); renumber its nodes or remesh", file.display())]

@@ -1,4 +1,4 @@
-//! Places of cables that are doubtful: guides that are held, patches that reach across a slit, pull points in the body.
+//! Places of cables that are doubtful: guides that are held, patches that reach across a slit or are cut by a plane of symmetry, pull points in the body.
 
 use crate::common::scene;
 use durometer::mesh::structured::block;
@@ -106,5 +106,32 @@ fn a_pull_point_in_the_body_is_noted() {
         let scene = parse_scene(&text(BAR, &keys, "1 mm")).unwrap_or_else(|e| panic!("{e}"));
         let noted = scene.notes.iter().any(|note| note.contains("lies in the body, which moves through it"));
         assert_eq!(noted, expected, "{pull}: {:?}", scene.notes);
+    }
+}
+
+/// A plane on which one component alone is held is one of symmetry: a ball that it cuts has other weights than half of a whole one. The first half of the bar is
+/// held in all components, a ball of 3 mm around y = 5 mm does not reach the plane, and a cable through points has no ball.
+#[test]
+fn a_patch_that_a_plane_of_symmetry_cuts_is_noted() {
+    let held = "[[constraint]]\nkind = \"fixed\"\nregion = \"ymin\"\ncomponents = \"y\"\n";
+    let force = "[[effect]]\nkind = \"point_force\"\npoint = [\"50 mm\", \"0 mm\", \"5 mm\"]\nradius = \"3 mm\"\ndirection = [0, 0, 1]\nforce = \"1 mN\"\n";
+    let notes = |y: f64, radius: &str, more: &str| {
+        let at = |x: f64| format!("[\"{x} mm\", \"{y} mm\", \"5 mm\"]");
+        let keys = format!("pull_point = {}\nguides = [{}, {}, {}]", at(-10.0), at(10.0), at(45.0), at(55.0));
+        let text = text(BAR, &keys, "1 mm").replace("\"3 mm\"", &format!("\"{radius}\"")) + more;
+        let scene = parse_scene(&text).unwrap_or_else(|e| panic!("{e}"));
+        scene.notes.iter().filter(|note| note.contains("cut by a plane")).cloned().collect::<Vec<_>>()
+    };
+    let found = notes(0.0, "3 mm", &format!("{held}{force}"));
+    let cut = "patches that are cut by a plane on which one component is held:";
+    assert_eq!(found.len(), 2, "{found:?}");
+    assert!(found[0].starts_with(&format!("cable: {cut} guide 2 by y = 0.0000 mm")), "{found:?}");
+    assert!(found[0].contains("guide 3 by y") && found[0].contains("guide_radius = \"point\""), "{found:?}");
+    assert!(
+        found[1].starts_with(&format!("point_force: {cut} the one at (50, 0, 5) mm by y = 0.0000 mm")),
+        "{found:?}"
+    );
+    for (y, radius, more) in [(0.0, "3 mm", ""), (5.0, "3 mm", held), (0.0, "point", held)] {
+        assert_eq!(notes(y, radius, more), Vec::<String>::new(), "{y} mm, {radius}");
     }
 }

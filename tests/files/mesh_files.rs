@@ -349,6 +349,7 @@ fn the_shared_finger_reads() {
 const DAMAGED: &str = "the file is damaged, write it again";
 const CUT: &str = "it is truncated, write or copy it again";
 const ONLY: &str = "only tetrahedra of one order are read: remesh the body with tetrahedra";
+const MID_NODES: &str = "write those of the corners 1 to 4 in the order 12 23 13 14 34 24 in MSH, 12 23 13 14 24 34 in VTK and Abaqus files";
 const SPLIT: &str = "add split = true to [mesh]: hexahedra, wedges and pyramids become tetrahedra with the same nodes";
 
 #[test]
@@ -361,6 +362,8 @@ fn every_bad_file_is_refused_with_its_message() {
         ("inverted.msh", ": cell 2 is inverted (volume -3.333e-1 m^3; 1 of 3 cells); renumber its nodes or remesh".into()),
         ("loose-facet.msh", ": facet 2 of region root is no face of any cell; save the volume next to it".into()),
         ("mesh.inp", ": this file type is not read directly; give it as [mesh] file in a scene: other formats go through the mesher".into()),
+        ("mid-node-order.msh", format!(": node 9 of cell 1 is the mid-node of the edge 2-4 and lies at the edge 3-4, and so in 1 of 1 cells: the mid-nodes are in the order of another program; {MID_NODES}")),
+        ("mid-node-twice.msh", format!(": cells 1 and 2 have a face in common, and the mid-node of its edge 2-3 is 7 in one and 15 in the other: the face is a crack, or the mid-nodes are in the order of another program; merge the two nodes (merge in [mesh]), or {MID_NODES}")),
         ("mixed-order.msh", format!(": mixed-cell mesh: 1 × 10-node tetrahedra, 2 × 4-node tetrahedra; {ONLY}")),
         ("mixed.msh", format!(": 2 × 4-node tetrahedra, 1 × 5-node pyramids; {SPLIT}")),
         ("negative-node.msh", ": element 2 refers to node -3, which the file does not define; write the file again".into()),

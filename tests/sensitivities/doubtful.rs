@@ -1,6 +1,7 @@
-//! Which derivatives are called doubtful: those of a scene with a kink, and none that is zero but for rounding.
+//! Which derivatives are called doubtful: those of a scene with a kink, and none that is zero but for rounding; which keys change nothing.
 
 use durometer::scene::{ParameterKey, RunOptions, Sensitivities, SensitivityRecorder, parse_scene};
+use durometer::solve::Failure;
 
 /// A block between two faces that alone hold it: the sum of all its reactions is zero, while those of the nodes are not, and one component of the quaternion
 /// of the face that turns is.
@@ -90,25 +91,40 @@ fn a_kink_is_doubtful() {
     assert!(doubtful.iter().all(|(column, ..)| !column.contains("reaction")), "{doubtful:?}");
 }
 
+/// The derivative of one column by one key in one row, with its error and the sum of the sizes of its terms, of a column of this size.
+fn one(derivative: f64, error: f64, terms: f64, column_size: f64) -> Sensitivities {
+    Sensitivities {
+        columns: vec!["tip_x_m".into()],
+        keys: vec![key("effect.gravity.density")],
+        rows: vec![vec![vec![derivative]]],
+        errors: vec![vec![error]],
+        terms: vec![vec![terms]],
+        column_sizes: vec![column_size],
+        key_sizes: vec![1.0],
+        stopped: None,
+        factorisations: 0,
+        solves: 0,
+        wall: 0.0,
+        cpu: 0.0,
+    }
+}
+
 /// An error of 2e-6 of a derivative that is one term, that is 1e-4 of its terms and that is 1e-2 of them; one that changes the column by less than rounding.
 #[test]
 fn errors_are_compared_with_terms_and_columns() {
     for (terms, column_size, is_doubtful) in [(1.0, 1.0, true), (1e4, 1.0, false), (1e2, 1.0, true), (1.0, 1e4, false)]
     {
-        let found = Sensitivities {
-            columns: vec!["tip_x_m".into()],
-            keys: vec![key("effect.gravity.density")],
-            rows: vec![vec![vec![1.0]]],
-            errors: vec![vec![2e-6]],
-            terms: vec![vec![terms]],
-            column_sizes: vec![column_size],
-            key_sizes: vec![1.0],
-            stopped: None,
-            factorisations: 0,
-            solves: 0,
-            wall: 0.0,
-            cpu: 0.0,
-        };
+        let found = one(1.0, 2e-6, terms, column_size);
         assert_eq!(found.doubtful().len(), usize::from(is_doubtful), "{terms:e} {column_size:e}");
     }
+}
+
+/// A key is idle where all derivatives by it are zero, but not where they end before the end of the run: it may matter later.
+#[test]
+fn no_key_is_idle_where_the_derivatives_end_early() {
+    let mut found = one(0.0, 0.0, 0.0, 1.0);
+    assert_eq!(found.idle().count(), 1);
+    assert_eq!(one(1.0, 0.0, 1.0, 1.0).idle().count(), 0);
+    found.stopped = Some((0.045, Failure::Landing));
+    assert_eq!(found.idle().count(), 0);
 }

@@ -1,5 +1,6 @@
 //! From what a file holds to a checked [`TetMesh`]: units, orientation, boundary, regions.
 
+use super::mid_nodes::Numbers;
 use super::solid::{Solid, triangles};
 use super::validate;
 use crate::math::tensor::Vec3;
@@ -114,6 +115,9 @@ impl RawMesh {
         }
         let cells = std::mem::take(&mut self.cell_nodes);
         let mut mesh = TetMesh { order, points, cells, facets: vec![], regions: BTreeMap::new() };
+        if order == Order::Quadratic {
+            self.numbers().check_order(&mesh)?;
+        }
         self.orient(&mut mesh)?;
         self.regions(&mut mesh)?;
         Ok((mesh, changes))
@@ -270,10 +274,18 @@ impl RawMesh {
         Ok(())
     }
 
+    /// The numbers of the file, once the nodes and cells are those of the mesh.
+    fn numbers(&self) -> Numbers<'_, impl Fn(usize) -> u64> {
+        Numbers { file: &self.file, nodes: &self.node_tags, cell: |c| self.cells[c].tag }
+    }
+
     /// Facets and regions: the triangles of the file that are faces of cells, then the rest of the boundary.
     fn regions(mut self, mesh: &mut TetMesh) -> Result<(), MeshError> {
         let faces =
             Faces::of(mesh).map_err(|c| MeshError::SharedFace { file: self.file.clone(), cell: self.cells[c].tag })?;
+        if mesh.order == Order::Quadratic {
+            self.numbers().check_faces(mesh, &faces)?;
+        }
         let mut number: HashMap<[u32; 3], u32> = HashMap::new();
         let mut facet_regions: BTreeMap<String, Vec<u32>> = BTreeMap::new();
         for RawFacet { corners, tag, regions } in std::mem::take(&mut self.facets) {

@@ -5,6 +5,7 @@ pub mod census;
 mod cursor;
 pub mod format;
 pub mod grid_file;
+mod mid_nodes;
 mod msh;
 mod msh2;
 mod msh_elements;

@@ -54,9 +54,11 @@ impl Sensitivities {
         Some(self.rows.iter().map(|row| row[c][k]).collect())
     }
 
-    /// Keys by which every derivative of every row is exactly zero: they change nothing that is recorded.
+    /// Keys by which every derivative of every row is exactly zero: they change nothing that is recorded. None is known where the derivatives end early,
+    /// before a load or a contact may make them matter.
     pub fn idle(&self) -> impl Iterator<Item = &ParameterKey> {
-        let is_idle = |k: usize| self.rows.iter().flatten().all(|by_keys| by_keys[k] == 0.0);
+        let is_complete = self.stopped.is_none();
+        let is_idle = move |k: usize| is_complete && self.rows.iter().flatten().all(|by_keys| by_keys[k] == 0.0);
         self.keys.iter().enumerate().filter(move |(k, _)| is_idle(*k)).map(|(_, key)| key)
     }
 

@@ -8,7 +8,7 @@ use crate::mesh::embed::embed;
 use crate::mesh::error::point;
 use crate::scene::build::builder::Builder;
 use crate::scene::error::{SceneError, part};
-use crate::scene::parts::patch::{check_radius, note_radius};
+use crate::scene::parts::patch::{check_radius, note_cut, note_radius};
 use crate::scene::signal::SignalSpec;
 use crate::scene::text::quantity::{GuideRadius, Length};
 use crate::system::Effect;
@@ -68,5 +68,12 @@ impl EffectPart for PointForceSpec {
             GuideRadius::Ball(radius) => format!("on a ball of {:.4} mm", radius * 1e3),
         };
         format!("at {}, {patch}, towards {:?}", point(&self.at()), self.direction)
+    }
+
+    fn note(&self, builder: &mut Builder) {
+        if let GuideRadius::Ball(radius) = self.radius {
+            let ball = (format!("the one at {}", point(&self.at())), self.at());
+            note_cut(builder, &self.name, "radius", radius, &[ball]);
+        }
     }
 }

@@ -116,7 +116,11 @@ fn build_cable(builder: &mut Builder, place: &str, spec: &CableSpec, route: Rout
     };
     let by_length = spec.drive.is_by_length();
     let (by_segment, friction) = (spec.friction.is_some(), spec.capstan().is_some());
-    Ok(NamedCable { name, cable, drive, by_length, by_segment, friction, softness, most })
+    let guide_radius = match spec.guide_radius {
+        GuideRadius::Point => None,
+        GuideRadius::Ball(radius) => Some(radius),
+    };
+    Ok(NamedCable { name, cable, guide_radius, drive, by_length, by_segment, friction, softness, most })
 }
 
 fn check_values(builder: &Builder, place: &str, spec: &CableSpec) -> Result<(), SceneError> {

@@ -1,10 +1,12 @@
-//! Notes on the places of a cable: a pull point inside of the body, and guides whose patches reach across a gap.
+//! Notes on the places of a cable: a pull point inside of the body, and guides whose patches reach across a gap or are cut by a plane of symmetry.
 
+use crate::math::tensor::Vec3;
 use crate::mesh::TetMesh;
 use crate::mesh::embed::embed;
 use crate::mesh::error::point;
 use crate::scene::build::builder::Builder;
 use crate::scene::parts::constraints::cable::record::NamedCable;
+use crate::scene::parts::patch::note_cut;
 use crate::wording::few;
 use std::collections::BTreeSet;
 
@@ -16,6 +18,17 @@ pub(in crate::scene) fn note_places(builder: &mut Builder, cables: &[NamedCable]
     let notes: Vec<String> =
         cables.iter().flat_map(|cable| inside(builder, cable).into_iter().chain(across(builder, cable))).collect();
     builder.notes.extend(notes);
+    for cable in cables {
+        let ball = |(k, at, _): (usize, &Vec3, _)| (format!("guide {}", k + 1), *at);
+        let balls: Vec<(String, Vec3)> = guides(cable).map(ball).collect();
+        cable.guide_radius.iter().for_each(|radius| note_cut(builder, &cable.name, "guide_radius", *radius, &balls));
+    }
+}
+
+/// Guides of a cable: their number from 0, place and weights. Rings have none, and are not counted.
+fn guides(NamedCable { cable, .. }: &NamedCable) -> impl Iterator<Item = (usize, &Vec3, &Vec<(u32, f64)>)> {
+    let all = cable.path().1.iter().zip(cable.means().lists());
+    all.filter(|(_, list)| !list.is_empty()).enumerate().map(|(k, (at, list))| (k, at, list))
 }
 
 /// The note on a pull point that the body surrounds, and does not hold.
@@ -34,12 +47,9 @@ fn inside(builder: &Builder, NamedCable { name, cable, .. }: &NamedCable) -> Opt
 }
 
 /// The note on guides whose patches take parts of the body on both sides of a gap.
-fn across(builder: &Builder, NamedCable { name, cable, .. }: &NamedCable) -> Option<String> {
-    let mesh = &builder.body.mesh;
-    let (points, lists) = (cable.path().1, cable.means().lists());
-    // Rings have no patch, and are not counted
-    let guides = points.iter().zip(lists).filter(|(_, list)| !list.is_empty()).enumerate();
-    let shares = guides.filter_map(|(k, (at, list))| {
+fn across(builder: &Builder, named: &NamedCable) -> Option<String> {
+    let (mesh, name) = (&builder.body.mesh, &named.name);
+    let shares = guides(named).filter_map(|(k, at, list)| {
         let share = beyond(mesh, embed(mesh, *at).ok()?.cell, list);
         (share > LITTLE).then(|| format!("guide {} at {} ({:.0} %)", k + 1, point(at), 100.0 * share))
     });

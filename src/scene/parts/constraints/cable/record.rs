@@ -12,6 +12,8 @@ use std::sync::Arc;
 pub struct NamedCable {
     pub name: String,
     pub cable: Arc<Cable>,
+    /// Of the patches of its guides \[m\]; none of a cable through points
+    pub guide_radius: Option<f64>,
     /// The tension at the pull point; with friction the multipliers of the other segments follow
     pub drive: Drive,
     pub by_length: bool,
