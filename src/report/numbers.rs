@@ -90,6 +90,11 @@ pub fn seconds(s: f64) -> String {
     if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
 }
 
+/// A ratio: `2.4`, `180`, `6e5`.
+pub fn times(x: f64) -> String {
+    if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
+}
+
 /// Decimals that leave two significant digits, thirty at most.
 pub fn digits(x: f64) -> usize {
     if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 30) as usize }
@@ -223,6 +228,11 @@ mod tests {
             ["8.0400e-11", "-0.00542", "0.0"]
         );
         assert_eq!(cell(f64::NAN, print), "–");
+    }
+
+    #[test]
+    fn large_ratios_have_a_power_of_ten() {
+        assert_eq!([1.0, 2.43, 179.6, 2_029_699.0].map(times), ["1.0", "2.4", "180", "2e6"]);
     }
 
     #[test]

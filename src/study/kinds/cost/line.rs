@@ -69,6 +69,12 @@ fn cost(points: &[(f64, f64)], law: Option<&Growth>, level: f64) -> Option<Level
 }
 
 impl LevelCost {
+    /// The least and the largest that it may be \[s\].
+    pub fn ends(&self) -> [f64; 2] {
+        let least = if self.how == How::AtMost { 0.0 } else { self.seconds };
+        self.interval.unwrap_or([least, self.seconds])
+    }
+
     /// `3.1 s`, `≤ 0.4 s`, `≈ 2 h`
     pub fn words(&self) -> String {
         let sign = match self.how {

@@ -2,7 +2,7 @@
 
 use crate::report::figure::drawn;
 use crate::report::names::title;
-use crate::report::numbers::{digits, percent, percent_cell, seconds, significant};
+use crate::report::numbers::{digits, percent, percent_cell, seconds, significant, times};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::claim::Claim;
@@ -125,7 +125,7 @@ fn costs(a: &CostFindings) -> Table {
                     Some(p) => [
                         p.words(),
                         p.interval.map_or("–".into(), |[low, high]| format!("{} to {}", seconds(low), seconds(high))),
-                        format!("{:.*}", digits(p.seconds / least), p.seconds / least),
+                        times(p.seconds / least),
                         match p.how {
                             How::AtMost => "its coarsest case".into(),
                             How::Between => "between its cases".into(),
