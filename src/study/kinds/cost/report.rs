@@ -121,7 +121,7 @@ fn costs(a: &CostFindings) -> Table {
             for l in &q.lines {
                 let mut row = vec![q.quantity.label.clone(), q.variant.clone(), percent(*level), l.label.clone()];
                 row.extend(match l.costs[k] {
-                    None => ["–".to_string(), "–".into(), "–".into(), "its errors do not fall to it".into()],
+                    None => ["–".to_string(), "–".into(), "–".into(), "its most expensive case is above it".into()],
                     Some(p) => [
                         p.words(),
                         p.interval.map_or("–".into(), |[low, high]| format!("{} to {}", seconds(low), seconds(high))),
