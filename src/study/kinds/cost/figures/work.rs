@@ -130,7 +130,7 @@ fn sheet(
         .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
-            (Sample::Mark(m, c), names::title(&f.name))
+            (Sample::Mark(m, c), names::family(&f.name))
         })
         .collect();
     entries.push((Sample::Line(GREY), "Pareto front".into()));
