@@ -94,6 +94,12 @@ impl Axis {
         Self::log_below(shown.chain([tolerance]), head, label)
     }
 
+    /// The largest of errors that are so far below the tolerance that [their axis](Self::of_errors) reaches none of them; `None` where it reaches one.
+    pub fn below(errors: impl Iterator<Item = f64>, tolerance: f64) -> Option<f64> {
+        let largest = errors.fold(0.0, f64::max);
+        (largest < DEPTH * tolerance).then_some(largest)
+    }
+
     /// Position in \[0, 1\].
     pub fn place(&self, v: f64) -> f64 {
         if self.log { (v / self.lo).ln() / (self.hi / self.lo).ln() } else { (v - self.lo) / (self.hi - self.lo) }
@@ -264,6 +270,13 @@ mod tests {
             let lo = lowest(errors);
             assert!(lo < least && lo > 0.3 * least, "{errors:?}: {lo}");
         }
+    }
+
+    #[test]
+    fn errors_that_no_axis_reaches_are_told_with_their_largest() {
+        let below = |errors: &[f64]| Axis::below(errors.iter().copied(), 2.0);
+        assert_eq!(below(&[1e-6, 3e-6, 0.0]), Some(3e-6));
+        assert_eq!([below(&[0.0]), below(&[1e-6, 3e-4]), below(&[f64::INFINITY])], [Some(0.0), None, None]);
     }
 
     #[test]
