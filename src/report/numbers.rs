@@ -143,6 +143,12 @@ pub fn span(values: impl IntoIterator<Item = f64>, print: impl Fn(f64) -> String
     (low <= high).then(|| if a == b { a } else { format!("{a} to {b}") })
 }
 
+/// A value with two digits of its error, where this is known: `0.02 ± 0.11`, `1.3170 ± 0.0035`, `1.33`.
+pub fn with_error(value: f64, error: Option<f64>) -> String {
+    let decimals = error.map_or(2, digits);
+    format!("{value:.decimals$}{}", error.map_or(String::new(), |e| format!(" ± {e:.decimals$}")))
+}
+
 /// A value with two digits of its uncertainty, five of its own at most; with an exponent where twelve decimals do not show it.
 pub fn within(value: f64, uncertainty: f64) -> String {
     let resolution = uncertainty.abs().max(1e-4 * value.abs());
@@ -228,6 +234,12 @@ mod tests {
             ["8.0400e-11", "-0.00542", "0.0"]
         );
         assert_eq!(cell(f64::NAN, print), "–");
+    }
+
+    #[test]
+    fn an_error_has_two_digits() {
+        let shown = [with_error(0.0234, Some(0.113)), with_error(1.31702, Some(0.0035)), with_error(1.327, None)];
+        assert_eq!(shown, ["0.02 ± 0.11", "1.3170 ± 0.0035", "1.33"]);
     }
 
     #[test]
