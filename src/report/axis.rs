@@ -94,6 +94,12 @@ impl Axis {
         Self::log_below(shown.chain([tolerance]), head, label)
     }
 
+    /// The largest of errors that are so far below the tolerance that [their axis](Self::of_errors) reaches none of them; `None` where it reaches one.
+    pub fn below(errors: impl Iterator<Item = f64>, tolerance: f64) -> Option<f64> {
+        let largest = errors.fold(0.0, f64::max);
+        (largest < DEPTH * tolerance).then_some(largest)
+    }
+
     /// Position in \[0, 1\].
     pub fn place(&self, v: f64) -> f64 {
         if self.log { (v / self.lo).ln() / (self.hi / self.lo).ln() } else { (v - self.lo) / (self.hi - self.lo) }
@@ -106,7 +112,7 @@ impl Axis {
 
     /// The ticks with as many numbers as have room, as `fits` tells of a choice.
     pub fn ticks_where(&self, fits: impl Fn(&[(f64, String)]) -> bool) -> Vec<(f64, String)> {
-        let choices = if self.log { self.decades() } else { vec![self.even()] };
+        let choices = if self.log { self.logarithmic() } else { vec![self.even()] };
         if let Some(ticks) = choices.iter().find(|ticks| fits(ticks)) {
             return ticks.clone();
         }
@@ -142,7 +148,18 @@ impl Axis {
             .collect()
     }
 
-    /// Choices of ticks of a logarithmic axis: by its decades, then fewer numbers; each has two at least where there are two.
+    /// Choices of ticks of a logarithmic axis: at even distances of the values where its decades have two numbers or less, by its decades, then fewer numbers;
+    /// each has two at least where there are two.
+    fn logarithmic(&self) -> Vec<Vec<(f64, String)>> {
+        let by_decades = self.decades();
+        let is_short = by_decades[0].iter().filter(|t| !t.1.is_empty()).count() <= 2 && self.hi / self.lo < 10.0;
+        let has_plain_numbers = self.lo >= 1e-3 && self.hi < 1e5;
+        let even = Self { step: step(self.hi - self.lo, 5.0), ..self.clone() };
+        let even = (is_short && has_plain_numbers).then(|| even.even());
+        even.into_iter().chain(by_decades).collect()
+    }
+
+    /// Choices of ticks by decades.
     fn decades(&self) -> Vec<Vec<(f64, String)>> {
         let decades = (self.hi / self.lo).log10();
         let usual = if decades > 2.5 { 3 } else { 2 * usize::from(decades > 1.0) };
@@ -267,6 +284,13 @@ mod tests {
     }
 
     #[test]
+    fn errors_that_no_axis_reaches_are_told_with_their_largest() {
+        let below = |errors: &[f64]| Axis::below(errors.iter().copied(), 2.0);
+        assert_eq!(below(&[1e-6, 3e-6, 0.0]), Some(3e-6));
+        assert_eq!([below(&[0.0]), below(&[1e-6, 3e-4]), below(&[f64::INFINITY])], [Some(0.0), None, None]);
+    }
+
+    #[test]
     fn numbers_of_ticks_differ_and_are_short() {
         let mut state = 1_u64;
         let mut random = || {
@@ -315,12 +339,21 @@ mod tests {
         assert_eq!(Axis::linear([2.0, 2.0 + 1e-13].into_iter(), "x [mm]").label, "x [mm]");
     }
 
+    /// Decades have two numbers or less within a short range, whose ticks are at even distances of the values.
+    #[test]
+    fn a_short_logarithmic_axis_has_more_than_two_numbers() {
+        let named = |lo: f64, hi: f64| names(&Axis::log([lo, hi].into_iter(), ""));
+        assert_eq!(named(22.8, 27.0), ["20", "22", "24", "26", "28", "30"]);
+        assert_eq!(named(2.2, 2.7), ["2.0", "2.2", "2.4", "2.6", "2.8", "3.0"]);
+        assert_eq!(named(0.0022, 0.0027), ["0.0020", "0.0022", "0.0024", "0.0026", "0.0028", "0.0030"]);
+    }
+
     #[test]
     fn numbers_of_a_logarithmic_axis_have_one_form() {
         let named = |lo: f64, hi: f64| names(&Axis::log([lo, hi].into_iter(), ""));
         assert_eq!(named(1e-5, 1.0), [-5, -4, -3, -2, -1, 0].map(raised));
         assert_eq!(named(1e-3, 1.0), ["0.001", "0.01", "0.1", "1"]);
-        assert_eq!(named(2.2, 2.7), ["2", "3"]);
+        assert_eq!(named(1.0, 3.0), ["1", "2", "3"]);
         assert_eq!(named(3e-5, 6e-4), [format!("3·{}", raised(-5)), raised(-4), format!("3·{}", raised(-4))]);
     }
 }

@@ -5,7 +5,7 @@ use crate::report::canvas::{
 };
 use crate::report::error::ReportError;
 use crate::report::measure::{shortened, width_in_mm};
-use crate::report::names::title;
+use crate::report::names;
 use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -189,8 +189,8 @@ impl WithLegend {
 
 /// `sizes (tet4)`, but `tet10 mixed` for a family named after its element.
 pub fn family_label(family: &str, formulation: &str) -> String {
-    let element = title(formulation);
-    let name = title(family);
+    let element = names::title(formulation);
+    let name = names::family(family);
     if name == element { element } else { format!("{name} ({element})") }
 }
 
@@ -210,8 +210,14 @@ mod tests {
 
     #[test]
     fn a_family_that_is_named_after_its_element_is_named_once() {
-        let labels = [("tet4_up", "tet4_up"), ("tet4 mixed", "tet4_up"), ("sizes", "tet4"), ("tet10", "tet10_up")];
-        let shown = ["tet4 mixed", "tet4 mixed", "sizes (tet4)", "tet10 (tet10 mixed)"];
+        let labels = [
+            ("tet4_up", "tet4_up"),
+            ("tet4 mixed", "tet4_up"),
+            ("sizes", "tet4"),
+            ("tet10", "tet10_up"),
+            ("linear", "tet4"),
+        ];
+        let shown = ["tet4 mixed", "tet4 mixed", "sizes (tet4)", "tet10 (tet10 mixed)", "linear (tet4)"];
         assert_eq!(labels.map(|(family, element)| family_label(family, element)), shown);
     }
 

@@ -6,8 +6,18 @@ use crate::{material, solve};
 /// A law, an integrator, an element or another word of a file as a paper writes it: `Neo-Hookean`, `implicit Euler`, `tet10 mixed`; a name
 /// without one has blanks, and a quantity one before its unit.
 pub fn title(name: &str) -> String {
+    without_law(name).unwrap_or_else(|| material::title(name))
+}
+
+/// A family of cases as figures, tables and verdicts call it: the title of the integrator or the element that it is named after, or its name with blanks;
+/// never that of a law, since its scenes say which one they have.
+pub fn family(name: &str) -> String {
+    without_law(name).unwrap_or_else(|| name.replace('_', " "))
+}
+
+fn without_law(name: &str) -> Option<String> {
     let known = solve::integrator_title(name).or_else(|| element_title(name)).map(String::from);
-    known.or_else(|| units::spaced(name)).unwrap_or_else(|| material::title(name))
+    known.or_else(|| units::spaced(name))
 }
 
 /// The symbol of a constant by its key in files: `mu` is μ, `tau1` is τ₁, `C10` is C₁₀; other names, and symbols, stay.
@@ -51,6 +61,13 @@ mod tests {
         assert_eq!(keys.map(symbol), ["μ", "τ₁", "C₁₀", "κ", "g₂", "r", "J_m", "μ₁", "α₁₂", "set"]);
         assert_eq!(constant("laws.soft_rubber.mu"), "μ of soft rubber");
         assert_eq!(constant("stage.0.dt"), "stage.0.dt");
+    }
+
+    #[test]
+    fn a_family_has_no_title_of_a_law() {
+        let names = ["linear", "ogden", "neo_hookean", "tet10_up", "generalised_alpha", "one_length"];
+        let shown = ["linear", "ogden", "neo hookean", "tet10 mixed", "generalised-α", "one length"];
+        assert_eq!(names.map(family), shown);
     }
 
     #[test]

@@ -90,6 +90,11 @@ pub fn seconds(s: f64) -> String {
     if s >= 600.0 { format!("{:.0} min", s / 60.0) } else { format!("{s:.*} s", digits(s)) }
 }
 
+/// A ratio: `2.4`, `180`, `6e5`.
+pub fn times(x: f64) -> String {
+    if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
+}
+
 /// Decimals that leave two significant digits, thirty at most.
 pub fn digits(x: f64) -> usize {
     if x == 0.0 || !x.is_finite() { 1 } else { (1 - x.abs().log10().floor() as i32).clamp(0, 30) as usize }
@@ -136,6 +141,12 @@ pub fn span(values: impl IntoIterator<Item = f64>, print: impl Fn(f64) -> String
     let (low, high) = values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let (a, b) = (print(low), print(high));
     (low <= high).then(|| if a == b { a } else { format!("{a} to {b}") })
+}
+
+/// A value with two digits of its error, where this is known: `0.02 ± 0.11`, `1.3170 ± 0.0035`, `1.33`.
+pub fn with_error(value: f64, error: Option<f64>) -> String {
+    let decimals = error.map_or(2, digits);
+    format!("{value:.decimals$}{}", error.map_or(String::new(), |e| format!(" ± {e:.decimals$}")))
 }
 
 /// A value with two digits of its uncertainty, five of its own at most; with an exponent where twelve decimals do not show it.
@@ -223,6 +234,17 @@ mod tests {
             ["8.0400e-11", "-0.00542", "0.0"]
         );
         assert_eq!(cell(f64::NAN, print), "–");
+    }
+
+    #[test]
+    fn an_error_has_two_digits() {
+        let shown = [with_error(0.0234, Some(0.113)), with_error(1.31702, Some(0.0035)), with_error(1.327, None)];
+        assert_eq!(shown, ["0.02 ± 0.11", "1.3170 ± 0.0035", "1.33"]);
+    }
+
+    #[test]
+    fn large_ratios_have_a_power_of_ten() {
+        assert_eq!([1.0, 2.43, 179.6, 2_029_699.0].map(times), ["1.0", "2.4", "180", "2e6"]);
     }
 
     #[test]

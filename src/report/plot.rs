@@ -3,7 +3,9 @@
 pub use crate::report::axis::Axis;
 use crate::report::canvas::{Area, At, INK, PALE, Point, SMALL, line, mm, text};
 use crate::report::measure::{label_within, width};
+use crate::report::numbers::percent;
 use crate::report::panels::headed;
+use crate::wording::all;
 
 /// Distances between the numbers of neighbouring ticks: along x, and of their lines along y \[units\].
 const APART: i32 = 25;
@@ -11,6 +13,13 @@ const LINE: i32 = 80;
 
 /// Words of a caption about marks that are [on the axis](Plot::floored).
 pub const BELOW: &str = "a mark on the axis is of an error below it";
+
+/// The end of a caption that names what has no panel, as its errors are [below any axis](Axis::below), with the largest of them \[%\].
+pub fn without_panel(left_out: &[(String, f64)]) -> String {
+    let words = |(what, largest): &(String, f64)| format!("{what} (at most {})", percent(0.01 * largest));
+    let words: Vec<String> = left_out.iter().map(words).collect();
+    if words.is_empty() { String::new() } else { format!(" Too small for a panel are the errors of {}.", all(&words)) }
+}
 
 /// A frame between two corners of the sheet, with its axes.
 pub struct Plot<'a, 'b> {
@@ -135,5 +144,17 @@ impl Plot<'_, '_> {
     pub fn title(&self, letter: Option<char>, words: &str) {
         let [l, t, r, _] = self.frame;
         headed(self.area, (l, t), r - l, letter, words);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_caption_names_what_has_no_panel_with_its_largest_error() {
+        assert_eq!(without_panel(&[]), "");
+        let words = without_panel(&[("weight".into(), 1.5e-6), ("load".into(), 0.0)]);
+        assert_eq!(words, " Too small for a panel are the errors of weight (at most 1.5e-6 %) and load (at most 0 %).");
     }
 }

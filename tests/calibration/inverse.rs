@@ -440,6 +440,30 @@ fn a_gauge_length_reads_what_is_sought_with_the_rest_held() {
     let yeoh = format!("law = \"yeoh\"\nC10 = \"50 kPa\"\nC20 = \"5 kPa\"\n{volume}");
     let keys = ["C10", "C20"];
     near(&read(&format!("{yeoh}\nC30 = \"0 kPa\""), &keys, &test), &read(&yeoh, &keys, &test));
+    // E of a law whose closed form has μ: 2μ(1 + ν) with ν held, 9κμ/(3κ + μ) with κ held
+    let neo = |pair: &str, key: &str| read(&format!("law = \"neo_hookean\"\n{pair}"), &[key], &test);
+    let mu = neo("mu = \"100 kPa\"\nnu = 0.45", "mu")[0];
+    near(&[mu], &[factor("neo_hookean", 1, &|c| vec![c])]);
+    near(&neo("E = \"300 kPa\"\nnu = 0.45", "E"), &[2.9 * mu]);
+    near(&neo("E = \"300 kPa\"\nkappa = \"1 MPa\"", "E"), &[9e6 * mu / (3e6 + mu)]);
+}
+
+/// Where a homogeneous piece tells nothing of what is sought, the answer says why.
+#[test]
+fn a_reading_by_a_gauge_length_that_is_left_out_has_a_reason() {
+    let why = |law: &str, key: &str| {
+        let law: Table = law.parse().expect("TOML");
+        let model = model(&bar(&law, "6 mm", 4), &[key], X, Y);
+        let measured = made(&model, (1..=20).map(|k| 3e-4 * f64::from(k)).collect());
+        let settings = Settings { gauge: Some([0.015, 1e-4]), ..Settings::new(Weighting::Absolute) };
+        let gauge = found_with(vec![curve(&model, &measured)], &settings).gauge.expect("it is asked for");
+        assert_eq!((gauge.values, gauge.rms_relative), (vec![None], None));
+        gauge.left_out.expect("a reason")
+    };
+    let linear = why("law = \"stable_neo_hookean\"\nE = \"300 kPa\"\nnu = 0.45", "E");
+    assert_eq!(linear, "the law of rubber, stable Neo-Hookean, has no closed form for a homogeneous piece");
+    let ratio = why("law = \"neo_hookean\"\nE = \"300 kPa\"\nnu = 0.4", "nu");
+    assert!(ratio.contains("none of the constants of rubber that are looked for"), "{ratio}");
 }
 
 /// Bounds that exclude the truth: the constant is held there, named, and has no interval; the other one is the best next to it. Let go, the search

@@ -135,7 +135,29 @@ fn a_bar_does_not_count_where_the_truth_is_uncertain() {
     assert_eq!(a.whole(Estimator::OneRun).map(|s| s.bars), Some(2));
     // The bar of the family, 1/16 + 1/16, too
     assert_eq!(a.count(Estimator::ManyRuns, Standing::TruthUncertain), 1);
-    assert!(a.verdict.starts_with("No verdict"), "{}", a.verdict);
+    let many = "No verdict: no bar from many runs counts: 1 of truths that are not known to a tenth of them.";
+    let one = " Over 1 problem, from one run 2 of 2 bars contain the truth (100 %,";
+    assert!(a.verdict.starts_with(&format!("{many}{one}")), "{}", a.verdict);
+}
+
+/// The verdict says why an estimator has no bar that counts, and what holds of the other one. Only without a truth it says that there is none.
+#[test]
+fn a_verdict_gives_the_reason_and_what_is_known() {
+    let mut made = made([2.0, 2.0, 2.0], 0.0, false);
+    let verdict = |made: &Made| analyse(&made.study, &made.coverage, &made.cases).verdict;
+    let alarm = LockingRecord { pressure_scatter: 2.0, volumetric_share: 0.5, alarm: true };
+    for case in made.cases.iter_mut().filter(|c| c.record.family == "judged") {
+        case.record.locking = Some(alarm);
+    }
+    let locked = verdict(&made);
+    let why = "No verdict: no bar from many runs counts: 1 of families that are refused, since they diverge, lock,";
+    assert!(locked.starts_with(why) && locked.contains("from one run 3 of 3 bars contain the truth"), "{locked}");
+    made.cases.retain(|c| c.record.family != "judged");
+    let none =
+        "No verdict: there is no bar from one run; there is no bar from many runs. 3 cases have no usable result.";
+    assert_eq!(verdict(&made), none);
+    made.cases.clear();
+    assert!(verdict(&made).starts_with("No verdict: no problem has two families of its truth"), "{}", verdict(&made));
 }
 
 /// Problems that took no part in the choice of the bounds are counted with the others and apart.

@@ -180,6 +180,30 @@ fn the_cheapest_setting_and_the_next_better_one_are_found() {
     }
 }
 
+/// A quantity that is the same on all meshes has its costs, those of the coarsest cases, and no panel, whose axis would end far above its errors.
+#[test]
+fn a_quantity_that_no_mesh_changes_has_costs_and_no_panel() {
+    let (mut study, stored) = study();
+    let angle = Quantity {
+        name: "bending_angle_deg".into(),
+        label: "bending angle".into(),
+        symbol: "θ".into(),
+        unit: "°".into(),
+        ..Quantity::default()
+    };
+    study.quantities.get_mut("length").expect("a variant").push(angle);
+    let dir = tempfile::tempdir().expect("temporary folder");
+    synthetic::store(dir.path(), &(study, stored));
+    report::write(dir.path()).unwrap_or_else(|e| panic!("{e}"));
+    let read = |name: &str| std::fs::read_to_string(dir.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let table = read("tables/iso-error.csv");
+    let rows: Vec<&str> = table.lines().filter(|row| row.starts_with("bending angle")).collect();
+    assert!(rows.len() == 8 && rows.iter().all(|row| row.ends_with(",its coarsest case")), "{table}");
+    let (page, figure) = (read("index.html"), read("figures/work-precision-length.svg"));
+    assert!(page.contains("Too small for a panel are the errors of the peak of the bending angle"), "{page}");
+    assert!(figure.contains("eak of the cable tension") && !figure.contains("bending angle"), "{figure}");
+}
+
 /// A family whose meshes all have one cell across the thinnest wall is no reference: no error is claimed, and the reason is given.
 #[test]
 fn a_family_that_does_not_resolve_a_wall_is_no_reference() {

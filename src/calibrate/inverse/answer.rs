@@ -21,7 +21,7 @@ pub struct Calibration {
     /// Degrees of freedom of Student's t in the intervals
     pub free: usize,
     pub curves: Vec<FittedCurve>,
-    /// Result of a fit of the first curve with a gauge length, where there is one
+    /// Result of a fit of the first curve with a gauge length, where one is given
     pub gauge: Option<Gauge>,
     /// Forward solves of the search, failed ones among them, and of the profiles; each of one curve
     pub solves: usize,
@@ -93,7 +93,10 @@ pub struct Gauge {
     pub section_m2: f64,
     /// Its value of each constant, where that fit has it
     pub values: Vec<Option<f64>>,
-    pub rms_relative: f64,
+    pub rms_relative: Option<f64>,
+    /// Why there is no such fit
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<String>,
 }
 
 /// Range of a mode in which the law is stable (Drucker); amounts are λ, in simple shear γ \[–\].

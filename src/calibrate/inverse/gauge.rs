@@ -11,35 +11,92 @@ use crate::calibrate::solve::{LawSetting, constants};
 use crate::calibrate::{
     Experiment, FitError, FitOptions, Mode, Model, Partner, Sample, Weighting, fit_experiment, poisson,
 };
-use crate::material::Parameter;
+use crate::material::parameter::Values;
 use crate::material::registry::given;
+use crate::material::{Moduli, Parameter};
 
-/// `None` where the law has no closed form here, or none of its constants is looked for.
-pub fn fit(
+/// The reading of what is looked for, or why there is none.
+pub fn fit(model: &SceneModel, measured: &Measured, weighting: Weighting, [length_m, section_m2]: [f64; 2]) -> Gauge {
+    let (values, rms_relative, left_out) = match read(model, measured, weighting, [length_m, section_m2]) {
+        Ok((values, rms_relative)) => (values, Some(rms_relative), None),
+        Err(why) => (vec![None; model.unknown.len()], None, Some(why)),
+    };
+    Gauge { length_m, section_m2, values, rms_relative, left_out }
+}
+
+/// The value of each unknown, where the closed form has it, and the relative misfit.
+fn read(
     model: &SceneModel,
     measured: &Measured,
     weighting: Weighting,
     [length, section]: [f64; 2],
-) -> Option<Gauge> {
-    let law = model.unknown.first()?.key.law_constant()?.law;
-    let (entry, values, _) = given(model.spec.laws.get(law)?).ok()?;
-    let fitted = Model::new(entry.info.name, None).ok()?;
-    let own = fitted.form.parameters.iter().filter(|p| values.contains_key(p.name)).count();
-    let form = fitted.form.term_counts.iter().map(|terms| Model { terms: *terms, ..fitted }).find(|form| {
+) -> Result<(Vec<Option<f64>>, f64), String> {
+    let constant = model.unknown.iter().find_map(|u| u.key.law_constant());
+    let law = constant.ok_or("no constant of a law is looked for")?.law;
+    let (entry, mut known, _) = given(&model.spec.laws[law]).map_err(|e| e.to_string())?;
+    let title = entry.info.title;
+    let fitted = Model::new(entry.info.name, None)
+        .map_err(|_| format!("the law of {law}, {title}, has no closed form for a homogeneous piece"))?;
+    let with_e = partner_of_e(&known);
+    if let Some(Ok(moduli)) = with_e.map(|_| Moduli::from_map(&known)) {
+        known.insert("mu".into(), moduli.mu);
+    }
+    let own = fitted.form.parameters.iter().filter(|p| known.contains_key(p.name)).count();
+    let is_given = |form: &Model| {
         let parameters = form.parameters();
-        parameters.len() == own && parameters.iter().all(|p| values.contains_key(p.name))
+        parameters.len() == own && parameters.iter().all(|p| known.contains_key(p.name))
+    };
+    let mut forms = fitted.form.term_counts.iter().map(|terms| Model { terms: *terms, ..fitted });
+    let form = forms.find(is_given).ok_or_else(|| {
+        format!("the closed form of the law of {law}, {title}, has other constants than those that the scene gives")
     })?;
     let parameters = form.parameters();
+    let is_e = |name: &str| name == "E" && with_e.is_some();
     let place = |u: &Unknown| {
         let constant = u.key.law_constant().filter(|c| c.law == law)?;
-        parameters.iter().position(|p| p.name == constant.key)
+        let name = if is_e(constant.key) { "mu" } else { constant.key };
+        parameters.iter().position(|p| p.name == name)
     };
     let places: Vec<Option<usize>> = model.unknown.iter().map(place).collect();
     let held = Held {
-        values: parameters.iter().map(|p| values[p.name]).collect(),
+        values: parameters.iter().map(|p| known[p.name]).collect(),
         free: places.iter().flatten().copied().collect(),
     };
-    (!held.free.is_empty()).then_some(())?;
+    if held.free.is_empty() {
+        return Err(format!("none of the constants of {law} that are looked for is in the closed form of its law"));
+    }
+    let experiment = homogeneous(measured, length, section);
+    let nu = form.poisson_keys().find_map(|k| known.get(&k).copied());
+    let (terms, partner) = (Some(form.terms), nu.map(Partner::Nu));
+    let options = FitOptions { terms, weighting, partner, ranges: 0, ..FitOptions::new(entry.info.name) };
+    let found = if held.free.len() == parameters.len() {
+        fit_experiment(&experiment, &options).map(|answer| {
+            let of = |p: &Parameter| answer.parameters.iter().find(|e| e.name == p.name).map(|e| e.value);
+            (parameters.iter().map(of).collect(), answer.misfit.rms_relative)
+        })
+    } else {
+        some(&experiment, &options, form, held).map(|(values, misfit)| (values.into_iter().map(Some).collect(), misfit))
+    };
+    let (values, rms_relative): (Vec<Option<f64>>, f64) =
+        found.map_err(|e| format!("the closed form of the law of {law} cannot be fitted: {e}"))?;
+    let own = |(u, place): (&Unknown, &Option<usize>)| {
+        let value = values[(*place)?]?;
+        match is_e(u.parameter.name) {
+            true => Moduli::from_pair(("mu", value), with_e?).ok().map(|moduli| moduli.e),
+            false => Some(value),
+        }
+    };
+    Ok((model.unknown.iter().zip(&places).map(own).collect(), rms_relative))
+}
+
+/// The other modulus of a law that is given by E and not by μ, which its closed form has: it is held, so that E follows from μ.
+fn partner_of_e(known: &Values) -> Option<(&'static str, f64)> {
+    let value = |name: &'static str| known.get(name).map(|value| (name, *value));
+    ["nu", "kappa", "lambda"].into_iter().find_map(value).filter(|_| known.contains_key("E"))
+}
+
+/// The curve as a test of a homogeneous piece.
+fn homogeneous(measured: &Measured, length: f64, section: f64) -> Experiment {
     let sample = |((x, y), line): ((&f64, &f64), &u64)| Sample {
         mode: Mode::Uniaxial,
         second: 1.0,
@@ -49,20 +106,7 @@ pub fn fit(
         specimen: 0,
     };
     let samples = measured.x.iter().zip(&measured.y).zip(&measured.lines).map(sample).collect();
-    let experiment = Experiment::of_samples(&measured.file, &measured.sha256, samples);
-    let nu = form.poisson_keys().find_map(|k| values.get(&k).copied());
-    let (terms, partner) = (Some(form.terms), nu.map(Partner::Nu));
-    let options = FitOptions { terms, weighting, partner, ranges: 0, ..FitOptions::new(entry.info.name) };
-    let found = if held.free.len() == parameters.len() {
-        let answer = fit_experiment(&experiment, &options).ok()?;
-        let of = |p: &Parameter| answer.parameters.iter().find(|e| e.name == p.name).map(|e| e.value);
-        (parameters.iter().map(of).collect::<Option<Vec<f64>>>()?, answer.misfit.rms_relative)
-    } else {
-        some(&experiment, &options, form, held).ok()?
-    };
-    let (values, rms_relative) = found;
-    let values = places.iter().map(|place| place.map(|k| values[k])).collect();
-    Some(Gauge { length_m: length, section_m2: section, values, rms_relative })
+    Experiment::of_samples(&measured.file, &measured.sha256, samples)
 }
 
 /// The constants of a law of which only some are fitted, and their relative misfit.

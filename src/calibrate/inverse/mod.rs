@@ -183,7 +183,7 @@ fn find(
     let curve = &objective.curves[0];
     let mut stated: Vec<f64> = unknown.iter().map(|u| u.start).collect();
     stated.resize(unknown.len() + objective.offsets.len(), 0.0);
-    let gauge = settings.gauge.and_then(|g| gauge::fit(&curve.model, &curve.measured, settings.weighting, g));
+    let gauge = settings.gauge.map(|g| gauge::fit(&curve.model, &curve.measured, settings.weighting, g));
     let of_gauge = gauge.iter().flat_map(|g| &g.values).chain(std::iter::repeat(&None));
     let mut first: Vec<f64> = stated.iter().zip(of_gauge).map(|(value, found)| found.unwrap_or(*value)).collect();
     let within = |values: &mut [f64]| {

@@ -6,6 +6,8 @@
 //! f*(t) = f₁ + (f₁ − f₂)/(r₂₁^p − 1),   GCI(t) = Fs·|f₁ − f₂|/(r₂₁^p − 1)
 //! ```
 //!
+//! Nothing is extrapolated from curves whose differences are rounding of the solver.
+//!
 //! The common grid is the one of the finest mesh, over the time that all curves cover. The others are interpolated
 //! linearly; the error of that, from leaving out every second sample, is a quarter of the defect and is reported.
 
@@ -71,12 +73,13 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
     let difference = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
     let differences: Vec<Vec<f64>> = on.windows(2).map(|w| difference(&w[1], &w[0])).collect();
     let norm: Vec<f64> = differences.iter().map(|d| l2(&t, d)).collect();
+    let differ = norm.iter().take(2).any(|n| *n > ROUNDING * finest.peak().abs());
     // Curves that go back and forth with the mesh have norms as if they converged
     let is_monotone =
         differences.windows(2).take(1).all(|d| d[0].iter().zip(&d[1]).map(|(a, b)| a * b).sum::<f64>() >= 0.0);
 
     let (mut observed_order, mut convergence_ratio, mut fs, mut used) = (None, None, CAUTIOUS_FACTOR, None);
-    if let ([a, b, ..], true) = (&norm[..], members.len() >= 3) {
+    if let ([a, b, ..], true) = (&norm[..], differ) {
         // A scalar with the same differences: f₂ − f₁ = ‖f₂ − f₁‖, f₃ − f₂ = ‖f₃ − f₂‖
         let triple = Triple::new([*h1, members[1].1, members[2].1], [0.0, *a, a + b]);
         let sign = if is_monotone { 1.0 } else { -1.0 };
@@ -84,7 +87,7 @@ pub fn compare(members: &[(String, f64, Curve)], formal: f64) -> Option<CurveStu
         if is_monotone && triple.is_sane(formal) {
             (fs, used) = (safety_factor(true), triple.p);
         }
-    } else if members.len() == 2 && norm[0] > ROUNDING * finest.peak().abs() {
+    } else if members.len() == 2 && differ {
         used = Some(formal.min(2.0));
     }
     let (mut star, mut gci) = (vec![], vec![]);

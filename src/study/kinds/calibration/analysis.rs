@@ -464,6 +464,8 @@ fn warnings(
     };
     for (id, c) in found.iter().filter(|(id, _)| stored.iter().any(|s| s.record.id == **id)) {
         c.unidentified.iter().for_each(|d| add(format!("{id}: {d}.")));
+        let left_out = c.gauge.iter().filter_map(|g| g.left_out.as_ref());
+        left_out.for_each(|why| add(format!("There is no reading by the gauge length: {why}.")));
         for curve in &c.curves {
             curve.measured.notes.iter().for_each(|n| add(format!("{}: {n}.", curve.measured.file)));
             let unstable = |s: &&Stable| s.above.is_some_and(|a| a < curve.stretch[2]) && s.mode != "simple_shear";

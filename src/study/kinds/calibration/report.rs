@@ -104,7 +104,7 @@ fn constants(a: &CalibrationFindings) -> Table {
     };
     Table {
         name: "constants",
-        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the error of the mesh and the dimensions not known exactly, all at their worst ends; data: half-width from the data alone; mesh: uncertainty of the finest one by the meshes of its family; gauge: what the same law gives if all travel stretches the gauge length.".into(),
+        caption: "Constants from the finest mesh. Interval: 95 %, from the data, the error of the mesh and the dimensions not known exactly, all at their worst ends; data: half-width from the data alone; mesh: uncertainty of the finest one by the meshes of its family; gauge: what the same law gives if all travel stretches the gauge length, where that tells the constant.".into(),
         columns: headings(&[
             ("Constant, curve", "", false),
             ("Value", "", true),

@@ -1,7 +1,7 @@
 //! Warnings that a reader should know before trusting the numbers.
 
 use crate::report::names::title;
-use crate::report::numbers::{capital, space};
+use crate::report::numbers::{capital, percent, space};
 use crate::study::analysis::{self, ByQuantity, warnings_of_costs, warnings_of_steps};
 use crate::study::estimate::richardson::{Convergence, LEAST_RATIO, is_small_ratio};
 use crate::study::kinds::convergence::cases::Cases;
@@ -121,7 +121,8 @@ fn idle_steps(quantities: &[ByQuantity<MeshErrors>]) -> Option<String> {
     let differences = match relative(most) {
         0.0 => "Its cases do not differ in any digit.".into(),
         most => format!(
-            "The differences between its cases are algebraic error of the solver, at most {most:.1e} of the value ({}).",
+            "The differences between its cases are algebraic error of the solver, at most {} of the value ({}).",
+            percent(most),
             q.peak_title()
         ),
     };

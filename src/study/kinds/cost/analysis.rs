@@ -1,6 +1,6 @@
 //! The analysis of the stored cases of a cost study.
 
-use crate::report::names::title;
+use crate::report::names;
 use crate::study::analysis::{self, Analysis, ByQuantity};
 use crate::study::curve::peak;
 use crate::study::estimate::growth::growth;
@@ -66,8 +66,7 @@ fn cost_of_accuracy(
     let line = |f: &FamilyRecord| {
         let of = |s: &&CostedCase| f.cases.contains(&s.case);
         let points = settings.iter().filter(of).map(|s| (s.cost_s, s.errors[0])).collect();
-        let label = title(&f.name);
-        Line::new(&f.name, label, points, levels)
+        Line::new(&f.name, names::family(&f.name), points, levels)
     };
     let lines = study.families.iter().filter(|f| f.role != Role::Reference).filter_map(line).collect();
     let mut q = CostOfAccuracy { reference, settings, lines, answers: vec![] };
@@ -92,12 +91,12 @@ fn setting(
     errors: [f64; 2],
 ) -> CostedCase {
     let r = &case.record;
-    let family_words = family.name.replace('_', " ");
+    let family_words = names::family(&family.name);
     let members = || case.members(&family.name, variant).collect::<Vec<_>>().join(", ");
     let label = match family.role {
         Role::TimeStep => format!("{family_words}, Δt = {}", milliseconds(step_s)),
         Role::Solver => format!("{family_words} {}", members()),
-        _ => format!("{}, {}", title(&r.formulation), count(r.mesh.cells, "cell")),
+        _ => format!("{}, {}", names::title(&r.formulation), count(r.mesh.cells, "cell")),
     };
     let cpu = || r.repeats.iter().map(|t| t.cpu_s);
     let spread =

@@ -1,7 +1,8 @@
 //! The error of one family over its cost, and the cost of an error: read off between the cases, extrapolated beyond.
 //!
-//! Between two cases ln c is linear in ln e. Below the least error the law e ∝ c^−s is fitted to all cases of the family
-//! ([`crate::study::estimate::growth`], c over e) with its 95 % interval. A family whose error does not fall with its cost has no line.
+//! A cost is the one from which on every case of the family is within the error. Between two cases ln c is linear in ln e. Below the error of the most
+//! expensive case the law e ∝ c^−s is fitted to all cases ([`crate::study::estimate::growth`], c over e) with its 95 % interval; a family whose error does
+//! not fall from case to case has none.
 
 use crate::study::estimate::growth::{Growth, growth};
 use serde::Serialize;
@@ -13,7 +14,7 @@ pub struct Line {
     pub label: String,
     /// (cost \[s\], error \[–\]) cheapest first
     pub points: Vec<(f64, f64)>,
-    /// Cost of every level, in their order; none where the errors do not fall
+    /// Cost of every level, in their order; none where the most expensive case is above it and no law leads on
     pub costs: Vec<Option<LevelCost>>,
     /// Cost over error; none with two points
     #[serde(skip)]
@@ -32,7 +33,7 @@ pub struct LevelCost {
 #[derive(Serialize, Clone, Copy, Debug, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
-    /// The coarsest case is good enough: a coarser one may be too
+    /// The coarsest case is good enough, as all others are: a coarser one may be too
     AtMost,
     Between,
     Extrapolated,
@@ -41,7 +42,7 @@ pub enum How {
 impl Line {
     /// `points`: (cost, error) of the converged cases; `levels`: errors asked for. `None` with fewer than two points.
     pub fn new(family: &str, label: String, mut points: Vec<(f64, f64)>, levels: &[f64]) -> Option<Self> {
-        points.retain(|(c, e)| *c > 0.0 && *e > 0.0);
+        points.retain(|(c, e)| *c > 0.0 && *e >= 0.0);
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
         if points.len() < 2 {
             return None;
@@ -49,19 +50,21 @@ impl Line {
         let falls = points.windows(2).all(|w| w[1].1 < w[0].1);
         let reversed: Vec<(f64, f64)> = points.iter().map(|(c, e)| (*e, *c)).collect();
         let law = growth(&reversed).filter(|g| falls && g.points > 2 && g.q < 0.0);
-        let costs = levels.iter().map(|l| cost(&points, law.as_ref(), *l).filter(|_| falls)).collect();
+        let costs = levels.iter().map(|l| cost(&points, law.as_ref(), *l)).collect();
         Some(Self { family: family.into(), label, points, costs, law })
     }
 }
 
+/// The cost from which on every case is within a level.
 fn cost(points: &[(f64, f64)], law: Option<&Growth>, level: f64) -> Option<LevelCost> {
-    let (cheap, e) = points[0];
-    if e <= level {
-        return Some(LevelCost { seconds: cheap, how: How::AtMost, interval: None });
-    }
-    if let Some(w) = points.windows(2).find(|w| w[1].1 <= level) {
-        let s = (w[0].1 / level).ln() / (w[0].1 / w[1].1).ln();
-        let seconds = (w[0].0.ln() * (1.0 - s) + w[1].0.ln() * s).exp();
+    let Some(last) = points.iter().rposition(|(_, e)| *e > level) else {
+        return Some(LevelCost { seconds: points[0].0, how: How::AtMost, interval: None });
+    };
+    let (cost, error) = points[last];
+    if let Some((next, least)) = points.get(last + 1) {
+        // An error of zero has no logarithm: its own case is the first that is known to be within
+        let s = if *least > 0.0 { (error / level).ln() / (error / least).ln() } else { 1.0 };
+        let seconds = (cost.ln() * (1.0 - s) + next.ln() * s).exp();
         return Some(LevelCost { seconds, how: How::Between, interval: None });
     }
     let p = law?.predict(level);
@@ -69,6 +72,12 @@ fn cost(points: &[(f64, f64)], law: Option<&Growth>, level: f64) -> Option<Level
 }
 
 impl LevelCost {
+    /// The least and the largest that it may be \[s\].
+    pub fn ends(&self) -> [f64; 2] {
+        let least = if self.how == How::AtMost { 0.0 } else { self.seconds };
+        self.interval.unwrap_or([least, self.seconds])
+    }
+
     /// `3.1 s`, `≤ 0.4 s`, `≈ 2 h`
     pub fn words(&self) -> String {
         let sign = match self.how {
@@ -97,11 +106,22 @@ mod tests {
         assert!(high / low - 1.0 < 1e-5, "{low} to {high}");
     }
 
+    /// What is measured has a cost, also where the last errors rise by noise or a change of sign; an error that a later case does not keep has none, and
+    /// nothing is extrapolated.
     #[test]
-    fn an_error_that_rises_has_no_cost() {
-        let line = Line::new("f", "f".into(), vec![(1.0, 0.2), (2.0, 0.05), (3.0, 0.06)], &[0.1]).expect("points");
-        assert_eq!(line.costs, [None]);
-        let two = Line::new("f", "f".into(), vec![(1.0, 0.2), (2.0, 0.1)], &[0.01]).expect("points");
-        assert_eq!(two.costs, [None], "two points are no law");
+    fn an_error_that_rises_has_the_costs_that_are_measured() {
+        let costs =
+            |points: Vec<(f64, f64)>, levels: &[f64]| Line::new("f", "f".into(), points, levels).expect("points").costs;
+        let rising = costs(vec![(1.0, 0.2), (2.0, 0.05), (3.0, 0.06)], &[0.3, 0.1, 0.055, 0.01]);
+        assert_eq!(rising[0], Some(LevelCost { seconds: 1.0, how: How::AtMost, interval: None }));
+        let between = rising[1].expect("all later cases are within");
+        assert!((between.seconds - 2f64.sqrt()).abs() < 1e-12 && between.how == How::Between, "{between:?}");
+        assert_eq!(rising[2..], [None, None]);
+        let two = costs(vec![(1.0, 0.2), (2.0, 0.1)], &[0.01]);
+        assert_eq!(two, [None], "two points are no law");
+        let noise = costs(vec![(1.0, 3e-9), (2.0, 0.0), (3.0, 8e-9)], &[0.05, 0.005]);
+        assert!(noise.iter().all(|cost| cost.is_some_and(|c| c.how == How::AtMost && c.seconds == 1.0)), "{noise:?}");
+        let exact = costs(vec![(1.0, 0.2), (2.0, 0.0)], &[0.1])[0].expect("measured");
+        assert!((exact.seconds - 2.0).abs() < 1e-12, "{exact:?}");
     }
 }

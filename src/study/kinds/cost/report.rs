@@ -2,7 +2,7 @@
 
 use crate::report::figure::drawn;
 use crate::report::names::title;
-use crate::report::numbers::{digits, percent, percent_cell, seconds, significant};
+use crate::report::numbers::{digits, percent, percent_cell, seconds, significant, times};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::claim::Claim;
@@ -121,11 +121,11 @@ fn costs(a: &CostFindings) -> Table {
             for l in &q.lines {
                 let mut row = vec![q.quantity.label.clone(), q.variant.clone(), percent(*level), l.label.clone()];
                 row.extend(match l.costs[k] {
-                    None => ["–".to_string(), "–".into(), "–".into(), "its errors do not fall to it".into()],
+                    None => ["–".to_string(), "–".into(), "–".into(), "its most expensive case is above it".into()],
                     Some(p) => [
                         p.words(),
                         p.interval.map_or("–".into(), |[low, high]| format!("{} to {}", seconds(low), seconds(high))),
-                        format!("{:.*}", digits(p.seconds / least), p.seconds / least),
+                        times(p.seconds / least),
                         match p.how {
                             How::AtMost => "its coarsest case".into(),
                             How::Between => "between its cases".into(),

@@ -1,9 +1,9 @@
 //! One sentence per quantity, and the verdict.
 
-use crate::report::numbers::{capital, digits, percent, seconds, space, within};
+use crate::report::numbers::{capital, percent, seconds, space, times, within};
 use crate::study::analysis::{ByQuantity, without_result};
 use crate::study::kinds::cost::findings::{CostOfAccuracy, Measure};
-use crate::study::kinds::cost::line::{How, Line};
+use crate::study::kinds::cost::line::{How, LevelCost, Line};
 
 /// The cheapest setting that meets the tolerance and what the next better one would cost, for the peak and for the curve.
 pub fn sentence(q: &ByQuantity<CostOfAccuracy>, tolerance: f64) -> String {
@@ -59,37 +59,34 @@ fn cheapest(q: &ByQuantity<CostOfAccuracy>, measure: Measure, tolerance: f64) ->
 /// A ratio of costs below is none.
 const RATIO: f64 = 1.5;
 
-/// Most expensive over cheapest family at a level, where both have a cost of their own: the lines and the ratio.
-fn ratio(q: &ByQuantity<CostOfAccuracy>, level: usize) -> Option<(&Line, &Line, f64)> {
-    let of = |l: &Line| l.costs.get(level).copied().flatten();
-    let by_cost: Vec<(&Line, f64)> = q.lines.iter().filter_map(|l| Some((l, of(l)?.seconds))).collect();
-    let cheap = by_cost.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let expensive = by_cost.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let known = of(expensive.0).is_some_and(|p| p.how != How::AtMost);
-    (known && expensive.1 > RATIO * cheap.1).then_some((cheap.0, expensive.0, expensive.1 / cheap.1))
-}
-
-/// `2.4`, `180`, `6e5`
-fn times(x: f64) -> String {
-    if x < 1e4 { format!("{x:.*}", digits(x)) } else { format!("{x:.0e}") }
+/// Cheapest and most expensive family at a level, where both have a cost of their own and their ratio is one.
+fn extremes(q: &ByQuantity<CostOfAccuracy>, level: usize) -> Option<[(&str, LevelCost); 2]> {
+    let own = |l: &Line| l.costs.get(level).copied().flatten();
+    let by_cost: Vec<(&str, LevelCost)> = q.lines.iter().filter_map(|l| Some((l.label.as_str(), own(l)?))).collect();
+    let cheap = by_cost.iter().min_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
+    let expensive = by_cost.iter().max_by(|a, b| a.1.seconds.total_cmp(&b.1.seconds))?;
+    let known = expensive.1.how != How::AtMost;
+    (known && expensive.1.seconds > RATIO * cheap.1.seconds).then_some([*cheap, *expensive])
 }
 
 /// Factor between the ends of an interval beyond which its upper end says nothing.
 const WIDE: f64 = 1e3;
 
-/// The cost of one family relative to that of a cheaper one, with the 95 % interval of an extrapolation, where it is one and has one.
-fn relative_cost([expensive, cheap]: [&str; 2], ratio: f64, extrapolated: Option<Option<[f64; 2]>>) -> String {
-    let would = |more: String| format!(", {expensive} would cost {} times as much as {cheap}{more}", times(ratio));
+/// The cost of one family relative to that of a cheaper one. The interval of the ratio is from the least cost of the one over the largest of the other to
+/// the largest over the least.
+fn relative_cost([(cheap, less), (expensive, more)]: [(&str, LevelCost); 2]) -> String {
+    let [low, high] = [more.ends()[0] / less.ends()[1], more.ends()[1] / less.ends()[0]];
+    let would = |factor: String, how: &str| format!(", {expensive} would cost {factor} times as much as {cheap}{how}");
+    let ratio = times(more.seconds / less.seconds);
+    let extrapolated = [more, less].iter().any(|cost| cost.how == How::Extrapolated);
     match extrapolated {
-        None => would(String::new()),
-        Some(None) => would(" by extrapolation".into()),
-        Some(Some([low, _])) if low < 1.0 => format!(
-            ", and too few cases of {expensive} tell its cost: the 95 % interval of the extrapolation begins below the cost of {cheap}"
+        false if less.how == How::AtMost => would(format!("at least {ratio}"), ""),
+        false => would(ratio, ""),
+        true if low <= 1.0 => format!(
+            ", and too few cases tell whether {expensive} would cost more than {cheap}: the 95 % interval of the ratio of their costs begins below 1"
         ),
-        Some(Some([low, high])) if high > WIDE * low => {
-            format!(", {expensive} would cost at least {} times as much as {cheap} by extrapolation (95 %)", times(low))
-        }
-        Some(Some([low, high])) => would(format!(" by extrapolation (95 %: {} to {} times)", times(low), times(high))),
+        true if high > WIDE * low => would(format!("at least {}", times(low)), " by extrapolation (95 %)"),
+        true => would(ratio, &format!(" by extrapolation (95 %: {} to {} times)", times(low), times(high))),
     }
 }
 
@@ -120,12 +117,7 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
             }
             None => format!("no setting is known to meet {title}"),
         };
-        if let Some((cheap, expensive, ratio)) = ratio(q, level) {
-            let cost = expensive.costs[level].filter(|p| p.how == How::Extrapolated);
-            let own = cheap.costs[level].map_or(f64::NAN, |p| p.seconds);
-            let interval = cost.map(|p| p.interval.map(|ends| ends.map(|end| end / own)));
-            words += &relative_cost([&expensive.label, &cheap.label], ratio, interval);
-        }
+        words += &extremes(q, level).map_or(String::new(), relative_cost);
         parts.push(words);
     }
     if parts.is_empty() {
@@ -138,13 +130,40 @@ pub fn verdict(quantities: &[ByQuantity<CostOfAccuracy>], tolerance: f64, missin
 mod tests {
     use super::*;
 
+    fn cost(seconds: f64, how: How, interval: Option<[f64; 2]>) -> LevelCost {
+        LevelCost { seconds, how, interval }
+    }
+
     #[test]
     fn an_interval_that_says_nothing_is_said_in_words() {
-        let words = |extrapolated| relative_cost(["tet4", "tet10"], 7e4, extrapolated);
-        assert_eq!(words(None), ", tet4 would cost 7e4 times as much as tet10");
-        assert!(words(Some(Some([5e4, 9e4]))).ends_with("by extrapolation (95 %: 5e4 to 9e4 times)"));
-        assert!(words(Some(Some([2.0, 9e16]))).contains("would cost at least 2.0 times as much as tet10"));
-        let nothing = words(Some(Some([5.3e-8, 9e16])));
-        assert!(nothing.contains("too few cases of tet4 tell its cost") && !nothing.contains("times"), "{nothing}");
+        let words = |less, more| relative_cost([("tet10", less), ("tet4", more)]);
+        let over = |less, ends| words(less, cost(7e4, How::Extrapolated, Some(ends)));
+        let known = cost(1.0, How::Between, None);
+        assert_eq!(words(known, cost(7e4, How::Between, None)), ", tet4 would cost 7e4 times as much as tet10");
+        assert!(over(known, [5e4, 9e4]).ends_with("by extrapolation (95 %: 5e4 to 9e4 times)"));
+        assert!(over(known, [2.0, 9e16]).contains("would cost at least 2.0 times as much as tet10"));
+        let nothing = over(known, [5.3e-8, 9e16]);
+        assert!(nothing.contains("too few cases tell whether tet4 would cost more than tet10"), "{nothing}");
+        assert!(!nothing.contains("times"), "{nothing}");
+    }
+
+    /// The interval of a ratio is that of both costs: 50 to 90 s over 0.5 to 2 s is 25 to 180. Costs whose intervals overlap have no order.
+    #[test]
+    fn the_interval_of_a_ratio_is_of_both_costs() {
+        let words =
+            |less| relative_cost([("tet10", less), ("tet4", cost(70.0, How::Extrapolated, Some([50.0, 90.0])))]);
+        let own = |ends| words(cost(1.0, How::Extrapolated, Some(ends)));
+        assert!(
+            own([0.5, 2.0])
+                .ends_with(", tet4 would cost 70 times as much as tet10 by extrapolation (95 %: 25 to 180 times)")
+        );
+        assert!(own([1e-4, 2.0]).ends_with("at least 25 times as much as tet10 by extrapolation (95 %)"));
+        let overlap = own([1e-4, 60.0]);
+        assert!(overlap.contains("too few cases") && !overlap.contains("times"), "{overlap}");
+        // Nothing is known of how much less a cost may be that is at most that of the coarsest case
+        let least = words(cost(1.0, How::AtMost, None));
+        assert!(least.ends_with("would cost at least 50 times as much as tet10 by extrapolation (95 %)"), "{least}");
+        let measured = relative_cost([("b", cost(0.32, How::AtMost, None)), ("a", cost(0.7, How::Between, None))]);
+        assert_eq!(measured, ", a would cost at least 2.2 times as much as b");
     }
 }

@@ -2,13 +2,14 @@
 //!
 //! Pure: stored cases in, [`CoverageFindings`] out.
 
-use crate::report::numbers::percent;
+use crate::report::numbers::{capital, percent};
 use crate::study::analysis::{self, Analysis};
 use crate::study::kinds::coverage::mark::{Estimator, Mark, Standing, marks};
 use crate::study::kinds::coverage::record::CoverageRecord;
 use crate::study::kinds::coverage::share::{Effectivity, Share};
 use crate::study::kinds::coverage::truth::{Truth, truth};
 use crate::study::store::record::{StoredCase, StudyRecord};
+use crate::wording::{all, count};
 
 /// Share of the bars that must hold, and the largest median of bar over error, for the verdict to be yes.
 pub const LEAST_SHARE: f64 = 0.95;
@@ -132,27 +133,52 @@ fn effectivities(marks: &[Mark]) -> Vec<Effectivity> {
     groups.into_iter().flatten().collect()
 }
 
+/// Why no bar of an estimator counts.
+fn without_bars(a: &CoverageFindings, estimator: Estimator) -> String {
+    let reasons = [
+        (
+            Standing::Refused,
+            "of families that are refused, since they diverge, lock, or do not resolve the thinnest wall",
+        ),
+        (Standing::TruthUncertain, "of truths that are not known to a tenth of them"),
+    ];
+    let counted = reasons.map(|(standing, why)| (a.count(estimator, standing), why));
+    let why: Vec<String> = counted.iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!("{n} {why}")).collect();
+    match &why[..] {
+        [] => format!("there is no bar from {}", estimator.words()),
+        why => format!("no bar from {} counts: {}", estimator.words(), all(why)),
+    }
+}
+
+/// How many bars of an estimator contain the truth, in words.
+fn part(s: &Share) -> String {
+    let [lo, hi] = s.interval.map(percent);
+    format!(
+        "from {} {} of {} bars contain the truth ({}, 95 % interval {lo} to {hi}), and the median bar is {:.2} times the error",
+        s.estimator.words(),
+        s.hold,
+        s.bars,
+        percent(s.share()),
+        s.median_ratio
+    )
+}
+
 fn verdict(a: &CoverageFindings, missing: usize) -> String {
-    let [Some(one), Some(many)] = Estimator::ALL.map(|e| a.whole(e)) else {
-        return "No verdict: no problem has two families of its truth and a family with error bars.".into();
-    };
-    let part = |s: &Share| {
-        let [lo, hi] = s.interval.map(percent);
-        format!(
-            "{} of {} bars contain the truth ({}, 95 % interval {lo} to {hi}), and the median bar is {:.2} times the error",
-            s.hold,
-            s.bars,
-            percent(s.share()),
-            s.median_ratio
-        )
-    };
-    let uncertain: usize = Estimator::ALL.iter().map(|e| a.count(*e, Standing::TruthUncertain)).sum();
+    if a.truths.is_empty() {
+        let words = "No verdict: no problem has two families of its truth with two converged meshes each.";
+        return words.to_string() + &analysis::without_result(missing);
+    }
+    let absent = Estimator::ALL.into_iter().filter(|e| a.whole(*e).is_none());
+    let absent: Vec<String> = absent.map(|e| without_bars(a, e)).collect();
+    let parts: Vec<String> = Estimator::ALL.into_iter().filter_map(|e| a.whole(e)).map(part).collect();
+    let over = format!("over {}, {}", count(a.problems, "problem"), parts.join("; "));
+    if !absent.is_empty() {
+        let known = if parts.is_empty() { String::new() } else { format!(" {}.", capital(&over)) };
+        return format!("No verdict: {}.{known}{}", absent.join("; "), analysis::without_result(missing));
+    }
     let mut words = format!(
-        "{}: over {} problems, from one run {}; from many runs {}.",
+        "{}: {over}.",
         if a.passes() { "The bars hold" } else { "The bars do not hold as often, or are wider, than asked for" },
-        a.problems,
-        part(one),
-        part(many)
     );
     let fresh = |e: Estimator| a.shares.iter().find(|s| s.estimator == e && s.by == "problem" && s.group == "fresh");
     if let [Some(one), Some(many)] = Estimator::ALL.map(fresh) {
@@ -161,6 +187,7 @@ fn verdict(a: &CoverageFindings, missing: usize) -> String {
             one.hold, one.bars, many.hold, many.bars
         );
     }
+    let uncertain: usize = Estimator::ALL.iter().map(|e| a.count(*e, Standing::TruthUncertain)).sum();
     words += &format!(" {uncertain} bars are left out, whose truth is not known to a tenth of them.");
     let refused = a.count(Estimator::ManyRuns, Standing::Refused);
     if refused > 0 {

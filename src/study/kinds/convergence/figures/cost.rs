@@ -3,6 +3,7 @@
 use crate::report::canvas::{Area, At, SMALL, columns, figure, italic, line, mark, mm, page_width, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines};
 use crate::report::names::title;
+use crate::report::numbers::with_error;
 use crate::report::panels::letter;
 use crate::report::plot::{Axis, Plot};
 use crate::study::estimate::growth::{Growth, growth};
@@ -107,8 +108,7 @@ fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<Growth>], name
         let (a, b) = (own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max));
         let at = |n: f64| plot.at(n, g.at(n));
         line(area, &[at(a), at(b)], *color, 7);
-        let error = g.error.map_or(String::new(), |e| format!(" ± {e:.2}"));
-        let words = format!("{name}: exponent of {symbol} {:.2}{error}", g.q);
+        let words = format!("{name}: exponent of {symbol} {}", with_error(g.q, g.error));
         let [l, t, ..] = plot.frame;
         text(area, &words, (l + 40, t + FIRST + NEXT * written), At::Left, SMALL, *color);
         written += 1;

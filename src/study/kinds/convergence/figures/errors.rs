@@ -5,7 +5,7 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, family_label, legend_bel
 use crate::report::measure::width;
 use crate::report::numbers::capital;
 use crate::report::panels::{Panels, letter};
-use crate::report::plot::{Axis, BELOW, Plot};
+use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::estimate::family::Estimate;
 use crate::study::figures::{PANELS, first_of};
@@ -37,6 +37,9 @@ struct ErrorDot<'a> {
     cost: f64,
 }
 
+/// A quantity with its cases.
+type Dotted<'a> = (&'a ByQuantity<MeshErrors>, Vec<ErrorDot<'a>>);
+
 fn dots<'a>(store: &'a Results, q: &ByQuantity<MeshErrors>) -> Vec<ErrorDot<'a>> {
     (q.errors.iter())
         .filter_map(|e| {
@@ -53,21 +56,22 @@ fn deciding(analysis: &ConvergenceFindings) -> usize {
     analysis.quantities.iter().filter(|q| q.deciding).count()
 }
 
-/// Shared layout: one panel per deciding quantity with a reference, the legend below.
+/// Shared layout: one panel per deciding quantity with a reference, the legend below; with the words of the caption about quantities whose errors no axis reaches.
 fn sheet(
     store: &Results,
-    analysis: &ConvergenceFindings,
+    analysis: &Analysis<ConvergenceFindings>,
     extra: Vec<(Sample, String)>,
     panel: impl Fn(&Area, [i32; 4], Option<char>, &ByQuantity<MeshErrors>, &[ErrorDot]),
-) -> Option<String> {
-    let shown: Vec<(&ByQuantity<MeshErrors>, Vec<ErrorDot>)> =
-        (analysis.quantities.iter().filter(|q| q.deciding).take(PANELS))
-            .map(|q| (q, dots(store, q)))
-            .filter(|(_, d)| d.iter().any(|d| d.error > 0.0))
-            .collect();
+) -> Option<(String, String)> {
+    let below = |dots: &[ErrorDot]| Axis::below(dots.iter().map(|d| d.error), 100.0 * analysis.tolerance);
+    let (small, shown): (Vec<Dotted>, Vec<Dotted>) = (analysis.quantities.iter().filter(|q| q.deciding).take(PANELS))
+        .map(|q| (q, dots(store, q)))
+        .filter(|(_, dots)| !dots.is_empty())
+        .partition(|(_, dots)| below(dots).is_some());
     if shown.is_empty() {
         return None;
     }
+    let small: Vec<(String, f64)> = small.iter().filter_map(|(q, dots)| Some((q.title(), below(dots)?))).collect();
     let panels = Panels::new(shown.len(), (LEFT, GAP, 5.0), (LEAST, EACH));
     let wide = panels.width();
     let mut used: Vec<usize> = shown.iter().flat_map(|(_, d)| d.iter().map(|d| d.family)).collect();
@@ -84,15 +88,16 @@ fn sheet(
     let foot = 12.5 + 4.2 * legend_lines(&entries, wide - LEFT);
     let tall = panels.tall(TALL, (BETWEEN, TOP + foot));
     let row = tall + BETWEEN;
-    let below = TOP + panels.rows() * row - BETWEEN;
-    Some(figure(wide, below + foot, "", |area| {
+    let bottom = TOP + panels.rows() * row - BETWEEN;
+    let svg = figure(wide, bottom + foot, "", |area| {
         for (k, (q, dots)) in shown.iter().enumerate() {
             let (x, y) = (panels.x(k), TOP + row * panels.row(k));
             let frame = [mm(x), mm(y), mm(x + panels.each), mm(y + tall)];
             panel(area, frame, letter(k, shown.len()), q, dots);
         }
-        legend_below(area, (LEFT, below + 13.5), wide - LEFT, entries);
-    }))
+        legend_below(area, (LEFT, bottom + 13.5), wide - LEFT, entries);
+    });
+    Some((svg, without_panel(&small)))
 }
 
 /// Marks two levels: errors below U(f*) are not resolved, errors below the tolerance are good enough.
@@ -228,7 +233,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
     if analysis.quantities.iter().any(|q| q.deciding && q.reference.is_some() && fits(q)) {
         extra.insert(0, (Sample::Line(GREY), format!("fit of order {}", italic("p"))));
     }
-    let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
+    let (svg, small) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let h = |d: &ErrorDot| 1e3 * d.record.mesh.h_m;
         let x = Axis::log(dots.iter().map(h), &format!("{} [mm]", italic("h")));
         let [l, t, r, b] = frame;
@@ -251,7 +256,7 @@ pub fn against_h(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> O
     };
     let seeds = if drawn().any(|q| !q.noise.is_empty()) { "; the bar is the scatter of the seeds" } else { "" };
     let caption = format!(
-        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; {BELOW}.{}",
+        "Error of the peak against the reference value over the mean cell size h, the cube root of volume by cells{orders}{seeds}. Errors in the grey zone are smaller than the uncertainty of the reference; {BELOW}.{}{small}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "error-h".into(), svg, caption })
@@ -264,7 +269,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         (Sample::Dashed(INK), "tolerance".into()),
         (Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))),
     ];
-    let svg = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
+    let (svg, small) = sheet(store, analysis, extra, |area, frame, letter, q, dots| {
         let x = Axis::log(dots.iter().map(|d| d.cost), "CPU time [s]");
         let y = Axis::of_errors(dots.iter().flat_map(|d| [d.error, d.bar]), tolerance, 0.0, ERROR);
         let plot = Plot { area, frame, x, y };
@@ -296,7 +301,7 @@ pub fn against_cost(store: &Results, analysis: &Analysis<ConvergenceFindings>) -
         plot.title(letter, &capital(&q.title()));
     })?;
     let caption = format!(
-        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over the CPU time of the case; {BELOW}.{}",
+        "Work and precision: error of the peak (mark) and its error bar with U(f*) (whisker) over the CPU time of the case; {BELOW}.{}{small}",
         first_of(deciding(analysis))
     );
     Some(Figure { name: "work-precision".into(), svg, caption })

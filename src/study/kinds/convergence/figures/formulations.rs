@@ -56,8 +56,12 @@ fn lines(store: &Results, q: &ByQuantity<MeshErrors>) -> Vec<FormulationCurve> {
 
 /// `None` unless two formulations ran on two meshes each.
 pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option<Figure> {
-    let shown: Vec<(&ByQuantity<MeshErrors>, Vec<FormulationCurve>)> =
-        (analysis.quantities.iter().filter(|q| q.deciding).take(2)).map(|q| (q, lines(store, q))).collect();
+    let tolerance = 100.0 * analysis.tolerance;
+    let has_errors = |(_, lines): &(_, Vec<FormulationCurve>)| {
+        Axis::below(lines.iter().flat_map(|l| &l.dots).map(|d| d.error), tolerance).is_none()
+    };
+    let deciding = analysis.quantities.iter().filter(|q| q.deciding).map(|q| (q, lines(store, q)));
+    let shown: Vec<(&ByQuantity<MeshErrors>, Vec<FormulationCurve>)> = deciding.filter(has_errors).take(2).collect();
     let formulation = |l: &FormulationCurve| &store.study.families[l.family].formulation;
     let several = |lines: &[FormulationCurve]| lines.iter().any(|l| formulation(l) != formulation(&lines[0]));
     if !shown.iter().any(|(_, lines)| several(lines)) {
@@ -79,7 +83,6 @@ pub fn draw(store: &Results, analysis: &Analysis<ConvergenceFindings>) -> Option
     }
     entries.push((Sample::Dashed(INK), "tolerance".into()));
     entries.push((Sample::Block(UNRESOLVED), format!("below U({})", italic("f*"))));
-    let tolerance = 100.0 * analysis.tolerance;
     let y = Axis::of_errors(dots().map(|d| d.error), tolerance, 0.0, ERROR);
     type Abscissa = fn(&CurvePoint) -> f64;
     let sizes: [(Abscissa, &str); 2] = [(|d| d.cells, "cells"), (|d| d.seconds, "CPU time of the case [s]")];

@@ -1,6 +1,6 @@
 //! Tables of a convergence study.
 
-use crate::report::names::title;
+use crate::report::figure::family_label;
 use crate::report::numbers::{cell, digits, percent_cell, space, within};
 use crate::report::table::{Table, headings};
 use crate::study::analysis::{Analysis, ByQuantity};
@@ -16,7 +16,7 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
             rows.push(vec![
                 q.peak_label(),
                 q.variant.clone(),
-                of_element(&e.family, &e.formulation),
+                family_label(&e.family, &e.formulation),
                 e.role.words().into(),
                 e.class.words().into(),
                 optional(e.convergence_ratio, 2),
@@ -43,12 +43,6 @@ pub fn quantities(analysis: &ConvergenceFindings) -> Table {
         rows,
         pick: None,
     }
-}
-
-/// A family with its element, where the name of the family does not tell it.
-fn of_element(family: &str, formulation: &str) -> String {
-    let element = title(formulation);
-    if [element.as_str(), formulation].contains(&family) { element } else { format!("{family} ({element})") }
 }
 
 fn overlap(q: &ByQuantity<MeshErrors>, family: &str) -> String {

@@ -3,7 +3,7 @@
 use crate::report::canvas::{At, PALETTE, SMALL, dashed, figure, hollow, line, mark, mm, text};
 use crate::report::figure::{Figure, Sample, legend_below, legend_lines, style};
 use crate::report::names::title;
-use crate::report::numbers::digits;
+use crate::report::numbers::with_error;
 use crate::report::panels::{Panels, letter};
 use crate::report::plot::{Axis, Plot};
 use crate::study::kinds::cost::findings::{CostFindings, Grows, GrowthLaw};
@@ -67,9 +67,7 @@ pub fn draw(a: &CostFindings) -> Option<Figure> {
                     mark(area, shape, plot.at(*n, unit(l) * v), 24, color);
                 }
                 hollow(area, shape, at(l.next_cells), 24, color);
-                let half = l.law.half.map_or(String::new(), |h| format!(" ± {h:.*}", digits(h)));
-                let words =
-                    format!("{}: exponent {:.*}{half}", title(&l.formulation), l.law.half.map_or(2, digits), l.law.q);
+                let words = format!("{}: exponent {}", title(&l.formulation), with_error(l.law.q, l.law.half));
                 text(area, &words, (frame[0] + 40, frame[1] + 60 + 85 * row as i32), At::Left, SMALL, color);
             }
             plot.axes(true);

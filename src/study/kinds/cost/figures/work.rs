@@ -7,7 +7,7 @@ use crate::report::figure::{Figure, Sample, UNRESOLVED, legend_below, legend_lin
 use crate::report::names;
 use crate::report::numbers::{capital, raised};
 use crate::report::panels::{Panels, letter};
-use crate::report::plot::{Axis, BELOW, Plot};
+use crate::report::plot::{Axis, BELOW, Plot, without_panel};
 use crate::study::analysis::{Analysis, ByQuantity};
 use crate::study::kinds::cost::findings::{CostFindings, CostOfAccuracy, CostedCase, MEASURES, Measure};
 use crate::study::store::record::Role;
@@ -43,32 +43,42 @@ pub fn precision(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> 
     let cost = Amount { label: "CPU time [s]".into(), title: "", words: "", of: |s| Some(s.cost_s) };
     let (panels, others): (Vec<(&ByQuantity<CostOfAccuracy>, Measure)>, Vec<_>) =
         shown.iter().flat_map(|q| MEASURES.map(|m| (*q, m))).partition(|(q, m)| q.uncertainty(*m).is_finite());
+    let name = |(q, m): &(&ByQuantity<CostOfAccuracy>, Measure)| format!("{} of the {}", m.words(), q.quantity.label);
+    let (small, panels): (Vec<_>, Vec<_>) = panels.into_iter().partition(|(q, m)| below(a, q, *m).is_some());
     if panels.is_empty() {
         return None;
     }
-    let unknown: Vec<String> =
-        others.iter().map(|(q, m)| format!("{} of the {}", m.words(), q.quantity.label)).collect();
+    let small: Vec<(String, f64)> =
+        small.iter().filter_map(|p| Some((format!("the {}", name(p)), below(a, p.0, p.1)?))).collect();
+    let unknown: Vec<String> = others.iter().map(name).collect();
     let unknown = match &unknown[..] {
         [] => String::new(),
         some => format!(" Without a reference, so that no error is known: {}.", some.join(", ")),
     };
     let svg = sheet(store, &shown, panels.len(), |k, area, frame| {
         let (q, measure) = panels[k];
-        let title = format!("{} of the {}", measure.words(), q.quantity.label);
-        panel(store, a, q, measure, &cost, &title, area, frame, letter(k, panels.len()));
+        panel(store, a, q, measure, &cost, &name(&panels[k]), area, frame, letter(k, panels.len()));
     });
     let caption = format!(
         "Work and precision, {}: error of the peak and of the whole curve (mark) and its error bar (whisker) over the CPU time of \
-         a case. In the grey zone errors are smaller than the uncertainty of the reference; {BELOW}.{unknown}",
-        store.study.label(variant)
+         a case. In the grey zone errors are smaller than the uncertainty of the reference; {BELOW}.{unknown}{}",
+        store.study.label(variant),
+        without_panel(&small)
     );
     Some(Figure { name: format!("work-precision-{variant}"), svg, caption })
 }
 
+/// The largest error of a measure \[%\], where all are below any axis.
+fn below(a: &Analysis<CostFindings>, q: &ByQuantity<CostOfAccuracy>, measure: Measure) -> Option<f64> {
+    Axis::below(q.settings.iter().map(|s| 100.0 * s.errors[measure as usize]), 100.0 * a.tolerance)
+}
+
 /// Error of the first quantity of a variant over unknowns, entries of the factor, operations and memory, as far as they differ.
 pub fn amounts(store: &Results, a: &Analysis<CostFindings>, variant: &str) -> Option<Figure> {
-    let is_known = |q: &&ByQuantity<CostOfAccuracy>| q.uncertainty(Measure::Peak).is_finite();
-    let q = a.quantities.iter().filter(is_known).find(|q| q.variant == variant && q.settings.len() > 1)?;
+    let is_drawn = |q: &&ByQuantity<CostOfAccuracy>| {
+        q.uncertainty(Measure::Peak).is_finite() && below(a, q, Measure::Peak).is_none()
+    };
+    let q = a.quantities.iter().filter(is_drawn).find(|q| q.variant == variant && q.settings.len() > 1)?;
     let all = [
         Amount {
             label: format!("free degrees of freedom {}", italic("n")),
@@ -130,7 +140,7 @@ fn sheet(
         .filter(|f| f.role != Role::Reference && used(&f.name))
         .map(|f| {
             let (m, c) = look(store, &f.name);
-            (Sample::Mark(m, c), names::title(&f.name))
+            (Sample::Mark(m, c), names::family(&f.name))
         })
         .collect();
     entries.push((Sample::Line(GREY), "Pareto front".into()));
