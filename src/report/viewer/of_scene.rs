@@ -43,7 +43,7 @@ struct Floor<'a> {
     name: &'a str,
     /// Counter-clockwise about the normal, next to the body \[m\]
     corners: [Vec3; 4],
-    /// What moves it along; it does not turn
+    /// Frame that moves it along; it does not turn
     body: Option<&'a AffineFrame>,
 }
 
