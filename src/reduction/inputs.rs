@@ -121,6 +121,17 @@ pub fn signals(scene: &Scene, others: usize) -> Result<Vec<Input>, ReductionErro
 mod tests {
     use super::*;
 
+    /// A model begins at the value of its scene, and never outside of its range; without one at zero, or at the nearest end.
+    #[test]
+    fn inputs_begin_within_their_ranges() {
+        let at_start = |range: [f64; 2], start: Option<f64>| Input { start, ..Input::new("pull_N", range) }.at_start();
+        assert_eq!(
+            [Some(1.5), Some(9.0), Some(-9.0), None].map(|start| at_start([-2.0, 2.0], start)),
+            [1.5, 2.0, -2.0, 0.0]
+        );
+        assert_eq!([[1.0, 5.0], [-5.0, -1.0]].map(|range| at_start(range, None)), [1.0, -1.0]);
+    }
+
     #[test]
     fn a_pulse_within_the_scene_is_no_constant() {
         let inputs = [Input::new("pull_N", [0.0, 2.0])];

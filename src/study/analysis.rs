@@ -210,6 +210,7 @@ pub fn without_result(cases: usize) -> String {
 mod tests {
     use super::*;
     use crate::report::numbers::space;
+    use crate::study::store::record::{CaseRecord, Series};
 
     #[test]
     fn many_cases_that_were_not_run_are_one_warning() {
@@ -222,6 +223,26 @@ mod tests {
         );
         cases.push(case("d", NOT_RUN));
         assert_eq!(warnings(&cases), ["Case f: Singular.", "4 cases have no result yet: a, b, c and 1 more."]);
+    }
+
+    /// A case that took half as long again by the clock as it computed is told, one of a twentieth more and one without a measured CPU time are not.
+    #[test]
+    fn a_busy_machine_is_told_by_the_cases_that_waited() {
+        let case = |(wall_s, cpu_s): (f64, f64)| {
+            let record = CaseRecord { wall_s, cpu_s, ..CaseRecord::default() };
+            StoredCase::new(record, Series::default())
+        };
+        let mut cases = [(2.1, 2.0), (3.0, 2.0), (5.0, 0.0)].map(case);
+        let busy = "The machine was busy: 1 of 3 cases took more than 1.1 times their CPU seconds by the clock, one 1.5 times. ";
+        let all = warnings_of_costs(&cases);
+        assert!(all.len() == 1 && all[0].starts_with(busy), "{all:?}");
+        assert_eq!(warnings_of_costs(&cases[..1]), Vec::<String>::new());
+        cases[0].record.shared = true;
+        let all = warnings_of_costs(&cases);
+        assert!(
+            all.len() == 2 && all[0].starts_with("Cases ran at the same time") && all[1].starts_with(busy),
+            "{all:?}"
+        );
     }
 
     #[test]

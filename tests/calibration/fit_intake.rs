@@ -73,8 +73,22 @@ fn bad_tables_are_refused_with_fact_and_remedy() {
             "stretch,nominal stress (MPa)\n1.1,-1\n1.2,-2\n",
             &["against the stretch", "pass --stress-positive compression"],
         ),
-        ("Displacement (mm),Force (N)\n1,2\n2,3\n", &["\"Displacement (mm)\" is a displacement", "--gauge-length"]),
-        ("strain,Force (N)\n1,2\n2,3\n", &["\"Force (N)\" is a force", "--width and --thickness", "[specimen]"]),
+        (
+            "Displacement (mm),Force (N)\n1,2\n2,3\n",
+            &[
+                "\"Displacement (mm)\" is a displacement",
+                "--gauge-length",
+                "gauge_length under [specimen] of a card.toml with name, file and status",
+            ],
+        ),
+        (
+            "strain,Force (N)\n1,2\n2,3\n",
+            &[
+                "\"Force (N)\" is a force",
+                "--width and --thickness",
+                "under [specimen] of a card.toml with name, file and status",
+            ],
+        ),
         ("Time (s),Temperature\n1,2\n2,3\n", &["\"Time (s)\", \"Temperature\"", "--strain-column"]),
         ("Extension,Load (N)\n1,2\n2,3\n", &["\"Extension\" has no unit", "--strain-unit mm"]),
         ("a;b\n1,5;2,5\n", &["the columns are: \"a\", \"b\""]),

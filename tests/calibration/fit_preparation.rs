@@ -234,6 +234,32 @@ fn a_rupture_is_named_with_the_answer_without_it() {
     );
 }
 
+/// Of two tables the first one is of a piece that breaks: the fit is repeated with all of its data points, and with those of the other as they are.
+#[test]
+fn a_rupture_in_one_of_several_tables_is_told_with_the_answer_without_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, rows: Vec<(f64, f64)>| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, table("stretch,nominal stress (Pa)", rows)).expect("writable");
+        path
+    };
+    let pulled = |step: f64, rows: u32, whole: u32| {
+        let at = |k: u32| {
+            let l = 1.0 + step * f64::from(k);
+            (l, if k < whole { stress(Mode::Uniaxial, l) } else { 0.01 * MU })
+        };
+        (1..=rows).map(at).collect::<Vec<_>>()
+    };
+    let torn = write("torn.csv", pulled(0.025, 40, 30));
+    let mut request = FitRequest::new(&torn, "neo_hookean");
+    request.options.modes = vec![Mode::Uniaxial];
+    request.more = vec![write("whole.csv", pulled(0.03, 20, 21))];
+    let r = fit(&request).expect("fits");
+    assert!(r.rows == 49 && (r.parameters[0].value / MU - 1.0).abs() < 1e-9, "{r}");
+    let with = r.otherwise.iter().find(|o| o.treatment == Treatment::WithRupture).expect("tried");
+    assert!(with.rows == 60 && !with.unasked && with.parameters[0].value < 0.9 * MU, "{with:?}");
+}
+
 /// Two cycles to a stretch of 2, the second 30 % softer, unloading softer still (as in Mullins' tests). Each choice gives the constant of its
 /// loading back; without one the first is fitted, and the warning says what the last gives.
 #[test]

@@ -447,6 +447,13 @@ fn members_change_the_scenes_of_all_curves() {
     let own = cases(format!("{own}{CALIBRATION}{families}")).unwrap_or_else(|e| panic!("{e}"));
     let thin = own.iter().find(|c| c.member == "thin").expect("a case");
     assert!(curve(thin).contains("[20, 3, 3]") && !curve(thin).contains("9.8 mm"), "{}", curve(thin));
+    // The files of a case, by which its result is found again, are those that its curves have in it
+    let way = "\"constraint.prescribed.displacement\" = { kind = \"table\", file = \"way.csv\", unit = \"mm\" }";
+    let named = repeat.replace("[variant.curve.", &format!("members = {{ thin = {{ {way} }} }}\n[variant.curve."));
+    for case in cases(format!("{named}{CALIBRATION}{families}")).unwrap_or_else(|e| panic!("{e}")) {
+        let has_way = case.files().keys().any(|file| file.ends_with("way.csv"));
+        assert_eq!(has_way, case.member == "thin", "{}", case.id);
+    }
 
     let why = cases(format!("{PULL}{CALIBRATION}{families}")).expect_err("another scene");
     for words in ["family mesh, member coarse", "curve pull has another scene", "mesh.grid.divisions", "members = {"] {

@@ -3,6 +3,7 @@
 use crate::common;
 use durometer::calibrate::{Experiment, FitOptions};
 use durometer::calibrate::{Mode, Model, Sample, fit_experiment};
+use durometer::material::check::check_property;
 use durometer::material::isochoric::{InvariantEnergy, Parametric, Partials};
 use durometer::material::principal::{invariants, of_invariants, tau};
 use durometer::material::split::{Isochoric, Part, Split, fitted_parameters, law_parameters, required};
@@ -146,6 +147,86 @@ fn it_is_checked() {
     let violation = check_law(&flawed).expect_err("the stress is wrong");
     assert_eq!((violation.law, violation.property), ("demiray", LawProperty::Stress));
     assert!(violation.to_string().contains("differences of the energy give"), "{violation}");
+}
+
+/// Demiray's law with one of four mistakes.
+#[derive(Clone, Copy, Debug)]
+struct Mistaken<const MISTAKE: usize>(Demiray);
+
+/// The energy is the rest of a large sum
+const CANCELS: usize = 0;
+/// F that is inverted has an energy of zero
+const ACCEPTS: usize = 1;
+/// F that is inverted is refused for another reason
+const REFUSES: usize = 2;
+/// The tangent is 0.1 % too stiff
+const STIFF: usize = 3;
+
+impl<const MISTAKE: usize> Part for Mistaken<MISTAKE> {
+    const INFO: &'static LawInfo = &INFO;
+
+    fn read(values: &Values, chosen: &Chosen) -> Result<Self, LawSpecError> {
+        <Demiray as Isochoric>::read(values, chosen).map(Self)
+    }
+
+    fn values(&self) -> Vec<f64> {
+        Isochoric::values(&self.0)
+    }
+
+    fn shear(&self) -> f64 {
+        self.0.mu
+    }
+
+    fn response(&self, u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        let is_inverted = f.determinant() <= 0.0;
+        match MISTAKE {
+            ACCEPTS if is_inverted => return Ok(Response { psi: 0.0, p: Mat3::zeros(), a: [[0.0; 9]; 9] }),
+            REFUSES if is_inverted => return Err(LawError::Undefined),
+            _ => {}
+        }
+        let mut found = self.0.response(u, f, want)?;
+        match MISTAKE {
+            CANCELS => found.psi = (found.psi + 1e6 * self.0.mu) - 1e6 * self.0.mu,
+            STIFF => found.a.as_flattened_mut().iter_mut().for_each(|a| *a *= 1.001),
+            _ => {}
+        }
+        Ok(found)
+    }
+
+    fn response_along(&self, rates: &[f64], u: &Volumetric, f: &Mat3, want: Want) -> Result<Response, LawError> {
+        self.0.response_along(rates, u, f, want)
+    }
+}
+
+/// A law that fails is told by which property, with its constants and the state where they count, and one remedy: that of the property, not one for a run.
+#[test]
+fn a_failure_names_constants_state_and_one_remedy() {
+    const SAMPLE: &[f64] = &[200e3, 30e3, 0.8];
+    let told = |entry: LawEntry, property: LawProperty| {
+        let said = check_property(&entry, property).expect_err("a mistake").to_string();
+        assert!(said.matches("; ").count() == 1, "{said}");
+        said
+    };
+    let said = told(Split::<Mistaken<CANCELS>>::entry(KEYS, SAMPLE), LawProperty::SmallStrain);
+    assert!(said.starts_with("law `demiray` fails the check SmallStrain: with kappa = "), "{said}");
+    assert!([" Pa, mu = ", " Pa, b = ", " at F − I = [["].iter().all(|words| said.contains(words)), "{said}");
+    assert!(said.ends_with("; compute the energy without cancellation near F = I, as by Invariants"), "{said}");
+
+    let said = told(Split::<Mistaken<STIFF>>::entry(KEYS, SAMPLE), LawProperty::RepeatedStretches);
+    assert!(said.starts_with("law `demiray` fails the check RepeatedStretches: with kappa = "), "{said}");
+    assert!(said.contains(" at the stretches [0.9, 0.9, 1.2]: A["), "{said}");
+    assert!(said.ends_with("; let the tangent be ∂P/∂F where principal stretches coincide, too"), "{said}");
+
+    let inverted = |entry: LawEntry, fact: &str| {
+        let said = told(entry, LawProperty::Inversion);
+        let remedy = "let the law declare whether it survives inversion, J ≤ 0";
+        assert_eq!(said, format!("law `demiray` fails the check Inversion: {fact}; {remedy}"));
+    };
+    let zero = "F = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]";
+    let accepts = format!("it accepts {zero} but does not declare it");
+    inverted(Split::<Mistaken<ACCEPTS>>::entry(KEYS, SAMPLE), &accepts);
+    let refuses = "at J ≤ 0: the law is not defined at this deformation, take a smaller step or load";
+    inverted(Split::<Mistaken<REFUSES>>::entry(KEYS, SAMPLE), refuses);
 }
 
 /// One test, because a name is registered once per process.

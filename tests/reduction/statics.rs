@@ -253,6 +253,10 @@ fn inputs_are_found_for_targets() {
     assert_eq!(other.inputs(), [5.0, 0.0]);
     let found = reach(&mut other, &[target(1, wanted[0])]).expect("an equilibrium");
     assert_eq!(found.inputs[0], 5.0, "{found:?}");
+    // Where every input is held a search moves all of them
+    let mut all = model.clone();
+    all.inputs.iter_mut().for_each(|input| input.held = true);
+    assert_eq!(all.driving(), [true, true]);
     let beyond = reach(&mut twin, &[target(1, 10.0 * model.largest_changes[1])]).expect("an equilibrium");
     assert!(!beyond.met && twin.in_range(), "{beyond:?}");
 }
@@ -318,11 +322,17 @@ fn a_file_is_the_model_or_is_refused() {
     assert!(refused(&newer).contains("format 99"));
     assert!(ReducedModel::read(&folder.path().join("none.durom")).is_err());
     // Nothing is written that could not be read
+    let file = folder.path().join("unusable.durom");
+    let is_refused = |unusable: ReducedModel, fact: &str| {
+        let why = unusable.write(&file).expect_err("refused").to_string();
+        assert!(why.contains(fact) && !file.exists(), "{why}");
+    };
     let mut unusable = model.clone();
     unusable.estimate.as_mut().expect("an estimate").bars[0].factor = f64::INFINITY;
-    let file = folder.path().join("unusable.durom");
-    let why = unusable.write(&file).expect_err("refused").to_string();
-    assert!(why.contains("an error bar is not a finite number") && !file.exists(), "{why}");
+    is_refused(unusable, "an error bar is not a finite number");
+    let mut unusable = model.clone();
+    unusable.inputs[0].start = Some(f64::NAN);
+    is_refused(unusable, "its start not finite");
 }
 
 /// Parts of a scene without a reduced form are named, with a remedy.
@@ -421,4 +431,12 @@ fn the_way_to_the_inputs_does_not_matter() {
             twin.values()[0]
         );
     }
+    // A load that the scene has at its start comes in parts too: at rest the body is undeformed
+    let mut loaded = twin.model().clone();
+    loaded.inputs[0].start = Some(26e-3);
+    let mut loaded = Twin::new(loaded).expect("a law of the library");
+    let done = loaded.step(&[26e-3]).expect("an equilibrium");
+    assert!(done.parts >= 16 && (loaded.values()[0] - expected[0]).abs() < 1e-3, "{done:?}: {}", loaded.values()[0]);
+    let again = loaded.step(&[26e-3]).expect("an equilibrium");
+    assert_eq!(again.parts, 1, "it is there");
 }

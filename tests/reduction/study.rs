@@ -372,6 +372,18 @@ fn a_cable_that_is_often_slack_has_bars_of_the_size_of_its_errors() {
         assert!(exact >= 5, "slack in {exact} states");
         let bar = number("factor") * number("floor");
         assert!(bar > 1e-6 * number("largest") && number("factor") < 1e3, "{tension}");
+        // The ratio of bar and error is that of the errors that are more than rounding
+        let errors = tension["errors"]
+            .as_array()
+            .expect("errors")
+            .iter()
+            .filter_map(|e| Some((e[0].as_f64()?.abs(), e[1].as_f64()?.abs())));
+        let counting = errors.filter(|(error, _)| *error > 1e-9 * number("size"));
+        let mut ratios: Vec<f64> =
+            counting.map(|(error, estimate)| number("factor") * (estimate + number("floor")) / error).collect();
+        ratios.sort_by(f64::total_cmp);
+        let middle = 0.5 * (ratios[(ratios.len() - 1) / 2] + ratios[ratios.len() / 2]);
+        assert!((number("bar_over_error") / middle - 1.0).abs() < 1e-9, "{tension}");
         let answer = durometer(at, &["twin", &format!("out/{}", model["file"].as_str().expect("a file"))], "{}\n");
         assert_eq!(answer.code, Some(0), "{}", answer.err);
     }

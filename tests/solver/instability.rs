@@ -6,6 +6,7 @@ use durometer::math::tensor::Vec3;
 use durometer::mesh::structured::block;
 use durometer::scene::{Body, ErrorEstimator, EstimateError, Run, Scene, SceneSpec, lost_volumes, parse_scene};
 use durometer::solve::{Driver, Failure, Integrator, Status, StepSettings, TimeSpan};
+use durometer::study::store::solver::notes;
 use durometer::system::{At, Rates, State, System, Want};
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::path::Path;
@@ -571,6 +572,7 @@ fn pressures_that_lose_their_hold_on_the_volume_are_told() {
         found.note().contains("elastic: the pressures have lost their hold on the volume: a point of cell "),
         "{found}"
     );
+    assert!(notes(&heavy, &run).contains(&found.note()), "the record of a case has it");
     let bar = ErrorEstimator::new(&heavy).expect("an estimator").estimate(&run, &[]);
     assert!(matches!(bar, Err(EstimateError::VolumesLost { .. })), "{bar:?}");
 
@@ -585,4 +587,70 @@ fn pressures_that_lose_their_hold_on_the_volume_are_told() {
         assert_eq!(run.status, Status::Converged);
         assert_eq!(lost_volumes(&light, &run.peak.x).count(), 0, "{formulation}");
     }
+}
+
+/// A cube of this formulation without loads.
+fn cube(formulation: &str) -> Scene {
+    let text = format!(
+        r#"
+[mesh]
+grid = {{ kind = "box", size = ["10 mm", "10 mm", "10 mm"], divisions = [1, 1, 1] }}
+element = "tet10"
+[laws.rubber]
+law = "neo_hookean_split"
+E = "1 MPa"
+nu = 0.45
+volumetric = "quadratic"
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+formulation = "{formulation}"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+[[stage]]
+integrator = "static"
+duration = "1 s"
+dt = "1 s"
+[[probe]]
+kind = "position"
+region = "xmax"
+"#
+    );
+    parse_scene(&text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The cube shrunk to a length of `shrunk`, then the node in the middle of an edge moved by a share `moved` of the edge towards its first end. With N = 4 λ₁λ₂ of
+/// this node J = a³ − 4 a² m (λ₁ − λ₂), where λ₁ − λ₂ is ±1/√5 at the two points of a cell next to the ends and zero at the others: of the volume of each
+/// cell only the share 1 − a³ is lost.
+fn with_an_edge_moved(scene: &Scene, shrunk: f64, moved: f64) -> Vec<f64> {
+    let points = &scene.body.mesh.points;
+    let cell = scene.body.mesh.cell(0);
+    let [a, b] = [cell[0], cell[1]].map(|node| points[node as usize]);
+    let from_middle = |node: &&u32| (points[**node as usize] - 0.5 * (a + b)).norm();
+    let middle = cell.iter().min_by(|m, n| from_middle(m).total_cmp(&from_middle(n))).expect("ten nodes");
+    let mut u: Vec<Vec3> = points.iter().map(|x| (shrunk - 1.0) * x).collect();
+    u[*middle as usize] += moved * (a - b);
+    u.iter().flat_map(|u| [u.x, u.y, u.z]).collect()
+}
+
+/// The pressure of a cell holds its mean volume: a point far below this mean is told with its own volume, and one that shrinks with its cell is not.
+#[test]
+fn the_pressure_of_a_cell_holds_its_mean_volume() {
+    let scene = cube("mean_dilatation");
+    let told = |shrunk: f64, moved: f64| {
+        let x = with_an_edge_moved(&scene, shrunk, moved);
+        lost_volumes(&scene, &x).map(|lost| lost.to_string()).collect::<Vec<_>>()
+    };
+    // J = 0.729 − 0.551, and the mean is 0.729
+    let lost = told(0.9, 0.38);
+    assert!(
+        lost.len() == 1 && lost[0].contains("is squeezed to 0.18 of its volume, 0.55 below the volume of"),
+        "{lost:?}"
+    );
+    // A gap of −0.43 only, and J = 0.34 everywhere
+    assert_eq!([told(0.9, 0.3).len(), told(0.7, 0.0).len()], [0, 0]);
+    let points = cube("displacement");
+    assert_eq!(lost_volumes(&points, &with_an_edge_moved(&points, 0.9, 0.38)).count(), 0);
 }

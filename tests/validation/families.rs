@@ -5,7 +5,7 @@ use durometer::study::analysis::Analysis;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::budget::{COVERAGE, Contribution};
 use durometer::study::kinds::validation::findings::ValidationFindings;
-use durometer::study::kinds::validation::plan::{FamilyPlan, ValidationPlan};
+use durometer::study::kinds::validation::plan::{ErrorPlan, FamilyPlan, ValidationPlan};
 use durometer::study::store::record::{CaseRecord, FamilyRecord, Role, Series, StoredCase};
 use durometer::study::store::results::Results;
 
@@ -126,8 +126,55 @@ fn a_calibration_record_without_a_family_is_a_doubt() {
     }
     let a = analysed(&study);
     let lacks = "no family of role \"time_step\" runs none and light: the interval lacks the error of the time steps";
-    assert!(a.warnings.iter().any(|w| w.contains(lacks)), "{:?}", a.warnings);
+    // The constant has the same doubt, which is said once
+    let told: Vec<&String> = a.warnings.iter().filter(|w| w.contains(lacks)).collect();
+    assert!(told.len() == 1 && told[0].starts_with("Tip drop of heavy: "), "{:?}", a.warnings);
+    assert!(a.found.constants[0].doubts.iter().any(|d| d.contains(lacks)));
     assert!(a.found.predictions[0].inside.is_some(), "{}", a.verdict);
+}
+
+/// A record whose values are so uncertain that the constant does not rest on them needs no family.
+#[test]
+fn a_record_on_which_nothing_rests_needs_no_family() {
+    let mut study = beam();
+    add(&mut study, "sizes", Role::Sizes, (&["light", "heavy"], 0.0));
+    let lacks = |study: &(ValidationPlan, Results)| {
+        let found = analysed(study).found;
+        let doubts = found.constants[0].doubts.iter().chain(&found.predictions[0].doubts);
+        (doubts.filter(|d| d.contains("two converged members of none")).count(), found.predictions[0].inside)
+    };
+    assert_eq!(lacks(&study), (2, None));
+    let plan = &mut study.0.quantities[0];
+    let uncertain = ErrorPlan { deviation: 1e8, ..plan.errors[0].clone() };
+    plan.by_record.insert("none".into(), vec![uncertain]);
+    let (doubts, inside) = lacks(&study);
+    assert!(doubts == 0 && inside.is_some(), "{doubts} {inside:?}");
+}
+
+/// The centre of a design is known by its place: where a case of another name is there, the runs of a family are compared with that one.
+#[test]
+fn the_centre_of_a_design_may_have_another_name() {
+    let numbers = |study: &(ValidationPlan, Results)| {
+        let a = analysed(study);
+        let (c, p) = (&a.found.constants[0], &a.found.predictions[0]);
+        assert!(!a.warnings.iter().any(|w| w.contains("lacks the error of the mesh")), "{:?}", a.warnings);
+        [c.value, deviation(&c.budget, "mesh"), p.value, deviation(&p.budget, "mesh")]
+    };
+    let mut study = beam();
+    add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.15));
+    let before = numbers(&study);
+    let (old, new) = ("design-light-centre", "design-light-first");
+    let (plan, results) = &mut study;
+    let place = plan.points.remove(old).expect("the centre");
+    plan.points.insert(new.into(), place);
+    let derivatives = results.sensitivities.remove(old).expect("its derivatives");
+    results.sensitivities.insert(new.into(), derivatives);
+    let ids = results.cases.iter_mut().map(|c| &mut c.record.id);
+    let ids = ids.chain(results.study.families.iter_mut().flat_map(|f| &mut f.cases));
+    ids.filter(|id| *id == old).for_each(|id| *id = new.into());
+    for (before, after) in before.into_iter().zip(numbers(&study)) {
+        assert!(before > 0.0 && (after / before - 1.0).abs() < 1e-6, "{before} {after}");
+    }
 }
 
 /// Checks of the calibration records that are 10 % off their surfaces make the modulus and the prediction uncertain by about as much: the modulus rests on
@@ -150,4 +197,24 @@ fn the_response_surface_of_a_calibration_record_reaches_constants_and_prediction
     for (before, after) in before.into_iter().zip(after) {
         assert!(before < 0.02 && (0.05..0.2).contains(&after), "{before} {after}");
     }
+}
+
+/// Surfaces of different records are independent: what both records do to the variance is what each does by itself.
+#[test]
+fn response_surfaces_of_different_records_are_independent() {
+    let variance = |off: &[&str]| {
+        let mut study = beam();
+        add(&mut study, "sizes", Role::Sizes, (&["none", "light", "heavy"], 0.0));
+        for case in study.1.cases.iter_mut().filter(|c| c.record.id.starts_with("check-")) {
+            if off.iter().any(|record| case.is_of(record)) {
+                let z = case.series.columns.get_mut("xmax_z_m").expect("recorded");
+                z[1] = z[0] + 1.1 * (z[1] - z[0]);
+            }
+        }
+        deviation(&analysed(&study).found.predictions[0].budget, "response surface").powi(2)
+    };
+    let [neither, light, heavy, both] =
+        [variance(&[]), variance(&["light"]), variance(&["heavy"]), variance(&["light", "heavy"])];
+    assert!(light > 2.0 * neither && heavy > 2.0 * neither, "{neither} {light} {heavy}");
+    assert!(((both + neither) / (light + heavy) - 1.0).abs() < 1e-9, "{neither} {light} {heavy} {both}");
 }

@@ -6,6 +6,7 @@ use durometer::study::kind::Extent;
 use durometer::study::kinds::validation::analysis::analyse;
 use durometer::study::kinds::validation::budget::COVERAGE;
 use durometer::study::kinds::validation::plan::ValidationPlan;
+use durometer::study::kinds::validation::spec::Purpose;
 
 /// One experiment with a true modulus of 240 to 360 kPa and random errors: measured calibration values, and what a further measurement of the heavy load gives.
 fn experiment(plan: &ValidationPlan, random: &mut SplitMix) -> (ValidationPlan, f64) {
@@ -71,6 +72,27 @@ fn understated_errors_widen_the_intervals() {
     let a = analyse(&results, &plan);
     assert!(a.found.widened > 3.0, "{}", a.found.widened);
     assert!(a.warnings.iter().any(|w| w.contains("times as much as their errors say")), "{:?}", a.warnings);
+}
+
+/// Data of three records that one modulus gives exactly, although each has errors of 0.2 mm and more, agree better than chance lets them; an error of 0.5 mm
+/// in one of them is as it may be. Neither changes a width.
+#[test]
+fn records_that_agree_better_than_their_errors_say_are_told() {
+    let (mut plan, results) = by_formula();
+    plan.records.iter_mut().for_each(|r| r.purpose = Purpose::Calibration);
+    let is_told = |off: f64| {
+        let mut own = plan.clone();
+        for (name, load) in LOADS {
+            let is_heavy = name == "heavy";
+            let value = drop(load, (300.0, [0.0; 3]), is_heavy) + if is_heavy { off } else { 0.0 };
+            own.quantities[0].records.insert(name.into(), vec![value]);
+        }
+        let a = analyse(&results, &own);
+        assert_eq!((a.found.widened, a.found.freedom), (1.0, 2), "{:?}", a.warnings);
+        let told = "The calibration records agree better than their errors say (χ² = 0.0 with 2 degrees of freedom, which chance gives in less than 1 %)";
+        a.warnings.iter().any(|w| w.starts_with(told))
+    };
+    assert!(is_told(0.0) && !is_told(0.5));
 }
 
 /// A calibration record whose drop is never below 1 mm, whatever the modulus, has been measured with the wrong sign. The search ends at the least drop, where

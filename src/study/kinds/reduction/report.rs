@@ -287,3 +287,33 @@ fn errors(a: &ReductionFindings) -> Table {
         pick: None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::kinds::reduction::analysis::tests::found;
+
+    /// Where no small step was measured the time of a step is that from state to state.
+    #[test]
+    fn the_first_fact_is_a_time_that_was_measured() {
+        let mut a = found(0.01, Some(0));
+        assert_eq!(facts(&a)[0], ("100 µs".to_string(), "a step of the reduced model".to_string()));
+        a.derived.iter_mut().for_each(|derived| derived.models[0].step_s = [1e-5, 2e-5]);
+        assert_eq!(facts(&a)[0].0, "10 µs");
+    }
+
+    /// The inputs are named before there are models; those of models that move are made of runs.
+    #[test]
+    fn models_are_made_of_states_or_of_runs() {
+        let (start, held) = (None, false);
+        let (name, key, unit) = ("tension".into(), "k".into(), "mm".into());
+        let mut a = found(0.01, Some(0));
+        a.inputs = vec![InputRecord { name, key, unit, range: [-3.0, 1.0], start, held }];
+        let states = "Inputs of the models: tension from −3 to 1 mm. The models are made of 24 states within these ranges, and their bars of 1 that were held back.";
+        assert_eq!(made_of(&a), states);
+        a.derived.iter_mut().for_each(|derived| derived.dt = Some(0.01));
+        assert_eq!(made_of(&a), states.replace("24 states", "24 runs in time"));
+        a.derived = None;
+        assert_eq!(made_of(&a), "Inputs of the models: tension from −3 to 1 mm.");
+    }
+}

@@ -68,3 +68,21 @@ pub fn quantiles<const N: usize>(of: [f64; N], mut draw: impl FnMut() -> f64) ->
 pub fn chi_square(freedom: usize, random: &mut SplitMix) -> f64 {
     (0..freedom).map(|_| random.normal().powi(2)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The numbers 0 to 1999, each drawn once and in no order: every quantile is its own share of the way, between two numbers too.
+    #[test]
+    fn quantiles_are_shares_of_all_draws() {
+        let mut next = 0;
+        let found = quantiles([0.0, 0.01, 0.5, 0.95, 1.0], || {
+            next = (next + 777) % DRAWS_OF_QUANTILE;
+            next as f64
+        });
+        for (found, expected) in found.into_iter().zip([0.0, 19.99, 999.5, 1899.05, 1999.0]) {
+            assert!((found - expected).abs() < 1e-9, "{found}, not {expected}");
+        }
+    }
+}
