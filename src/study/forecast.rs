@@ -4,7 +4,7 @@
 //! cost = setup + steps × cost of a step,   steps = Σ over the stages of duration/dt, known before the run
 //! ```
 //!
-//! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had. Without a result they cost what the law of
+//! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had, on a mesh of as many nodes. Without such a result they cost what the law of
 //! growth over the nodes says ([`growth`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them. What did
 //! not converge says nothing: it ended early, or late. That longer steps take more iterations is not counted.
 //!
@@ -30,13 +30,28 @@ const OF_FACTOR: f64 = 4.0 / 3.0;
 /// Costs of the stored results of a study.
 #[derive(Default)]
 pub struct Forecast {
-    own: HashMap<String, Known>,
+    own: HashMap<String, Own>,
     /// Formulation → the costs over the size
     by_size: BTreeMap<String, Points>,
 }
 
 /// Costs of a case: seconds of the setup and of a step, and bytes.
 type Known = [Option<f64>; 3];
+
+/// Costs of the last result of a case.
+struct Own {
+    formulation: String,
+    /// None of a mesh that was adapted in the run: how many it would begin with is not known
+    nodes: Option<usize>,
+    known: Known,
+}
+
+impl Own {
+    /// Whether a case of this size has the size of the result, as far as both are known.
+    fn is_of(&self, size: &Size) -> bool {
+        self.formulation == size.formulation && self.nodes.zip(size.nodes).is_none_or(|(own, now)| own == now)
+    }
+}
 
 /// The same of several cases, each with its nodes.
 type Points = [Vec<(f64, f64)>; 3];
@@ -92,7 +107,8 @@ impl Forecast {
         let step_s = record.cpu_s * record.repeats.len().max(1) as f64 / size.steps_of(record);
         let costs = [Some(record.phases.build_s), Some(step_s), record.work.memory_bytes.map(|bytes| bytes as f64)];
         let known = costs.map(|cost| cost.filter(|c| *c > 0.0));
-        self.own.insert(record.id.clone(), known);
+        let nodes = record.refinement.is_empty().then_some(record.mesh.nodes);
+        self.own.insert(record.id.clone(), Own { formulation: record.formulation.clone(), nodes, known });
         let (nodes, points) = (record.mesh.nodes as f64, self.by_size.entry(record.formulation.clone()).or_default());
         points.iter_mut().zip(known).for_each(|(points, cost)| points.extend(cost.map(|cost| (nodes, cost))));
     }
@@ -109,7 +125,7 @@ type Law = Box<dyn Fn(f64) -> Option<f64>>;
 
 /// Costs by their laws of growth.
 pub struct Fitted<'a> {
-    own: &'a HashMap<String, Known>,
+    own: &'a HashMap<String, Own>,
     /// Formulation → costs over nodes
     laws: BTreeMap<&'a str, [Law; 3]>,
 }
@@ -117,7 +133,7 @@ pub struct Fitted<'a> {
 impl Fitted<'_> {
     /// Expected cost of a case.
     pub fn of(&self, id: &str, size: &Size) -> Expected {
-        let own = self.own.get(id).copied().unwrap_or_default();
+        let own = self.own.get(id).filter(|own| own.is_of(size)).map_or_else(Known::default, |own| own.known);
         let by_size = |k: usize| self.laws.get(size.formulation.as_str()).and_then(|laws| laws[k](size.nodes? as f64));
         let [setup, step, bytes] = [0, 1, 2].map(|k| own[k].or_else(|| by_size(k)));
         // A record of an earlier version has no setup
@@ -184,6 +200,22 @@ mod tests {
         assert!((new.memory_bytes.expect("a law") as f64 / memory(8000) - 1.0).abs() < 1e-6, "{new:?}");
         assert_eq!(fitted.of("d", &size("tet4", Some(8000))), Expected::default());
         assert_eq!(fitted.of("d", &size("tet10", None)), Expected::default());
+    }
+
+    /// The mesh of `a` has become four times finer: it is expected to cost as another case of its new size.
+    #[test]
+    fn a_result_on_another_mesh_is_not_what_a_case_costs_now() {
+        let mut forecast = Forecast::default();
+        for (id, nodes) in [("a", 1000), ("b", 2000)] {
+            forecast.learn(&record(id, nodes, 1e-3 * nodes as f64), &size("tet10", Some(nodes)));
+        }
+        let fitted = forecast.fitted();
+        let [own, finer, other] =
+            [("a", 1000), ("a", 4000), ("d", 4000)].map(|(id, n)| fitted.of(id, &size("tet10", Some(n))));
+        assert_eq!(own, Expected { cost_s: Some(1.0), memory_bytes: Some(memory(1000) as u64) });
+        assert!((finer.cost_s.expect("a law") / 4.0 - 1.0).abs() < 1e-10, "{finer:?}");
+        assert_eq!(finer, other);
+        assert_eq!(fitted.of("a", &size("tet4", Some(1000))), Expected::default());
     }
 
     /// A bar of tet10, by the program in MiB: most of what its three coarsest meshes take is the process.
