@@ -85,10 +85,7 @@ pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result
     if !scene.rigids.is_empty() || scene.system.ties.nodes().next().is_some() {
         return Err(unsupported("a rigid body".into(), "its motion is not one of the modes", leave_out));
     }
-    let moves = |p: &&crate::system::Prescribed| {
-        p.signal.has_inputs() || [0.0, 0.5, 1.0].iter().any(|&t| p.signal.at(t) != 0.0)
-    };
-    if scene.system.prescribed.iter().any(|p| moves(&p)) {
+    if scene.system.prescribed.iter().any(|p| !p.signal.is_zero()) {
         return Err(unsupported(
             "a prescribed motion".into(),
             "the modes are at rest where the body is held",
