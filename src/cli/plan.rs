@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// Say which mesh, element and time step meet a tolerance within a time
 ///
-/// Coarse pilots of every element take up to a quarter of the budget; errors and times are fitted to them. The answer names the
+/// Coarse pilots of every element take a quarter of the budget, or up to a half; errors and times are fitted to them. The answer names the
 /// setting, its expected error and time, and what cannot be promised. Of a volume mesh or grid the size is given: formulations and
 /// steps are weighed. Writes plan.json.
 #[derive(clap::Args)]

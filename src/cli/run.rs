@@ -179,6 +179,10 @@ pub struct Done {
     records: Vec<CaseRecord>,
 }
 
+/// Of a part of a study that looks for further cases.
+const SEARCH_WAITS: &str =
+    "; the search for further cases waits for a run of the study without --partition, once all parts are done";
+
 /// How the run of a study ended.
 enum End {
     Stopped,
@@ -187,6 +191,8 @@ enum End {
         part: Only,
         /// Cases of this part that wait for the results of others
         waiting: usize,
+        /// Whether cases are to follow from the results of all parts
+        searching: bool,
         /// Whether a case that did not converge is a result of its own
         keep_refusals: bool,
     },
@@ -230,7 +236,7 @@ pub fn execute(
     let end = match options.only.filter(Only::is_part) {
         Some(part) => {
             let (waiting, keep_refusals) = (wanted - records.len(), study.rules.keep_refusals);
-            End::Part { part, waiting, keep_refusals }
+            End::Part { part, waiting, searching: growing::is_open(study, &dir), keep_refusals }
         }
         None => match report::write(&dir) {
             Ok(summary) => End::Report(summary.into()),
@@ -270,16 +276,20 @@ impl Done {
                 let fact = "no case has a result of the present inputs; the report is an earlier one".to_string();
                 if how.json { serde_json::json!({ "without_result": fact }).to_string() } else { fact }
             }
-            End::Part { part, waiting, keep_refusals } => {
+            End::Part { part, waiting, searching, keep_refusals } => {
                 if *keep_refusals {
                     failed.retain(|r| r.broke());
                 }
-                let cases = self.records.len();
+                let (part, cases) = (part.to_string(), self.records.len());
                 match how.json {
                     true => {
-                        serde_json::json!({ "part": part.to_string(), "cases": cases, "waiting": waiting }).to_string()
+                        serde_json::json!({ "part": part, "cases": cases, "waiting": waiting, "searching": searching })
+                            .to_string()
                     }
-                    false => format!("\n{part}: {cases} cases are done{}", Self::words_of_waiting(*waiting)),
+                    false => {
+                        let search = if *searching { SEARCH_WAITS } else { "" };
+                        format!("\n{part}: {cases} cases are done{}{search}", Self::words_of_waiting(*waiting))
+                    }
                 }
             }
             End::Report(summary) => {

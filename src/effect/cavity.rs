@@ -114,7 +114,8 @@ impl Cavity {
         &self.name
     }
 
-    pub(super) fn facets(&self) -> &Blocks {
+    /// The blocks on which its pressure acts.
+    pub fn facets(&self) -> &Blocks {
         &self.blocks
     }
 

@@ -154,6 +154,22 @@ impl Signal {
         }
     }
 
+    /// Whether it is zero at all times, by its form: a formula is not known to be.
+    pub fn is_zero(&self) -> bool {
+        match self {
+            Self::Constant(value) => *value == 0.0,
+            Self::RaisedCosine { amplitude, .. } | Self::Sine { amplitude, .. } => *amplitude == 0.0,
+            Self::Ramp { from, to, .. } => [*from, *to] == [0.0; 2],
+            Self::Hold { signal, .. } | Self::Delay { signal, .. } => signal.is_zero(),
+            Self::Table(rows) => rows.iter().all(|row| row.1 == 0.0),
+            Self::Product(factors) => factors.iter().any(Self::is_zero),
+            Self::Continued { signal, before, after, .. } => [*before, *after] == [0.0; 2] && signal.is_zero(),
+            Self::Sum(terms) => terms.iter().all(Self::is_zero),
+            Self::Turn { angle, cosine, sine } => [*cosine, *sine] == [0.0; 2] || angle.is_zero(),
+            Self::Formula(_) | Self::Input(_) => false,
+        }
+    }
+
     /// Whether a part of it is decided during the run.
     pub fn has_inputs(&self) -> bool {
         match self {
@@ -180,6 +196,24 @@ fn interpolate(rows: &[(f64, f64)], t: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A knock that is over before half a second, and a turn that begins after a second.
+    #[test]
+    fn what_moves_at_any_time_is_not_zero() {
+        let rest = Signal::Constant(0.0);
+        let knock = Signal::Table(vec![(0.0, 0.0), (0.05, 8e-3), (0.1, 0.0)]);
+        let late = Signal::Ramp { from: 0.0, to: 0.5, start: 1.0, end: 2.0 };
+        let turn = |angle: &Signal, sine: f64| Signal::Turn { angle: Box::new(angle.clone()), cosine: 0.0, sine };
+        for moves in [knock.clone(), turn(&late, 1.0), Signal::Sum(vec![rest.clone(), knock.clone()]), Signal::Input(0)]
+        {
+            assert!(!moves.is_zero(), "{moves:?}");
+        }
+        let none = Signal::Table(vec![(0.0, 0.0), (1.0, 0.0)]);
+        let products = Signal::Product(vec![knock, rest.clone()]);
+        for stays in [none, turn(&late, 0.0), turn(&rest, 1.0), products, rest] {
+            assert!(stays.is_zero(), "{stays:?}");
+        }
+    }
 
     #[test]
     fn values_at_marked_times() {

@@ -85,10 +85,7 @@ pub fn check_parts(scene: &Scene, takes: impl Fn(&dyn Effect) -> bool) -> Result
     if !scene.rigids.is_empty() || scene.system.ties.nodes().next().is_some() {
         return Err(unsupported("a rigid body".into(), "its motion is not one of the modes", leave_out));
     }
-    let moves = |p: &&crate::system::Prescribed| {
-        p.signal.has_inputs() || [0.0, 0.5, 1.0].iter().any(|&t| p.signal.at(t) != 0.0)
-    };
-    if scene.system.prescribed.iter().any(|p| moves(&p)) {
+    if scene.system.prescribed.iter().any(|p| !p.signal.is_zero()) {
         return Err(unsupported(
             "a prescribed motion".into(),
             "the modes are at rest where the body is held",
@@ -125,15 +122,19 @@ fn end(scene: &Scene) -> f64 {
     scene.spans.last().map_or(0.0, |span| span.end)
 }
 
+/// The effects that are loads of a model, in their order, each with its degree.
+pub fn effects_of_loads(scene: &Scene) -> impl Iterator<Item = (&dyn Effect, usize)> {
+    scene.system.effects.iter().filter_map(|effect| Some((&**effect, effect.capabilities().degree?)))
+}
+
 /// The loads of a scene; `steps` are the sizes of the displacement coordinates.
 pub fn loads(scene: &Scene, basis: &Basis, inputs: &[Input], steps: &[f64]) -> Result<Vec<Load>, ReductionError> {
     let (mut out, end) = (vec![], end(scene));
-    for effect in &scene.system.effects {
-        let Some(degree) = effect.capabilities().degree else { continue };
+    for (effect, degree) in effects_of_loads(scene) {
         let name = effect.name().to_string();
         let intensity = Affine::identify(&name, inputs, end, |now| effect.intensity(now))?;
         let modes = &basis.modes[..basis.displacements];
-        let force = reduced_force(&**effect, modes, (modes, inputs, steps), degree)?;
+        let force = reduced_force(effect, modes, (modes, inputs, steps), degree)?;
         out.push(Load { name, intensity, force });
     }
     Ok(out)

@@ -1,11 +1,12 @@
 //! Recorded columns of a scene as functions of the coordinates of a reduced model.
 
 use super::error::ReductionError;
-use super::forces::{Load, ReducedCable};
+use super::forces::{ReducedCable, effects_of_loads};
 use super::polynomial::Quadratic;
 use super::training::basis::{Basis, combine};
 use crate::math::tensor::Vec3;
 use crate::scene::{Features, Reading, Scene, Winding};
+use crate::system::Effect;
 use serde::{Deserialize, Serialize};
 
 /// A column with how it is read.
@@ -65,12 +66,7 @@ pub fn names(scene: &Scene) -> Vec<String> {
 }
 
 /// All columns of a scene that can be read from the displacement coordinates; `steps` are their sizes.
-pub fn quantities(
-    scene: &Scene,
-    basis: &Basis,
-    (loads, cables): (&[Load], &[ReducedCable]),
-    steps: &[f64],
-) -> Vec<ReducedQuantity> {
+pub fn quantities(scene: &Scene, basis: &Basis, cables: &[ReducedCable], steps: &[f64]) -> Vec<ReducedQuantity> {
     let mut out = vec![];
     let mut add = |name: String, reading| out.push(ReducedQuantity { name, reading });
     for recorder in &scene.probes {
@@ -94,7 +90,9 @@ pub fn quantities(
         add(format!("{}_length_m", cable.name), ReducedReading::Length(k));
     }
     for cavity in &scene.cavities {
-        let Some(load) = loads.iter().position(|load| load.name == cavity.name) else { continue };
+        // Another load may have its name
+        let presses = |(effect, _): (&dyn Effect, usize)| std::ptr::eq(effect.blocks(), cavity.cavity.facets());
+        let Some(load) = effects_of_loads(scene).position(presses) else { continue };
         let rest = cavity.cavity.volume(&scene.system.rest().x);
         add(format!("{}_pressure_Pa", cavity.name), ReducedReading::Intensity(load));
         add(format!("{}_volume_m3", cavity.name), ReducedReading::Volume { load, rest });

@@ -16,6 +16,9 @@ use toml::de::DeTable;
 /// The command that adds the mesh, as texts name it; the command line puts its own study in place of `STUDY`.
 pub const ADD: &str = "durometer run STUDY --extend";
 
+/// Name of the file in a folder of results.
+pub const FILE: &str = "extension.toml";
+
 /// A mesh to be added to a family.
 #[derive(Serialize, JsonSchema, Clone, Debug, PartialEq)]
 pub struct Extension {
@@ -55,7 +58,7 @@ pub type AddedLines = BTreeMap<(String, String), usize>;
 impl Additions {
     /// The file of a folder of results.
     pub fn file(dir: &Path) -> PathBuf {
-        dir.join("extension.toml")
+        dir.join(FILE)
     }
 
     /// The members that were added to the results in `dir`, none where there is no such file.

@@ -4,9 +4,16 @@
 //! cost = setup + steps × cost of a step,   steps = Σ over the stages of duration/dt, known before the run
 //! ```
 //!
-//! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had. Without a result they cost what the law of
+//! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had, on a mesh of as many nodes. Without such a result they cost what the law of
 //! growth over the nodes says ([`growth`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them. What did
 //! not converge says nothing: it ended early, or late. That longer steps take more iterations is not counted.
+//!
+//! ```text
+//! memory = the larger one of   c Nᑫ  through all results   and   a + b N^4/3  through the smallest and the largest of them
+//! ```
+//!
+//! a is the process itself, some 20 MB, which hides the growth of small cases. L of a body in three dimensions has of the order of N^4/3 entries in a nested dissection
+//! (Lipton, Rose & Tarjan, *SIAM J. Numer. Anal.* 16, 1979), the most that memory grows by where it is large; flat bodies and the iterative method take less.
 
 use crate::scene::SceneSpec;
 use crate::study::estimate::growth::growth;
@@ -17,16 +24,34 @@ use std::collections::{BTreeMap, HashMap};
 /// Sizes closer than this are one size \[–\].
 const ONE_SIZE: f64 = 0.01;
 
+/// Power of the nodes by which L of a body in three dimensions grows \[–\].
+const OF_FACTOR: f64 = 4.0 / 3.0;
+
 /// Costs of the stored results of a study.
 #[derive(Default)]
 pub struct Forecast {
-    own: HashMap<String, Known>,
+    own: HashMap<String, Own>,
     /// Formulation → the costs over the size
     by_size: BTreeMap<String, Points>,
 }
 
 /// Costs of a case: seconds of the setup and of a step, and bytes.
 type Known = [Option<f64>; 3];
+
+/// Costs of the last result of a case.
+struct Own {
+    formulation: String,
+    /// None of a mesh that was adapted in the run: how many it would begin with is not known
+    nodes: Option<usize>,
+    known: Known,
+}
+
+impl Own {
+    /// Whether a case of this size has the size of the result, as far as both are known.
+    fn is_of(&self, size: &Size) -> bool {
+        self.formulation == size.formulation && self.nodes.zip(size.nodes).is_none_or(|(own, now)| own == now)
+    }
+}
 
 /// The same of several cases, each with its nodes.
 type Points = [Vec<(f64, f64)>; 3];
@@ -82,14 +107,16 @@ impl Forecast {
         let step_s = record.cpu_s * record.repeats.len().max(1) as f64 / size.steps_of(record);
         let costs = [Some(record.phases.build_s), Some(step_s), record.work.memory_bytes.map(|bytes| bytes as f64)];
         let known = costs.map(|cost| cost.filter(|c| *c > 0.0));
-        self.own.insert(record.id.clone(), known);
+        let nodes = record.refinement.is_empty().then_some(record.mesh.nodes);
+        self.own.insert(record.id.clone(), Own { formulation: record.formulation.clone(), nodes, known });
         let (nodes, points) = (record.mesh.nodes as f64, self.by_size.entry(record.formulation.clone()).or_default());
         points.iter_mut().zip(known).for_each(|(points, cost)| points.extend(cost.map(|cost| (nodes, cost))));
     }
 
     /// The laws of growth over what was learnt.
     pub fn fitted(&self) -> Fitted<'_> {
-        let laws = self.by_size.iter().map(|(name, points)| (name.as_str(), points.each_ref().map(|p| law(p))));
+        let laws = |[setup, step, bytes]: &Points| [law(setup), law(step), memory_law(bytes)];
+        let laws = self.by_size.iter().map(|(name, points)| (name.as_str(), laws(points)));
         Fitted { own: &self.own, laws: laws.collect() }
     }
 }
@@ -98,7 +125,7 @@ type Law = Box<dyn Fn(f64) -> Option<f64>>;
 
 /// Costs by their laws of growth.
 pub struct Fitted<'a> {
-    own: &'a HashMap<String, Known>,
+    own: &'a HashMap<String, Own>,
     /// Formulation → costs over nodes
     laws: BTreeMap<&'a str, [Law; 3]>,
 }
@@ -106,7 +133,7 @@ pub struct Fitted<'a> {
 impl Fitted<'_> {
     /// Expected cost of a case.
     pub fn of(&self, id: &str, size: &Size) -> Expected {
-        let own = self.own.get(id).copied().unwrap_or_default();
+        let own = self.own.get(id).filter(|own| own.is_of(size)).map_or_else(Known::default, |own| own.known);
         let by_size = |k: usize| self.laws.get(size.formulation.as_str()).and_then(|laws| laws[k](size.nodes? as f64));
         let [setup, step, bytes] = [0, 1, 2].map(|k| own[k].or_else(|| by_size(k)));
         // A record of an earlier version has no setup
@@ -124,14 +151,32 @@ fn law(points: &[(f64, f64)]) -> Law {
     }
 }
 
+/// The law of growth, but no less than the memory of the process with a factor that grows from the smallest size to the largest.
+fn memory_law(points: &[(f64, f64)]) -> Law {
+    let by_growth = law(points);
+    let by_size = |a: &&(f64, f64), b: &&(f64, f64)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1));
+    let ends = points.iter().min_by(by_size).zip(points.iter().max_by(by_size));
+    let Some((small, large)) = ends.filter(|(small, large)| large.0 > small.0 * (1.0 + ONE_SIZE)) else {
+        return by_growth;
+    };
+    let ([low, high], [least, most]) = ([small.0, large.0].map(|n| n.powf(OF_FACTOR)), [small.1, large.1]);
+    let with_process = move |nodes: f64| most + (most - least) * (nodes.powf(OF_FACTOR) - high) / (high - low);
+    Box::new(move |nodes| by_growth(nodes).map(|bytes| bytes.max(with_process(nodes))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// A process of 20 MB with a factor of 2 MB at 1000 nodes.
+    fn memory(nodes: usize) -> f64 {
+        2e7 + 2e6 * (nodes as f64 / 1000.0).powf(4.0 / 3.0)
+    }
+
     fn record(id: &str, nodes: usize, cpu_s: f64) -> CaseRecord {
         let mut record = CaseRecord { id: id.into(), formulation: "tet10".into(), cpu_s, ..CaseRecord::default() };
         record.status = "Converged".into();
-        (record.mesh.nodes, record.work.memory_bytes) = (nodes, Some(1000 * nodes as u64));
+        (record.mesh.nodes, record.work.memory_bytes) = (nodes, Some(memory(nodes) as u64));
         record
     }
 
@@ -147,14 +192,48 @@ mod tests {
             forecast.learn(&record(id, nodes, 1e-6 * (nodes as f64).powi(2)), &size("tet10", None));
         }
         let fitted = forecast.fitted();
-        let own = Expected { cost_s: Some(4.0), memory_bytes: Some(2_000_000) };
+        let own = Expected { cost_s: Some(4.0), memory_bytes: Some(memory(2000) as u64) };
         assert_eq!(fitted.of("b", &size("tet10", None)), own);
         let new = fitted.of("d", &size("tet10", Some(8000)));
         // Rounding of a few logarithms
         assert!((new.cost_s.expect("a law") / 64.0 - 1.0).abs() < 1e-10, "{new:?}");
-        assert!((new.memory_bytes.expect("a law") as f64 / 8e6 - 1.0).abs() < 1e-6, "{new:?}");
+        assert!((new.memory_bytes.expect("a law") as f64 / memory(8000) - 1.0).abs() < 1e-6, "{new:?}");
         assert_eq!(fitted.of("d", &size("tet4", Some(8000))), Expected::default());
         assert_eq!(fitted.of("d", &size("tet10", None)), Expected::default());
+    }
+
+    /// The mesh of `a` has become four times finer: it is expected to cost as another case of its new size.
+    #[test]
+    fn a_result_on_another_mesh_is_not_what_a_case_costs_now() {
+        let mut forecast = Forecast::default();
+        for (id, nodes) in [("a", 1000), ("b", 2000)] {
+            forecast.learn(&record(id, nodes, 1e-3 * nodes as f64), &size("tet10", Some(nodes)));
+        }
+        let fitted = forecast.fitted();
+        let [own, finer, other] =
+            [("a", 1000), ("a", 4000), ("d", 4000)].map(|(id, n)| fitted.of(id, &size("tet10", Some(n))));
+        assert_eq!(own, Expected { cost_s: Some(1.0), memory_bytes: Some(memory(1000) as u64) });
+        assert!((finer.cost_s.expect("a law") / 4.0 - 1.0).abs() < 1e-10, "{finer:?}");
+        assert_eq!(finer, other);
+        assert_eq!(fitted.of("a", &size("tet4", Some(1000))), Expected::default());
+    }
+
+    /// A bar of tet10, by the program in MiB: most of what its three coarsest meshes take is the process.
+    #[test]
+    fn no_less_memory_is_expected_than_large_cases_take() {
+        let mut forecast = Forecast::default();
+        let mut small = |id: &str, nodes: usize, mib: f64| {
+            let mut record = record(id, nodes, 1.0);
+            record.work.memory_bytes = Some((mib * f64::from(1 << 20)) as u64);
+            forecast.learn(&record, &size("tet10", Some(nodes)));
+        };
+        [("a", 117, 21.6), ("b", 625, 26.4), ("c", 1813, 52.8)].iter().for_each(|(id, n, mib)| small(id, *n, *mib));
+        let fitted = forecast.fitted();
+        for (nodes, mib) in [(12_337, 351.5), (28_033, 998.6)] {
+            let bytes = fitted.of("d", &size("tet10", Some(nodes))).memory_bytes.expect("a law") as f64;
+            let ratio = bytes / (mib * f64::from(1 << 20));
+            assert!((1.0..1.3).contains(&ratio), "{nodes} nodes: {ratio}");
+        }
     }
 
     #[test]

@@ -13,6 +13,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// Name of the file in a folder of results.
+pub const FILE: &str = "growth.json";
+
 /// Members that were asked for at once.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Round {
@@ -34,7 +37,7 @@ pub struct Growth {
 
 impl Growth {
     fn file(dir: &Path) -> PathBuf {
-        dir.join("growth.json")
+        dir.join(FILE)
     }
 
     /// The rounds of the results in `dir`; none where there is no file, or one that cannot be read.

@@ -58,6 +58,11 @@ pub trait StudyKind: DeserializeOwned + JsonSchema {
         Ok(None)
     }
 
+    /// Whether [`StudyKind::grow`] is to be asked for cases.
+    fn grows(_details: &Self::Details) -> bool {
+        false
+    }
+
     /// Value of a quantity by which the study judges a case: its peak, or its largest change where it does not start at zero.
     fn judged(case: &StoredCase, quantity: &str, _details: &Self::Details) -> Option<f64> {
         curve::peak(case, quantity)
@@ -186,6 +191,8 @@ pub struct Kind {
     pub derive: Derive,
     /// See [`StudyKind::grow`]
     pub grow: Grow,
+    /// See [`StudyKind::grows`]
+    pub grows: fn(&StudyRecord) -> bool,
     /// See [`StudyKind::judged`]
     pub judged: JudgedValues,
     /// Analyses and reports stored cases; the error says what is wrong with `details` of `study.json`.
@@ -195,8 +202,8 @@ pub struct Kind {
 impl Kind {
     pub const fn of<K: StudyKind>() -> Self {
         let (schema, expand) = (K::json_schema, expand::<K>);
-        let (derive, grow, judged, report) = (derive::<K>, grow::<K>, judged::<K>, report::<K>);
-        Self { name: K::NAME, schema, expand, around: K::AROUND, derive, grow, judged, report }
+        let (derive, grow, grows, judged, report) = (derive::<K>, grow::<K>, grows::<K>, judged::<K>, report::<K>);
+        Self { name: K::NAME, schema, expand, around: K::AROUND, derive, grow, grows, judged, report }
     }
 }
 
@@ -229,6 +236,10 @@ fn derive<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<serde_js
 fn grow<K: StudyKind>(results: &Results, dir: &Path) -> Result<Option<Round>, String> {
     let details = K::Details::deserialize(&results.study.details).map_err(|e| e.to_string())?;
     K::grow(results, &details, dir)
+}
+
+fn grows<K: StudyKind>(study: &StudyRecord) -> bool {
+    K::Details::deserialize(&study.details).is_ok_and(|details| K::grows(&details))
 }
 
 fn judged<K: StudyKind>(study: &StudyRecord, cases: &[StoredCase]) -> Vec<BTreeMap<String, f64>> {

@@ -218,8 +218,16 @@ fn a_search_is_continued_with_the_same_bits() {
     let at = folder.path();
     std::fs::write(at.join("scene.toml"), SCENE).expect("room");
     std::fs::write(at.join("study.toml"), STUDY).expect("room");
+    // A part runs what is known, and says that the search waits
+    let part = ["run", "study.toml", "--out", "whole", "--partition", "1/1"];
+    let (code, words) = durometer(at, &part);
+    assert_eq!(code, Some(0), "{words}");
+    assert!(words.contains("the search for further cases waits for a run of the study without --partition"), "{words}");
+    assert!(!at.join("whole/growth.json").exists());
     let (code, words) = durometer(at, &["run", "study.toml", "--out", "whole"]);
     assert_eq!(code, Some(0), "{words}");
+    let (code, words) = durometer(at, &part);
+    assert!(code == Some(0) && !words.contains("the search for further cases"), "{words}");
     let derived = json(&at.join("whole/derived.json"));
     let search: Vec<(u64, f64)> = derived["search"]
         .as_array()

@@ -142,6 +142,60 @@ fn all_modes_and_all_points_give_the_full_model() {
     }
 }
 
+/// A traction and a cavity of one name act on the end of a block between walls.
+#[test]
+fn the_pressure_of_a_cavity_is_not_that_of_a_load_of_its_name() {
+    let walls = ["y", "z"].map(|axis| {
+        let wall = |end: &str| {
+            format!("[[constraint]]\nkind = \"fixed\"\nregion = \"{axis}{end}\"\ncomponents = \"{axis}\"\n")
+        };
+        wall("min") + &wall("max")
+    });
+    let walls = walls.concat();
+    let build = |points: usize| {
+        let text = format!(
+            r#"
+[mesh]
+body = "block"
+[laws.rubber]
+{SOFT}
+[[effect]]
+kind = "elastic"
+region = "body"
+law = "rubber"
+[[effect]]
+kind = "traction"
+name = "air"
+region = "xmax"
+direction = [0, 0, -1]
+traction = "50 Pa"
+[[constraint]]
+kind = "fixed"
+region = "xmin"
+{walls}
+[[constraint]]
+kind = "cavity"
+name = "air"
+region = "xmax"
+drive = {{ kind = "pressure", signal = {{ kind = "controlled", initial = "0 Pa", range = ["0 Pa", "4 kPa"] }} }}
+[[stage]]
+integrator = "static"
+duration = "{points} s"
+dt = "1 s"
+"#
+        );
+        scene(block(2, 2, 2, 0.01, 0.01, 0.01, Order::Quadratic), &text)
+    };
+    let names = ["air_pressure_Pa".to_string()];
+    let known = states(build, (1..=8).map(|k| vec![500.0 * f64::from(k)]).collect(), &names);
+    let scene = build(1);
+    let model =
+        Training::new(&scene, &known, &names).and_then(|t| t.model(2, None, &[])).unwrap_or_else(|e| panic!("{e}"));
+    for row in errors(&model, &known).expect("a law of the library") {
+        assert!(row[0].0.abs() < 1e-9, "{row:?} Pa");
+    }
+}
+
 /// Few modes and points are near to states that the model has not seen, and nearer with more of them.
 #[test]
 fn errors_fall_with_modes_and_points() {

@@ -459,9 +459,11 @@ fn what_has_no_reduced_form_is_refused_before_a_run() {
     let at = folder.path();
     let floor = "[[contact]]\nname = \"floor\"\nregion = \"xmax\"\nresponse = \"barrier\"\nfriction = 0.0\nobstacle = { kind = \"floor\", point = [\"0 mm\", \"0 mm\", \"-5 mm\"], normal = [0, 0, 1] }\n";
     let energy = "[[probe]]\nkind = \"energy\"\n";
+    let knock = "[[constraint]]\nkind = \"prescribed\"\nregion = \"xmax\"\ncomponents = \"y\"\ndisplacement = { kind = \"points\", unit = \"mm\", of = [[0, 0], [0.05, 8], [0.1, 0]] }\n";
     let of_energy = STUDY.replace("xmax_z_m", "elastic_J").replace("unit = \"m\"", "unit = \"J\"");
     for (more, study, words) in [
         (floor, STUDY, ["contact floor", "its error cannot be stated"]),
+        (knock, STUDY, ["a prescribed motion", "the modes are at rest where the body is held"]),
         (energy, &of_energy, ["gives no \"elastic_J\"", "xmax_x_m, xmax_y_m, xmax_z_m"]),
     ] {
         write(at, "scene.toml", &format!("{SCENE}{more}"));

@@ -214,6 +214,34 @@ fn halves_of_two_machines_are_merged() {
     assert_eq!(kept.lines().filter(|l| l.starts_with("kept")).count(), 4, "{kept}");
 }
 
+/// The members that were added to a study go with its results: a run into the other folder keeps all of them.
+#[test]
+fn added_members_go_with_their_results() {
+    let (_keep, at) = results();
+    let added = "[family.sweep]\nE110kPa = { \"laws.rubber.E\" = \"110 kPa\" }\n";
+    std::fs::create_dir(at.join("more")).expect("room");
+    write(at.join("more/extension.toml"), added);
+    let run = |out: &str| call(&at, &["run", "study.toml", "--out", out, "--partition", "1/1"], 0).1;
+    run("more");
+    call(&at, &["store", "export", "more", "more.tar.gz"], 0);
+    let import =
+        |more: &[&str], code| call(&at, &[&["store", "import", "more.tar.gz", "moved"], more].concat(), code).1;
+    let moved = || std::fs::read_to_string(at.join("moved/extension.toml")).expect("it was moved");
+    import(&[], 0);
+    assert_eq!(moved(), added);
+    // Other additions are a conflict, and give way where that is asked for
+    import(&[], 0);
+    write(at.join("moved/extension.toml"), "# none\n");
+    let errors = import(&[], 3);
+    assert!(errors.contains("conflict: extension.toml: the archive has other cases"), "{errors}");
+    assert_eq!(moved(), "# none\n");
+    import(&["--replace"], 0);
+    assert_eq!(moved(), added);
+    let kept = run("moved");
+    assert_eq!(kept.lines().filter(|l| l.starts_with("kept")).count(), 5, "{kept}");
+    assert_same(&at.join("more"), &at.join("moved"));
+}
+
 #[test]
 fn results_that_differ_are_conflicts() {
     let (_keep, at) = results();
@@ -403,14 +431,19 @@ fn a_hostile_archive_is_refused() {
     let twice = list(&[file("a", "csv"), file("a", "csv")]);
     let torn = list(&[file("a", "csv"), file("b", "csv"), file("a", "json")]);
     let one = list(&[file("a", "csv")]);
+    let added = |name: &str| json!({ "case": null, "added": name, "bytes": 1, "sha256": x });
+    let outside = list(&[added("../../evil.csv")]);
+    let repeated = list(&[added("extension.toml"), added("extension.toml")]);
     let none = list(&[]);
     let large = json!({ "format": 1, "study": "s", "files": [{ "case": null, "bytes": 1u64 << 50, "sha256": "" }] });
     let (large, newer) =
         (large.to_string().into_bytes(), json!({ "format": 2, "study": "s", "files": [] }).to_string());
-    let cases: [(&str, Vec<Made>); 14] = [
+    let cases: [(&str, Vec<Made>); 16] = [
         ("is no file of a case", vec![c(&traversal), s, ("cases/../../evil.csv", regular, b"x")]),
         ("is no file of a case", vec![c(&absolute), s, ("/tmp/evil.csv", regular, b"x")]),
         ("is no file of a case", vec![c(&strange), s]),
+        ("is no file of a case", vec![c(&outside), s, ("../../evil.csv", regular, b"x")]),
+        ("is no file of a case", vec![c(&repeated), s]),
         ("is listed twice", vec![c(&twice), s]),
         ("are not together", vec![c(&torn), s]),
         ("is not a regular file", vec![c(&one), s, ("cases/a.csv", EntryType::Symlink, b"")]),

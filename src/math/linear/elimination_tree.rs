@@ -112,25 +112,50 @@ impl EliminationTree {
         count(&self.all)
     }
 
-    /// The largest sum of messages of an elimination on two threads that wait at the same time \[entries\].
-    pub fn waiting(&self) -> usize {
-        self.waiting_in(&self.all).0
+    /// The largest sum of messages of an elimination on this many threads that wait at the same time \[entries\].
+    pub fn waiting(&self, threads: usize) -> usize {
+        self.waiting_in(&self.all, threads).0[threads]
     }
 
-    /// The largest such sum in a task, and the messages that it leaves.
-    fn waiting_in(&self, task: &Task) -> (usize, usize) {
-        let of_parts: Vec<(usize, usize)> = task.parts.iter().map(|part| self.waiting_in(part)).collect();
+    /// \[threads + 1\] the largest such sum in a task on so many, and the messages that it leaves.
+    fn waiting_in(&self, task: &Task, threads: usize) -> (Vec<usize>, usize) {
+        let of_parts: Vec<(Vec<usize>, usize)> = task.parts.iter().map(|part| self.waiting_in(part, threads)).collect();
         let left = of_parts.iter().map(|part| part.1).sum::<usize>();
-        let largest = of_parts.iter().map(|part| part.0).max().unwrap_or(0);
-        let at_once = of_parts.iter().map(|part| part.0).sum::<usize>().min(left + 2 * largest);
-        let (mut most, mut now) = (at_once, left);
-        let size = |s: usize| self.supernodes[s].rows.len().pow(2);
-        for s in task.supernodes.clone().filter(|s| !task.parts.iter().any(|part| part.supernodes.contains(s))) {
-            now += size(s);
-            most = most.max(now);
-            now -= self.supernodes[s].children.iter().map(|&child| size(child)).sum::<usize>();
+        // Each thread is in one part, and the parts without any have left their messages
+        let mut most = vec![left; threads + 1];
+        for (in_part, of_part) in &of_parts {
+            for all in (1..=threads).rev() {
+                let with = |here: usize| most[all - here] + in_part[here] - of_part;
+                most[all] = (1..=all).map(with).fold(most[all], usize::max);
+            }
         }
-        (most, now)
+        let (mut after, mut now) = (left, left);
+        for s in task.between() {
+            now += self.message(s);
+            after = after.max(now);
+            now -= self.supernodes[s].children.iter().map(|&child| self.message(child)).sum::<usize>();
+        }
+        (most.into_iter().map(|parts| parts.max(after)).collect(), now)
+    }
+
+    /// The largest sum of messages that wait at the same time where one thread takes the supernodes in turn \[entries\].
+    #[cfg(test)]
+    pub fn waiting_in_turn(&self) -> usize {
+        fn in_turn(task: &Task) -> Vec<usize> {
+            task.parts.iter().flat_map(in_turn).chain(task.between()).collect()
+        }
+        let (mut most, mut now) = (0, 0);
+        for s in in_turn(&self.all) {
+            now += self.message(s);
+            most = most.max(now);
+            now -= self.supernodes[s].children.iter().map(|&child| self.message(child)).sum::<usize>();
+        }
+        most
+    }
+
+    /// Size of the message of a supernode \[entries\].
+    fn message(&self, s: usize) -> usize {
+        self.supernodes[s].rows.len().pow(2)
     }
 
     /// Parents, children, operations, and places in the parent.
@@ -270,6 +295,11 @@ struct Separated<'a, D> {
 }
 
 impl Task {
+    /// Its supernodes that are in none of its parts.
+    fn between(&self) -> impl Iterator<Item = usize> + '_ {
+        self.supernodes.clone().filter(|s| !self.parts.iter().any(|part| part.supernodes.contains(s)))
+    }
+
     /// Separates the data of its supernodes from those of its parts.
     fn separate<'a, D>(&self, mut data: &'a mut [D]) -> Separated<'a, D> {
         let (mut between, mut of_parts, mut next) = (Vec::new(), Vec::new(), self.supernodes.start);

@@ -174,7 +174,7 @@ impl Factor {
         }
     }
 
-    /// Memory that the factorisation is going to take \[bytes\]: L, its copy in single precision, and the largest front. On the iterative path
+    /// Memory that the factorisation is going to take \[bytes\]: L, its copy in single precision, and what waits for its place in L. On the iterative path
     /// what the set-up of the hierarchy was measured to take on large meshes.
     pub fn bytes(&self) -> f64 {
         match &self.direct {

@@ -255,7 +255,7 @@ pub(super) fn assemble(
     let compliance = |k: usize| points.compliance(&basis.modes[n + k / m], &basis.modes[n + k % m]);
     let loads = loads(scene, basis, inputs, steps)?;
     let cables = cables(scene, &basis.modes[..n], inputs)?;
-    let all = quantities(scene, basis, (&loads, &cables), steps);
+    let all = quantities(scene, basis, &cables, steps);
     let mut model = ReducedModel {
         title: scene.title.clone(),
         inputs: inputs.to_vec(),

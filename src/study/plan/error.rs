@@ -19,7 +19,7 @@ pub enum PlanError {
     #[error("{}: {fact}", file.display())]
     Quantity { file: PathBuf, fact: String },
     #[error(
-        "no element came through its pilots, three where meshes are chosen, within a quarter of the budget ({spent:.0} s spent, meshing included{}{}); raise --budget, or take a larger dt",
+        "no element came through its pilots, three where meshes are chosen, within their share of the budget ({spent:.0} s spent, meshing included{}{}); raise --budget, or take a larger dt",
         ran(.done), told(.lost)
     )]
     FewPilots { spent: f64, done: Vec<(String, usize, f64)>, lost: Vec<(String, String)> },

@@ -76,7 +76,7 @@ impl Limit {
 mod tests {
     use super::*;
     use crate::scene::ElementSpec;
-    use crate::study::plan::mesh_limits::{of_given, of_meshes};
+    use crate::study::plan::mesh_limits::{MeshLimits, contradiction, of_given, of_meshes};
     use crate::study::plan::step_law::StepLaw;
     use crate::study::run::one_run::{OneRunError, OneRunRecord};
     use crate::study::store::record::{CaseRecord, Series};
@@ -182,6 +182,21 @@ mod tests {
         let both = limit_over_h(&[("tet10", sound), ("tet10_up", &[0.95, 0.950001])]);
         assert_eq!(both, alone);
         assert!(both.1 > 0.01, "{both:?}");
+    }
+
+    /// 7.50 and 7.52 on meshes of which h falls by 1.3 may be 2.7 % off by the first power of h, and not 9.6 %.
+    #[test]
+    fn two_meshes_that_agree_contradict_a_limit_that_is_not_known() {
+        let element = |peaks: &[f64], known: f64| {
+            let (choices, pilots) = pilots(&[("tet4_up", &[5.9, 6.7, 7.0]), ("tet10_up", peaks)]);
+            let limits = MeshLimits::from([(Q.to_string(), (8.24, known))]);
+            contradiction(&choices, &pilots, &limits, TOLERANCE).map(|found| found.element)
+        };
+        assert_eq!(element(&[7.50, 7.52], 0.18).as_deref(), Some("tet10_up"));
+        assert_eq!(element(&[7.50, 7.52], 0.005), None, "a limit that is known");
+        assert_eq!(element(&[5.0, 6.5], 0.18), None, "two that are far apart");
+        assert_eq!(element(&[8.20, 8.22], 0.18), None, "two that are near the limit");
+        assert_eq!(element(&[7.48, 7.50, 7.52], 0.18), None, "three have a limit of their own");
     }
 
     /// 0.95 with a small uncertainty of its own, and 1.0 ± 2 %: one of the two is wrong.

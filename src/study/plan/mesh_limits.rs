@@ -1,5 +1,8 @@
 //! The limit of a quantity over the mesh, at the time steps of the scene.
 //!
+//! Two meshes that agree tell no limit, but may contradict one that is not known well: |f_h/f₁ − 1| > 3 |f₂/f₁ − 1|/(r − 1), by the first power of h and the safety
+//! factor of two meshes (Roache, *J. Fluids Eng.* 116, 1994).
+//!
 //! f_h ± U(f_h) is the reference of a convergence study, with precautions against values that agree by chance (errors of opposite sign, a
 //! curve that crosses its limit): two meshes are no family; U of a family is no less than the largest of |fᵢ − fᵢ₊₁|/(rᵖ − 1) (h₁/hᵢ)ᵖ over its
 //! neighbours; and where the interval of a family that is not refused lies apart from the reference, U(f_h) grows as by an independent estimate.
@@ -13,10 +16,49 @@ use crate::study::plan::model::LEAST_PILOTS;
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::sizes::Choice;
 use crate::study::store::record::{Role, StoredCase};
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Column → f_h and U(f_h)/|f_h|.
 pub type MeshLimits = BTreeMap<String, (f64, f64)>;
+
+/// Safety factor of an estimate from two meshes \[–\].
+const OF_TWO: f64 = 3.0;
+
+/// An element whose two pilots contradict a limit that the other elements do not know to the tolerance.
+#[derive(Serialize, Clone, Debug, PartialEq)]
+pub struct Contradiction {
+    pub element: String,
+    pub quantity: String,
+    /// From one pilot to the other \[–\]
+    pub change: f64,
+    /// Distance of the limit from the finer one \[–\]
+    pub distance: f64,
+}
+
+/// The contradiction by the element whose two pilots agree best. Those that lock say nothing.
+pub fn contradiction(
+    choices: &[Choice],
+    pilots: &Pilots,
+    limits: &MeshLimits,
+    tolerance: f64,
+) -> Option<Contradiction> {
+    let by_element = |(choice, own): (&Choice, &Vec<StoredCase>)| {
+        let [coarse, fine] = &own[..] else { return None };
+        if [coarse, fine].iter().any(|case| locking::alarm(&case.record).is_some()) {
+            return None;
+        }
+        let further = coarse.record.mesh.h_m / fine.record.mesh.h_m - 1.0;
+        limits.iter().filter(|(_, (_, known))| *known > tolerance).find_map(|(quantity, (limit, _))| {
+            let finer = peak(fine, quantity)?;
+            let (change, distance) = ((peak(coarse, quantity)? / finer - 1.0).abs(), (limit / finer - 1.0).abs());
+            let (element, quantity) = (choice.name.clone(), quantity.clone());
+            (further * distance > OF_TWO * change).then_some(Contradiction { element, quantity, change, distance })
+        })
+    };
+    let all = choices.iter().zip(&pilots.of).filter_map(by_element);
+    all.min_by(|a, b| a.change.total_cmp(&b.change))
+}
 
 /// f_h of every quantity, from the pilots of each element.
 pub fn of_meshes(choices: &[Choice], pilots: &Pilots, quantities: &[String], tolerance: f64) -> MeshLimits {

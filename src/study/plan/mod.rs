@@ -2,7 +2,7 @@
 //!
 //! The budget is wall time, and everything counts: meshes, factorisations, pilots, and the run that is advised.
 //!
-//! 1. Pilots: every element (`sizes`) on its coarsest meshes, while they fit into a quarter of the budget.
+//! 1. Pilots: every element (`sizes`) on its two coarsest meshes, then first those whose two agree best, while they fit into a quarter of the budget, or a half until one has three.
 //! 2. Limits over h: f_h of every quantity with the steps of the scene, as in a convergence study, from the pilots of each element.
 //! 3. Fits: error over h and time over counted work ([`model`]); error over the time step from runs with other steps on one pilot (`steps`).
 //!    Both together give f* (`limit`): no run is compared with a limit in which its steps have no part.
@@ -31,6 +31,7 @@ mod words;
 
 pub use error::PlanError;
 pub use limit::{Limit, References};
+pub use mesh_limits::Contradiction;
 pub use request::{PlanWatch, Request};
 pub use settings::{Outcome, Pilot, Plan, Setting};
 pub use sizes::Meshes;
@@ -97,6 +98,8 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
     pilots.lost.extend(left_out);
     let known = Known { choices: &choices, references: &references, steps: &steps, budget: &budget };
     let (chosen, meets) = choose::choose(request, &known, &mut weighed, &mut pilots, watch)?;
+    let against = || mesh_limits::contradiction(&choices, &pilots, &limits, request.tolerance);
+    let contradicted = if meets { None } else { against() };
     let listed = pilots.of.iter().flatten().map(|c| settings::Pilot {
         name: c.record.id.clone(),
         cells: c.record.mesh.cells,
@@ -112,8 +115,9 @@ pub fn plan(request: &Request, watch: &dyn PlanWatch) -> Result<Planned, PlanErr
         pilots_cpu_s: pilots.cpu_s + steps.cpu_s,
         planning_s: budget.spent_s(),
         steps,
-        chosen,
+        chosen: chosen.filter(|_| contradicted.is_none()),
         meets,
+        contradicted,
         weighed,
         lost: pilots.lost.clone(),
         quantities,

@@ -1,4 +1,5 @@
-//! Coarse runs, element by element and size by size, as long as their share of the budget lasts.
+//! Coarse runs, element by element and size by size, as long as their share of the budget lasts: two of each element first, then a third one of those
+//! whose two agree best.
 
 use crate::math::cpu_clock::CpuClock;
 use crate::math::linear::Factor;
@@ -7,9 +8,10 @@ use crate::scene::{
     Body, ErrorEstimator, RunOptions, Scene, SceneError, SceneSpec, Time, error_estimate::path_dependence, read_scene,
 };
 use crate::solve::Status;
+use crate::study::curve::peak;
 use crate::study::plan::budget::Budget;
 use crate::study::plan::error::PlanError;
-use crate::study::plan::model::{Clock, Counted};
+use crate::study::plan::model::{Clock, Counted, LEAST_PILOTS};
 use crate::study::plan::request::{PlanWatch, Request};
 use crate::study::plan::sizes::{Choice, Meshes};
 use crate::study::run::one_run::one_run;
@@ -138,10 +140,61 @@ impl Pilots {
     pub fn slowness(&self) -> f64 {
         if self.cpu_s > 0.0 { (self.wall_s / self.cpu_s).max(1.0) } else { 1.0 }
     }
+
+    /// Takes the end of a pilot of choice `k`.
+    fn add(&mut self, k: usize, name: String, outcome: Pilot) {
+        match outcome {
+            Pilot::Run(case) => {
+                self.cpu_s += case.record.cpu_s;
+                self.wall_s += case.record.wall_s;
+                match case.record.converged() {
+                    true => self.of[k].push(*case),
+                    false => {
+                        let why = case.record.status_detail.clone().unwrap_or(case.record.status.clone());
+                        self.lost.push((name, why));
+                    }
+                }
+            }
+            Pilot::TooLong if self.of[k].is_empty() => {
+                self.lost.push((name, "it does not fit into its share of the budget".into()));
+            }
+            Pilot::TooLong => {}
+            // The next size may have a mesh
+            Pilot::Refused(why) if self.lost.iter().any(|(_, told)| *told == why) => {}
+            Pilot::Refused(why) => self.lost.push((name, why)),
+        }
+    }
 }
 
-/// Goes through the sizes, all elements at each, while what the next pilot is expected to take fits into its share of the budget. A signal
-/// to stop ends it with the pilots that are complete.
+/// The next size of an element, while it is open.
+#[derive(Clone, Copy)]
+struct Turn {
+    level: usize,
+    is_open: bool,
+}
+
+impl Turn {
+    /// Its place among the turns of all elements, the least first: two pilots of each, size by size; a third one of those whose two finest agree best; then
+    /// size by size again.
+    fn rank(self, own: &[StoredCase], quantities: &[String]) -> (u8, f64) {
+        let level = self.level as f64;
+        match own.len() + 1 {
+            _ if self.level + 1 < LEAST_PILOTS => (0, level),
+            LEAST_PILOTS => (1, difference(own, quantities).unwrap_or(f64::INFINITY)),
+            _ => (2, level),
+        }
+    }
+}
+
+/// The largest change of a peak from the last pilot but one to the last \[–\].
+pub fn difference(own: &[StoredCase], quantities: &[String]) -> Option<f64> {
+    let [.., coarse, fine] = own else { return None };
+    let change = |q: &String| Some((peak(coarse, q)? / peak(fine, q)? - 1.0).abs()).filter(|change| change.is_finite());
+    quantities.iter().map(change).try_fold(0.0, |most: f64, change| Some(most.max(change?)))
+}
+
+/// Runs pilots, one element after another, while what the next one is expected to take fits into its share of the budget. Until an element has three, its third may take
+/// from the share for learning too. A signal to stop ends it with the pilots that are complete.
 pub fn run_all(
     request: &Request,
     (choices, meshes): (&[Choice], Meshes),
@@ -150,46 +203,30 @@ pub fn run_all(
     watch: &dyn PlanWatch,
 ) -> Result<Pilots, PlanError> {
     let mut pilots = Pilots { of: vec![vec![]; choices.len()], ..Pilots::default() };
-    let mut open: Vec<bool> = choices.iter().map(|_| true).collect();
-    // The runs on a given mesh are what a plan chooses from: they may take more than those on coarse meshes.
-    let left = || if meshes == Meshes::Given { budget.learning_s() } else { budget.pilots_s() };
+    let mut turns = vec![Turn { level: 0, is_open: true }; choices.len()];
     let estimated = if meshes == Meshes::Given { quantities } else { &[] };
-    let levels = choices.iter().map(|c| c.sizes.len()).max().unwrap_or(0).max(1);
-    for level in 0..levels {
-        for (k, choice) in choices.iter().enumerate() {
-            open[k] &= pilots.of[k].len() < MOST;
-            let given = (meshes == Meshes::Given && level == 0).then_some(0);
-            let Some(cells) = choice.sizes.get(level).copied().or(given).filter(|_| open[k]) else { continue };
-            let name = choice.words(cells);
-            let outcome = match pilot(request, (choice, cells), &pilots, &pilots.of[k], (&left, estimated), watch) {
-                Err(PlanError::Stopped) => return Ok(pilots),
-                outcome => outcome?,
-            };
-            match outcome {
-                Pilot::Run(case) => {
-                    pilots.cpu_s += case.record.cpu_s;
-                    pilots.wall_s += case.record.wall_s;
-                    match case.record.converged() {
-                        true => pilots.of[k].push(*case),
-                        false => {
-                            let why = case.record.status_detail.clone().unwrap_or(case.record.status.clone());
-                            pilots.lost.push((name, why));
-                        }
-                    }
-                }
-                Pilot::TooLong => {
-                    open[k] = false;
-                    if pilots.of[k].is_empty() {
-                        pilots.lost.push((name, "it does not fit into its share of the budget".into()));
-                    }
-                }
-                // The next size may have a mesh
-                Pilot::Refused(why) if pilots.lost.iter().any(|(_, told)| *told == why) => {}
-                Pilot::Refused(why) => pilots.lost.push((name, why)),
-            }
-        }
+    let size = |k: usize, level: usize| match meshes {
+        Meshes::Given => (level == 0).then_some(0),
+        _ => choices[k].sizes.get(level).copied(),
+    };
+    loop {
+        let is_open = |k: &usize| turns[*k].is_open && pilots.of[*k].len() < MOST;
+        let ranked = (0..choices.len())
+            .filter(is_open)
+            .filter_map(|k| Some((turns[k].rank(&pilots.of[k], quantities), k, size(k, turns[k].level)?)));
+        let first = ranked.min_by(|a, b| a.0.0.cmp(&b.0.0).then(a.0.1.total_cmp(&b.0.1)));
+        let Some(((rank, _), k, cells)) = first else { return Ok(pilots) };
+        let decides = rank == 1 && pilots.of.iter().all(|own| own.len() < LEAST_PILOTS);
+        // The runs on a given mesh are what a plan chooses from: they may take more than those on coarse meshes.
+        let left = || if meshes == Meshes::Given || decides { budget.learning_s() } else { budget.pilots_s() };
+        let outcome = match pilot(request, (&choices[k], cells), &pilots, &pilots.of[k], (&left, estimated), watch) {
+            Err(PlanError::Stopped) => return Ok(pilots),
+            outcome => outcome?,
+        };
+        turns[k].level += 1;
+        turns[k].is_open = !matches!(outcome, Pilot::TooLong);
+        pilots.add(k, choices[k].words(cells), outcome);
     }
-    Ok(pilots)
 }
 
 /// The end of one pilot.
@@ -226,16 +263,26 @@ fn pilot(
         Err(e) => return Err(e),
     };
     let counted = count(&scene);
-    let records: Vec<_> = own.iter().map(|c| &c.record).collect();
-    let expected = match Clock::new(&records) {
-        Some(clock) => clock.predict(&counted) * pilots.slowness(),
-        None => counted.factor_flops / SLOW,
-    };
-    if expected > left() {
+    if expected(&counted, own, pilots.slowness()) > left() {
         return Ok(Pilot::TooLong);
     }
     let trial = Trial { name: choice.words(cells), scene: &scene, limit_s: left(), estimated };
     Ok(run(request, trial, watch)?.map_or(Pilot::TooLong, |case| Pilot::Run(Box::new(case))))
+}
+
+/// Time by the clock that a pilot is expected to take after those of its element \[s\]. After a single one the factorisation takes as much longer as it has
+/// more operations, and the rest as there are more cells.
+fn expected(counted: &Counted, own: &[StoredCase], slowness: f64) -> f64 {
+    let records: Vec<_> = own.iter().map(|c| &c.record).collect();
+    if let Some(clock) = Clock::new(&records) {
+        return clock.predict(counted) * slowness;
+    }
+    let by_last = own.last().map_or(f64::INFINITY, |StoredCase { record: last, .. }| {
+        let factorisation = last.phases.factorisation_s.min(last.wall_s);
+        (last.wall_s - factorisation) * counted.cells as f64 / last.mesh.cells as f64
+            + factorisation * counted.factor_flops / last.work.factor_flops.max(1.0)
+    });
+    by_last.min(counted.factor_flops / SLOW)
 }
 
 #[cfg(test)]
@@ -245,6 +292,38 @@ mod tests {
     use crate::study::store::record::CaseRecord;
     use std::path::{Path, PathBuf};
     use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// A run with this peak.
+    fn run_of(f: f64) -> StoredCase {
+        let columns = [("angle".to_string(), vec![0.0, f])].into();
+        StoredCase::new(CaseRecord::default(), Series { t_s: vec![0.0, 1.0], columns })
+    }
+
+    /// Linear elements whose pilots are far apart do not take the time for a third one of a quadratic element whose two agree.
+    #[test]
+    fn elements_whose_pilots_agree_best_have_their_third_first() {
+        let quantities = ["angle".to_string()];
+        let rank = |level: usize, peaks: &[f64]| {
+            let own: Vec<StoredCase> = peaks.iter().map(|f| run_of(*f)).collect();
+            Turn { level, is_open: true }.rank(&own, &quantities)
+        };
+        let [second, linear, quadratic] = [rank(1, &[7.39]), rank(2, &[3.78, 5.92]), rank(2, &[7.39, 7.52])];
+        assert!(second < quadratic && quadratic < linear && linear < rank(3, &[2.7, 4.9, 6.0]), "{quadratic:?}");
+        assert!(rank(0, &[]) < second && linear < rank(2, &[0.0, 0.0]), "peaks of zero agree in nothing");
+        // One of its two sizes could not be run
+        assert_eq!(rank(2, &[7.39]), (2, 2.0));
+    }
+
+    /// 8 times the cells and 64 times the operations, of which a run of 0.1 s has 0.02 s.
+    #[test]
+    fn a_second_pilot_is_expected_by_the_first() {
+        let mut first = run_of(1.0);
+        (first.record.mesh.cells, first.record.wall_s) = (252, 0.1);
+        (first.record.phases.factorisation_s, first.record.work.factor_flops) = (0.02, 4e7);
+        let counted = Counted { cells: 2016, dofs: 0, h_m: 1e-3, steps: 1, factor_nnz: 0, factor_flops: 64.0 * 4e7 };
+        assert!((expected(&counted, &[first], 3.0) - (0.64 + 1.28)).abs() < 1e-12);
+        assert!((expected(&counted, &[], 3.0) - 64.0 * 4e7 / SLOW).abs() < 1e-12);
+    }
 
     fn late() -> SceneError {
         let source =

@@ -1,6 +1,7 @@
 //! A plan: the settings that were weighed, the chosen one, and how the prediction compares with the run.
 
 use crate::study::plan::limit::References;
+use crate::study::plan::mesh_limits::Contradiction;
 use crate::study::plan::model::Counted;
 use crate::study::plan::sizes::Meshes;
 use crate::study::plan::steps::Steps;
@@ -26,6 +27,9 @@ pub struct Plan {
     pub chosen: Option<Setting>,
     /// The chosen one is expected within tolerance and budget
     pub meets: bool,
+    /// Pilots that speak against the limit, where nothing is expected within tolerance and budget: no setting is advised then
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contradicted: Option<Contradiction>,
     /// Pilots that could not be used, elements that could not be weighed, and meshes that could not be made: (what, why)
     pub lost: Vec<(String, String)>,
     pub promises: Vec<String>,

@@ -17,6 +17,9 @@ use crate::study::run::one_run::OneRunRecord;
 use crate::study::store::record::{CaseRecord, StoredCase};
 use crate::wording::joined;
 
+/// End of the reason why an element is left out that could be judged with more pilots.
+pub const FEW: &str = "pilots that a law of its error takes";
+
 /// Knowledge of one element, to expect errors and times of its sizes.
 pub struct Expectation {
     clock: Clock,
@@ -31,7 +34,7 @@ impl Expectation {
     pub fn new(own: &[StoredCase], references: &References) -> Result<Self, String> {
         let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
         if records.len() < LEAST_PILOTS {
-            return Err(format!("it has {} of the {LEAST_PILOTS} pilots that a law of its error takes", records.len()));
+            return Err(format!("it has {} of the {LEAST_PILOTS} {FEW}", records.len()));
         }
         let formal = formal_order(&own[0].record.formulation);
         let law = |(q, limit): (&String, &Limit)| {

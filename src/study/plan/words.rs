@@ -2,9 +2,11 @@
 
 use crate::report::numbers::{capital, percent, seconds};
 use crate::study::plan::limit::Limit;
+use crate::study::plan::mesh_limits::Contradiction;
 use crate::study::plan::pilots::Pilots;
 use crate::study::plan::settings::{Outcome, Plan, Setting};
 use crate::study::plan::sizes::Meshes;
+use crate::study::plan::weigh::FEW;
 
 /// Limits of a plan: the promises it cannot make.
 pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
@@ -46,11 +48,16 @@ pub(super) fn promises(plan: &Plan, pilots: &Pilots) -> Vec<String> {
             Some(w) => format!("the cheapest that would is {}, {} cells, for {}", w.element, w.cells, seconds(w.cpu_s)),
             None => "no mesh that was weighed would".into(),
         };
-        out.push(format!(
-            "{} is not met within the budget: the best that fits is expected to be {} off; {why}.",
-            percent(plan.tolerance),
-            percent(s.error)
-        ));
+        let tolerance = percent(plan.tolerance);
+        let best = format!("the best that fits is expected to be {} off; {why}.", percent(s.error));
+        out.push(match &plan.without_pilots()[..] {
+            [] => format!("{tolerance} is not met within the budget: {best}"),
+            left => format!(
+                "No element that could be judged meets {tolerance} within the budget: {best} Left out for lack of pilots, which a larger --budget may \
+                 allow: {}.",
+                left.join(", ")
+            ),
+        });
     }
     out
 }
@@ -86,15 +93,40 @@ impl Setting {
     }
 }
 
+impl Contradiction {
+    fn words(&self) -> String {
+        format!(
+            "No setting is advised: two pilots of {} agree to {} in {}, and the limit that other elements give lies {} from them. Raise --budget, so that \
+             it has a third one.",
+            self.element,
+            percent(self.change),
+            self.quantity,
+            percent(self.distance)
+        )
+    }
+}
+
 impl Plan {
+    /// The elements that could be judged with more pilots.
+    fn without_pilots(&self) -> Vec<&str> {
+        self.lost.iter().filter(|(_, why)| why.ends_with(FEW)).map(|(what, _)| what.as_str()).collect()
+    }
+
     /// The answer and its limits, line by line.
     pub fn lines(&self) -> Vec<String> {
         let mut out = vec![];
         match &self.chosen {
             None if self.weighed.is_empty() => out.push("The error of no setting is known.".into()),
-            None => out.push(format!("No setting fits into {}.", seconds((self.budget_s - self.planning_s).max(0.0)))),
+            None => out.push(self.contradicted.as_ref().map_or_else(
+                || format!("No setting fits into {}.", seconds((self.budget_s - self.planning_s).max(0.0))),
+                Contradiction::words,
+            )),
             Some(s) => {
-                let verdict = if self.meets { "is the cheapest setting expected within" } else { "comes closest to" };
+                let verdict = match self.meets {
+                    true => "is the cheapest setting expected within",
+                    false if self.without_pilots().is_empty() => "comes closest to",
+                    false => "comes closest, of the elements that could be judged, to",
+                };
                 out.push(format!(
                     "{} {verdict} {}: expected error {} (peak of {}), {} CPU time ({} by the clock), {} unknowns, {} steps. Planning took {} by the clock.",
                     capital(&s.words()),
@@ -151,5 +183,74 @@ impl Outcome {
             self.error_ratio,
             if self.with_steps { "" } else { " The error of its steps is in neither." }
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::plan::limit::References;
+    use crate::study::plan::model::Counted;
+    use crate::study::plan::steps::Steps;
+
+    /// A plan whose only setting is 13 % off, with these elements left out.
+    fn plan(lost: &[(&str, &str)], contradicted: Option<Contradiction>) -> Plan {
+        let counted = Counted { cells: 54_432, dofs: 3, h_m: 1e-3, steps: 1, factor_nnz: 1, factor_flops: 1.0 };
+        let setting = Setting {
+            element: "tet4_up".into(),
+            choice: 0,
+            cells: 54_432,
+            set: vec![],
+            counted,
+            on_its_mesh: true,
+            error: 0.13,
+            limited_by: "angle".into(),
+            uncertainty: 0.22,
+            cpu_s: 1.8,
+            wall_s: 8.7,
+        };
+        Plan {
+            tolerance: 0.01,
+            budget_s: 30.0,
+            meshes: Meshes::Scaled,
+            quantities: vec![],
+            references: References::new(),
+            pilots: vec![],
+            pilots_cpu_s: 1.0,
+            planning_s: 6.6,
+            steps: Steps::of_scene(false, ""),
+            weighed: vec![setting.clone()],
+            chosen: Some(setting).filter(|_| contradicted.is_none()),
+            meets: false,
+            contradicted,
+            lost: lost.iter().map(|(what, why)| ((*what).into(), (*why).into())).collect(),
+            promises: vec![],
+            stopped: false,
+            outcome: None,
+        }
+    }
+
+    fn said(plan: &Plan) -> String {
+        [promises(plan, &Pilots::default()), plan.lines()].concat().join("\n")
+    }
+
+    #[test]
+    fn nothing_is_said_of_elements_that_were_not_judged() {
+        let judged = said(&plan(&[("tet4", "the errors of its pilots in angle do not fall")], None));
+        assert!(
+            judged.contains("1 % is not met within the budget") && judged.contains("comes closest to 1 %"),
+            "{judged}"
+        );
+        let why = format!("it has 2 of the 3 {FEW}");
+        let few = said(&plan(&[("tet10_up", &why), ("tet10", &why)], None));
+        assert!(!few.contains("is not met"), "{few}");
+        assert!(few.contains("No element that could be judged meets 1 % within the budget"), "{few}");
+        assert!(few.contains("which a larger --budget may allow: tet10_up, tet10."), "{few}");
+        assert!(few.contains("comes closest, of the elements that could be judged, to 1 %"), "{few}");
+        let (element, quantity) = ("tet10_up".into(), "angle".into());
+        let against = Contradiction { element, quantity, change: 0.017, distance: 0.096 };
+        let none = said(&plan(&[("tet10_up", &why)], Some(against)));
+        assert!(none.contains("No setting is advised: two pilots of tet10_up agree to 1.70 % in angle"), "{none}");
+        assert!(!none.contains("comes closest") && !none.contains("is not met"), "{none}");
     }
 }

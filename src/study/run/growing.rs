@@ -36,6 +36,13 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     Ok(records)
 }
 
+/// Whether cases are still to follow from the results of this study in `dir`: those of a part ask for none, since the others may not be there.
+pub fn is_open(study: &Study, dir: &Path) -> bool {
+    let growth = Growth::read(dir);
+    let has_ended = growth.of == study.source_sha256 && growth.has_ended();
+    !has_ended && KINDS.iter().any(|kind| kind.name == study.record.kind && (kind.grows)(&study.record))
+}
+
 /// The cases that broke and left an earlier result in its place, with the digest of its record.
 fn with_earlier_results(records: &[CaseRecord], dir: &Path) -> Vec<(CaseRecord, String)> {
     let store = Store::at(dir);

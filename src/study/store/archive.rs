@@ -1,12 +1,14 @@
 //! A folder of results as one archive, and several archives as one folder.
 //!
-//! The archive is a `.tar.gz`. Its first entry `contents.json` lists all others with their sizes and SHA-256, in order: `study.json`, then the
-//! files of each case, its record last. The same results give the same bytes: entries are sorted and carry no time, owner or right.
+//! The archive is a `.tar.gz`. Its first entry `contents.json` lists all others with their sizes and SHA-256, in order: `study.json`, the files of the cases
+//! that were added to the study, then the files of each case, its record last. The same results give the same bytes: entries are sorted and carry no time, owner or right.
 //!
 //! An archive is foreign input. All of it is verified before anything is written: an entry must be a regular file, the next one of the list,
-//! with its name, size and digest, and a name must be that of a file of a case, so that no path leads out of the folder.
+//! with its name, size and digest, and a name must be that of a file of a case or one of two others, so that no path leads out of the folder.
 
 use crate::storage::{self, DATA_LIMIT, sha256};
+use crate::study::extension;
+use crate::study::growth;
 use crate::study::store::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
 use crate::study::store::field_folder;
 use crate::study::store::outdated::{forget_note, is_outdated};
@@ -28,6 +30,10 @@ const CONTENTS: &str = "contents.json";
 const CONTENTS_LIMIT: u64 = 1 << 30;
 /// Longest name of an entry \[bytes\].
 const NAME_LIMIT: u64 = 1 << 12;
+/// Name of the record of the study.
+const STUDY: &str = "study.json";
+/// Names of the files with the cases that were added to a study.
+const ADDED: [&str; 2] = [extension::FILE, growth::FILE];
 /// The fact of a conflict.
 const OTHER_INPUTS: &str = "the archive has a result of other inputs";
 
@@ -69,8 +75,11 @@ struct Contents {
 
 #[derive(Serialize, Deserialize, Clone, PartialEq, Eq)]
 struct Entry {
-    /// Id and end of the name of a file of a case; none of `study.json`
+    /// Id and end of the name of a file of a case; none of other files
     case: Option<(String, String)>,
+    /// Name of a file with the cases that were added; none of `study.json`
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    added: Option<String>,
     bytes: u64,
     sha256: String,
 }
@@ -78,11 +87,12 @@ struct Entry {
 impl Entry {
     fn of(case: Option<(&str, &str)>, bytes: &[u8]) -> Self {
         let case = case.map(|(id, end)| (id.to_string(), end.to_string()));
-        Self { case, bytes: bytes.len() as u64, sha256: sha256(bytes) }
+        Self { case, added: None, bytes: bytes.len() as u64, sha256: sha256(bytes) }
     }
 
     fn name(&self) -> String {
-        self.case.as_ref().map_or_else(|| "study.json".into(), |(id, end)| format!("cases/{id}.{end}"))
+        let of_study = || self.added.clone().unwrap_or(STUDY.into());
+        self.case.as_ref().map_or_else(of_study, |(id, end)| format!("cases/{id}.{end}"))
     }
 
     fn id(&self) -> Option<&str> {
@@ -118,7 +128,10 @@ pub fn export(dir: &Path, target: &Path) -> Result<Exported, ArchiveError> {
         let path = dir.join(name);
         storage::read(&path, DATA_LIMIT).map_err(|e| FolderError::Unreadable { path, reason: e.to_string() })
     };
-    files.push(Entry::of(None, &read("study.json")?));
+    files.push(Entry::of(None, &read(STUDY)?));
+    for name in ADDED.into_iter().filter(|name| dir.join(name).is_file()) {
+        files.push(Entry { added: Some(name.into()), ..Entry::of(None, &read(name)?) });
+    }
     for (id, ends) in found.of_cases.iter().filter(|(id, ends)| known.contains(id.as_str()) && ends.contains("json")) {
         match check_in(dir, id) {
             Ok(record) if is_outdated(dir, &study, &record) => out.outdated.push(id.clone()),
@@ -205,7 +218,7 @@ pub struct Conflict {
 pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Imported, ArchiveError> {
     let mut damaged = vec![];
     // All of it is verified before a file is written
-    let record = walk(path, options.limit, &mut |id, files| match of_case(id, files) {
+    let mut of_study = walk(path, options.limit, &mut |id, files| match of_case(id, files) {
         Ok(_) => Ok(()),
         Err(wrong) => {
             damaged.extend(wrong);
@@ -216,8 +229,12 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
         return Err(ArchiveError::Damaged { path: path.into(), files: damaged });
     }
     let mut out = Imported::default();
-    let is_of_archive = options.replace || !dir.join("study.json").exists();
+    let is_of_archive = options.replace || !dir.join(STUDY).exists();
+    let record = of_study.remove(STUDY).unwrap_or_default();
     let (own, other) = place(path, dir, &record, (options, &mut out))?;
+    if out.conflicts.is_empty() {
+        place_added(dir, &of_study, (options, &mut out))?;
+    }
     let known = ids(&own);
     let (inputs, others) = (&own.inputs_sha256, &other.inputs_sha256);
     let has_others = inputs != others && !inputs.is_empty() && !others.is_empty();
@@ -245,7 +262,7 @@ fn place(
     let bad = |e: serde_json::Error| ArchiveError::Malformed { path: path.into(), reason: format!("study.json: {e}") };
     let other: StudyRecord = serde_json::from_slice(record).map_err(bad)?;
     let unwritable = |e: std::io::Error| ArchiveError::Unwritable { path: dir.into(), reason: e.to_string() };
-    let write = || storage::write(&dir.join("study.json"), record).map_err(unwritable);
+    let write = || storage::write(&dir.join(STUDY), record).map_err(unwritable);
     match study(dir) {
         Ok(own) if (&own.study, &own.kind) != (&other.study, &other.kind) => {
             Err(ArchiveError::OtherStudy { path: path.into(), found: other.study, own: own.study })
@@ -259,7 +276,7 @@ fn place(
             let (inputs_sha256, asks) = (own.inputs_sha256.clone(), other.asks.or(own.asks));
             if own != (StudyRecord { inputs_sha256, asks, ..other.clone() }) {
                 let fact = "the study of the archive was another one, or of another version".into();
-                out.conflicts.push(Conflict { what: "study.json".into(), fact });
+                out.conflicts.push(Conflict { what: STUDY.into(), fact });
             }
             Ok((own, other))
         }
@@ -272,7 +289,25 @@ fn place(
     }
 }
 
-/// Ends → contents of the files of a case.
+/// Writes the files with the cases that were added to the study of the archive, which is that of the folder. One that differs stays as it is in the folder, unless
+/// that of the archive is to take its place.
+fn place_added(dir: &Path, added: &Files, (options, out): (ImportOptions, &mut Imported)) -> Result<(), ArchiveError> {
+    for (name, bytes) in added {
+        let target = dir.join(name);
+        match storage::read(&target, DATA_LIMIT) {
+            Ok(own) if own == *bytes => {}
+            Ok(_) if !options.replace => {
+                let fact = "the archive has other cases that were added to the study".into();
+                out.conflicts.push(Conflict { what: name.clone(), fact });
+            }
+            _ => storage::write(&target, bytes)
+                .map_err(|e| ArchiveError::Unwritable { path: target.clone(), reason: e.to_string() })?,
+        }
+    }
+    Ok(())
+}
+
+/// Ends → contents of the files of a case; or names → contents of other files.
 type Files = BTreeMap<String, Vec<u8>>;
 
 fn of_case(id: &str, files: &Files) -> Result<CaseRecord, Vec<Unsound>> {
@@ -342,12 +377,13 @@ impl Folder<'_> {
     }
 }
 
-/// Calls `each` with the files of every case of an archive, whose entries are verified against its list. Returns `study.json`.
+/// Calls `each` with the files of every case of an archive, whose entries are verified against its list. Returns the other files: `study.json`, and those with
+/// cases that were added to the study.
 fn walk(
     path: &Path,
     limit: u64,
     each: &mut dyn FnMut(&str, &Files) -> Result<(), ArchiveError>,
-) -> Result<Vec<u8>, ArchiveError> {
+) -> Result<Files, ArchiveError> {
     let malformed = |reason: String| ArchiveError::Malformed { path: path.into(), reason };
     let file = storage::open(path).map_err(|e| malformed(e.to_string()))?;
     let mut archive = Archive::new(MultiGzDecoder::new(BufReader::new(file)));
@@ -365,7 +401,7 @@ fn walk(
         return Err(ArchiveError::TooLarge { path: path.into(), bytes, limit });
     }
     check_names(&contents.files).map_err(malformed)?;
-    let (mut study, mut files) = (vec![], Files::new());
+    let (mut of_study, mut files) = (Files::new(), Files::new());
     for (k, listed) in contents.files.iter().enumerate() {
         let (name, bytes) = next(&mut entries, listed.bytes).map_err(malformed)?;
         if name != listed.name() || bytes.len() as u64 != listed.bytes || sha256(&bytes) != listed.sha256 {
@@ -373,7 +409,7 @@ fn walk(
             return Err(ArchiveError::Damaged { path: path.into(), files: vec![Unsound { file: name, fact }] });
         }
         let Some((id, end)) = &listed.case else {
-            study = bytes;
+            of_study.insert(name, bytes);
             continue;
         };
         files.insert(end.clone(), bytes);
@@ -382,19 +418,21 @@ fn walk(
         }
     }
     match entries.next() {
-        None => Ok(study),
+        None => Ok(of_study),
         Some(_) => Err(malformed("it has entries that are not in its list".into())),
     }
 }
 
-/// `study.json`, then the files of each case together, none of them twice, with names that lead nowhere else.
+/// `study.json`, the files of added cases, then the files of each case together, none of them twice, with names that lead nowhere else.
 fn check_names(files: &[Entry]) -> Result<(), String> {
-    if files.first().is_none_or(|f| f.case.is_some()) {
+    if files.first().is_none_or(|f| f.name() != STUDY) {
         return Err("its list does not begin with study.json".into());
     }
+    let is_added = |name: &str| files[1..].iter().any(|entry| entry.case.is_none() && entry.name() == name);
+    let added = ADDED.into_iter().filter(|name| is_added(name)).count();
     let mut cases = BTreeSet::new();
     let mut last: (&str, BTreeSet<&str>) = ("", BTreeSet::new());
-    for entry in &files[1..] {
+    for entry in &files[1 + added..] {
         let plain = |id: &str| !id.starts_with('.') && id.chars().all(|c| c.is_alphanumeric() || "._-".contains(c));
         let Some((id, end)) = entry.case.as_ref().filter(|(id, end)| plain(id) && ENDS.contains(&end.as_str())) else {
             return Err(format!("\"{}\" is no file of a case", entry.name()));

@@ -51,6 +51,10 @@ impl StudyKind for ReductionStudy {
         search::round(results, record, dir)
     }
 
+    fn grows(record: &ReductionRecord) -> bool {
+        record.greedy.is_some()
+    }
+
     fn analyse(results: &Results, record: &ReductionRecord) -> Analysis<ReductionFindings> {
         analyse(results, record)
     }

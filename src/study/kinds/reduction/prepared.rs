@@ -43,12 +43,9 @@ impl Prepared {
     pub fn of(results: &Results, record: &ReductionRecord, case: &StoredCase) -> Result<Self, String> {
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
-        let changes: Vec<(String, toml::Value)> = record
-            .inputs
-            .iter()
-            .enumerate()
-            .map(|(k, input)| (input.key.clone(), left_open(record, k, input)))
-            .collect();
+        let marks = marks(&record.inputs, &factors);
+        let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
+        let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
         let (spec, text) =
             changed_scene(&record.scene, &case.record.provenance.scene, &changes).map_err(|e| e.to_string())?;
         let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
@@ -56,7 +53,7 @@ impl Prepared {
         all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
         let body: Arc<Body> = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
         let scene = Scene::build(&record.scene, spec, text, body.clone()).map_err(|e| e.to_string())?;
-        let places = places(&scene, record, &factors)?;
+        let places = places(&scene, &record.inputs, (&marks, &factors))?;
         Ok(Self {
             scene,
             file: record.scene.clone(),
@@ -195,37 +192,53 @@ fn points(case: &StoredCase, record: &ReductionRecord, growth: &Growth) -> Optio
 }
 
 /// An input in the scene of a model: a signal left to a controller, with a start that tells it from the others; a constant in the middle of its range.
-fn left_open(record: &ReductionRecord, k: usize, input: &InputRecord) -> toml::Value {
+fn left_open(input: &InputRecord, mark: f64) -> toml::Value {
     if input.is_constant() {
         return input.text(0.5 * (input.range[0] + input.range[1]));
     }
     let mut signal = toml::Table::new();
     signal.insert("kind".into(), "controlled".into());
-    signal.insert("initial".into(), input.text(mark(record, k, input)));
+    signal.insert("initial".into(), input.text(mark));
     signal.insert("range".into(), input.range.map(|end| input.text(end)).to_vec().into());
     signal.into()
 }
 
-/// Different values at the start tell which input is which.
-fn mark(record: &ReductionRecord, k: usize, input: &InputRecord) -> f64 {
-    let share = (k + 1) as f64 / (record.inputs.len() + 1) as f64;
-    input.range[0] + share * (input.range[1] - input.range[0])
+/// Share of a range by which the mark of its input is apart from those of others.
+const APART: f64 = 1e-6;
+/// Share of a range within which a value is a mark: rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// \[inputs\] values within the ranges, in the units of the inputs, that tell at the start which input is which: no two of them are one value in SI.
+fn marks(inputs: &[InputRecord], factors: &[f64]) -> Vec<f64> {
+    let (n, mut marks) = (inputs.len(), Vec::<f64>::new());
+    for (k, (input, factor)) in inputs.iter().zip(factors).enumerate() {
+        let width = input.range[1] - input.range[0];
+        let value = |turn: usize| input.range[0] + ((k + turn) % n + 1) as f64 / (n + 1) as f64 * width;
+        let is_free = |value: &f64| {
+            marks.iter().zip(factors).all(|(other, of)| (of * other - factor * value).abs() > APART * factor * width)
+        };
+        // Each mark before it takes one of the n values at most
+        let free = (0..n).map(value).find(is_free).expect("there are more values than marks before it");
+        marks.push(free);
+    }
+    marks
 }
 
 /// The place of each input of the study among those of a model: signals as the scene has them, then constants.
-fn places(scene: &Scene, record: &ReductionRecord, factors: &[f64]) -> Result<Vec<usize>, String> {
+fn places(scene: &Scene, inputs: &[InputRecord], (marks, factors): (&[f64], &[f64])) -> Result<Vec<usize>, String> {
     let initial = scene.controls.values_from_outside(&scene.controls.memory());
     let mut constants = initial.len()..;
     let mut place = |(k, input): (usize, &InputRecord)| {
         if input.is_constant() {
             return constants.next().ok_or_else(String::new);
         }
-        let near = |value: &f64| {
-            (value - factors[k] * mark(record, k, input)).abs() <= 1e-9 * factors[k] * (input.range[1] - input.range[0])
-        };
-        initial.iter().position(near).ok_or_else(|| format!("input {} drives nothing in the scene", input.name))
+        let off = |place: &usize| (initial[*place] - factors[k] * marks[k]).abs();
+        let nearest = (0..initial.len()).min_by(|a, b| off(a).total_cmp(&off(b)));
+        nearest
+            .filter(|place| off(place) <= ROUNDING * factors[k] * (input.range[1] - input.range[0]))
+            .ok_or_else(|| format!("input {} drives nothing in the scene", input.name))
     };
-    record.inputs.iter().enumerate().map(&mut place).collect()
+    inputs.iter().enumerate().map(&mut place).collect()
 }
 
 /// Name of a constant among the inputs of a model: law, key and unit, `rubber_mu_Pa`.
@@ -238,4 +251,38 @@ fn constant_name(input: &InputRecord) -> String {
 /// One unit in SI.
 fn factor(unit: &str) -> Result<f64, String> {
     quantity(&format!("1 {unit}")).map(|q| q.0).map_err(|e| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ranges of which one is the half of the other, in one unit and in two, nested ones and equal ones.
+    #[test]
+    fn no_two_inputs_have_the_same_mark() {
+        for ranges in [
+            vec![([0.0, 4.0], "mm"), ([0.0, 2.0], "mm")],
+            vec![([0.0, 2.0], "mm"), ([0.0, 4.0], "mm")],
+            vec![([0.0, 4e-3], "N"), ([0.0, 2.0], "mm")],
+            vec![([0.0, 3.0], "mm"), ([0.0, 1.5], "mm"), ([0.0, 1.0], "mm"), ([-1.0, 3.0], "mm")],
+            vec![([0.0, 5.0], "kPa"), ([0.0, 5.0], "kPa"), ([0.0, 5.0], "kPa")],
+        ] {
+            let input = |(range, unit): &([f64; 2], &str)| InputRecord {
+                name: "a".into(),
+                key: "k".into(),
+                unit: (*unit).into(),
+                range: *range,
+                start: None,
+                held: false,
+            };
+            let inputs: Vec<InputRecord> = ranges.iter().map(input).collect();
+            let factors: Vec<f64> = inputs.iter().map(|i| factor(&i.unit).expect("a unit")).collect();
+            let marks = marks(&inputs, &factors);
+            for (k, input) in inputs.iter().enumerate() {
+                assert!(input.range[0] < marks[k] && marks[k] < input.range[1], "{ranges:?}: {marks:?}");
+                let apart = |j: usize| (factors[j] * marks[j] / (factors[k] * marks[k]) - 1.0).abs();
+                assert!((0..k).all(|j| apart(j) > 1e-3), "{ranges:?}: {marks:?}");
+            }
+        }
+    }
 }
