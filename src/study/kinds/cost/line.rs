@@ -106,7 +106,7 @@ mod tests {
         assert!(high / low - 1.0 < 1e-5, "{low} to {high}");
     }
 
-    /// What is measured has a cost, also where the last errors rise by noise or a change of sign; an error that a later case does not keep has none, and
+    /// A measured error has a cost, also where the last errors rise by noise or a change of sign; an error that a later case does not keep has none, and
     /// nothing is extrapolated.
     #[test]
     fn an_error_that_rises_has_the_costs_that_are_measured() {
