@@ -143,10 +143,16 @@ pub fn span(values: impl IntoIterator<Item = f64>, print: impl Fn(f64) -> String
     (low <= high).then(|| if a == b { a } else { format!("{a} to {b}") })
 }
 
-/// A value with two digits of its error, where this is known: `0.02 ± 0.11`, `1.3170 ± 0.0035`, `1.33`.
+/// A value with two digits of its error, where this is known: `0.02 ± 0.11`, `1.3170 ± 0.0035`, `1.33`. An error that four decimals do not show is left out.
 pub fn with_error(value: f64, error: Option<f64>) -> String {
-    let decimals = error.map_or(2, digits);
-    format!("{value:.decimals$}{}", error.map_or(String::new(), |e| format!(" ± {e:.decimals$}")))
+    match error {
+        Some(error) if error >= 5e-5 => {
+            let decimals = digits(error).min(4);
+            format!("{value:.decimals$} ± {error:.decimals$}")
+        }
+        Some(_) => format!("{value:.4}"),
+        None => format!("{value:.2}"),
+    }
 }
 
 /// A value with two digits of its uncertainty, five of its own at most; with an exponent where twelve decimals do not show it.
@@ -240,6 +246,10 @@ mod tests {
     fn an_error_has_two_digits() {
         let shown = [with_error(0.0234, Some(0.113)), with_error(1.31702, Some(0.0035)), with_error(1.327, None)];
         assert_eq!(shown, ["0.02 ± 0.11", "1.3170 ± 0.0035", "1.33"]);
+        assert_eq!(
+            [7.8e-16, 0.0, 1.2e-4].map(|e| with_error(1.149_999, Some(e))),
+            ["1.1500", "1.1500", "1.1500 ± 0.0001"]
+        );
     }
 
     #[test]
