@@ -101,8 +101,6 @@ fn case(m: &Member, variant: &str) -> StoredCase {
         stage_dt_s: vec![m.dt],
         steps_matter: Some(true),
         status: "Converged".into(),
-        status_detail: None,
-        solver: Default::default(),
         wall_s: wall,
         cpu_s: 0.98 * wall,
         shared: false,
@@ -123,26 +121,12 @@ fn case(m: &Member, variant: &str) -> StoredCase {
             output_s: 0.02 * wall,
             build_s: 0.0,
         },
-        work: Default::default(),
-        repeats: vec![],
-        locking: None,
         probes,
-        distances: vec![],
-        measured: vec![],
-        markers: Vec::new(),
-        events: vec![],
-        one_run: None,
-        refinement: Vec::new(),
-        inputs: vec![],
-        contacts: Vec::new(),
-        notes: vec![],
-        cable_events: vec![],
-        cut_regions: vec![],
-        no_limit: None,
         provenance: Provenance {
             scene: "[body]\nmesh = \"block\"\n[[cable]]\nguide_radius = \"4 mm\"\n".into(),
             ..Provenance::default()
         },
+        ..CaseRecord::default()
     };
     StoredCase::new(record, Series { t_s, columns })
 }

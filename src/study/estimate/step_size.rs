@@ -1,6 +1,6 @@
 //! Sizes of the time steps of runs that differ in them.
 //!
-//! A run has one step for each stage. Runs of a family differ in some stages only: the hold before a movement keeps its step, which says nothing of
+//! A run has one step for each stage, or those that a permitted error sets, of which the mean counts. Runs of a family differ in some stages only: the hold before a movement keeps its step, which says nothing of
 //! their errors.
 
 use crate::study::store::record::CaseRecord;
@@ -11,6 +11,9 @@ const ROUNDING: f64 = 1e-6;
 /// One size for each run \[s\]: its step in the stage in which the runs differ, the geometric mean where they differ in several stages, and its longest
 /// step where they differ in none.
 pub fn step_sizes(runs: &[&CaseRecord]) -> Vec<f64> {
+    if runs.iter().any(|r| r.error_control.is_some()) {
+        return runs.iter().map(|r| r.error_control.map_or(r.dt_s, |c| c.mean_dt_s)).collect();
+    }
     let longest = || runs.iter().map(|r| r.dt_s).collect();
     let Some(first) = runs.first().map(|r| r.steps_s()) else { return vec![] };
     if runs.iter().any(|r| r.steps_s().len() != first.len()) {
@@ -27,8 +30,12 @@ pub fn step_sizes(runs: &[&CaseRecord]) -> Vec<f64> {
     runs.iter().map(mean).collect()
 }
 
-/// Whether two runs have the same time step in every stage.
+/// Whether two runs have the same time step in every stage, and the same permitted error where one sets them.
 pub fn has_steps_of(run: &CaseRecord, other: &CaseRecord) -> bool {
+    let permitted = |r: &CaseRecord| r.error_control.map(|c| c.time_error_m);
+    if permitted(run) != permitted(other) {
+        return false;
+    }
     let (a, b) = (run.steps_s(), other.steps_s());
     match a.len() == b.len() {
         true => a.iter().zip(b).all(|(a, b)| is_same(*a, *b)),
@@ -44,6 +51,7 @@ fn is_same(a: f64, b: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::store::record::ErrorControl;
 
     fn run(stage_dt_s: &[f64]) -> CaseRecord {
         let dt_s = stage_dt_s.iter().copied().fold(0.0, f64::max);
@@ -63,6 +71,19 @@ mod tests {
         assert_eq!(sizes(&[&[1.0, 0.05], &[1.0, 0.05]]), [1.0, 1.0]);
         let [a, b] = sizes(&[&[0.4, 3.0, 0.1], &[0.2, 3.0, 0.05]])[..] else { panic!("two runs") };
         assert!((a - 0.2).abs() < 1e-15 && (b - 0.1).abs() < 1e-15, "{a} {b}");
+    }
+
+    /// Three runs with steps of 40 ms at most.
+    #[test]
+    fn steps_that_an_error_sets_have_their_mean_length() {
+        let of = |time_error_m: f64, mean_dt_s: f64| CaseRecord {
+            error_control: Some(ErrorControl { time_error_m, mean_dt_s }),
+            ..run(&[0.04])
+        };
+        let (rough, fine, other_mesh) = (of(1e-3, 0.031), of(1e-4, 0.019), of(1e-4, 0.018));
+        assert_eq!(step_sizes(&[&rough, &fine, &run(&[0.04])]), [0.031, 0.019, 0.04]);
+        assert!(has_steps_of(&fine, &other_mesh) && !has_steps_of(&rough, &fine));
+        assert!(!has_steps_of(&fine, &run(&[0.04])));
     }
 
     #[test]
