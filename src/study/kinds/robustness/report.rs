@@ -79,7 +79,7 @@ fn words_of_maps(a: &RobustnessFindings) -> impl Iterator<Item = String> {
                 (n(Grade::Reference), "the reference"),
                 (n(Grade::Unjudged), "without a reference"),
                 (n(Grade::Poor), "poor"),
-                (n(Grade::Wrong), "wrong without a word"),
+                (n(Grade::Wrong), "silently wrong"),
                 (n(Grade::Stated), "stopped with a status"),
                 (n(Grade::Broken), "not finite"),
             ];

@@ -21,7 +21,7 @@ fn look(grade: Grade) -> (RGB, &'static str) {
         Grade::Reference => (RGB(0x9c, 0xc9, 0xe6), "reference"),
         Grade::Unjudged => (RGB(0xf0, 0xe4, 0x42), "no reference"),
         Grade::Poor => (PALETTE[5], "poor (within 10 %)"),
-        Grade::Wrong => (PALETTE[1], "wrong, without a word"),
+        Grade::Wrong => (PALETTE[1], "silently wrong"),
         Grade::Stated => (RGB(0xc8, 0xc8, 0xc8), "stopped, with a status"),
         Grade::Broken => (RGB(0, 0, 0), "not finite"),
     }
