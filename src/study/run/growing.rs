@@ -4,20 +4,21 @@ use crate::report::ReportError;
 use crate::study::expand::Study;
 use crate::study::growth::Growth;
 use crate::study::kinds::KINDS;
-use crate::study::run::runner::{self, Options, RunError, Watch};
+use crate::study::run::runner::{Options, RunError, Watch, run_cases};
 use crate::study::store::folder::Store;
 use crate::study::store::record::CaseRecord;
 use crate::study::store::results;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-/// Runs a study into `dir` as [`runner::run`] does, then what its kind asks for in the light of the results, until it asks for nothing more.
+/// Runs a study into `dir`: its cases, then those that its kind asks for in the light of the results, until it asks for nothing more. Returns the records of
+/// all wanted cases that have one; an interrupted case has none.
 ///
 /// # Errors
 ///
-/// Those of [`runner::run`].
+/// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
 pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
-    let mut records = runner::run(study, dir, options, watch)?;
+    let mut records = run_cases(study, dir, options, watch)?;
     let broken = with_earlier_results(&records, dir);
     // The cases are done now, so that none is to be done again
     let options = Options { redo: false, only: options.only.clone(), isolation: options.isolation.clone(), ..*options };
@@ -25,7 +26,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
     while options.only.is_none() && !options.stop.load(Ordering::Relaxed) {
         let Some(next) = next(&present, dir)? else { break };
         present = next;
-        records = runner::run(&present, dir, &options, watch)?;
+        records = run_cases(&present, dir, &options, watch)?;
         for record in &mut records {
             let of_case = |(_, earlier): &&(CaseRecord, String)| *earlier == record.provenance.record_sha256;
             if let Some((broke, _)) = broken.iter().find(of_case) {

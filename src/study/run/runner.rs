@@ -128,12 +128,18 @@ impl<'a> Options<'a> {
     }
 }
 
-/// Runs a study into `dir`. Returns the records of all wanted cases that have one; an interrupted case has none.
+/// Runs the cases of a study into `dir`, but none that follow from their results. Returns the records of all wanted cases that have one; an interrupted
+/// case has none.
 ///
 /// # Errors
 ///
 /// Where no case is wanted, a scene is refused, another run writes to the folder, or a result cannot be written.
-pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> Result<Vec<CaseRecord>, RunError> {
+pub(in crate::study) fn run_cases(
+    study: &Study,
+    dir: &Path,
+    options: &Options,
+    watch: &dyn Watch,
+) -> Result<Vec<CaseRecord>, RunError> {
     let cases: Vec<&Case> = study.cases.iter().filter(|c| options.wants(&c.id)).collect();
     if let (true, Some(Only::Containing(only))) = (cases.is_empty(), &options.only) {
         let known = first(&study.cases.iter().map(|c| c.id.as_str()).collect::<Vec<_>>());
