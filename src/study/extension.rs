@@ -72,7 +72,7 @@ impl Additions {
         Ok(Self { lines, member_lines, ..from_text(&file, &text, "")? })
     }
 
-    /// With another member.
+    /// The additions with another member.
     #[must_use]
     pub fn with(mut self, extension: &Extension) -> Self {
         let members = self.families.entry(extension.family.clone()).or_default();

@@ -36,7 +36,7 @@ pub struct Limit {
 pub type References = BTreeMap<String, Limit>;
 
 impl Limit {
-    /// From the limit over h and what is known about the steps.
+    /// A limit from that over h and what is known about the steps.
     pub fn new((at_steps, of_mesh): (f64, f64), steps: &Steps, quantity: &str) -> Self {
         let (shift, of_steps) = match steps.laws.get(quantity) {
             Some(law) => (law.shift, Some(law.uncertainty + law.transfer(at_steps))),

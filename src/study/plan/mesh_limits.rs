@@ -30,7 +30,7 @@ const OF_TWO: f64 = 3.0;
 pub struct Contradiction {
     pub element: String,
     pub quantity: String,
-    /// From one pilot to the other \[–\]
+    /// Change from one pilot to the other \[–\]
     pub change: f64,
     /// Distance of the limit from the finer one \[–\]
     pub distance: f64,

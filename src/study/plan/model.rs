@@ -45,7 +45,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// From the pilots of one element; `None` with fewer than two meshes.
+    /// A clock from the pilots of one element; `None` with fewer than two meshes.
     pub fn new(pilots: &[&CaseRecord]) -> Option<Self> {
         let one = |r: &CaseRecord| {
             let seconds = r.phases.factorisation_s * quiet(r) / r.work.factorisations.max(1) as f64;

@@ -30,7 +30,7 @@ pub struct Expectation {
 }
 
 impl Expectation {
-    /// From the pilots of one element; the reason where they give no law of its time, or of its error in a quantity.
+    /// An expectation from the pilots of one element; the reason where they give no law of its time, or of its error in a quantity.
     pub fn new(own: &[StoredCase], references: &References) -> Result<Self, String> {
         let records: Vec<&CaseRecord> = own.iter().map(|c| &c.record).collect();
         if records.len() < LEAST_PILOTS {

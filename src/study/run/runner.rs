@@ -81,9 +81,9 @@ impl From<SceneError> for RunError {
 /// Where cases are computed. The results are the same.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Isolation {
-    /// In threads of this process. A panic is the status of its case; an abort ends all.
+    /// Cases are computed in threads of this process. A panic is the status of its case; an abort ends all.
     Threads,
-    /// Each in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
+    /// Each case is computed in a process of this program, started as `program worker` ([`crate::study::run::worker`]): whatever ends it is the status of its case.
     Processes(Launch),
 }
 

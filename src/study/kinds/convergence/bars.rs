@@ -6,7 +6,7 @@ use crate::study::kinds::convergence::errors::StepCause;
 use crate::study::kinds::convergence::findings::{ConvergenceFindings, MeshErrors};
 use crate::wording::all;
 
-/// With citations as `[@key]`.
+/// The sources of the bars in words, with citations as `[@key]`.
 pub fn errors(found: &ConvergenceFindings) -> String {
     let with_bars = || found.quantities.iter().filter_map(|q| Some((&q.found, q.reference.as_ref()?)));
     let limits: Vec<&Estimate> = with_bars().flat_map(|(q, r)| of_limit(q, r)).collect();

@@ -40,7 +40,7 @@ pub enum NextMesh {
 }
 
 impl NextMesh {
-    /// In words: which mesh, and why.
+    /// The advice in words: which mesh, and why.
     pub fn sentence(&self) -> &str {
         match self {
             Self::New(extension) => &extension.sentence,
@@ -241,7 +241,7 @@ struct Finer {
 }
 
 impl Finer {
-    /// From the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves as they are.
+    /// The change that follows from the keys of `[mesh]` in which the two finest scenes differ. `all` also refines directions that the family leaves as they are.
     fn new(second: &CaseRecord, finest: &CaseRecord, ratio: f64, all: bool) -> Option<Self> {
         let (coarse, fine) = (mesh_keys(second)?, mesh_keys(finest)?);
         let (mut set, mut factor) = (Table::new(), 1.0);

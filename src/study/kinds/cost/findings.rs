@@ -55,7 +55,7 @@ pub struct CostOfAccuracy {
     pub reference: Option<ReferenceCurve>,
     /// Cheapest first
     pub settings: Vec<CostedCase>,
-    /// Of the peak, one per family with two settings or more
+    /// Lines of the peak, one per family with two settings or more
     pub lines: Vec<Line>,
     pub answers: Vec<Cheapest>,
 }
@@ -72,11 +72,11 @@ pub struct CostedCase {
     pub value: f64,
     /// \[–\] of the peak and of the curve
     pub errors: [f64; 2],
-    /// On the Pareto front of the peak, of the curve
+    /// Whether it is on the Pareto front of the peak, and on that of the curve
     pub front: [bool; 2],
     pub dofs: usize,
     pub factor_nnz: usize,
-    /// Of all factorisations
+    /// Operations of all factorisations
     pub flops: f64,
     pub memory_bytes: Option<u64>,
     pub phases: PhaseRecord,

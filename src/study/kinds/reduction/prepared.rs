@@ -39,7 +39,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// From a case of the study.
+    /// Prepares the scene from a case of the study.
     pub fn of(results: &Results, record: &ReductionRecord, case: &StoredCase) -> Result<Self, String> {
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
