@@ -4,13 +4,13 @@ use crate::material;
 use crate::math::units::{self, Dimension};
 use crate::scene::{SceneError, from_text, hint, read_scene, read_table};
 use crate::storage;
+use crate::study::calibration_plan::{CalibrationPlan, Member, UseSpec};
 use crate::study::case::{After, Case};
-use crate::study::extension::{AddedLines, Additions, at_line};
-use crate::study::growth::{self, Growth};
-use crate::study::inverse::{CalibrationPlan, Member, UseSpec};
+use crate::study::extension::{AddedLines, AddedMeshes, at_line};
 use crate::study::kind::{Extent, RunRules, StoredExpansion};
 use crate::study::kinds::KINDS;
 use crate::study::overridden::Differences;
+use crate::study::rounds::{self, Rounds};
 use crate::study::spec::{FamilySpec, MOST_CASES, VariantSpec, check_names, refuse};
 use crate::study::store::case_files::is_ambiguous;
 use crate::study::store::record::{FamilyRecord, Place, Quantity, Role, SCHEMA, StudyRecord, VariantMember};
@@ -110,27 +110,27 @@ impl Study {
     }
 
     /// Reads `study.toml` and expands it with the meshes that were added to its results in `dir`.
-    pub fn read_with_additions(file: &Path, changes: &[(String, toml::Value)], dir: &Path) -> Result<Self, SceneError> {
-        let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
+    pub fn read_with_added(file: &Path, changes: &[(String, toml::Value)], dir: &Path) -> Result<Self, SceneError> {
+        let (additions, rounds) = (AddedMeshes::read(dir)?, Rounds::read(dir));
         Self::expand(file, changes, Extent::Whole, |expansion, source| {
-            growth.add_to(&mut expansion.families, source);
-            Ok(Added { file: Additions::file(dir), lines: additions.add_to(&mut expansion.families, dir)? })
+            rounds.add_to(&mut expansion.families, source);
+            Ok(Added { file: AddedMeshes::file(dir), lines: additions.add_to(&mut expansion.families, dir)? })
         })
     }
 
     /// Reads `study.toml` and expands it to the cases of the results in `dir`: with the meshes that were added to them, and the cases that any build
     /// has asked for.
     pub fn read_as_stored(file: &Path, dir: &Path) -> Result<Self, SceneError> {
-        let (additions, growth) = (Additions::read(dir)?, Growth::read(dir));
+        let (additions, rounds) = (AddedMeshes::read(dir)?, Rounds::read(dir));
         Self::expand(file, &[], Extent::Whole, |expansion, _| {
-            growth.add_to(&mut expansion.families, &growth.of);
-            Ok(Added { file: Additions::file(dir), lines: additions.add_to(&mut expansion.families, dir)? })
+            rounds.add_to(&mut expansion.families, &rounds.of);
+            Ok(Added { file: AddedMeshes::file(dir), lines: additions.add_to(&mut expansion.families, dir)? })
         })
     }
 
     /// The same study, read again with what was added to its results in `dir`.
     pub fn again(&self, dir: &Path) -> Result<Self, SceneError> {
-        Self::read_with_additions(&self.file, &self.changes, dir)
+        Self::read_with_added(&self.file, &self.changes, dir)
     }
 
     /// Reads as much of `study.toml` as `extent` says, and expands it.
@@ -158,7 +158,7 @@ impl Study {
             source: e.into(),
         })?;
         let columns = expansion.variants.iter().flat_map(|v| &v.quantities).map(|q| q.name.as_str());
-        let source = growth::digest(&expansion.details, &columns.collect::<Vec<_>>(), &scene, changes)?;
+        let source = rounds::digest(&expansion.details, &columns.collect::<Vec<_>>(), &scene, changes)?;
         let added = add(&mut expansion, &source)?;
         let name = Self::name_of(file);
         let changes = Changes { given: changes, first: false, added };

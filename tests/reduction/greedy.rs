@@ -10,8 +10,8 @@ use durometer::reduction::{FullState, Training, errors};
 use durometer::scene::control::{ControlError, Controller, Observation, Reply};
 use durometer::scene::{RunOptions, Scene};
 use durometer::solve::Status;
-use durometer::study::growth::Growth;
 use durometer::study::kinds::reduction::path::{ordered, random, spread};
+use durometer::study::rounds::Rounds;
 use durometer::system::State;
 use serde_json::Value;
 use std::path::Path;
@@ -304,7 +304,7 @@ fn a_run_of_the_library_ends_its_search() {
     let added = records.iter().filter(|record| record.id.contains("greedy-")).count();
     assert_eq!(added, 2, "{:?}", records.iter().map(|record| &record.id).collect::<Vec<_>>());
     let results = at.join("results");
-    assert!(Growth::read(&results).has_ended());
+    assert!(Rounds::read(&results).has_ended());
     write_report(&results).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(json(&results.join("derived.json"))["training"], 10);
 }

@@ -10,12 +10,12 @@
 //! | The reference among the families | `reference` |
 //! | Curves over time in place of one number | `curve` |
 //! | Sizes of time steps | `step_size` |
-//! | Power laws of cost over size | `growth` |
+//! | Power laws of cost over size | `power_law` |
 
 pub mod curve;
 pub mod family;
-pub mod growth;
 pub mod least_squares;
+pub mod power_law;
 pub mod reference;
 pub mod richardson;
 pub mod step_size;

@@ -6,7 +6,7 @@
 use crate::report::numbers::percent;
 use crate::study::curve::peak;
 use crate::study::estimate::family::formal_order;
-use crate::study::estimate::growth::{Growth, growth};
+use crate::study::estimate::power_law::{PowerLaw, power_law};
 use crate::study::plan::limit::{Limit, References};
 use crate::study::plan::model::{Clock, Counted, LEAST_PILOTS, error_law};
 use crate::study::plan::pilots::Pilots;
@@ -23,9 +23,9 @@ pub const FEW: &str = "pilots that a law of its error takes";
 /// Knowledge of one element, to expect errors and times of its sizes.
 pub struct Expectation {
     clock: Clock,
-    laws: Vec<(String, Growth)>,
-    nnz: Growth,
-    flops: Growth,
+    laws: Vec<(String, PowerLaw)>,
+    nnz: PowerLaw,
+    flops: PowerLaw,
     largest: CaseRecord,
 }
 
@@ -48,7 +48,7 @@ impl Expectation {
         };
         let laws = references.iter().map(law).collect::<Result<Vec<_>, String>>()?;
         let over_cells = |of: fn(&CaseRecord) -> f64| {
-            growth(&records.iter().map(|r| (r.mesh.cells as f64, of(r))).collect::<Vec<_>>())
+            power_law(&records.iter().map(|r| (r.mesh.cells as f64, of(r))).collect::<Vec<_>>())
         };
         let timed = || {
             let largest = (*records.iter().max_by_key(|r| r.mesh.cells)?).clone();

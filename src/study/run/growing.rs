@@ -2,8 +2,8 @@
 
 use crate::report::ReportError;
 use crate::study::expand::Study;
-use crate::study::growth::Growth;
 use crate::study::kinds::KINDS;
+use crate::study::rounds::Rounds;
 use crate::study::run::runner::{Options, RunError, Watch, run_cases};
 use crate::study::store::folder::Store;
 use crate::study::store::record::CaseRecord;
@@ -39,8 +39,8 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 
 /// Whether cases are still to follow from the results of this study in `dir`: those of a part ask for none, since the others may not be there.
 pub fn is_open(study: &Study, dir: &Path) -> bool {
-    let growth = Growth::read(dir);
-    let has_ended = growth.of == study.source_sha256 && growth.has_ended();
+    let rounds = Rounds::read(dir);
+    let has_ended = rounds.of == study.source_sha256 && rounds.has_ended();
     !has_ended && KINDS.iter().any(|kind| kind.name == study.record.kind && (kind.grows)(&study.record))
 }
 
@@ -54,13 +54,13 @@ fn with_earlier_results(records: &[CaseRecord], dir: &Path) -> Vec<(CaseRecord, 
 /// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.
 fn next(study: &Study, dir: &Path) -> Result<Option<Study>, RunError> {
     let Some(kind) = KINDS.iter().find(|kind| kind.name == study.record.kind) else { return Ok(None) };
-    let growth = Growth::read(dir).keep_only(&study.source_sha256, dir);
-    if growth.has_ended() {
+    let rounds = Rounds::read(dir).keep_only(&study.source_sha256, dir);
+    if rounds.has_ended() {
         return Ok(None);
     }
     let Ok(results) = results::read(dir) as Result<_, ReportError> else { return Ok(None) };
     let Ok(Some(round)) = (kind.grow)(&results, dir) else { return Ok(None) };
     let has_ended = round.members.is_empty();
-    growth.add(&study.source_sha256, round, dir).map_err(|why| RunError::Apart { why })?;
+    rounds.add(&study.source_sha256, round, dir).map_err(|why| RunError::Apart { why })?;
     if has_ended { Ok(None) } else { Ok(Some(study.again(dir)?)) }
 }

@@ -13,7 +13,7 @@ use crate::scene::{MeshSpec, from_text};
 use crate::scene::{cells_of_grid, common_divisor, divisions_of_grid, divisions_value, grid_with_divisions};
 use crate::study::analysis::ByQuantity;
 use crate::study::estimate::family::{Estimate, oscillation};
-use crate::study::estimate::growth::{Predicted, growth};
+use crate::study::estimate::power_law::{Predicted, power_law};
 use crate::study::estimate::richardson::{CAUTIOUS_FACTOR, Convergence, LEAST_ORDER, LEAST_RATIO};
 use crate::study::extension::{ADD, Extension};
 use crate::study::kinds::convergence::cases::Cases;
@@ -214,7 +214,7 @@ impl<'a> Candidate<'a> {
     fn cost(&self) -> Option<Predicted> {
         let mean = |runs: &[&CaseRecord]| runs.iter().map(|c| c.cpu_s).sum::<f64>() / runs.len() as f64;
         let points: Vec<(f64, f64)> = self.meshes.iter().map(|m| (m[0].mesh.cells as f64, mean(m))).collect();
-        growth(&points).map(|law| law.predict(self.next.cells as f64))
+        power_law(&points).map(|law| law.predict(self.next.cells as f64))
     }
 }
 

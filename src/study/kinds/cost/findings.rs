@@ -9,10 +9,10 @@
 //! front       settings that no cheaper one beats in error
 //! ```
 //!
-//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`growth`](mod@crate::study::estimate::growth)).
+//! Costs of one error are compared between families ([`super::line`](mod@super::line)), and costs are extrapolated over the cells ([`power_law`](mod@crate::study::estimate::power_law)).
 
 use crate::study::analysis::ByQuantity;
-use crate::study::estimate::growth::{Growth, Predicted};
+use crate::study::estimate::power_law::{PowerLaw, Predicted};
 use crate::study::kinds::cost::line::Line;
 use crate::study::kinds::cost::reference::ReferenceCurve;
 use crate::study::store::record::PhaseRecord;
@@ -101,7 +101,7 @@ pub struct GrowthLaw {
     pub of: Grows,
     /// (cells, value) \[s\] or \[bytes\]
     pub points: Vec<(f64, f64)>,
-    pub law: Growth,
+    pub law: PowerLaw,
     /// Twice the most cells
     pub next_cells: f64,
     pub next: Predicted,
