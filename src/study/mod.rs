@@ -2,7 +2,7 @@
 //!
 //! | Step | File |
 //! |---|---|
-//! | From a study file to its cases | [`expand`], on what kinds share in [`spec`] and [`axis`], and the kind of the study in [`kinds`] |
+//! | From a study file to its cases | [`study_file`], the kind of the study in [`kinds`] with what kinds share in [`spec`] and [`axis`], [`expand`], [`case_list`] |
 //! | One case, and what a calibration asks of it | [`case`], [`calibration_plan`] |
 //! | Differences between cases that changes of all of them override | [`overridden`] |
 //! | Added to a study that has results: meshes by the user, cases by a search | [`extension`], [`rounds`] |
@@ -27,6 +27,7 @@ pub mod axis;
 pub mod bundle;
 pub mod calibration_plan;
 pub mod case;
+pub mod case_list;
 pub mod changes;
 pub mod claim;
 pub mod content;
@@ -56,6 +57,7 @@ pub mod shipped;
 pub mod spec;
 pub mod starters;
 pub mod store;
+pub mod study_file;
 pub mod summary;
 pub mod tables;
 pub mod time_left;

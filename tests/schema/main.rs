@@ -6,9 +6,9 @@ mod walk;
 
 use durometer::material::law_from_table;
 use durometer::scene::{SceneError, SceneSpec};
-use durometer::study::expand;
 use durometer::study::kind::{COMMON_KEYS, Extent};
 use durometer::study::schema;
+use durometer::study::study_file;
 use jsonschema::Validator;
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
@@ -136,7 +136,7 @@ fn read_scene(text: &str) -> Result<(), SceneError> {
 }
 
 fn read_study(text: &str) -> Result<(), SceneError> {
-    expand::parse(Path::new("study.toml"), text, Extent::Whole).map(|_| ())
+    study_file::parse(Path::new("study.toml"), text, Extent::Whole).map(|_| ())
 }
 
 /// Compares the keys of one table with those of the reader. Returns what is wrong.

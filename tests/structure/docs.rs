@@ -543,7 +543,7 @@ fn example_scenes_and_studies_are_read() {
                     let measured = root().join("data/synthetic-dumbbell/pull.csv");
                     std::fs::copy(measured, folder.path().join(format!("{name}.csv"))).expect("a file is copied");
                 }
-                durometer::study::expand::parse(
+                durometer::study::study_file::parse(
                     &folder.path().join("study.toml"),
                     block,
                     durometer::study::kind::Extent::Whole,

@@ -2,7 +2,7 @@
 
 use crate::report::ReportError;
 use crate::study::expand::Study;
-use crate::study::kinds::KINDS;
+use crate::study::kinds;
 use crate::study::rounds::Rounds;
 use crate::study::run::runner::{Options, RunError, Watch, run_cases};
 use crate::study::store::folder::Store;
@@ -41,7 +41,7 @@ pub fn run(study: &Study, dir: &Path, options: &Options, watch: &dyn Watch) -> R
 pub fn is_open(study: &Study, dir: &Path) -> bool {
     let rounds = Rounds::read(dir);
     let has_ended = rounds.of == study.source_sha256 && rounds.has_ended();
-    !has_ended && KINDS.iter().any(|kind| kind.name == study.record.kind && (kind.grows)(&study.record))
+    !has_ended && kinds::find(&study.record.kind).is_some_and(|kind| (kind.grows)(&study.record))
 }
 
 /// The cases that broke and left an earlier result in its place, with the digest of its record.
@@ -53,7 +53,7 @@ fn with_earlier_results(records: &[CaseRecord], dir: &Path) -> Vec<(CaseRecord, 
 
 /// The study with the cases that its kind asks for; none where it asks for none. A reason why it cannot say is for the report, which meets it too.
 fn next(study: &Study, dir: &Path) -> Result<Option<Study>, RunError> {
-    let Some(kind) = KINDS.iter().find(|kind| kind.name == study.record.kind) else { return Ok(None) };
+    let Some(kind) = kinds::find(&study.record.kind) else { return Ok(None) };
     let rounds = Rounds::read(dir).keep_only(&study.source_sha256, dir);
     if rounds.has_ended() {
         return Ok(None);
