@@ -51,7 +51,9 @@ pub struct Pilot {
 /// A mesh and element with what is expected of it.
 #[derive(Serialize, Clone, Debug, PartialEq)]
 pub struct Setting {
-    pub element: String,
+    /// Short name of element and formulation: `tet10_up`
+    #[serde(rename = "element")]
+    pub formulation: String,
     /// Number of the element among the choices
     #[serde(skip)]
     pub choice: usize,

@@ -99,7 +99,7 @@ pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, st
             let (error, limited_by, cpu_s) = expectation.of(&counted, steps);
             let changes = [steps.changes.clone(), choice.changes(cells)].concat();
             out.push(Setting {
-                element: choice.name.clone(),
+                formulation: choice.name.clone(),
                 choice: k,
                 cells,
                 set: changes.iter().map(|(key, value)| format!("{key}={value}")).collect(),
@@ -142,7 +142,7 @@ pub fn given(choices: &[Choice], pilots: &Pilots, references: &References, steps
         let changes = [steps.changes.clone(), choice.changes(0)].concat();
         let cpu_s = r.cpu_s * steps.per_step / steps.factor;
         out.push(Setting {
-            element: choice.name.clone(),
+            formulation: choice.name.clone(),
             choice: k,
             cells: r.mesh.cells as u64,
             set: changes.iter().map(|(key, value)| format!("{key}={value}")).collect(),
@@ -205,7 +205,7 @@ mod tests {
             |of_mesh: f64| Limit { value: 1.0, uncertainty: of_mesh, at_steps: 1.0, of_mesh, of_steps: Some(0.0) };
         let references = References::from([("angle".into(), limit(0.005)), ("tension".into(), limit(0.02))]);
         let (weighed, lost) = settings(&choices, &pilots, &references, &Steps::of_scene(false, ""), f64::INFINITY);
-        assert!(weighed.iter().all(|s| s.element == "agrees" && s.limited_by == "tension"), "{weighed:?}");
+        assert!(weighed.iter().all(|s| s.formulation == "agrees" && s.limited_by == "tension"), "{weighed:?}");
         assert!(weighed.len() == 2 && weighed[0].error < 0.03 && weighed[1].error < weighed[0].error, "{weighed:?}");
         let said: Vec<String> = lost.iter().map(|(what, why)| format!("{what}: {why}")).collect();
         let departs = "departs: the errors of its pilots in angle do not fall with the size of cells: 1 %, 2 %, 4 %";

@@ -307,7 +307,7 @@ fn judge(
         rest: widest.filter(|_| are_known).map(|[a, b]| 0.5 * (a + b + up - down) / size),
         drift: meshes.drift.map(|d| d / size),
         mesh: mesh.map(|u| u / size),
-        mesh_method: meshes.estimate.map(|e| e.method),
+        mesh_method: meshes.estimate.map(|e| e.method.to_string()),
         mesh_refused: meshes.refused.is_some(),
         nuisance: corners.as_ref().map(|c| c.change.map(|by| own.value + by)),
         corners: corners.and_then(|c| c.note),
