@@ -114,7 +114,7 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// From `state` to `goal`, the next point of the time grid.
+    /// Advances from `state` to `goal`, the next point of the time grid.
     fn advance(
         &mut self,
         span: &TimeSpan,

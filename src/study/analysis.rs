@@ -16,7 +16,7 @@ pub struct Analysis<T> {
     /// Cases without a usable result: (id, what is wrong)
     pub incomplete: Vec<(String, String)>,
     pub warnings: Vec<String>,
-    /// In words, refusals included
+    /// The answer in words, refusals included
     pub verdict: String,
 }
 

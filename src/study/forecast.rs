@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Setup and step of a case cost what those of its own last result have cost, whichever inputs and build that had, on a mesh of as many nodes. Without such a result they cost what the law of
-//! growth over the nodes says ([`growth`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them. What did
+//! growth over the nodes says ([`power_law`]) that is fitted to the results of its formulation, or, where those are all of one size, the largest of them. What did
 //! not converge says nothing: it ended early, or late. That longer steps take more iterations is not counted.
 //!
 //! ```text
@@ -16,7 +16,7 @@
 //! (Lipton, Rose & Tarjan, *SIAM J. Numer. Anal.* 16, 1979), the most that memory grows by where it is large; flat bodies and the iterative method take less.
 
 use crate::scene::SceneSpec;
-use crate::study::estimate::growth::growth;
+use crate::study::estimate::power_law::power_law;
 use crate::study::store::record::CaseRecord;
 use serde::Serialize;
 use std::collections::{BTreeMap, HashMap};
@@ -145,8 +145,8 @@ impl Fitted<'_> {
 fn law(points: &[(f64, f64)]) -> Law {
     let (low, high) = points.iter().fold((f64::INFINITY, 0.0f64), |(l, h), p| (l.min(p.0), h.max(p.0)));
     let largest = points.iter().map(|p| p.1).fold(0.0, f64::max);
-    match growth(points) {
-        Some(growth) if high > low * (1.0 + ONE_SIZE) => Box::new(move |nodes| Some(growth.at(nodes))),
+    match power_law(points) {
+        Some(law) if high > low * (1.0 + ONE_SIZE) => Box::new(move |nodes| Some(law.at(nodes))),
         _ => Box::new(move |nodes| (largest > 0.0 && (nodes / high - 1.0).abs() < ONE_SIZE).then_some(largest)),
     }
 }

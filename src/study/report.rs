@@ -10,7 +10,7 @@ use crate::storage::writing::Writing;
 use crate::study::content::Content;
 use crate::study::curve::missed_extremes;
 use crate::study::kind::Kind;
-use crate::study::kinds::KINDS;
+use crate::study::kinds::{self, KINDS};
 use crate::study::overlay::{in_study, markers_in_study};
 use crate::study::page;
 use crate::study::paper::{self, OwnMethods};
@@ -34,7 +34,7 @@ use std::path::Path;
 /// Where the results cannot be read or are those of other inputs, or a file cannot be written.
 pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let mut results = results::read(dir)?;
-    let kind = KINDS.iter().find(|kind| kind.name == results.study.kind).ok_or_else(|| ReportError::Kind {
+    let kind = kinds::find(&results.study.kind).ok_or_else(|| ReportError::Kind {
         path: dir.join("study.json"),
         kind: results.study.kind.clone(),
         known: KINDS.map(|kind| kind.name).join(", "),

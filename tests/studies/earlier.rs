@@ -3,7 +3,8 @@
 use crate::common::stores::{call, contents, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::runner::{Options, RunError, Watch, run};
+use durometer::study::run::growing::run;
+use durometer::study::run::runner::{Options, RunError, Watch};
 use durometer::study::store::record::CaseRecord;
 use std::path::Path;
 use std::sync::Mutex;

@@ -4,7 +4,8 @@
 use crate::common::stores::{contents, program, write_rod};
 use durometer::scene::Progress;
 use durometer::study::expand::Study;
-use durometer::study::run::runner::{Isolation, Options, Watch, run};
+use durometer::study::run::growing::run;
+use durometer::study::run::runner::{Isolation, Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;

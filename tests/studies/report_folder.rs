@@ -3,7 +3,8 @@
 use crate::common::stores::{call, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
-use durometer::study::run::runner::{Options, Watch, run};
+use durometer::study::run::growing::run;
+use durometer::study::run::runner::{Options, Watch};
 use durometer::study::store::record::CaseRecord;
 use std::collections::BTreeSet;
 use std::path::Path;

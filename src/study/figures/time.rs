@@ -14,7 +14,7 @@ const PHASES: [&str; 4] = ["assembly", "factorisation", "solve", "rest"];
 const ROW: f64 = 4.6;
 const TOP: f64 = 6.0;
 
-/// Of the meshes of a variant, on as many sheets as their height needs.
+/// The times of the meshes of a variant, on as many sheets as their height needs.
 pub fn of_variant(store: &Results, variant: &str, name: &str) -> Vec<Drawn> {
     let of_meshes = |f: &&FamilyRecord| matches!(f.role, Role::Sizes | Role::Nested | Role::Remeshed | Role::Element);
     let families: Vec<&FamilyRecord> = store.study.families.iter().filter(of_meshes).collect();

@@ -50,7 +50,7 @@ pub struct CaseRecord {
     #[serde(default)]
     pub member: String,
     pub mesh: MeshRecord,
-    /// `tet4`, `tet10`, `mass_spring`
+    /// Short name of element and formulation: `tet4`, `tet10_up`, `mass_spring`
     pub formulation: String,
     /// Name of the law, with its constants in SI; absent where springs are all that is elastic
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -35,7 +35,7 @@ pub struct Rigid {
 }
 
 impl Skin {
-    /// As gzipped JSON, the same bytes for the same skin.
+    /// The skin as gzipped JSON, the same bytes for the same skin.
     pub fn packed(&self) -> Vec<u8> {
         let grid = |values: &[Vec<f64>]| {
             let largest = values.iter().flatten().filter(|v| v.is_finite()).fold(0.0f64, |m, v| m.max(v.abs()));

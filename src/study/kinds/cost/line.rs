@@ -1,10 +1,10 @@
 //! The error of one family over its cost, and the cost of an error: read off between the cases, extrapolated beyond.
 //!
 //! A cost is the one from which on every case of the family is within the error. Between two cases ln c is linear in ln e. Below the error of the most
-//! expensive case the law e ∝ c^−s is fitted to all cases ([`crate::study::estimate::growth`], c over e) with its 95 % interval; a family whose error does
+//! expensive case the law e ∝ c^−s is fitted to all cases ([`power_law`](mod@crate::study::estimate::power_law), c over e) with its 95 % interval; a family whose error does
 //! not fall from case to case has none.
 
-use crate::study::estimate::growth::{Growth, growth};
+use crate::study::estimate::power_law::{PowerLaw, power_law};
 use serde::Serialize;
 
 /// One family of settings that differ in one thing.
@@ -18,7 +18,7 @@ pub struct Line {
     pub costs: Vec<Option<LevelCost>>,
     /// Cost over error; none with two points
     #[serde(skip)]
-    pub law: Option<Growth>,
+    pub law: Option<PowerLaw>,
 }
 
 /// Cost of an error.
@@ -49,14 +49,14 @@ impl Line {
         }
         let falls = points.windows(2).all(|w| w[1].1 < w[0].1);
         let reversed: Vec<(f64, f64)> = points.iter().map(|(c, e)| (*e, *c)).collect();
-        let law = growth(&reversed).filter(|g| falls && g.points > 2 && g.q < 0.0);
+        let law = power_law(&reversed).filter(|g| falls && g.points > 2 && g.q < 0.0);
         let costs = levels.iter().map(|l| cost(&points, law.as_ref(), *l)).collect();
         Some(Self { family: family.into(), label, points, costs, law })
     }
 }
 
 /// The cost from which on every case is within a level.
-fn cost(points: &[(f64, f64)], law: Option<&Growth>, level: f64) -> Option<LevelCost> {
+fn cost(points: &[(f64, f64)], law: Option<&PowerLaw>, level: f64) -> Option<LevelCost> {
     let Some(last) = points.iter().rposition(|(_, e)| *e > level) else {
         return Some(LevelCost { seconds: points[0].0, how: How::AtMost, interval: None });
     };

@@ -5,12 +5,12 @@ use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::sha256;
-use crate::study::growth::Growth;
 use crate::study::kinds::reduction::meshes::compare;
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
 use crate::study::kinds::reduction::search::round;
 use crate::study::kinds::reduction::trained::{Runs, all_errors, begin, timed_steps};
+use crate::study::rounds::Rounds;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
@@ -27,8 +27,8 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     else {
         return Ok(None);
     };
-    let growth = Growth::read(dir);
-    if record.greedy.is_some() && !growth.has_ended() {
+    let rounds = Rounds::read(dir);
+    if record.greedy.is_some() && !rounds.has_ended() {
         // Where it cannot go on it says why
         round(results, record, dir)?;
         return Err("the search for training states has not ended; run the study again to go on".into());
@@ -103,7 +103,7 @@ fn make(
         pressure_values,
         full_step_s: median(&steps),
         offline_s,
-        search: Growth::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
+        search: Rounds::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
         comparison: compare(results, record, (&prepared, &made)),
         models,
         left_out,

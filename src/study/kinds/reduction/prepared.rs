@@ -4,11 +4,11 @@ use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
 use crate::scene::{Body, ParameterKey, Scene, changed_scene};
-use crate::study::growth::Growth;
 use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
 use crate::study::kinds::reduction::spec::TRAINING;
 use crate::study::kinds::reduction::trained::{Runs, Trained};
+use crate::study::rounds::Rounds;
 use crate::study::store::record::{Role, StoredCase};
 use crate::study::store::results::Results;
 use crate::study::store::states::KeptStates;
@@ -39,7 +39,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// From a case of the study.
+    /// Prepares the scene from a case of the study.
     pub fn of(results: &Results, record: &ReductionRecord, case: &StoredCase) -> Result<Self, String> {
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
@@ -106,20 +106,20 @@ impl Prepared {
         record: &ReductionRecord,
         dir: &Path,
     ) -> Result<Vec<Vec<FullState>>, String> {
-        let growth = Growth::read(dir);
-        cases.iter().map(|case| self.states_of(case, record, &growth, dir)).collect()
+        let rounds = Rounds::read(dir);
+        cases.iter().map(|case| self.states_of(case, record, &rounds, dir)).collect()
     }
 
     fn states_of(
         &self,
         case: &StoredCase,
         record: &ReductionRecord,
-        growth: &Growth,
+        rounds: &Rounds,
         dir: &Path,
     ) -> Result<Vec<FullState>, String> {
         let id = &case.record.id;
         let kept = KeptStates::read(dir, id)?;
-        let points = points(case, record, growth).ok_or_else(|| format!("{id}: its points are not known"))?;
+        let points = points(case, record, rounds).ok_or_else(|| format!("{id}: its points are not known"))?;
         let column = |name: &String| case.series.columns.get(name).ok_or_else(|| format!("{id}: it has no {name}"));
         let columns: Vec<&Vec<f64>> = self.names.iter().map(column).collect::<Result<_, _>>()?;
         let rows = kept.x.len();
@@ -175,14 +175,14 @@ impl Prepared {
 }
 
 /// Points of a run in the units of the inputs: those of the study, or of a search.
-fn points(case: &StoredCase, record: &ReductionRecord, growth: &Growth) -> Option<Vec<Vec<f64>>> {
+fn points(case: &StoredCase, record: &ReductionRecord, rounds: &Rounds) -> Option<Vec<Vec<f64>>> {
     let member = &case.record.member;
     let all = if case.record.family == TRAINING { &record.training } else { &record.held_back };
     if let Some(points) = all.get(member) {
         return Some(points.clone());
     }
     // One state each, at the end of its run
-    let set = growth.member(&case.record.family, member)?;
+    let set = rounds.member(&case.record.family, member)?;
     let value = |input: &InputRecord| match set.get(&input.key)? {
         toml::Value::Table(signal) => signal.get("of")?.as_array()?.last()?.as_array()?.get(1)?.as_float(),
         toml::Value::String(text) => parts(text).ok().map(|(number, ..)| number),

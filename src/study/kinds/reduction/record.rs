@@ -43,7 +43,7 @@ impl InputRecord {
 pub struct MotionRecord {
     /// Length of a run \[s\]
     pub duration: f64,
-    /// From one corner of an input to the next \[s\]
+    /// Time from one corner of an input to the next \[s\]
     pub corner: f64,
 }
 
@@ -69,7 +69,7 @@ pub struct ReductionRecord {
     /// Member → \[points × inputs\] in the units of the inputs
     pub training: BTreeMap<String, Vec<Vec<f64>>>,
     pub held_back: BTreeMap<String, Vec<Vec<f64>>>,
-    /// Of runs in time, whose points are the corners of the inputs
+    /// Times of runs in time, whose points are the corners of the inputs
     #[serde(default)]
     pub motion: Option<MotionRecord>,
     /// Where training states are added to these
