@@ -12,6 +12,7 @@ use super::made::parts::parts;
 use super::surface::boundary::boundary_facets;
 use super::surface::flat::pieces;
 use super::{Order, TetMesh, geometry, quadrature};
+use crate::math::nearest::closest_on_triangle;
 use crate::math::tensor::Vec3;
 use crate::math::units::Decimals;
 use nalgebra::{Matrix3, Matrix4, RowVector3, RowVector4, Vector4};
@@ -132,42 +133,9 @@ pub fn nearest_on_surface(mesh: &TetMesh, at: Vec3) -> Vec3 {
 /// The point of a facet that is nearest to a point \[m\], a curved facet taken as four flat triangles.
 fn nearest_on_facet(mesh: &TetMesh, f: u32, at: Vec3) -> Vec3 {
     let nodes = mesh.facet(f as usize);
-    let nearest = |piece: &[usize; 3]| {
-        let [a, b, c] = piece.map(|k| mesh.points[nodes[k] as usize]);
-        closest_on_triangle(at, a, b, c)
-    };
+    let nearest = |piece: &[usize; 3]| closest_on_triangle(&at, &piece.map(|k| mesh.points[nodes[k] as usize]));
     let of_pieces = pieces(mesh.order).iter().map(nearest);
     of_pieces.min_by(|a, b| (a - at).norm().total_cmp(&(b - at).norm())).expect("a facet has a piece")
-}
-
-/// The point of triangle abc nearest to p (Ericson, *Real-Time Collision Detection*, 2005, §5.1.5).
-pub fn closest_on_triangle(p: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
-    let (ab, ac) = (b - a, c - a);
-    let (d1, d2) = (ab.dot(&(p - a)), ac.dot(&(p - a)));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return a;
-    }
-    let (d3, d4) = (ab.dot(&(p - b)), ac.dot(&(p - b)));
-    if d3 >= 0.0 && d4 <= d3 {
-        return b;
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        return a + ab * (d1 / (d1 - d3));
-    }
-    let (d5, d6) = (ab.dot(&(p - c)), ac.dot(&(p - c)));
-    if d6 >= 0.0 && d5 <= d6 {
-        return c;
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        return a + ac * (d2 / (d2 - d6));
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        return b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)));
-    }
-    a + (ab * vb + ac * vc) / (va + vb + vc)
 }
 
 /// Weights (node, w_i) of the ball of `radius` \[m\] around `center` \[m\], ascending by node; see the head of this file.

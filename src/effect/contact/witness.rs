@@ -1,7 +1,7 @@
 //! Distance of a point from an obstacle with its derivatives, by the nearest point of a curved side, of an edge, or of a triangle.
 
+use crate::math::boxes::from_parry;
 use crate::math::tensor::{Mat3, Vec3};
-use parry3d_f64::math::Vector;
 use parry3d_f64::shape::{Triangle, TrianglePointLocation};
 
 /// Share of the size of a triangle below which the distance from it is rounding \[–\].
@@ -16,14 +16,6 @@ pub struct Witness {
     pub normal: Vec3,
     /// ∂²d/∂y² \[1/m\]
     pub curvature: Mat3,
-}
-
-pub(super) fn to(v: &Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
-}
-
-pub(super) fn from(v: Vector) -> Vec3 {
-    Vec3::new(v.x, v.y, v.z)
 }
 
 /// Of a rounded side: `from_axis` from the centre or axis to y.
@@ -55,7 +47,7 @@ pub(super) fn on_triangle(
     [solid, inside]: [bool; 2],
     location: TrianglePointLocation,
 ) -> Witness {
-    let [a, b, c] = [t.a, t.b, t.c].map(from);
+    let [a, b, c] = [t.a, t.b, t.c].map(from_parry);
     let plane = (b - a).cross(&(c - a)).normalize();
     let line = |from: Vec3, to: Vec3| {
         let along = (to - from).normalize();

@@ -1,10 +1,11 @@
 //! Geometry of the two surfaces at a state.
 
-use super::candidates::{Pass, Span, least, pierced_by_edges};
-use super::nearest::{between, to_triangle};
+use super::candidates::{Pass, least, pierced_by_edges};
 use super::surface::{Edge, Surface};
 use crate::effect::contact::SurfacePoint;
 use crate::effect::contact::placement::displacement;
+use crate::math::boxes::Span;
+use crate::math::nearest::{between, to_triangle};
 use crate::math::tensor::Vec3;
 use crate::mesh::overlap::pierces;
 use crate::system::CacheKey;
