@@ -1,6 +1,7 @@
 //! Mathematics without physics: small tensors, quantities with units, signals, sparse matrices, linear solvers.
 
 pub mod boxes;
+pub mod convex;
 pub mod cpu_clock;
 pub mod difference;
 pub mod disjoint_sets;
