@@ -13,12 +13,12 @@ pub(super) struct Locator<'a> {
 }
 
 impl<'a> Locator<'a> {
-    /// Over all cells.
+    /// The hierarchy of all cells.
     pub fn new(mesh: &'a TetMesh) -> Self {
         Self { mesh, cells: hierarchy((0..mesh.cell_count()).map(|c| reach_of(mesh, c))) }
     }
 
-    /// As [`super::embed::embed`]; none outside of the body.
+    /// The point as [`super::embed::embed`] finds it; none outside of the body.
     pub fn locate(&self, at: Vec3) -> Option<Embedded> {
         let near = overlapping(&self.cells, (at, at));
         deepest(self.mesh, near.into_iter().map(|c| c as usize), at)

@@ -152,7 +152,7 @@ fn edges(mesh: &TriMesh, normals: &[Vec3], neighbours: &Neighbours) -> Vec<Edge>
     neighbours.iter().filter_map(edge).collect()
 }
 
-/// Of the edge between two triangles that has the vertex `on`.
+/// Whether the edge between two triangles that has the vertex `on` is sharp and concave.
 pub(super) fn is_sharp_and_concave(mesh: &TriMesh, normals: &[Vec3], [one, other]: [usize; 2], on: u32) -> bool {
     let vertex = |k: u32| from_parry(mesh.vertices()[k as usize]);
     let beyond: Vec3 = mesh.indices()[other].iter().map(|&k| vertex(k) - vertex(on)).sum();

@@ -18,7 +18,7 @@ pub struct Witness {
     pub curvature: Mat3,
 }
 
-/// Of a rounded side: `from_axis` from the centre or axis to y.
+/// The witness of a rounded side; `from_axis` is the vector from the centre or axis to y.
 pub(super) fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>) -> Witness {
     let normal = from_axis.try_normalize(0.0).unwrap_or(Vec3::x());
     let along = axis.map_or(Mat3::zeros(), |a| a * a.transpose());
@@ -26,7 +26,7 @@ pub(super) fn curved(gap: f64, radius: f64, from_axis: &Vec3, axis: Option<Vec3>
     Witness { gap, normal, curvature }
 }
 
-/// Of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
+/// The witness of a nearest point p that moves along with y by the matrix `free`; `face` is the normal where y lies on the boundary.
 pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn() -> Vec3) -> Witness {
     let sign = if inside { -1.0 } else { 1.0 };
     let away = y - p;
@@ -39,7 +39,7 @@ pub(super) fn sharp(y: &Vec3, p: &Vec3, inside: bool, free: Mat3, face: impl Fn(
     Witness { gap: sign * distance, normal, curvature }
 }
 
-/// Of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
+/// The witness of the triangle t with the nearest point p. `solid`: y may be on either side, and the triangle says on which one; else y is outside.
 pub(super) fn on_triangle(
     t: &Triangle,
     y: &Vec3,

@@ -79,7 +79,7 @@ pub enum Size {
     Cells { count: u64, tolerance: f64 },
 }
 
-/// Within `distance` \[m\] of a place the edge length is `length` \[m\].
+/// Smaller cells: the edge length is `length` \[m\] within `distance` \[m\] of a place.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Grading {
     #[serde(flatten)]

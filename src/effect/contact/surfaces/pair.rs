@@ -37,7 +37,7 @@ impl Surfaces {
         self.nodes.binary_search(&node).is_ok()
     }
 
-    /// Of surfaces of a mesh with nodes at `rest` \[m\].
+    /// Surfaces of a mesh with nodes at `rest` \[m\].
     pub fn new(name: String, mut first: Surface, mut second: Option<Surface>, mut rest: Vec<Vec3>, reach: f64) -> Self {
         let size = second.as_ref().map_or(f64::INFINITY, |s| s.size(&rest)).min(first.size(&rest));
         let mut nodes: Vec<u32> = first.nodes().chain(second.iter().flat_map(Surface::nodes)).collect();
