@@ -76,7 +76,7 @@ pub struct Cavity {
 }
 
 impl Cavity {
-    /// On boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
+    /// A cavity on boundary facets of the body; nothing of the field flows through a plane in which the rim slides.
     pub fn new(name: String, mesh: &TetMesh, facets: &[u32], field: VolumeField) -> Self {
         let lists = || facets.iter().map(|&f| mesh.facet(f as usize));
         let reference = lists().flatten().map(|&k| mesh.points[k as usize]).collect();
@@ -84,7 +84,7 @@ impl Cavity {
         Self { name, field, blocks, reference, points, nodes, carried: None }
     }
 
-    /// On the triangles of a surface, turned outward of the volume that it encloses; each vertex follows the (node, weight) of its list.
+    /// A cavity on the triangles of a surface, turned outward of the volume that it encloses; each vertex follows the (node, weight) of its list.
     pub fn on_surface(
         name: String,
         (vertices, triangles): (&[Vec3], &[[u32; 3]]),

@@ -139,7 +139,7 @@ pub struct Ogden {
 }
 
 impl Ogden {
-    /// Of μ_n of μ_n/α_n \[Pa\] and α_n, at most [`TERMS`] of them.
+    /// The law with μ_n of μ_n/α_n \[Pa\] and α_n, at most [`TERMS`] of them.
     pub(super) fn of_terms(terms: &[[f64; 2]]) -> Self {
         let mut law = Self {
             given: [0.0; TERMS],

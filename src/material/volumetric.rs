@@ -55,7 +55,7 @@ pub const CHOICE: Choice = Choice {
     meaning: "U(J): ½κ(J − 1)², ½κ(ln J)² or ¼κ(J² − 1 − 2 ln J)",
 };
 
-/// Of a law that has no other choice.
+/// The choices of a law that has no other.
 pub const CHOICES: &[Choice] = &[CHOICE];
 
 /// U(J) with its bulk modulus.

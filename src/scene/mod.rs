@@ -79,15 +79,16 @@ mod stages;
 mod text;
 mod turning;
 
+pub use body::Body;
 pub use body::grid::{
     cells as cells_of_grid, common_divisor, divisions as divisions_of_grid, divisions_value, grid as mesh_of_grid,
     scaled as scaled_grid, similar as similar_grids, with_divisions as grid_with_divisions,
 };
 pub use body::mesh_spec::{ElementSpec, GeneratorSpec, MeshSpec};
 pub use body::refine::{RefineError, Refinement, RefinementStep, RefinementWatch, refine};
+pub use body::request::request;
 pub use body::source_volume::SourceVolume;
 pub use body::stored::{is_stored, keep};
-pub use body::{Body, request};
 pub use build::before_meshing::mistakes_before_meshing;
 pub use build::builder::LawSource;
 pub use build::open::{open_scene, parse_scene};

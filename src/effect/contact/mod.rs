@@ -139,7 +139,7 @@ impl Contact {
         Self::with_scalars(name, points, obstacle, None)
     }
 
-    /// With a scalar for each [contact](shape::Shape::contacts) of each point, whose places in `State::x` start at `first`.
+    /// Points with a scalar for each [contact](shape::Shape::contacts) of each point, whose places in `State::x` start at `first`.
     pub fn with_scalars(name: String, points: Vec<SurfacePoint>, obstacle: Obstacle, first: Option<u32>) -> Self {
         let of_obstacle: &[u32] = obstacle.body.as_ref().map_or(&[], |b| &b.nodes);
         let lists: Vec<Vec<u32>> = points.iter().map(|p| [&p.nodes, of_obstacle].concat()).collect();

@@ -1,7 +1,7 @@
 //! The request to the mesher (geometry and size), and its hash, which names the answer.
 
 use super::GenerateError;
-use super::body::Body;
+use super::body::ParametricBody;
 use super::referred::digest;
 use super::size_field::SizeField;
 use crate::mesh::file::format::recognise;
@@ -79,7 +79,7 @@ pub enum Size {
     Cells { count: u64, tolerance: f64 },
 }
 
-/// Within `distance` \[m\] of a place the edge length is `length` \[m\].
+/// Smaller cells: the edge length is `length` \[m\] within `distance` \[m\] of a place.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
 pub struct Grading {
     #[serde(flatten)]
@@ -144,7 +144,7 @@ impl MeshRequest {
         let mut content = Value::Null;
         match &self.source {
             Source::Body { name, parameters } => {
-                let body = Body::load(home, name)?;
+                let body = ParametricBody::load(home, name)?;
                 self.grading.iter().try_for_each(|g| match &g.near {
                     GradedPlace::Feature(name) => body.check_feature(name),
                     GradedPlace::Points(_) | GradedPlace::Box(_) => Ok(()),

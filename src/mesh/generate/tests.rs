@@ -186,7 +186,7 @@ fn unknown_names_are_refused_with_the_nearest_one() {
     let grading = vec![Grading { near: GradedPlace::Feature("palm".into()), length: 1e-3, distance: 1e-3 }];
     assert_eq!(refuse(MeshRequest { grading, ..request() }), "unknown feature of rod palm; known: notches");
     assert_eq!(refuse(MeshRequest { order: 3, ..request() }), "mesh request: order = 3; use 1 or 2");
-    let body = Body::load(&store.home.path, "rod").expect("there");
+    let body = ParametricBody::load(&store.home.path, "rod").expect("there");
     assert_eq!(body.parse("width", "7.5 mm"), Ok(7.5e-3));
     assert_eq!(body.parse("phalanges", "3"), Ok(3.0));
     let error = body.parse("width", "7.5").expect_err("no unit").to_string();

@@ -147,7 +147,7 @@ pub(in crate::scene) struct Tables<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// On a mesh; `carriers` is the number of bodies and obstacles that are carried by four nodes of their own.
+    /// A builder on a mesh; `carriers` is the number of bodies and obstacles that are carried by four nodes of their own.
     pub(in crate::scene) fn new(
         file: &'a Path,
         tables: &Tables<'a>,

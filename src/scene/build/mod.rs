@@ -69,7 +69,7 @@ pub struct Scene {
     pub points: Vec<Vec3>,
     /// For the record: law name and constants of the first elastic effect; None where springs are all that is elastic
     pub law: Option<Box<dyn Law>>,
-    /// Points of the cells that elastic effects and springs act on, and the cables of the system, for probes
+    /// Points of the cells that elastic effects and springs act on, for probes
     pub elastic: Vec<Arc<CellPoints>>,
     /// The elastic effects, for their stresses
     pub stressed: Vec<Arc<dyn Stressed>>,
