@@ -87,8 +87,11 @@ pub type Weighed = (Vec<Setting>, Vec<(String, String)>);
 pub fn settings(choices: &[Choice], pilots: &Pilots, references: &References, steps: &Steps, budget_s: f64) -> Weighed {
     let (mut out, mut lost) = (vec![], vec![]);
     for (k, (choice, own)) in choices.iter().zip(&pilots.of).enumerate() {
+        let has_no_scene = own.is_empty() && pilots.refused.get(k).is_some_and(|reasons| !reasons.is_empty());
         let expectation = match Expectation::new(own, references) {
             Ok(expectation) => expectation,
+            // The reason is told with its pilots, and is not a lack of time
+            Err(_) if has_no_scene => continue,
             Err(why) => {
                 lost.push((choice.name.clone(), why));
                 continue;

@@ -6,7 +6,6 @@ use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
 use crate::mesh::quality::Quality;
 use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
-use crate::solve::TimeSpan;
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
 use crate::study::overlay::markers;
@@ -15,8 +14,8 @@ use crate::study::run::work::WorkRecord;
 use crate::study::store::contact::contacts;
 use crate::study::store::identity::Build;
 use crate::study::store::record::{
-    CaseRecord, EffectRecord, ErrorControl, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord,
-    ProbeRecord, Provenance, SCHEMA,
+    CaseRecord, EffectRecord, LawRecord, LockingRecord, MeshRecord, MotionRecord, PhaseRecord, ProbeRecord, Provenance,
+    SCHEMA,
 };
 use crate::study::store::skin::{Rigid, Skin};
 use crate::study::store::solver::{self, SolverRecord};
@@ -30,12 +29,10 @@ const STILL: f64 = 1e-5;
 /// Range that a rotation counts as at most: a point of a circle moves by two radii \[deg\]
 const WHOLE: f64 = 360.0 / std::f64::consts::PI;
 
-/// The time steps of a run whose length this error sets.
-fn error_control(scene: &Scene, run: &Run, time_error_m: f64) -> ErrorControl {
-    let of = |is_static: bool| scene.spans.iter().filter(move |s| s.integrator.is_static() == is_static);
-    let fixed: usize = of(true).map(TimeSpan::steps).sum();
-    let moving: f64 = of(false).map(|s| s.end - s.start).sum();
-    ErrorControl { time_error_m, mean_dt_s: moving / run.totals.steps.saturating_sub(fixed).max(1) as f64 }
+/// Mean length of the time steps taken in stages that are not static \[s\].
+fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
+    let duration: f64 = scene.spans.iter().filter(|s| !s.integrator.is_static()).map(|s| s.end - s.start).sum();
+    (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 
 /// The record of a run; `times` are wall and CPU seconds.
@@ -53,7 +50,8 @@ pub fn record(scene: &Scene, run: &Run, times: (f64, f64)) -> CaseRecord {
         integrator: scene.spans.last().map_or("static", |s| s.integrator.name()).into(),
         dt_s: scene.spans.iter().map(|s| s.dt).fold(0.0, f64::max),
         stage_dt_s: scene.spans.iter().map(|s| s.dt).collect(),
-        error_control: scene.spec.numerics.time_error.map(|error| error_control(scene, run, error.0)),
+        time_error_m: scene.spec.numerics.time_error.map(|error| error.0),
+        mean_dt_s: mean_step(scene, run),
         steps_matter: Some(path_dependence(scene).is_some()),
         status: run.status.name().into(),
         status_detail: solver::detail(scene, run),
