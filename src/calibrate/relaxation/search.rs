@@ -60,7 +60,8 @@ pub struct Weighted<'a> {
 }
 
 impl Weighted<'_> {
-    fn target(&self) -> DVector<f64> {
+    /// w y of each value.
+    pub fn target(&self) -> DVector<f64> {
         self.record.values().component_mul(&self.weight)
     }
 
