@@ -4,7 +4,7 @@ use crate::math::statistics::median;
 use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
-use crate::storage::sha256;
+use crate::storage::{self, DATA_LIMIT, sha256, writing};
 use crate::study::kinds::reduction::meshes::compare;
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
@@ -36,18 +36,28 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     let compared = [Role::Reference, Role::Sizes].map(|role| converged(results, role).unwrap_or_default()).concat();
     let cases = training.iter().chain(&held_back).chain(&compared).copied();
     let sources = sources(record, &results.study.columns(), cases);
-    let path = dir.join(DERIVED);
-    let known: Option<DerivedRecord> = files::json(&path).ok().flatten();
-    if let Some(known) =
-        known.filter(|k| k.sources_sha256 == sources && k.models.iter().all(|m| dir.join(&m.file).is_file()))
-    {
+    if let Some(known) = kept(dir).filter(|k| k.sources_sha256 == sources) {
+        note(&known, dir);
         return Ok(serde_json::to_value(known).ok());
     }
     let derived = make(results, record, (&training, &held_back), sources, dir)?;
     let value = serde_json::to_value(derived).map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&value).map_err(|e| e.to_string())? + "\n";
-    files::write(&path, text.as_bytes()).map_err(|e| e.to_string())?;
+    files::write(&dir.join(DERIVED), text.as_bytes()).map_err(|e| e.to_string())?;
     Ok(Some(value))
+}
+
+/// The record of models whose files are those that were written with it.
+fn kept(dir: &Path) -> Option<DerivedRecord> {
+    let known: DerivedRecord = files::json(&dir.join(DERIVED)).ok().flatten()?;
+    let is_own = |m: &ModelRecord| storage::read(&dir.join(&m.file), DATA_LIMIT).is_ok_and(|b| sha256(b) == m.sha256);
+    known.models.iter().all(is_own).then_some(known)
+}
+
+/// Notes the files of models that are not made anew as those of the report.
+fn note(known: &DerivedRecord, dir: &Path) {
+    let models = known.models.iter().map(|model| model.file.as_str());
+    models.chain([DERIVED]).for_each(|file| writing::note(&dir.join(file)));
 }
 
 /// Digest of everything that the models are made of.
@@ -74,7 +84,6 @@ fn make(
     let trained = prepared.trained(record, &known)?;
     let (singular_values, pressure_values) = trained.singular_values().map_err(|e| e.to_string())?;
     let offline_s = start.elapsed().as_secs_f64();
-    files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
     let (mut models, mut left_out, mut made) = (vec![], vec![], vec![]);
     for &modes in &record.modes {
         let start = Instant::now();
@@ -89,9 +98,13 @@ fn make(
         let offline_s = start.elapsed().as_secs_f64();
         prepared.complete(&mut model);
         let file = format!("models/{}-{modes}.durom", results.study.study);
-        let bytes = model.write(&dir.join(&file)).map_err(|e| e.to_string())?;
-        models.push(describe(modes, (file, bytes, offline_s), &model, &others)?);
+        models.push(describe(modes, (file, offline_s), &model, &others)?);
         made.push(model);
+    }
+    let comparison = compare(results, record, (&prepared, &made));
+    files::folder(&dir.join("models")).map_err(|e| e.to_string())?;
+    for (of, model) in models.iter().zip(&made) {
+        model.write(&dir.join(&of.file)).map_err(|e| e.to_string())?;
     }
     let steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
     Ok(DerivedRecord {
@@ -104,7 +117,7 @@ fn make(
         full_step_s: median(&steps),
         offline_s,
         search: Rounds::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
-        comparison: compare(results, record, (&prepared, &made)),
+        comparison,
         models,
         left_out,
     })
@@ -117,7 +130,7 @@ const WAYS: usize = 40;
 
 fn describe(
     modes: usize,
-    (file, bytes, offline_s): (String, usize, f64),
+    (file, offline_s): (String, f64),
     model: &ReducedModel,
     others: &Runs,
 ) -> Result<ModelRecord, String> {
@@ -139,10 +152,12 @@ fn describe(
     let estimate_points = in_time.or(model.estimate.as_ref().map(|e| &e.points));
     let count = |points: &[crate::reduction::points::StoredPoints]| points.iter().map(|p| p.weights.len()).sum();
     let quantity = |k: usize| quantity(model, k, &all);
+    let content = model.to_bytes();
     Ok(ModelRecord {
         modes,
         file,
-        bytes,
+        bytes: content.len(),
+        sha256: sha256(content),
         displacements: model.sizes.displacements,
         pressures: model.sizes.pressures,
         points: count(&model.points),

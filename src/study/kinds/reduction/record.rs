@@ -156,6 +156,9 @@ pub struct ModelRecord {
     /// File, relative to the folder of the results
     pub file: String,
     pub bytes: usize,
+    /// Digest of the file; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub sha256: String,
     /// Coordinates of displacements, supremisers included, and of pressures
     pub displacements: usize,
     pub pressures: usize,

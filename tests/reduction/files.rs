@@ -1,0 +1,65 @@
+//! The files of reduced models, and those that their scene names: a model is under the report of the inputs that it was made of.
+
+use super::study::{SCENE, STUDY, durometer, write};
+use serde_json::Value;
+use std::path::Path;
+
+/// The scene with the places of its cable in a file, and the study with models of 2 and 5 modes.
+fn written(at: &Path) {
+    let guides = "guides = [[\"15 mm\", \"5 mm\", \"2 mm\"], [\"35 mm\", \"5 mm\", \"2 mm\"]]";
+    assert!(SCENE.contains(guides));
+    write(at, "scene.toml", &SCENE.replace(guides, "guides = { file = \"guides.csv\", unit = \"mm\" }"));
+    write(at, "guides.csv", LOW);
+    write(at, "study.toml", STUDY);
+}
+
+const LOW: &str = "x,y,z\n15,5,2\n35,5,2\n";
+
+fn json(file: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(file).expect("it is there")).expect("JSON")
+}
+
+/// The files of the models in a folder of results, as its record has them.
+fn models(dir: &Path) -> Vec<String> {
+    let record = json(&dir.join("derived.json"));
+    let files = record["models"].as_array().expect("models").iter().filter_map(|m| m["file"].as_str());
+    files.map(String::from).collect()
+}
+
+/// A model in the place of another one is no model of the report; where inputs have changed, no model of others stays, also where no new one is made yet.
+#[test]
+fn a_model_is_that_of_the_present_inputs() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    written(at);
+    let run = |more: &[&str]| {
+        let ran = durometer(at, &[&["run", "study.toml", "--out", "out"][..], more].concat(), "");
+        assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    };
+    run(&[]);
+    let out = at.join("out");
+    let files = models(&out);
+    let read = |file: &String| std::fs::read(out.join(file)).expect("a model");
+    let made: Vec<Vec<u8>> = files.iter().map(read).collect();
+    assert_eq!(files.len(), 2);
+
+    std::fs::copy(out.join(&files[1]), out.join(&files[0])).expect("room");
+    run(&[]);
+    assert!(files.iter().map(read).eq(made.iter().cloned()), "each is the one that was made");
+
+    // Models that were not made anew are those of the report
+    std::fs::remove_file(out.join("report.json")).expect("it was there");
+    assert_eq!(durometer(at, &["report", "out"], "").code, Some(0));
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("it is there");
+    write(at, "scene.toml", &scene.replace("60 kPa", "120 kPa"));
+    run(&["--only", "training"]);
+    assert!(files.iter().all(|file| !out.join(file).exists()), "they are of 60 kPa");
+    assert_eq!(json(&out.join("report.json"))["derived"], Value::Null);
+
+    run(&[]);
+    assert_eq!(models(&out), files);
+    assert!(files.iter().map(read).zip(&made).all(|(now, before)| now != *before));
+    write(at, "scene.toml", &scene);
+    run(&[]);
+    assert!(files.iter().map(read).eq(made));
+}
