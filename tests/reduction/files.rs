@@ -14,6 +14,7 @@ fn written(at: &Path) {
 }
 
 const LOW: &str = "x,y,z\n15,5,2\n35,5,2\n";
+const HIGH: &str = "x,y,z\n15,5,4\n35,5,4\n";
 
 fn json(file: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(file).expect("it is there")).expect("JSON")
@@ -62,4 +63,41 @@ fn a_model_is_that_of_the_present_inputs() {
     write(at, "scene.toml", &scene);
     run(&[]);
     assert!(files.iter().map(read).eq(made));
+}
+
+/// Cases whose scene names a file that was edited since have no new models, and the report says why; models that they have stay, also those of another build.
+#[test]
+fn models_are_made_with_the_files_of_their_cases() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    written(at);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out", "--partition", "1/1"], "");
+    assert_eq!(ran.code, Some(0), "{}\n{}", ran.out, ran.err);
+    let out = at.join("out");
+    let report = || {
+        durometer(at, &["report", "out"], "");
+        let summary = json(&out.join("summary.json"));
+        (summary["verdict"].as_str().expect("words").to_string(), summary["warnings"].to_string())
+    };
+    write(at, "guides.csv", HIGH);
+    let (verdict, warnings) = report();
+    assert!(verdict.starts_with("No verdict: no model could be made"), "{verdict}");
+    assert!(warnings.contains("the file guides.csv has other contents now"), "{warnings}");
+    std::fs::remove_file(at.join("guides.csv")).expect("it was there");
+    let (verdict, warnings) = report();
+    assert!(verdict.starts_with("No verdict"), "{verdict}");
+    assert!(warnings.contains("the file guides.csv cannot be read") && !out.join("models").exists(), "{warnings}");
+
+    write(at, "guides.csv", LOW);
+    let (of_cases, warnings) = report();
+    assert!(of_cases.starts_with("The model of") && !warnings.contains("guides.csv"), "{of_cases} {warnings}");
+    write(at, "guides.csv", HIGH);
+    assert_eq!(report().0, of_cases, "the models that are there are of these cases");
+    let own = std::fs::read_to_string(out.join("derived.json")).expect("it is there");
+    let sources = json(&out.join("derived.json"))["sources_sha256"].as_str().expect("a digest").to_string();
+    write(&out, "derived.json", &own.replace(&sources, "that of another build"));
+    let (verdict, warnings) = report();
+    assert_eq!(verdict, of_cases);
+    assert!(warnings.contains("not made anew") && warnings.contains("guides.csv"), "{warnings}");
+    assert!(models(&out).iter().all(|file| out.join(file).is_file()));
 }

@@ -21,7 +21,8 @@ use std::time::Instant;
 /// File with the record of the models.
 const DERIVED: &str = "derived.json";
 
-/// The record of the models, which are made where the states, the choices or the program have changed. None as long as a run is missing.
+/// The record of the models, which are made where the states, the choices or the program have changed; where they cannot be made by another program, those that
+/// are there stay. None as long as a run is missing.
 pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<Option<Value>, String> {
     let (Some(training), Some(held_back)) = (converged(results, Role::Training), converged(results, Role::HeldBack))
     else {
@@ -35,12 +36,20 @@ pub fn build(results: &Results, record: &ReductionRecord, dir: &Path) -> Result<
     }
     let compared = [Role::Reference, Role::Sizes].map(|role| converged(results, role).unwrap_or_default()).concat();
     let cases = training.iter().chain(&held_back).chain(&compared).copied();
-    let sources = sources(record, &results.study.columns(), cases);
-    if let Some(known) = kept(dir).filter(|k| k.sources_sha256 == sources) {
-        note(&known, dir);
-        return Ok(serde_json::to_value(known).ok());
+    let sources = Sources::of(record, &results.study.columns(), cases);
+    if let Some(known) = kept(dir).filter(|known| known.sources_sha256 == sources.all) {
+        return Ok(again(&known, dir));
     }
-    let derived = make(results, record, (&training, &held_back), sources, dir)?;
+    let derived = match make(results, record, (&training, &held_back), &sources, dir) {
+        Ok(derived) => derived,
+        Err(why) => {
+            let Some(mut known) = kept(dir).filter(|known| known.states_sha256 == sources.states) else {
+                return Err(why);
+            };
+            known.left_out.push(format!("The models are those of another build of the program, not made anew: {why}."));
+            return Ok(again(&known, dir));
+        }
+    };
     let value = serde_json::to_value(derived).map_err(|e| e.to_string())?;
     let text = serde_json::to_string_pretty(&value).map_err(|e| e.to_string())? + "\n";
     files::write(&dir.join(DERIVED), text.as_bytes()).map_err(|e| e.to_string())?;
@@ -54,30 +63,41 @@ fn kept(dir: &Path) -> Option<DerivedRecord> {
     known.models.iter().all(is_own).then_some(known)
 }
 
-/// Notes the files of models that are not made anew as those of the report.
-fn note(known: &DerivedRecord, dir: &Path) {
+/// The record of models that are not made anew, whose files are noted as those of the report.
+fn again(known: &DerivedRecord, dir: &Path) -> Option<Value> {
     let models = known.models.iter().map(|model| model.file.as_str());
     models.chain([DERIVED]).for_each(|file| writing::note(&dir.join(file)));
+    serde_json::to_value(known).ok()
 }
 
-/// Digest of everything that the models are made of.
-fn sources<'a>(record: &ReductionRecord, columns: &[&str], cases: impl Iterator<Item = &'a StoredCase>) -> String {
-    let made_of = (record, columns, Build::this());
-    let mut text = serde_json::to_string(&made_of).expect("numbers, strings and string keys only");
-    for case in cases {
-        case.record.provenance.results.iter().for_each(|file| text += &file.sha256);
+/// Digests of what the models are made of.
+struct Sources {
+    /// Of the states and the choices
+    states: String,
+    /// Of the program too
+    all: String,
+}
+
+impl Sources {
+    fn of<'a>(record: &ReductionRecord, columns: &[&str], cases: impl Iterator<Item = &'a StoredCase>) -> Self {
+        let mut text = serde_json::to_string(&(record, columns)).expect("numbers, strings and string keys only");
+        for case in cases {
+            case.record.provenance.results.iter().for_each(|file| text += &file.sha256);
+        }
+        let states = sha256(text);
+        let all = sha256(format!("{states}{:?}", Build::this()));
+        Self { states, all }
     }
-    sha256(text)
 }
 
 fn make(
     results: &Results,
     record: &ReductionRecord,
     (training, held_back): (&[&StoredCase], &[&StoredCase]),
-    sources_sha256: String,
+    sources: &Sources,
     dir: &Path,
 ) -> Result<DerivedRecord, String> {
-    let prepared = Prepared::of(results, record, training[0])?;
+    let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
     let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
     let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();
@@ -108,7 +128,8 @@ fn make(
     }
     let steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
     Ok(DerivedRecord {
-        sources_sha256,
+        sources_sha256: sources.all.clone(),
+        states_sha256: sources.states.clone(),
         dt: record.motion.and_then(|_| prepared.scene.spans.first().map(|s| s.dt)),
         training: known.count(record),
         held_back: others.count(record),

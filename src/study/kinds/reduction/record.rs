@@ -99,6 +99,9 @@ pub struct MeshesRecord {
 pub struct DerivedRecord {
     /// Digest of the states, the choices and the program that the models are made of
     pub sources_sha256: String,
+    /// The same without the program; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub states_sha256: String,
     /// Length of a step \[s\] of models that move
     #[serde(default)]
     pub dt: Option<f64>,
