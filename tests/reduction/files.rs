@@ -1,6 +1,8 @@
 //! The files of reduced models, and those that their scene names: a model is under the report of the inputs that it was made of.
 
 use super::study::{SCENE, STUDY, durometer, write};
+use durometer::reduction::training::full_model::FullModelError;
+use durometer::reduction::{FullModel, ReducedModel};
 use serde_json::Value;
 use std::path::Path;
 
@@ -93,6 +95,7 @@ fn models_are_made_with_the_files_of_their_cases() {
     assert!(of_cases.starts_with("The model of") && !warnings.contains("guides.csv"), "{of_cases} {warnings}");
     write(at, "guides.csv", HIGH);
     assert_eq!(report().0, of_cases, "the models that are there are of these cases");
+    the_full_model_has_the_files_of_the_study(at, &format!("out/{}", models(&out)[1]));
     let own = std::fs::read_to_string(out.join("derived.json")).expect("it is there");
     let sources = json(&out.join("derived.json"))["sources_sha256"].as_str().expect("a digest").to_string();
     write(&out, "derived.json", &own.replace(&sources, "that of another build"));
@@ -100,4 +103,22 @@ fn models_are_made_with_the_files_of_their_cases() {
     assert_eq!(verdict, of_cases);
     assert!(warnings.contains("not made anew") && warnings.contains("guides.csv"), "{warnings}");
     assert!(models(&out).iter().all(|file| out.join(file).is_file()));
+}
+
+/// The guides are at other places now: the full model is refused, also in the library. A model that does not know the files takes them, and they are named.
+fn the_full_model_has_the_files_of_the_study(at: &Path, file: &str) {
+    let step = || durometer(at, &["twin", file, "--tolerance", "1%", "--full", "scene.toml"], "{}\n");
+    let refused = step();
+    assert!(refused.code == Some(2) && refused.err.contains("other contents of guides.csv"), "{}", refused.err);
+    let (mut model, scene) = (ReducedModel::read(&at.join(file)).expect("a model"), at.join("scene.toml"));
+    let opened = |model: &ReducedModel| FullModel::open(model, &scene);
+    assert!(matches!(opened(&model), Err(FullModelError::OtherFile { other, .. }) if other == "guides.csv"));
+    write(at, "guides.csv", LOW);
+    assert_eq!(opened(&model).map(|full| full.uncompared().len()).map_err(|e| e.to_string()), Ok(0));
+    let taken = step();
+    assert!(taken.code == Some(0) && !taken.err.contains("guides.csv"), "{}", taken.err);
+    write(at, "guides.csv", HIGH);
+    model.origin.files.clear();
+    let full = opened(&model).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(full.uncompared(), ["guides.csv"]);
 }

@@ -89,7 +89,7 @@ pub(super) fn durometer(folder: &Path, arguments: &[&str], input: &str) -> Ended
     Ended { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
 }
 
-pub(super) fn lines(text: &str) -> Vec<Value> {
+fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
 }
 
