@@ -42,10 +42,13 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     let earlier = ReportFiles::read(dir);
     let mut own = ReportFiles::of(&results.study, results.cases.iter().map(|c| &c.record));
     let (underived, derived) = derive(kind, &mut results, dir);
-    own.derived = match &earlier {
-        // Files that are not made anew stay
-        Some(earlier) if derived.is_empty() && earlier.kind == own.kind => earlier.derived.clone(),
-        _ => derived,
+    // Files that are not made anew stay as long as the results that they were made of
+    let stays = |earlier: &&ReportFiles| {
+        earlier.kind == own.kind && !earlier.derived.is_empty() && !earlier.is_of_other_inputs(dir, &results.study)
+    };
+    own.derived = match earlier.as_ref().filter(|_| derived.is_empty()).filter(stays) {
+        Some(earlier) => earlier.derived.clone(),
+        None => derived,
     };
     let writing = Writing::begin();
     let mut content =

@@ -6,6 +6,7 @@ mod common;
 mod constants;
 mod dynamics;
 mod fallback;
+mod files;
 mod greedy;
 mod origin;
 mod statics;

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 /// A bar that is bent by a cable under tension and by its weight.
-const SCENE: &str = r#"
+pub(super) const SCENE: &str = r#"
 [mesh.grid]
 kind = "box"
 size = ["40 mm", "10 mm", "10 mm"]
@@ -44,7 +44,7 @@ kind = "position"
 region = "xmax"
 "#;
 
-const STUDY: &str = r#"
+pub(super) const STUDY: &str = r#"
 kind = "reduction"
 question = "How few?"
 expectation = "Few."
@@ -68,13 +68,13 @@ symbol = "z"
 unit = "m"
 "#;
 
-struct Ended {
-    code: Option<i32>,
-    out: String,
-    err: String,
+pub(super) struct Ended {
+    pub code: Option<i32>,
+    pub out: String,
+    pub err: String,
 }
 
-fn durometer(folder: &Path, arguments: &[&str], input: &str) -> Ended {
+pub(super) fn durometer(folder: &Path, arguments: &[&str], input: &str) -> Ended {
     let mut command = Command::new(env!("CARGO_BIN_EXE_durometer"));
     command.args(arguments).current_dir(folder);
     let mut child = command
@@ -93,7 +93,7 @@ fn lines(text: &str) -> Vec<Value> {
     text.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect()
 }
 
-fn write(folder: &Path, name: &str, text: &str) {
+pub(super) fn write(folder: &Path, name: &str, text: &str) {
     std::fs::write(folder.join(name), text).expect("room");
 }
 

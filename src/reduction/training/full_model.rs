@@ -5,7 +5,9 @@
 use crate::reduction::constants::Constants;
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
-use crate::scene::{Body, RunOptions, Scene, SceneError, changed_scene, overrides, read_scene};
+use crate::scene::{
+    Body, FileDigest, MeshSpec, RunOptions, Scene, SceneError, changed_scene, named_files, overrides, read_scene,
+};
 use crate::solve::Status;
 use crate::storage::sha256;
 use std::path::{Path, PathBuf};
@@ -30,6 +32,8 @@ pub enum FullModelError {
     OtherScene { file: PathBuf, key: String },
     #[error("{}: the reduced model was made on another mesh; give the scene of its study with its mesh, or make the model again", file.display())]
     OtherMesh { file: PathBuf },
+    #[error("{}: the reduced model was made with other contents of {other}, a file of this scene; give the scene of its study with that file as it was, or make the model again", file.display())]
+    OtherFile { file: PathBuf, other: String },
     #[error("the full model finds no equilibrium at these inputs: {0}")]
     NoEquilibrium(String),
 }
@@ -50,6 +54,8 @@ pub struct FullModel {
     /// Columns of the quantities
     names: Vec<String>,
     running: Option<Running>,
+    /// Files of the scene whose contents a model of an earlier version does not know, those of the mesh apart
+    uncompared: Vec<String>,
 }
 
 /// A scene that runs, with the constants that it has.
@@ -73,7 +79,7 @@ enum Answer {
 const STEPS: usize = 1_000_000;
 
 impl FullModel {
-    /// The scene in `file`, which must be that of the study that made the model, on the same mesh.
+    /// The scene in `file`, which must be that of the study that made the model, with the same files and on the same mesh.
     ///
     /// # Errors
     ///
@@ -104,6 +110,7 @@ impl FullModel {
         if mesh_digest(&body) != origin.mesh_sha256 {
             return Err(FullModelError::OtherMesh { file: file.into() });
         }
+        let uncompared = compare_files(&origin.files, file, (&spec.mesh, &text))?;
         let mut stage = toml::Table::new();
         stage.insert("integrator".into(), "static".into());
         stage.insert("duration".into(), format!("{STEPS} s").into());
@@ -119,7 +126,16 @@ impl FullModel {
         let text = changed_scene(file, &text, &changes)?.1;
         let signals = (0..model.inputs.len()).filter(|&k| !model.constants.has(k)).count();
         let names = model.quantities.iter().map(|q| q.name.clone()).collect();
-        Ok(Self { file: file.into(), text, body, constants: model.constants.clone(), signals, names, running: None })
+        Ok(Self {
+            file: file.into(),
+            text,
+            body,
+            constants: model.constants.clone(),
+            signals,
+            names,
+            running: None,
+            uncompared,
+        })
     }
 
     /// The quantities of the model at the equilibrium of these inputs \[SI\], from the last full state, or else from rest.
@@ -149,6 +165,11 @@ impl FullModel {
                 }
             }
         }
+    }
+
+    /// Files of the scene that could not be compared with those of the study, since a model of an earlier version does not know them. The mesh was compared.
+    pub fn uncompared(&self) -> &[String] {
+        &self.uncompared
     }
 
     /// Back to rest.
@@ -187,6 +208,22 @@ impl Drop for Running {
             thread.join().ok();
         }
     }
+}
+
+/// Refuses files that are not those of the study. The names of files that cannot be compared, where none is known.
+fn compare_files(
+    known: &[FileDigest],
+    scene: &Path,
+    (mesh, text): (&MeshSpec, &str),
+) -> Result<Vec<String>, FullModelError> {
+    let base = scene.parent().unwrap_or(Path::new(""));
+    if let Some(of_study) = known.iter().find(|of_study| FileDigest::of(base, of_study.file.clone()) != **of_study) {
+        return Err(FullModelError::OtherFile { file: scene.into(), other: of_study.file.clone() });
+    }
+    let named = if known.is_empty() { named_files(scene, &text.parse().unwrap_or_default()) } else { vec![] };
+    let of_parts = mesh.parts.iter().filter_map(|part| part.file.as_deref());
+    let of_mesh: Vec<&Path> = mesh.file.as_deref().into_iter().chain(of_parts).collect();
+    Ok(named.into_iter().map(|f| f.file).filter(|name| !of_mesh.contains(&Path::new(name))).collect())
 }
 
 /// Runs a scene as it is asked.

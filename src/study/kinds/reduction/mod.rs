@@ -8,6 +8,7 @@ mod in_scene;
 mod in_time;
 mod mesh_figure;
 mod meshes;
+mod of_cases;
 pub mod path;
 mod prepared;
 pub mod record;

@@ -3,8 +3,9 @@
 use crate::math::units::{Dimension, parts, quantity};
 use crate::reduction::training::full_model::mesh_digest;
 use crate::reduction::{ConstantInputs, FullState, Input, ReducedModel, ReductionError, Training, TransientTraining};
-use crate::scene::{Body, ParameterKey, Scene, changed_scene};
+use crate::scene::{Body, ParameterKey, Scene, changed_scene, named_files};
 use crate::study::kinds::reduction::in_time;
+use crate::study::kinds::reduction::of_cases::{check_files, check_mesh};
 use crate::study::kinds::reduction::record::{InputRecord, ReductionRecord};
 use crate::study::kinds::reduction::spec::TRAINING;
 use crate::study::kinds::reduction::trained::{Runs, Trained};
@@ -39,19 +40,25 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Prepares the scene from a case of the study.
-    pub fn of(results: &Results, record: &ReductionRecord, case: &StoredCase) -> Result<Self, String> {
+    /// Prepares the scene from cases of the study, one of which is there.
+    ///
+    /// # Errors
+    ///
+    /// A scene that cannot be built, and one whose files or mesh are not those of the cases.
+    pub fn of(results: &Results, record: &ReductionRecord, cases: &[&StoredCase]) -> Result<Self, String> {
+        check_files(&record.scene, cases)?;
         let quantities = results.study.quantities.values().next().cloned().unwrap_or_default();
         let factors: Vec<f64> = record.inputs.iter().map(|i| factor(&i.unit)).collect::<Result<_, _>>()?;
         let marks = marks(&record.inputs, &factors);
         let left = |(input, mark): (&InputRecord, &f64)| (input.key.clone(), left_open(input, *mark));
         let changes: Vec<(String, toml::Value)> = record.inputs.iter().zip(&marks).map(left).collect();
         let (spec, text) =
-            changed_scene(&record.scene, &case.record.provenance.scene, &changes).map_err(|e| e.to_string())?;
+            changed_scene(&record.scene, &cases[0].record.provenance.scene, &changes).map_err(|e| e.to_string())?;
         let of_case: toml::Table = text.parse().map_err(|e: toml::de::Error| e.to_string())?;
         let mut all: toml::Table = changes.into_iter().collect();
         all.extend(of_case.get("stage").map(|stage| ("stage".to_string(), stage.clone())));
         let body: Arc<Body> = Body::load(&record.scene, &spec.mesh, &mut |_| {}).map_err(|e| e.to_string())?.into();
+        check_mesh(&record.scene, &body, cases)?;
         let scene = Scene::build(&record.scene, spec, text, body.clone()).map_err(|e| e.to_string())?;
         let places = places(&scene, &record.inputs, (&marks, &factors))?;
         Ok(Self {
@@ -71,10 +78,11 @@ impl Prepared {
         mesh_digest(&self.body)
     }
 
-    /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, and the inputs as that scene has them. A model that moves begins
+    /// Gives a model the facts of the scene of the study that it keeps: the changes that lead to its own, the mesh, the files, and the inputs as that scene has them. A model that moves begins
     /// where its runs do.
     pub fn complete(&self, model: &mut ReducedModel) {
         (model.origin.changes, model.origin.mesh_sha256) = (self.changes.to_string(), self.mesh_sha256());
+        model.origin.files = self.scene.text.parse().map_or_else(|_| vec![], |table| named_files(&self.file, &table));
         let rests = model.dynamics.is_none();
         let enriched = model.estimate_in_time.iter_mut().map(|e| &mut e.enriched.inputs);
         for inputs in std::iter::once(&mut model.inputs).chain(enriched) {

@@ -99,6 +99,9 @@ pub struct MeshesRecord {
 pub struct DerivedRecord {
     /// Digest of the states, the choices and the program that the models are made of
     pub sources_sha256: String,
+    /// The same without the program; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub states_sha256: String,
     /// Length of a step \[s\] of models that move
     #[serde(default)]
     pub dt: Option<f64>,
@@ -156,6 +159,9 @@ pub struct ModelRecord {
     /// File, relative to the folder of the results
     pub file: String,
     pub bytes: usize,
+    /// Digest of the file; empty in records of earlier versions
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub sha256: String,
     /// Coordinates of displacements, supremisers included, and of pressures
     pub displacements: usize,
     pub pressures: usize,
