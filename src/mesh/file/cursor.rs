@@ -62,6 +62,24 @@ impl<'a> Cursor<'a> {
         Some(std::str::from_utf8(&rest[..len]).unwrap_or("(bytes that are no text)").trim_end_matches('\r'))
     }
 
+    /// The value that `read` makes of the words of the next line, all of them and none of another.
+    pub fn whole_line<T>(
+        &mut self,
+        wanted: &str,
+        read: impl FnOnce(&mut Self) -> Result<T, MeshError>,
+    ) -> Result<T, MeshError> {
+        let blanks = self.data[self.pos..].iter().take_while(|b| b.is_ascii_whitespace()).count();
+        let begin = self.pos + blanks;
+        let line = self.data[begin..].split(|b| *b == b'\n').next().unwrap_or_default();
+        let value = read(self);
+        let rest = self.data.get(self.pos..begin + line.len());
+        if rest.is_some_and(|rest| value.is_err() || rest.trim_ascii().is_empty()) {
+            return value;
+        }
+        self.pos = begin;
+        Err(self.syntax(wanted, String::from_utf8_lossy(line).trim()))
+    }
+
     /// `N` bytes, in the machine's order.
     fn bytes<const N: usize>(&mut self, wanted: &str) -> Result<[u8; N], MeshError> {
         let rest = &self.data[self.pos..];
