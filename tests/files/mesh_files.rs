@@ -389,6 +389,8 @@ fn every_bad_file_is_refused_with_its_message() {
         ("unknown-node-2.msh", ": element 2 refers to node 5, which the file does not define; write the file again".into()),
         ("lost-node-2.msh", format!(", line 31: expected an element on a line of its own, found \"7 4 2 2 2 5 9 11\"; {DAMAGED}")),
         ("count-twice-2.msh", format!(", line 25: expected an element on a line of its own, found \"18\"; {DAMAGED}")),
+        ("decimal-node.vtk", format!(", line 9: expected the nodes of the cells, found \"4.9\"; {DAMAGED}")),
+        ("nan-type.vtk", format!(", line 12: expected the cell types, found \"nan\"; {DAMAGED}")),
         ("utf-16.vtk", ": this is text in UTF-16; save it as UTF-8".into()),
         ("zero-volume.msh", ": cell 2 has zero volume (0.000e0 m^3); remove or remesh it".into()),
     ];
