@@ -436,6 +436,13 @@ class Conversion(Case):
         self.assertEqual(self.sizes("packed.vol.gz", "netgen"), self.sizes("named.vol", "netgen"))
         Path(self.path("cut.vol")).write_text(text[:begin])
         self.reject("cannot read cut.vol: it has no line endmesh", "cut.vol", "netgen")
+        # As Netgen writes them: by a tab
+        names = "materials\n2\n1 soft\n2 hard part\n\n\nbcnames\n3\n1\tinner wall\n2\t\n3\tsoft\n\n\n"
+        Path(self.path("tab.vol")).write_text(text[:begin] + names + text[end:])
+        self.assertEqual(self.sizes("tab.vol", "netgen"), {"soft": {4: 2, 2: 1}, "hard part": {4: 3}, "inner wall": {2: 1}, "facets_2": {2: 1}})
+        for key, damaged in (("materials", names.replace("2", "4", 1)), ("bcnames", names.replace("\n3\n", "\n30\n"))):
+            Path(self.path("short.vol")).write_text(text[:begin] + damaged + text[end:])
+            self.reject(f"cannot read short.vol: {key} has fewer names than it announces", "short.vol", "netgen")
 
     def test_nothing_is_run(self):
         script = f'// BEGIN BULK\nSystemCall "echo run > {self.path("run")}";\n'
