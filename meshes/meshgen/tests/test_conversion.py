@@ -419,6 +419,11 @@ class Conversion(Case):
             self.assertIn(old, text)
             Path(self.path("bad.su2")).write_text(text.replace(old, new))
             self.reject(words, "bad.su2", "su2")
+        for old, new in (("made by hand", "Würfel"), ("again", "Rückseite")):
+            Path(self.path("latin.su2")).write_bytes(text.replace(old, new).encode("latin-1"))
+            self.assertEqual(self.sizes("latin.su2", "su2"), self.sizes("a.su2", "su2"))
+        Path(self.path("latin.su2")).write_bytes(text.replace("left", "rück").encode("latin-1"))
+        self.reject("cannot read latin.su2: line 20: it is no text in UTF-8 save the file as UTF-8", "latin.su2", "su2")
 
     def test_netgen(self):
         triangles = np.array([[0, 2, 1], [0, 3, 2], [4, 5, 7], [5, 6, 7]])
