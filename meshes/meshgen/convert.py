@@ -212,10 +212,15 @@ def for_gmsh(path: Path, format: str):
 
 
 def check_closed(path: Path, data: bytes) -> None:
-    """Refuse a universal file that ends within a data set: each is between two lines with -1. gmsh takes what is there."""
-    marks = [number for number, line in enumerate(data.split(b"\n"), 1) if line.strip() == b"-1"]
-    if len(marks) % 2:
-        fact = f"the data set that begins in line {marks[-1]} has no line with -1 at its end, so that a part is missing"
+    """Refuse a universal file that ends within a data set: each is between two lines with -1 in columns 5 and 6. gmsh takes what is there.
+
+    The first of them may be there twice."""
+    begin = 0  # line of the mark at the beginning of an open data set
+    for number, line in enumerate(data.split(b"\n"), 1):
+        if line.rstrip() == b"    -1":
+            begin = 0 if begin and number > begin + 1 else number
+    if begin:
+        fact = f"the data set that begins in line {begin} has no line with -1 at its end, so that a part is missing"
         raise BadRequest(f"cannot read {path.name}: {fact}", "write or copy it again")
 
 

@@ -277,6 +277,23 @@ fn data_of_cells_that_are_cut_off_are_refused() {
     assert!(mesh.regions.keys().all(|name| !name.starts_with("Cell")), "{:?}", mesh.regions.keys());
 }
 
+/// Words by which C on Windows writes them, in the middle and at the end of the data of the cells, cost no region.
+#[test]
+fn numbers_that_are_not_finite_are_numbers() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("quality.vtk");
+    let head = std::fs::read_to_string(file("nan-type.vtk")).expect("there").replace("\nnan", "\n10\nCELL_DATA 2");
+    let side = "SCALARS side int 1\nLOOKUP_TABLE default\n1 2\n";
+    for word in ["nan", "-nan(ind)", "nan(snan)", "1.#QNAN", "-1.#IND00", "1.#INF"] {
+        let quality = format!("SCALARS quality double 1\nLOOKUP_TABLE default\n1.0 {word}\n");
+        for data in [format!("{quality}{side}"), format!("{side}{quality}")] {
+            std::fs::write(&path, format!("{head}{data}")).expect("writable");
+            let mesh = mesh::read(&path, 1.0).unwrap_or_else(|e| panic!("{word}: {e}"));
+            assert!(["side_1", "side_2"].iter().all(|name| mesh.regions.contains_key(*name)), "{word}");
+        }
+    }
+}
+
 /// Voxels are hexahedra with their nodes in another order.
 #[test]
 fn voxels_are_split_as_hexahedra() {

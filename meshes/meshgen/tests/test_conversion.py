@@ -354,6 +354,14 @@ class Conversion(Case):
             for line in (begin + 3, (begin + end) // 2, end):
                 Path(self.path("cut.unv")).write_text("\n".join(text.splitlines()[:line]))
                 self.reject(f"cannot read cut.unv: the data set that begins in line {begin + 1} has no line with -1 at its end", "cut.unv", "gmsh")
+        # A field of ten columns within a data set is no mark, and gmsh passes over a second mark at a beginning
+        label = "    -1\n  2414\n        -1\nfield\n    -1\n"
+        for name, more in (("label.unv", text + label), ("twice.unv", text.replace("    -1\n  2412", "    -1\n    -1\n  2412", 1))):
+            self.assertNotEqual(more, text)
+            Path(self.path(name)).write_text(more)
+            self.assertEqual(self.sizes(name, "gmsh"), self.sizes("a.unv", "gmsh"))
+        Path(self.path("cut.unv")).write_text(text + label[:-7])
+        self.reject("has no line with -1 at its end", "cut.unv", "gmsh")
 
     def test_files_of_tetgen_that_are_damaged(self):
         self.store("a.ele")

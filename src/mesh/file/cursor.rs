@@ -113,7 +113,12 @@ impl<'a> Cursor<'a> {
 
     /// An 8-byte float, or a word of a text file.
     pub fn double(&mut self, wanted: &str) -> Result<f64, MeshError> {
-        if self.binary { Ok(f64::from_ne_bytes(self.bytes(wanted)?)) } else { self.parse(wanted) }
+        if self.binary {
+            return Ok(f64::from_ne_bytes(self.bytes(wanted)?));
+        }
+        let word = self.word().ok_or_else(|| self.truncated(wanted))?;
+        let number = word.parse().ok().or_else(|| is_no_number(word).then_some(f64::NAN));
+        number.ok_or_else(|| self.syntax(wanted, word))
     }
 
     /// A 4-byte float, or a word of a text file.
@@ -143,4 +148,10 @@ impl<'a> Cursor<'a> {
         self.pos = pos;
         word
     }
+}
+
+/// Whether C on Windows writes a number that is not finite so: `-nan(ind)`, `1.#QNAN`, `-1.#INF`.
+fn is_no_number(word: &str) -> bool {
+    let word = word.trim_start_matches('-');
+    word.starts_with("1.#") || word.starts_with("nan(") && word.ends_with(')')
 }
