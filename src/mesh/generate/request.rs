@@ -70,6 +70,16 @@ pub enum Generator {
     Cgal,
 }
 
+impl Generator {
+    /// Counts up when the mesher answers a request with another mesh, so that those of before are made anew. Zero is no part of a name: committed meshes keep theirs.
+    fn version(self) -> u32 {
+        match self {
+            Self::Gmsh => 0,
+            Self::Cgal => 1,
+        }
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Size {
@@ -178,6 +188,9 @@ impl MeshRequest {
         let mut named = without_field(&request);
         if !content.is_null() {
             named["parameters"] = content;
+        }
+        if self.generator.version() > 0 {
+            named["mesher"] = json!(self.generator.version());
         }
         let name = storage::sha256(canonical(&named))[..16].to_string();
         Ok((request, name))
