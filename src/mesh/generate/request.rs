@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Counts up when the conversion of mesh files changes.
-const CONVERTER: u32 = 4;
+const CONVERTER: u32 = 5;
 
 /// A mesh to be made. Lengths in metres.
 #[derive(Clone, PartialEq, Debug, Serialize, Deserialize)]
@@ -68,6 +68,16 @@ pub enum Generator {
     #[default]
     Gmsh,
     Cgal,
+}
+
+impl Generator {
+    /// Counts up when the mesher answers a request with another mesh, so that those of before are made anew. Zero is no part of a name: committed meshes keep theirs.
+    fn version(self) -> u32 {
+        match self {
+            Self::Gmsh => 0,
+            Self::Cgal => 1,
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, Deserialize)]
@@ -178,6 +188,9 @@ impl MeshRequest {
         let mut named = without_field(&request);
         if !content.is_null() {
             named["parameters"] = content;
+        }
+        if self.generator.version() > 0 {
+            named["mesher"] = json!(self.generator.version());
         }
         let name = storage::sha256(canonical(&named))[..16].to_string();
         Ok((request, name))

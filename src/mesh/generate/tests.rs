@@ -122,6 +122,9 @@ fn the_name_depends_on_what_is_meshed_and_on_nothing_else() {
     assert_ne!(with("width", 0.021), base);
     assert_ne!(name(&MeshRequest { seed: 1, ..request() }), base);
     assert_ne!(name(&MeshRequest::body("rod", Size::Cells { count: 4500, tolerance: 0.02 })), base);
+    // Cells of several solids that CGAL meshed before belonged to none
+    let by_cgal = name(&MeshRequest { generator: Generator::Cgal, ..request() });
+    assert_ne!(by_cgal, "6d7fab3e9b2cb891", "the name of a mesh of the mesher before");
     // A file counts by its content.
     let (a, b) = (store.home.path.join("a.stl"), store.home.path.join("b.stl"));
     [&a, &b].iter().for_each(|p| std::fs::write(p, "solid").expect("writable"));
