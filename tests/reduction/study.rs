@@ -316,6 +316,27 @@ fn a_study_makes_models_that_move() {
     }
 }
 
+/// Two iterations are too few for the largest loads: their steps are cut, and a model of one step is not made of states at other times. The runs and the step are
+/// named.
+#[test]
+fn runs_with_cut_steps_make_no_model() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let parts = "[[effect]]\nkind = \"inertia\"\nregion = \"body\"\ndensity = \"1100 kg/m^3\"\nmass = \"consistent\"\n\
+        [[stage]]\nintegrator = \"implicit_euler\"\nduration = \"1 s\"\ndt = \"20 ms\"\n[numerics]\nmax_iterations = 2\n";
+    let scene = SCENE.replace("[[stage]]\nintegrator = \"static\"\nduration = \"1 s\"\ndt = \"1 s\"\n", parts);
+    write(at, "scene.toml", &scene.replace("[8, 2, 2]", "[4, 1, 1]"));
+    let in_time = "modes = [3]\nmotion = { duration = \"0.2 s\", corner = \"0.1 s\" }";
+    let study = STUDY.replace("modes = [2, 5]", in_time).replace("training = 24", "training = 3");
+    let study = study.replace("held_back = 20", "held_back = 2").replace("\"-10 m/s^2\"", "\"0 m/s^2\"");
+    write(at, "study.toml", &study);
+    let ran = durometer(at, &["run", "study.toml", "--out", "out"], "");
+    assert_eq!(ran.code, Some(3), "{}\n{}", ran.out, ran.err);
+    for words in ["no model could be made", "dt = 0.02 s were cut", "training-in-time-1", "held-back-in-time-2"] {
+        assert!(ran.err.contains(words), "{words}: {}", ran.err);
+    }
+}
+
 /// Few points of little accuracy far from rest: the model with 8 modes has no equilibrium at states that were held back. The others are not lost by it,
 /// and every model that is kept can be read.
 #[test]

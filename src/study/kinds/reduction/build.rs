@@ -5,6 +5,7 @@ use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::{self, DATA_LIMIT, sha256, writing};
+use crate::study::kinds::reduction::in_time;
 use crate::study::kinds::reduction::meshes::compare;
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
@@ -98,6 +99,10 @@ fn make(
     dir: &Path,
 ) -> Result<DerivedRecord, String> {
     let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
+    if record.motion.is_some() {
+        let runs = training.iter().chain(held_back).map(|case| (&*case.record.id, case.record.cuts));
+        in_time::uncut(training[0].record.dt_s, runs)?;
+    }
     let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
     let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();
