@@ -112,9 +112,9 @@ fn a_study_makes_models_that_the_program_steps() {
     assert!(verdict.starts_with("The model of"), "{verdict}");
     let derived = std::fs::read(at.join("out/derived.json")).expect("it is there");
     let record: Value = serde_json::from_slice(&derived).expect("JSON");
-    assert_eq!(record["training"], 24);
-    assert_eq!(record["models"].as_array().map(Vec::len), Some(2));
+    assert_eq!((&record["training"], record["models"].as_array().map(Vec::len)), (&24.into(), Some(2)));
     medians_are_those_of_the_errors(&record);
+    a_full_step_is_that_between_neighbours(at, &record);
 
     // Nothing is made again where nothing has changed; a lost model is
     let again = durometer(at, &["report", "out"], "");
@@ -193,6 +193,18 @@ fn the_weight_is_held(answers: &[Value]) {
     assert_eq!(answers[0]["held_back"], 20);
     let confidence = answers[0]["confidence"].as_f64().expect("a number");
     assert!((confidence - (1.0 - 0.95_f64.powi(20))).abs() < 1e-12, "{confidence}");
+}
+
+/// The time of the full model is that of one of the ten states of each run that was held back: in the median the mean of two runs.
+fn a_full_step_is_that_between_neighbours(folder: &Path, record: &Value) {
+    let cpu_s = |run: usize| {
+        let file = folder.join(format!("out/cases/held-back-static-{run}.json"));
+        let case: Value = serde_json::from_slice(&std::fs::read(file).expect("its record")).expect("JSON");
+        case["cpu_s"].as_f64().expect("a time")
+    };
+    let (found, expected) = (record["full_step_s"].as_f64().expect("a time"), 0.05 * (cpu_s(1) + cpu_s(2)));
+    assert!((found - expected).abs() <= 1e-9 * expected, "{found} s and {expected} s");
+    assert_eq!(record["full_from_rest"], false);
 }
 
 /// The states that were held back are of an even number, so that a median is the mean of the two in the middle.

@@ -6,7 +6,7 @@ use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::{self, DATA_LIMIT, sha256, writing};
 use crate::study::kinds::reduction::in_time;
-use crate::study::kinds::reduction::meshes::compare;
+use crate::study::kinds::reduction::meshes::{compare, step};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
 use crate::study::kinds::reduction::search::round;
@@ -131,7 +131,7 @@ fn make(
     for (of, model) in models.iter().zip(&made) {
         model.write(&dir.join(&of.file)).map_err(|e| e.to_string())?;
     }
-    let steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
+    let steps: Vec<f64> = held_back.iter().zip(&others.runs).map(|(case, run)| step(case, run.len())).collect();
     Ok(DerivedRecord {
         sources_sha256: sources.all.clone(),
         states_sha256: sources.states.clone(),
@@ -141,6 +141,7 @@ fn make(
         singular_values,
         pressure_values,
         full_step_s: median(&steps),
+        full_from_rest: record.motion.is_none() && others.runs.iter().all(|run| run.len() == 1),
         offline_s,
         search: Rounds::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
         comparison,
