@@ -465,6 +465,28 @@ fn mistakes_of_a_study_are_refused() {
     }
 }
 
+/// An input is a whole signal, and not a term of a sum or a factor in one. It is refused before anything runs, with the key of the whole.
+#[test]
+fn a_part_of_a_signal_is_no_input() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let whole = "constraint.cable.drive.signal";
+    for (signal, key) in [
+        ("{ kind = \"sum\", of = [\"0 N\", \"0.1 N\"] }", "of.0"),
+        ("{ kind = \"sum\", of = [\"0 N\", { kind = \"product\", of = [\"0 N\", -1] }] }", "of.1.of.0"),
+        ("{ kind = \"hold\", signal = \"0 N\", at = \"1 s\" }", "signal"),
+    ] {
+        write(at, "scene.toml", &SCENE.replace("signal = \"0 N\"", &format!("signal = {signal}")));
+        write(at, "study.toml", &STUDY.replace(whole, &format!("{whole}.{key}")));
+        for arguments in [&["check", "study.toml"][..], &["run", "study.toml", "--out", "out"]] {
+            let ran = durometer(at, arguments, "");
+            assert_eq!(ran.code, Some(2), "{key}: {}\n{}", ran.out, ran.err);
+            assert!(ran.err.contains("part of the signal") && ran.err.contains(whole), "{key}: {}", ran.err);
+            assert!(!at.join("out/cases").exists(), "{key}");
+        }
+    }
+}
+
 /// Where no model can be made the study has no result: exit code 3, with the reason on the page, in the summary and in the terminal.
 #[test]
 fn a_study_without_models_is_not_complete() {
