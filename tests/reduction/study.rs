@@ -318,6 +318,14 @@ fn a_study_makes_models_that_move() {
     assert_ne!(targeted[1]["inputs"], targeted[2]["inputs"]);
     assert_eq!(targeted[2]["inputs"], targeted[3]["inputs"]);
 
+    // The duration of a run is that of one stage
+    let second = "[[stage]]\nintegrator = \"bdf2\"\nduration = \"1 s\"\ndt = \"10 ms\"\n";
+    let scene = std::fs::read_to_string(at.join("scene.toml")).expect("it was written");
+    write(at, "scene.toml", &(scene.clone() + second));
+    let ran = durometer(at, &["check", "study.toml"], "");
+    assert!(ran.code == Some(2) && ran.err.contains("the scene has 2 stages"), "{}\n{}", ran.out, ran.err);
+    write(at, "scene.toml", &scene);
+
     for (from, to, word) in [
         ("corner = \"0.1 s\"", "corner = \"0.3 s\"", "longer"),
         ("duration = \"0.2 s\"", "duration = \"0.2 m\"", "duration"),

@@ -8,11 +8,19 @@ use crate::study::spec::Mistake;
 use serde::Deserialize;
 use std::path::Path;
 
-/// Adds what the scene says to each input; refuses two that take the place of the same value.
-pub fn complete(inputs: &mut [InputRecord], scene: &Path) -> Result<(), Mistake> {
+/// Adds what the scene says to each input; refuses two that take the place of the same value, and for runs in time a scene of several stages.
+pub fn complete(inputs: &mut [InputRecord], scene: &Path, in_time: bool) -> Result<(), Mistake> {
     // A scene that cannot be read is refused with its own reason
     let Ok((spec, text)) = read_scene(scene, &[]) else { return Ok(()) };
     let table: toml::Table = text.parse().unwrap_or_default();
+    if in_time && spec.stages.len() > 1 {
+        let fact = format!("the scene has {} stages, and the runs in time are of one", spec.stages.len());
+        return Err((
+            "motion".into(),
+            fact,
+            "give the scene one stage, with the integrator and the dt of the runs".into(),
+        ));
+    }
     check_apart(inputs, &table)?;
     inputs.iter().try_for_each(|input| check_whole(input, &table))?;
     for input in inputs {
