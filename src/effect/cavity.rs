@@ -25,7 +25,8 @@ use crate::math::signal::{Clock, Signal};
 use crate::math::tensor::Vec3;
 use crate::mesh::{Order, TetMesh, element, quadrature};
 use crate::system::{
-    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, Want,
+    At, BlockValues, Blocks, Capabilities, Constraint, ConstraintKind, Effect, EnergyRole, EvalError, PolynomialLoad,
+    Want,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -271,12 +272,22 @@ impl Effect for CavityPressure {
     }
 
     fn capabilities(&self) -> Capabilities<'_> {
-        Capabilities { degree: Some(2), ..Capabilities::default() }
+        Capabilities { polynomial: Some(self), ..Capabilities::default() }
     }
 
     fn eval(&self, at: &At, b: usize, want: Want, out: &mut BlockValues) -> Result<(), EvalError> {
         self.cavity.facet(at.x, b, self.intensity(at.clock()), want, out);
         Ok(())
+    }
+}
+
+impl PolynomialLoad for CavityPressure {
+    fn degree(&self) -> usize {
+        2
+    }
+
+    fn unit_residual(&self, x: &[f64], b: usize, out: &mut BlockValues) {
+        self.cavity.facet(x, b, 1.0, Want::Residual, out);
     }
 }
 

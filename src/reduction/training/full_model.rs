@@ -2,6 +2,7 @@
 //!
 //! The scene runs in a thread of its own, which waits between two steps, so that each begins at the last full state.
 
+use crate::math::units::parts;
 use crate::reduction::constants::Constants;
 use crate::reduction::model::ReducedModel;
 use crate::scene::control::{ControlError, Controller, Observation, Reply};
@@ -115,12 +116,7 @@ impl FullModel {
         stage.insert("integrator".into(), "static".into());
         stage.insert("duration".into(), format!("{STEPS} s").into());
         stage.insert("dt".into(), "1 s".into());
-        // It answers beyond the ranges of the reduced model too
-        let open = changes.iter().filter_map(|(path, value)| {
-            let mut signal = value.as_table()?.clone();
-            signal.remove("range")?;
-            Some((path.clone(), toml::Value::Table(signal)))
-        });
+        let open = changes.iter().filter_map(|(path, value)| Some((path.clone(), unloaded(value)?)));
         let changes: Vec<(String, toml::Value)> =
             open.chain([("stage".to_string(), vec![toml::Value::Table(stage)].into())]).collect();
         let text = changed_scene(file, &text, &changes)?.1;
@@ -260,6 +256,16 @@ impl Controller for Asked {
     }
 }
 
+/// A controlled signal that has any value, also beyond the ranges of the reduced model, and none at the start, where the body is not deformed.
+fn unloaded(signal: &toml::Value) -> Option<toml::Value> {
+    let mut signal = signal.as_table()?.clone();
+    signal.remove("range")?;
+    let unit = signal.get("initial").and_then(toml::Value::as_str).and_then(|text| parts(text).ok()).map(|of| of.1);
+    let zero = unit.map_or(toml::Value::Float(0.0), |unit| format!("0 {unit}").into());
+    signal.insert("initial".into(), zero);
+    Some(signal.into())
+}
+
 /// Path of the first key that two scenes have in different ways.
 fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
     let below = |key: &str| if path.is_empty() { key.to_string() } else { format!("{path}.{key}") };
@@ -275,5 +281,27 @@ fn difference(a: &toml::Value, b: &toml::Value, path: &str) -> Option<String> {
             a.iter().zip(b).enumerate().find_map(|(k, (a, b))| difference(a, b, &below(&k.to_string())))
         }
         _ => (a != b).then(|| path.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A study marks its inputs by values within their ranges, which the undeformed body at the start does not have.
+    #[test]
+    fn a_full_model_begins_without_loads() {
+        for (signal, expected) in [
+            ("{ kind = 'controlled', initial = '13 mm', range = ['0 mm', '26 mm'] }", Some("0 mm")),
+            ("{ kind = 'controlled', initial = '3.25 m/s^2', range = ['1 m/s^2', '9 m/s^2'] }", Some("0 m/s^2")),
+            ("{ kind = 'controlled', initial = 0.5, range = [0.0, 1.0] }", None),
+        ] {
+            let table: toml::Table = format!("signal = {signal}").parse().expect("TOML");
+            let found = unloaded(&table["signal"]).expect("a signal that is left open");
+            let expected = expected.map_or(toml::Value::Float(0.0), Into::into);
+            assert_eq!((found.get("initial"), found.get("range")), (Some(&expected), None));
+        }
+        // A list of stages, and a constant of a law
+        assert_eq!([toml::Value::Array(vec![]), "60 kPa".into()].map(|other| unloaded(&other)), [None, None]);
     }
 }

@@ -5,7 +5,8 @@ use crate::reduction::training::train::EXACT;
 use crate::reduction::{ReducedModel, Twin};
 use crate::report::files;
 use crate::storage::{self, DATA_LIMIT, sha256, writing};
-use crate::study::kinds::reduction::meshes::compare;
+use crate::study::kinds::reduction::in_time;
+use crate::study::kinds::reduction::meshes::{compare, step};
 use crate::study::kinds::reduction::prepared::{Prepared, converged};
 use crate::study::kinds::reduction::record::{DerivedRecord, ModelRecord, QuantityRecord, ReductionRecord};
 use crate::study::kinds::reduction::search::round;
@@ -98,6 +99,10 @@ fn make(
     dir: &Path,
 ) -> Result<DerivedRecord, String> {
     let prepared = Prepared::of(results, record, &[training, held_back].concat())?;
+    if record.motion.is_some() {
+        let runs = training.iter().chain(held_back).map(|case| (&*case.record.id, case.record.cuts));
+        in_time::uncut(training[0].record.dt_s, runs)?;
+    }
     let states = |cases| Ok::<_, String>(Runs::new(prepared.runs(cases, record, dir)?));
     let (known, others) = (states(training)?, states(held_back)?);
     let start = Instant::now();
@@ -126,7 +131,7 @@ fn make(
     for (of, model) in models.iter().zip(&made) {
         model.write(&dir.join(&of.file)).map_err(|e| e.to_string())?;
     }
-    let steps: Vec<f64> = training.iter().map(|c| c.record.wall_s / c.record.steps.max(1) as f64).collect();
+    let steps: Vec<f64> = held_back.iter().zip(&others.runs).map(|(case, run)| step(case, run.len())).collect();
     Ok(DerivedRecord {
         sources_sha256: sources.all.clone(),
         states_sha256: sources.states.clone(),
@@ -136,6 +141,7 @@ fn make(
         singular_values,
         pressure_values,
         full_step_s: median(&steps),
+        full_from_rest: record.motion.is_none() && others.runs.iter().all(|run| run.len() == 1),
         offline_s,
         search: Rounds::read(dir).rounds.iter().filter_map(|r| serde_json::from_value(r.record.clone()).ok()).collect(),
         comparison,

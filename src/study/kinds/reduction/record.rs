@@ -110,8 +110,11 @@ pub struct DerivedRecord {
     pub held_back: usize,
     pub singular_values: Vec<f64>,
     pub pressure_values: Vec<f64>,
-    /// Time of a step of the full model over the points of its runs \[s\], median
+    /// CPU time of the full model from one state that was held back to the next, or of a step in time \[s\], median of the runs
     pub full_step_s: f64,
+    /// Whether it is that from rest to a state: each state that was held back is a run of its own
+    #[serde(default)]
+    pub full_from_rest: bool,
     /// Time of the work that all models share, adjoint solutions among it \[s\]
     pub offline_s: f64,
     pub models: Vec<ModelRecord>,
@@ -123,6 +126,13 @@ pub struct DerivedRecord {
     /// Distances from a finer mesh
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comparison: Option<Comparison>,
+}
+
+impl DerivedRecord {
+    /// The full model as its time is that of a step.
+    pub fn full(&self) -> &'static str {
+        if self.full_from_rest { "the full model from rest" } else { "the full model" }
+    }
 }
 
 /// Distances of meshes and models from a finer mesh, at the same points.
