@@ -76,7 +76,8 @@ impl Import {
                 let size = (found.bounds.1 - found.bounds.0).norm() * metre;
                 spec.merge = (found.doubled_nodes > 0).then(|| Length(rounded_up(2e-9 * size)));
             }
-            _ => spec.cells = Some(FIRST_CELLS),
+            // The mesh of the starter scene, which is so made but once
+            _ => (spec.cells, spec.element) = (Some(FIRST_CELLS), ElementSpec::Tet10),
         }
         Ok(Self { file: file.into(), format, census, unit, unit_reason, spec })
     }

@@ -35,8 +35,8 @@ pub fn starter(import: &Import, imported: &Imported, folder: &Path) -> String {
     let size = (high - low).norm();
     let name = import.file.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let quoted = |text: &str| toml::Value::String(text.into()).to_string();
-    let is_shape = import.spec.cells.is_some();
-    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), is_shape || mesh.order == Order::Quadratic);
+    let (is_shape, quadratic) = (import.spec.cells.is_some(), mesh.order == Order::Quadratic);
+    let mut out = mesh_table(import, &quoted(&name), &quoted(&path), quadratic);
     let mut line = |text: String| writeln!(out, "{text}").expect("a string");
     let fixed: Vec<String> = match &imported.fixture {
         Fixture::Region(region) => vec![region.clone()],
