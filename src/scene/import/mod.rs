@@ -4,7 +4,7 @@ pub(super) mod fixture;
 pub(super) mod starter;
 
 use super::body::Body;
-use super::body::mesh_file::plausible_unit;
+use super::body::mesh_file::{content, plausible_unit};
 use super::body::mesh_spec::{ElementSpec, MeshSpec};
 use super::error::{SceneError, part};
 use super::text::quantity::Length;
@@ -80,6 +80,20 @@ impl Import {
             _ => (spec.cells, spec.element) = (Some(FIRST_CELLS), ElementSpec::Tet10),
         }
         Ok(Self { file: file.into(), format, census, unit, unit_reason, spec })
+    }
+
+    /// The same with so many cells in place of the usual number.
+    ///
+    /// # Errors
+    ///
+    /// Where the file is a mesh, which is taken over as it is.
+    pub fn with_cells(mut self, cells: usize) -> Result<Self, SceneError> {
+        if self.spec.cells.is_none() {
+            let remedy = "leave the number of cells out; `levels = 1` in [mesh] splits each of its cells into eight";
+            return Err(content(&self.file, "it is a volume mesh, which is taken over", remedy));
+        }
+        self.spec.cells = Some(cells);
+        Ok(self)
     }
 
     /// Reads or makes the mesh, and chooses nodes to hold. Where the shape has no mesh of so few cells, the number that comes nearest is taken.
