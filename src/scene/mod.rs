@@ -100,7 +100,7 @@ pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
     path_dependence,
 };
-pub use import::fixture::Fixture;
+pub use import::fixture::{Fixture, Slab};
 pub(crate) use import::nearest_cells;
 pub use import::starter::starter;
 pub use import::{Import, Imported};
