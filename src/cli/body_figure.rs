@@ -42,12 +42,11 @@ fn picture(scene: &Scene) -> BodyPicture {
     shown.sort_by_key(|(name, region)| (is_own(name), size(region), number_of_face(name)));
     let (of_nodes, of_facets): (Vec<_>, Vec<_>) = shown.into_iter().partition(|(_, region)| !region.nodes.is_empty());
     let held: BTreeSet<u32> = scene.system.prescribed.iter().map(|p| p.dof / 3).collect();
-    let triangles = facets.iter().map(|&f| [0, 1, 2].map(|k| mesh.facet(f as usize)[k])).collect();
     let path = |x: &[f64], k: usize| scene.cables[k].cable.polyline(x).into_iter().map(Into::into).collect();
     let rest = scene.system.rest();
     BodyPicture {
         points: mesh.points.iter().map(|p| (*p).into()).collect(),
-        triangles,
+        facets: facets.iter().map(|&f| mesh.facet(f as usize).to_vec()).collect(),
         regions: of_facets.into_iter().map(|(name, region)| (name.clone(), on_surface(region))).collect(),
         nodes: of_nodes.into_iter().map(|(name, r)| (name.clone(), r.nodes.iter().map(place).collect())).collect(),
         held: held.iter().filter(|&&k| (k as usize) < mesh.points.len()).map(place).collect(),
