@@ -72,6 +72,7 @@ pub static INFO: LawInfo = LawInfo {
             options: &["ogden", "abaqus", "febio"],
             default: Some("ogden"),
             meaning: "whose factor μ_n is: μ_n/α_n, 2μ_n/α_n² or μ_n/α_n²",
+            formulas: &["μ_n/α_n", "2μ_n/α_n²", "μ_n/α_n²"],
         },
     ],
     survives_inversion: false,

@@ -100,7 +100,7 @@ pub use error_estimate::{
     CellErrors, Enrichment, ErrorBounds, ErrorEstimate, ErrorEstimator, EstimateError, GeometryError, QuantityError,
     path_dependence,
 };
-pub use import::fixture::Fixture;
+pub use import::fixture::{Fixture, Slab};
 pub(crate) use import::nearest_cells;
 pub use import::starter::starter;
 pub use import::{Import, Imported};
@@ -110,6 +110,7 @@ pub(crate) use notes::cut_regions::cut_regions;
 pub use notes::feedback::growing_feedback;
 pub(crate) use notes::mesh_limits::wall;
 pub use notes::mesh_limits::{limits_of_mesh, limits_of_scene};
+pub use notes::sunk::SunkenFacet;
 pub use notes::volumes::lost_volumes;
 pub use notes::wrinkles::{no_limit_at, wrinkle_notes};
 pub(crate) use read::from_text;

@@ -17,7 +17,7 @@ use crate::study::paper::{self, OwnMethods};
 use crate::study::store::record::CaseRecord;
 use crate::study::store::report_files::{self, ReportFiles};
 use crate::study::store::results::Results;
-use crate::study::store::{builds, collapse, energy, results};
+use crate::study::store::{builds, collapse, energy, results, sunk};
 use crate::study::summary;
 pub use crate::study::summary::Summary;
 use crate::study::view;
@@ -62,6 +62,8 @@ pub fn write(dir: &Path) -> Result<Summary, ReportError> {
     content.warnings.extend(energy::warning(grown));
     let collapsed = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.collapsed_cavities[..]));
     content.warnings.extend(collapse::warning(collapsed));
+    let sunken = results.cases.iter().map(|c| (c.record.id.as_str(), &c.record.solver.sunken_facets[..]));
+    content.warnings.extend(sunk::warning(sunken));
     content.warnings.extend(missed_extremes(&results.study, &results.cases));
     content.warnings.extend(results.damaged.iter().cloned().chain(underived));
     content.warnings.extend(outdated(&results.outdated));

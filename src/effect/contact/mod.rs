@@ -204,6 +204,12 @@ impl Contact {
         self.obstacle.shape.gap(&placed.local(&self.position(x, b))) - self.points[b].radius
     }
 
+    /// The distance of a place in space from the obstacle at displacement x \[m\], negative inside.
+    pub fn distance(&self, x: &[f64]) -> impl Fn(&Vec3) -> f64 {
+        let placed = self.obstacle.at(x);
+        move |at| self.obstacle.shape.gap(&placed.local(at))
+    }
+
     /// The deepest point at displacement x, with its distance \[m\].
     pub fn deepest(&self, x: &[f64]) -> Option<(usize, f64)> {
         let placed = self.obstacle.at(x);

@@ -24,7 +24,7 @@ pub struct MeshSpec {
     pub cells: Option<usize>,
     /// Edge length
     pub size: Option<Length>,
-    /// Each cell into eight, this often
+    /// Each cell into eight, this often, also those of a volume mesh
     #[serde(default)]
     pub levels: u32,
     /// Places where the cells are smaller

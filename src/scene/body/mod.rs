@@ -15,6 +15,7 @@ pub(super) mod surface_unit;
 use super::build::patches::Patches;
 use super::error::{SceneError, part};
 use crate::mesh::element::CELL_EDGES;
+use crate::mesh::enrich::Enriched;
 use crate::mesh::format::{Reader, recognise};
 use crate::mesh::generate::referred::digest;
 use crate::mesh::generate::{
@@ -26,7 +27,7 @@ use deform::{Undeformed, deform, formulas_of, is_made_here};
 use grid::{disturb, grid, mesh_hash};
 use mesh_file::{content, doubtful_unit, reading, taken_over, volume_mesh};
 use mesh_spec::{DeformSpec, ElementSpec, MeshSpec};
-use request::{check_source, given_or_found, request_from};
+use request::{check_levels, check_source, given_or_found, request_from};
 use source_volume::SourceVolume;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -173,6 +174,7 @@ impl Body {
             let mut body = Self::of_file(file, mesh, (&path, format.reader))?;
             body.notes = taken_over(&changes);
             body.warnings.extend(doubtful_unit(&body.mesh, format.reader, how.unit_m));
+            body.split(file, spec.levels)?;
             return Ok(body);
         }
         let request = request_from(file, spec, store)?;
@@ -184,6 +186,24 @@ impl Body {
             body.warnings.extend(doubtful_unit(&body.mesh, reader, *unit_m));
         }
         Ok(body)
+    }
+
+    /// Splits each cell of a given mesh into eight, this often. Its boundary stays what it is.
+    fn split(&mut self, file: &Path, levels: u32) -> Result<(), SceneError> {
+        if levels == 0 {
+            return Ok(());
+        }
+        check_levels(file, levels, self.mesh.cell_count())?;
+        let cells = self.mesh.cell_count();
+        for _ in 0..levels {
+            self.mesh = Enriched::by_splitting(&self.mesh).mesh;
+        }
+        self.sha256 = mesh_hash(&self.mesh);
+        self.notes.push(format!(
+            "each of the {cells} cells of the file is split into {}; the boundary stays the one of the file, also where the body is round",
+            1 << (3 * levels)
+        ));
+        Ok(())
     }
 
     /// The mesh of the same table with so many cells, whose edge lengths are proportional to a size field, in place of its size.

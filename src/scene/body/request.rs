@@ -48,10 +48,6 @@ pub(super) fn request_from(file: &Path, spec: &MeshSpec, store: Option<&MeshStor
         (None, None) if !spec.cgal.is_empty() => None,
         _ => return Err(content(file, "neither `cells` nor `size` is given, or both are", "give one of them")),
     };
-    if spec.levels > MOST_LEVELS {
-        let fact = format!("levels = {}", spec.levels);
-        return Err(content(file, fact, &format!("each makes eight cells of one: take at most {MOST_LEVELS}")));
-    }
     if let Some(limit) = spec.time_limit.filter(|limit| limit.0 <= 0.0) {
         return Err(content(file, format!("time_limit = {} s", limit.0), "it must be positive"));
     }
@@ -125,6 +121,7 @@ pub(super) fn has_source(spec: &MeshSpec) -> bool {
 /// Keys that the source of the mesh leaves without effect are refused: nothing is ignored silently.
 pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     check_refine(file, spec)?;
+    check_levels(file, spec.levels, 1)?;
     let idle = |keys: &[(&str, bool)]| keys.iter().find(|(_, given)| *given).map(|(key, _)| key.to_string());
     if spec.grid.is_some() {
         let others = [
@@ -134,6 +131,7 @@ pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneErro
             ("cells", spec.cells.is_some()),
             ("size", spec.size.is_some()),
             ("parameters", !spec.parameters.is_empty()),
+            ("levels", spec.levels > 0),
         ];
         return match idle(&others).or(idle(&made(spec))).or(idle(&taken(spec))) {
             Some(key) => Err(content(file, format!("`{key}` has no effect next to `grid`"), "remove one of the two")),
@@ -165,6 +163,22 @@ pub(super) fn check_source(file: &Path, spec: &MeshSpec) -> Result<(), SceneErro
     }
 }
 
+/// Refuses more levels, or more cells after them, than any solver here holds.
+pub(super) fn check_levels(file: &Path, levels: u32, cells: usize) -> Result<(), SceneError> {
+    let fact = format!("levels = {levels}");
+    if levels > MOST_LEVELS {
+        return Err(content(file, fact, &format!("each makes eight cells of one: take at most {MOST_LEVELS}")));
+    }
+    if cells > MOST_CELLS >> (3 * levels) {
+        return Err(content(
+            file,
+            fact,
+            &format!("each makes eight cells of one, of {cells} here: at most {MOST_CELLS} fit"),
+        ));
+    }
+    Ok(())
+}
+
 /// Refuses a refinement without a tolerance, and of what the mesher cannot make by a size field.
 fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     let Some(refine) = &spec.refine else { return Ok(()) };
@@ -181,7 +195,10 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
         (spec.disturb.is_some(), "a disturbed mesh is not refined; remove `disturb`"),
         (spec.deform.is_some(), "a deformed mesh is not refined; remove `deform`"),
         (spec.grid.is_some(), "a grid is not refined; take `body`, or `file` with CAD or a surface"),
-        (volume_mesh(file, spec)?.is_some(), "a volume mesh is taken as it is; give `file` with CAD or a surface"),
+        (
+            volume_mesh(file, spec)?.is_some(),
+            "a volume mesh is not meshed anew; give `file` with CAD or a surface, or split its cells by `levels`",
+        ),
     ];
     match reasons.iter().find(|(fault, _)| *fault) {
         Some((_, remedy)) => Err(content(file, "`refine` cannot be followed", remedy)),
@@ -189,10 +206,9 @@ fn check_refine(file: &Path, spec: &MeshSpec) -> Result<(), SceneError> {
     }
 }
 
-/// Keys of meshes that a mesher makes, and whether they are given.
-fn made(spec: &MeshSpec) -> [(&'static str, bool); 6] {
+/// Keys that only a mesher follows, and whether they are given.
+fn made(spec: &MeshSpec) -> [(&'static str, bool); 5] {
     [
-        ("levels", spec.levels > 0),
         ("grading", !spec.grading.is_empty()),
         ("seed", spec.seed > 0),
         ("cgal", !spec.cgal.is_empty()),

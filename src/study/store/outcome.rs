@@ -4,7 +4,9 @@ use crate::effect::pressure_scatter::pressure_scatter;
 use crate::math::statistics::extent;
 use crate::math::tensor::Vec3;
 use crate::mesh::boundary::boundary_facets;
+use crate::mesh::element::FACET_EDGES;
 use crate::mesh::quality::Quality;
+use crate::mesh::{Order, TetMesh};
 use crate::scene::{Extreme, NamedSkin, Run, Scene, cut_regions, extreme, no_limit_at, path_dependence, wall};
 use crate::study::case::Case;
 use crate::study::overlay::distance::MarkerDistance;
@@ -249,28 +251,44 @@ fn component_of_rotation(column: &str) -> Option<usize> {
     ["x", "y", "z"].iter().position(|component| column.ends_with(&format!("_rotation_{component}_deg")))
 }
 
-/// The boundary at the state farthest from rest, corner nodes only.
+/// Distance of a mid-node from the middle of its edge, over the length of the edge, from which on the edge is curved.
+const CURVED: f64 = 0.01;
+
+/// Whether some of these facets are curved at rest.
+fn is_curved(mesh: &TetMesh, facets: &[u32]) -> bool {
+    let bends = |facet: &[u32]| {
+        let at = |k: usize| mesh.points[facet[k] as usize];
+        let sides = FACET_EDGES.iter().enumerate();
+        sides
+            .map(|(e, &[i, j])| (at(3 + e) - (at(i) + at(j)) / 2.0).norm() / (at(j) - at(i)).norm())
+            .any(|off| off > CURVED)
+    };
+    mesh.order == Order::Quadratic && facets.iter().any(|&f| bends(mesh.facet(f as usize)))
+}
+
+/// The boundary at the state farthest from rest, with mid-nodes only where it is curved at rest.
 pub fn skin(scene: &Scene, run: &Run) -> Skin {
     let mesh = &scene.body.mesh;
     let stretch = scene.nodal_stretch(&run.peak.x);
     let mut local = BTreeMap::new();
     let mut nodes = Vec::new();
-    let triangles = boundary_facets(mesh)
-        .iter()
-        .map(|&f| {
-            let corners = &mesh.facet(f as usize)[..3];
-            std::array::from_fn(|k| {
-                *local.entry(corners[k]).or_insert_with(|| {
-                    nodes.push(corners[k] as usize);
-                    nodes.len() as u32 - 1
-                })
+    let boundary = boundary_facets(mesh);
+    let mut numbers = |own: &[u32]| -> [u32; 3] {
+        std::array::from_fn(|k| {
+            *local.entry(own[k]).or_insert_with(|| {
+                nodes.push(own[k] as usize);
+                nodes.len() as u32 - 1
             })
         })
-        .collect();
+    };
+    let triangles = boundary.iter().map(|&f| numbers(&mesh.facet(f as usize)[..3])).collect();
+    let curved = if is_curved(mesh, &boundary) { &boundary[..] } else { &[] };
+    let middles = curved.iter().map(|&f| numbers(&mesh.facet(f as usize)[3..])).collect();
     let x = &run.peak.x;
     Skin {
         points: nodes.iter().map(|&k| mesh.points[k].into()).collect(),
         triangles,
+        middles,
         t_s: run.peak.t,
         displacement: nodes.iter().map(|&k| [x[3 * k], x[3 * k + 1], x[3 * k + 2]]).collect(),
         stretch: nodes.iter().map(|&k| stretch[k]).collect(),

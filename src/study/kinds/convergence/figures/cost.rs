@@ -93,7 +93,7 @@ pub fn draw(store: &Results) -> Option<Figure> {
         }
         legend_below(area, (LEFT, bottom), across, entries);
     });
-    let caption = "CPU time of a case over its size, per formulation, with the fitted exponent of growth and its standard error. A mark is the mean over the variants of one mesh, its bar the range.".into();
+    let caption = "CPU time of a case over its size, per formulation, with the fitted exponent of growth and its 95 % interval (Student's t, with as many degrees of freedom as there are meshes more than two). A mark is the mean over the variants of one mesh, its bar the range.".into();
     Some(Figure { name: "cost-size".into(), svg, caption })
 }
 
@@ -108,7 +108,7 @@ fn panel(plot: &Plot, dots: &[MeshCost], x: Size, lines: &[Option<PowerLaw>], na
         let (a, b) = (own().fold(f64::INFINITY, f64::min), own().fold(0.0, f64::max));
         let at = |n: f64| plot.at(n, g.at(n));
         line(area, &[at(a), at(b)], *color, 7);
-        let words = format!("{name}: exponent of {symbol} {}", with_error(g.q, g.error));
+        let words = format!("{name}: exponent of {symbol} {}", with_error(g.q, g.half));
         let [l, t, ..] = plot.frame;
         text(area, &words, (l + 40, t + FIRST + NEXT * written), At::Left, SMALL, *color);
         written += 1;
