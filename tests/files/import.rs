@@ -128,7 +128,7 @@ fn a_file_is_described_and_its_starter_scene_runs() {
     assert!(text.contains(&format!("needs        {merge}")) && scene.contains(merge), "{text}{scene}");
     let (text, scene) = describe("wedges.vtu", "wedges.toml");
     assert!(text.contains("needs        split = true") && scene.contains("split = true"), "{text}{scene}");
-    assert!(text.contains("fixture      the wider end"), "{text}");
+    assert!(text.contains("fixture      the larger flat end along x"), "{text}");
     assert!(describe("metres.vtu", "metres.toml").1.contains("unit = \"m\""));
     assert!(describe("orphans.vtu", "orphans.toml").0.contains("defect       2 nodes belong to no cell"));
     assert!(describe("quadratic.msh", "quadratic.toml").1.contains("element = \"tet10\""));

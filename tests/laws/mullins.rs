@@ -405,7 +405,17 @@ fn stated_errors_are_in_the_intervals_of_softening() {
     assert!(half(scale.beta) < 1e-3 && half(scale.r) < 1e-3, "{scale}");
     let zero = fit("zero", "stress_zero=1kPa");
     assert!([zero.r, zero.m, zero.beta].into_iter().all(|b| half(b) > 1e-3), "{zero}");
-    assert!(zero.to_string().contains("and the stated ones of the measurement"), "{zero}");
+    assert!(zero.to_string().contains("and the stated errors of the zero of the stress"), "{zero}");
+    // Of three specimens the zeros are in the scatter between them
+    let several = |accuracy: &str| {
+        let of = |seed: u64| request(&format!("several-{seed}"), &cyclic_table(&[1.3, 1.6, 1.9], 300.0, seed));
+        let mut request = of(1);
+        request.more = [of(2), of(3)].map(|one| one.data).into();
+        request.options.accuracy = accuracy.parse().expect("valid");
+        let soft = fit_softening(&request).expect("a fit").1;
+        (soft.r, soft.m, soft.beta)
+    };
+    assert_eq!(several("stress_zero=1kPa"), several("stress_zero=1Pa"));
 }
 
 /// Shares of 200 draws in which the intervals hold r, m, β and the set, and in which a set is stated.

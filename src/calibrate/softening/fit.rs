@@ -6,12 +6,9 @@ use super::path::{CyclicPath, divide};
 use super::result::{SofteningFit, summary};
 use super::rows::FirstLoading;
 use super::search::{Answer, Search};
-use super::stated::widened;
 use crate::calibrate::judgement::errors::{self, Errors, directions};
 use crate::calibrate::judgement::origin::Origin;
-use crate::calibrate::{
-    Bounded, CurveSet, Experiment, FitOptions, FitRequest, FitResult, Sample, SlackChoice, fit_experiment,
-};
+use crate::calibrate::{Bounded, CurveSet, Experiment, FitOptions, FitResult, Sample, SlackChoice, fit_experiment};
 use crate::math::statistics::t_quantile;
 use nalgebra::{DMatrix, DVector};
 
@@ -21,44 +18,6 @@ const ROWS: usize = 6;
 const APART: f64 = 1.2;
 /// Part of the stress below which the residual is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
-
-/// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others.
-pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), SofteningFitError> {
-    let stated = match request.options.modes[..] {
-        [one] => Some(one),
-        _ => None,
-    };
-    let files = std::iter::once(&request.data).chain(&request.more);
-    let one = |path: &std::path::PathBuf| Experiment::read(path, request.card.as_deref(), &request.columns, stated);
-    let parts: Vec<Experiment> = files.map(one).collect::<Result<_, _>>()?;
-    for part in &parts {
-        let own = part.card.as_ref().map(|c| &c.preparation);
-        for asked in own.into_iter().chain([&request.preparation]) {
-            let treatments = [
-                ("a cycle", asked.cycle.is_some()),
-                ("zeroing", asked.zero.is_some()),
-                ("toe compensation", asked.toe.is_some()),
-            ];
-            let slack = ("slack", request.options.slack == SlackChoice::Yes);
-            if let Some((what, _)) = treatments.into_iter().chain([slack]).find(|t| t.1) {
-                return Err(SofteningFitError::Treated { file: part.file.clone(), what });
-            }
-        }
-    }
-    let experiment = Experiment::pool(parts)?;
-    fit_softening_experiment(&experiment, &request.options)
-}
-
-/// Like [`fit_softening`], of a table that was read already.
-pub fn fit_softening_experiment(
-    experiment: &Experiment,
-    options: &FitOptions,
-) -> Result<(FitResult, SofteningFit), SofteningFitError> {
-    let (law, softening, sets) = of_data(experiment, options)?;
-    let accuracy = options.accuracy.or(&experiment.accuracy);
-    let softening = widened(softening, experiment, options, &accuracy)?.with_words(&law, sets);
-    Ok((law, softening))
-}
 
 /// Law and softening by the scatter of the data, without words, and the curves of a figure.
 pub(super) fn of_data(

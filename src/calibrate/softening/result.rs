@@ -1,6 +1,7 @@
 //! Fitted constants of softening: intervals, words, and `mullins.toml`, which the effect `mullins` includes.
 
 use super::error::SofteningFitError;
+use crate::calibrate::intake::accuracy::SharedError;
 use crate::calibrate::{Bounded, CurveSet, ErrorModel, Estimate, FitResult, FitSummary, MeasuredCurves};
 use crate::storage;
 use serde::Serialize;
@@ -27,7 +28,7 @@ pub struct SofteningFit {
     pub beta: Bounded,
     /// Share of the largest ln λ that stays without stress \[–\]; where none is shown, what the data leave possible
     pub set: Bounded,
-    /// The interval of the set leaves out zero, and the constants are those with it
+    /// The scatter of the data leaves out a set of zero, and the constants are those with it
     pub has_set: bool,
     /// r is at its bound: nearly the whole stress is lost somewhere
     pub at_bound: bool,
@@ -68,7 +69,7 @@ impl SofteningFit {
     }
 
     /// Words, next to the data and lines of a figure.
-    pub(super) fn with_words(mut self, law: &FitResult, sets: Vec<CurveSet>) -> Self {
+    pub(super) fn with_words(mut self, law: &FitResult, stated: &[SharedError], sets: Vec<CurveSet>) -> Self {
         let determined = self.is_determined();
         let s = &mut self.summary;
         s.title = format!("Softening from {}", self.data);
@@ -90,13 +91,20 @@ impl SofteningFit {
                 "95 % intervals: {}; Student's t with {} degrees of freedom, with the errors of the constants of the law{}",
                 self.errors,
                 self.degrees,
-                if law.measurement.is_empty() { "" } else { " and the stated ones of the measurement" }
+                match stated.iter().map(|kind| kind.name()).collect::<Vec<_>>() {
+                    names if names.is_empty() => String::new(),
+                    names => format!(", and the stated errors of the {}", names.join(", the ")),
+                }
             ),
             format!(
                 "the law of the first loading was fitted to {} data points at or above every stretch before them",
                 self.first_loading
             ),
         ];
+        if self.has_set && self.set.interval[0] == 0.0 {
+            s.messages
+                .push("the set of the specimen is within the stated errors of the measurement: it may be none".into());
+        }
         if self.has_set {
             s.constants.push(["set".into(), self.set.words("–")]);
             s.messages.push(format!(

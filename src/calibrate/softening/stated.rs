@@ -1,39 +1,55 @@
 //! Errors of the measurement that all data points share, in the intervals of softening.
 //!
 //! The data are moved by each of them, there and back, and law and softening are fitted anew: half of the difference is by how much the error moves a constant. The half-widths of independent errors
-//! are added in quadrature to the one of the scatter, as in fits of a law ([`crate::calibrate::judgement::measurement`]). Zeros are those of each specimen.
+//! are added in quadrature to the one of the scatter, as in fits of a law ([`crate::calibrate::judgement::measurement`]). Zeros are those of each specimen; between several specimens they are
+//! a part of the scatter.
 
 use super::fit::of_data;
 use super::result::SofteningFit;
 use crate::calibrate::intake::accuracy::SharedError;
 use crate::calibrate::intake::dimensions::Dimensions;
-use crate::calibrate::{Accuracy, Bounded, Experiment, FitError, FitOptions, Sample};
+use crate::calibrate::{Accuracy, Bounded, ErrorModel, Experiment, FitError, FitOptions, Mode, Sample};
 use std::collections::BTreeSet;
 
-/// The constants with wider intervals, and a message for each error that could not be followed.
+/// The constants with wider intervals, the errors that are in them, and a message for each error that could not be followed.
 pub fn widened(
     mut fit: SofteningFit,
     experiment: &Experiment,
     options: &FitOptions,
     accuracy: &Accuracy,
-) -> Result<SofteningFit, FitError> {
-    if accuracy.0.is_empty() {
-        return Ok(fit);
-    }
-    let specimens: BTreeSet<usize> = experiment.samples.iter().map(|s| s.specimen).collect();
-    let mut squares = [0.0; 5];
+) -> Result<(SofteningFit, Vec<SharedError>), FitError> {
+    let of_modes: BTreeSet<(Mode, usize)> = experiment.samples.iter().map(|s| (s.mode, s.specimen)).collect();
+    let is_alone = |mode: Mode| of_modes.iter().filter(|other| other.0 == mode).count() == 1;
+    // The specimens whose zeros are in no scatter
+    let specimens: BTreeSet<usize> = match fit.errors {
+        ErrorModel::Specimens { .. } => BTreeSet::new(),
+        ErrorModel::Levels { .. } => of_modes.iter().filter(|one| is_alone(one.0)).map(|one| one.1).collect(),
+        _ => of_modes.iter().map(|one| one.1).collect(),
+    };
+    let (mut squares, mut followed) = ([0.0; 5], vec![]);
     for (kind, half_width) in &accuracy.0 {
         let of: Vec<Option<usize>> = match kind.is_of_a_curve() {
             true => specimens.iter().copied().map(Some).collect(),
             false => vec![None],
         };
+        if of.is_empty() {
+            continue;
+        }
+        followed.push(*kind);
         for specimen in of {
             let end = |by: f64| moved_fit(experiment, options, (*kind, by), specimen);
             match (end(*half_width)?, end(-half_width)?) {
                 (Some(a), Some(b)) => (0..5).for_each(|k| squares[k] += (0.5 * (a[k] - b[k])).powi(2)),
-                _ => fit.summary.messages.push(format!("the intervals do not hold the stated error of the {kind}")),
+                _ => {
+                    followed.retain(|one| one != kind);
+                    fit.summary.messages.push(format!("the intervals do not hold the stated error of the {kind}"));
+                    break;
+                }
             }
         }
+    }
+    if followed.is_empty() {
+        return Ok((fit, followed));
     }
     let wide = |b: Bounded, k: usize| {
         let [low, high] = b.interval.map(|end| (end - b.value).hypot(squares[k].sqrt()));
@@ -42,7 +58,7 @@ pub fn widened(
     (fit.r, fit.m) = (wide(fit.r, 0).within(1.0, f64::INFINITY), wide(fit.m, 1).within(0.0, f64::INFINITY));
     (fit.beta, fit.set) = (wide(fit.beta, 2).within(0.0, f64::INFINITY), wide(fit.set, 3).within(0.0, 1.0));
     fit.scale = fit.scale.map(|scale| wide(scale, 4).within(0.0, f64::INFINITY));
-    Ok(fit)
+    Ok((fit, followed))
 }
 
 /// r, m, β, the set and m + βW_m from the data with an error, of one specimen or of all; none where they cannot be had.

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! Noise of x makes the slope of least squares too small by the share a of the variance s² of x that is noise (W. A. Fuller, *Measurement Error Models*, 1987, section 1.1). It is
-//! no more than what x is rough by from row to row, and no more than what the residual r shows; the end of the interval that is farther from zero is moved by a times the slope. The value is not
-//! corrected, since uneven loading is rough without an error.
+//! no more than what x is rough by from row to row, and no more than what the residual r shows; the end of the interval that is farther from zero is divided by 1 − a. The value is not
+//! corrected, since uneven loading is rough without an error. Limit: a itself is taken as known, which holds while it is small.
 
 use crate::calibrate::Bounded;
 use crate::calibrate::judgement::errors;
@@ -34,7 +34,7 @@ pub struct Line {
     pub errors: errors::Errors,
     /// Coefficient of (x − x̄)² with its interval
     pub bend: Bounded,
-    /// Share by which noise of x may make the slope too small \[–\]
+    /// Share of the variance of x that may be noise, by which the slope is too small then \[–\]
     pub attenuation: f64,
 }
 
@@ -79,7 +79,7 @@ pub fn line(points: &Points) -> Line {
     let noise = of_residual.min(roughness(x, &curves).powi(2));
     let variance = curves.iter().map(|rows| spread(x, rows)).sum::<f64>() / n as f64;
     let attenuation = if noise > 0.0 { noise / variance } else { 0.0 };
-    slope.interval[usize::from(slope.value > 0.0)] += attenuation * slope.value;
+    slope.interval[usize::from(slope.value > 0.0)] /= (1.0 - attenuation).max(0.0);
     Line { slope, offsets, misfit: residual.norm() / of_y, residual, errors, bend, attenuation }
 }
 

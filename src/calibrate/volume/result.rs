@@ -47,6 +47,9 @@ pub struct VolumeFit {
 /// Misfit below which a bend is rounding \[–\]
 const ROUNDING: f64 = 1e-9;
 
+/// Share of noise in the variance up to which intervals that hold its effect cover \[–\]
+const KNOWN: f64 = 0.2;
+
 /// Misfit above which the line does not describe the data: more than a quarter of the variance is left \[–\]
 const MOST: f64 = 0.5;
 
@@ -71,8 +74,13 @@ fn messages(lateral: bool, bound_only: bool, value: &Bounded, line: &Line) -> Ve
     let scatter = line.errors.deviations.get(line.offsets.len()).copied().unwrap_or(0.0);
     if line.attenuation * line.slope.value.abs() > scatter {
         let (what, of) = if lateral { ("nu", "strain") } else { ("kappa", "volume") };
+        let held = if line.attenuation > KNOWN {
+            "more than its interval is sure to hold"
+        } else {
+            "which its interval holds"
+        };
         messages.push(format!(
-            "noise in the {of} may make {what} up to {:.1} % too small, which its interval holds: measure the {of} more exactly, or give the means of several rows",
+            "noise in the {of} may make {what} up to {:.1} % too small, {held}: measure the {of} more exactly, or give the means of several rows",
             100.0 * line.attenuation
         ));
     }

@@ -33,7 +33,9 @@ const WHOLE: f64 = 360.0 / std::f64::consts::PI;
 
 /// Mean length of the time steps taken in stages that are not static \[s\].
 fn mean_step(scene: &Scene, run: &Run) -> Option<f64> {
-    let duration: f64 = scene.spans.iter().filter(|s| !s.integrator.is_static()).map(|s| s.end - s.start).sum();
+    let in_time = scene.spans.iter().filter(|s| !s.integrator.is_static());
+    // A run may end before its last stage does
+    let duration: f64 = in_time.map(|s| (s.end.min(run.last.t) - s.start).max(0.0)).sum();
     (run.totals.in_time > 0).then(|| duration / run.totals.in_time as f64)
 }
 

@@ -1,0 +1,46 @@
+//! From a request to law and softening with all their errors.
+
+use super::error::SofteningFitError;
+use super::fit::of_data;
+use super::result::SofteningFit;
+use super::stated::widened;
+use crate::calibrate::{Experiment, FitOptions, FitRequest, FitResult, SlackChoice};
+
+/// Reads the table of a request; fits its law to the rows of the first loading, and softening to the others.
+pub fn fit_softening(request: &FitRequest) -> Result<(FitResult, SofteningFit), SofteningFitError> {
+    let stated = match request.options.modes[..] {
+        [one] => Some(one),
+        _ => None,
+    };
+    let files = std::iter::once(&request.data).chain(&request.more);
+    let one = |path: &std::path::PathBuf| Experiment::read(path, request.card.as_deref(), &request.columns, stated);
+    let parts: Vec<Experiment> = files.map(one).collect::<Result<_, _>>()?;
+    for part in &parts {
+        let own = part.card.as_ref().map(|c| &c.preparation);
+        for asked in own.into_iter().chain([&request.preparation]) {
+            let treatments = [
+                ("a cycle", asked.cycle.is_some()),
+                ("zeroing", asked.zero.is_some()),
+                ("toe compensation", asked.toe.is_some()),
+            ];
+            let slack = ("slack", request.options.slack == SlackChoice::Yes);
+            if let Some((what, _)) = treatments.into_iter().chain([slack]).find(|t| t.1) {
+                return Err(SofteningFitError::Treated { file: part.file.clone(), what });
+            }
+        }
+    }
+    let experiment = Experiment::pool(parts)?;
+    fit_softening_experiment(&experiment, &request.options)
+}
+
+/// Like [`fit_softening`], of a table that was read already.
+pub fn fit_softening_experiment(
+    experiment: &Experiment,
+    options: &FitOptions,
+) -> Result<(FitResult, SofteningFit), SofteningFitError> {
+    let (law, softening, sets) = of_data(experiment, options)?;
+    let accuracy = options.accuracy.or(&experiment.accuracy);
+    let (softening, stated) = widened(softening, experiment, options, &accuracy)?;
+    let softening = softening.with_words(&law, &stated, sets);
+    Ok((law, softening))
+}
