@@ -8,6 +8,7 @@ mod asked;
 mod bundle;
 mod compare;
 mod cost;
+mod curve_bodies;
 mod earlier;
 mod engines;
 mod identity;
