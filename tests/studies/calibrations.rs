@@ -1,7 +1,8 @@
-//! The body of a further curve of a calibration is an input of its results.
+//! The inputs of stored results of calibrations: the body of a further curve, and the constants that a case of `[use]` waits for.
 
 use crate::common::stores::{call, write_rod};
 use flate2::{Compression, write::GzEncoder};
+use serde_json::Value;
 use std::io::Write;
 use std::path::Path;
 
@@ -59,6 +60,9 @@ quantity = [{ name = "xmax_reaction_x_N", label = "force", symbol = "F", unit = 
 file = "pull.csv"
 x = { column = "u (mm)", unit = "mm", is = "xmax_x_displacement_m" }
 y = { column = "F (N)", unit = "N", is = "xmax_reaction_x_N" }
+"#;
+/// A second curve, of a body that a mesher makes.
+const CURVE: &str = r#"
 [[variant.curve]]
 name = "rod"
 scene = "rod.toml"
@@ -67,6 +71,8 @@ members = { coarse = {}, fine = {} }
 file = "rod.csv"
 x = { column = "u (mm)", unit = "mm", is = "xmax_x_displacement_m" }
 y = { column = "F (N)", unit = "N", is = "xmax_reaction_x_N" }
+"#;
+const SIZES: &str = r#"
 [[family]]
 name = "mesh"
 role = "sizes"
@@ -74,6 +80,18 @@ role = "sizes"
 coarse = {}
 fine = { "mesh.grid.divisions" = [6, 2, 2] }
 "#;
+/// The scene of the study as one that takes the law.
+const USE: &str = r#"
+[use]
+scene = "scene.toml"
+law = "rubber"
+quantity = { name = "xmax_reaction_x_N", label = "force", symbol = "F", unit = "N" }
+[use.members]
+coarse = {}
+fine = { "mesh.grid.divisions" = [6, 2, 2] }
+"#;
+/// The forces of a bar of about 100 kPa.
+const PULL: &str = "u (mm),F (N)\n1.5,1.45\n3,2.84\n4.5,4.14\n6,5.40\n";
 /// A mesher that copies a mesh which is there.
 const MESHER: &str = r#"out=$(sed 's/.*"output":"\([^"]*\)".*/\1/')
 cp "$DUROMETER_HOME/rod.msh.gz" "$out"
@@ -110,8 +128,8 @@ fn another_mesh_of_a_further_curve_makes_other_results() {
     let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("room");
     write("scene.toml", &format!("{GRID}{SCENE}"));
     write("rod.toml", &format!("{ROD}{SCENE}"));
-    write("study.toml", STUDY);
-    write("pull.csv", "u (mm),F (N)\n1.5,1.45\n3,2.84\n4.5,4.14\n6,5.40\n");
+    write("study.toml", &format!("{STUDY}{CURVE}{SIZES}"));
+    write("pull.csv", PULL);
     write("rod.csv", "u (mm),F (N)\n1.5,1.50\n3,2.90\n4.5,4.25\n6,5.50\n");
     write_mesh(&at.join("rod.msh.gz"), 0.01);
     let run = |out: &str| call(at, &["run", "study.toml", "--out", out, "--jobs", "1"], 0).1;
@@ -141,4 +159,49 @@ fn another_mesh_of_a_further_curve_makes_other_results() {
     let meshed = call(at, &["mesh", "study.toml"], 0).0;
     assert_eq!(meshed.matches("radius ratio min").count(), 3, "{meshed}");
     assert!(listed().contains("2 cases: 2 outdated"), "{}", listed());
+}
+
+/// An archive of other constants takes the place of those of a folder, but does not bring the results that wait for them: those of the folder count no more, and its report is
+/// marked.
+#[test]
+fn results_of_replaced_constants_do_not_count() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).expect("room");
+    write("scene.toml", &format!("{GRID}{SCENE}"));
+    write("study.toml", &format!("{STUDY}{SIZES}{USE}"));
+    write("pull.csv", PULL);
+    let run = |arguments: &[&str]| call(at, &[&["run", "study.toml", "--jobs", "1"], arguments].concat(), 0).1;
+    run(&["--out", "a", "--only", "mesh"]);
+    call(at, &["store", "export", "a", "a.tar.gz"], 0);
+    write(
+        "pull.csv",
+        &PULL.replace("1.45", "2.9").replace("2.84", "5.68").replace("4.14", "8.28").replace("5.40", "10.8"),
+    );
+    run(&["--out", "r"]);
+    call(at, &["store", "export", "r", "r.tar.gz"], 0);
+    let summary = || -> Value { serde_json::from_str(&call(at, &["report", "r", "--json"], 0).0).expect("JSON") };
+    let counted = || ["cases", "outdated"].map(|key| summary()[key].as_array().map_or(0, Vec::len));
+    let marked = || {
+        let has_mark = |name: &str| {
+            std::fs::read_to_string(at.join("r").join(name)).expect("a report").contains("have changed since")
+        };
+        ["index.html", "summary.json"].map(has_mark)
+    };
+    assert_eq!(counted(), [4, 0]);
+    // The same results change nothing
+    call(at, &["store", "import", "r.tar.gz", "r", "--replace"], 0);
+    assert_eq!((marked(), counted()), ([false; 2], [4, 0]));
+
+    call(at, &["store", "import", "a.tar.gz", "r", "--replace"], 0);
+    assert_eq!(marked(), [true; 2]);
+    assert_eq!((counted(), marked()), ([2, 2], [false; 2]));
+    // They come back with their constants, or are computed from the other ones
+    call(at, &["store", "import", "r.tar.gz", "r", "--replace"], 0);
+    assert_eq!((marked(), counted()), ([true; 2], [4, 0]));
+    call(at, &["store", "import", "a.tar.gz", "r", "--replace"], 0);
+    write("pull.csv", PULL);
+    let anew = run(&["--out", "r"]);
+    let computed = anew.lines().filter(|line| line.starts_with("done use-")).count();
+    assert_eq!((computed, counted()), (2, [4, 0]), "{anew}");
 }
