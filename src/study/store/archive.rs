@@ -208,6 +208,9 @@ pub struct Imported {
     pub replaced: Vec<String>,
     /// Cases that differ, and were left as they are in the folder
     pub conflicts: Vec<Conflict>,
+    /// Files with cases that were added to the study of the folder, and are none of the archive
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<String>,
 }
 
 /// A case that differs between an archive and a folder.
@@ -311,18 +314,26 @@ fn place(
 }
 
 /// Writes the files with the cases that were added to the study of the archive, which is that of the folder. One that differs stays as it is in the folder, unless
-/// that of the archive is to take its place.
+/// those of the archive are to take the place of its own: then one that the archive does not have is removed.
 fn place_added(dir: &Path, added: &Files, (options, out): (ImportOptions, &mut Imported)) -> Result<(), ArchiveError> {
-    for (name, bytes) in added {
+    for name in ADDED {
         let target = dir.join(name);
-        match storage::read(&target, DATA_LIMIT) {
-            Ok(own) if own == *bytes => {}
-            Ok(_) if !options.replace => {
+        let unwritable = |e: std::io::Error| ArchiveError::Unwritable { path: target.clone(), reason: e.to_string() };
+        let own = storage::read(&target, DATA_LIMIT);
+        let is_absent = own.as_ref().is_err_and(storage::is_absent);
+        match (added.get(name), own) {
+            (Some(bytes), Ok(own)) if own == *bytes => {}
+            (Some(bytes), _) if is_absent || options.replace => storage::write(&target, bytes).map_err(unwritable)?,
+            (Some(_), Ok(_)) => {
                 let fact = "the archive has other cases that were added to the study".into();
-                out.conflicts.push(Conflict { what: name.clone(), fact });
+                out.conflicts.push(Conflict { what: name.into(), fact });
             }
-            _ => storage::write(&target, bytes)
-                .map_err(|e| ArchiveError::Unwritable { path: target.clone(), reason: e.to_string() })?,
+            (Some(_), Err(e)) => return Err(FolderError::Unreadable { path: target, reason: e.to_string() }.into()),
+            (None, _) if options.replace && !is_absent => {
+                std::fs::remove_file(&target).map_err(unwritable)?;
+                out.removed.push(name.into());
+            }
+            (None, _) => {}
         }
     }
     Ok(())
