@@ -5,6 +5,7 @@ use super::outcome::{CommandResult, Outcome};
 use durometer::mesh::generate::MeshStore;
 use durometer::mesh::quality::Quality;
 use durometer::scene::{Body, Scene, keep, limits_of_mesh, limits_of_scene, read_scene};
+use durometer::study::case::Case;
 use durometer::study::expand::Study;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,8 +34,9 @@ pub fn main(args: Args) -> CommandResult {
     let file = files::find_any(&args.file)?;
     let changes = super::arguments::changes(&args.set)?;
     let scenes = if files::is_study(&file) {
-        let cases = Study::read(&file, &changes)?.cases;
-        cases.into_iter().map(|c| (c.scene_file, c.spec, c.text)).collect()
+        let study = Study::read(&file, &changes)?;
+        let scenes = study.cases.iter().map(Case::scenes).collect::<Result<Vec<_>, _>>()?.into_iter().flatten();
+        scenes.map(|(file, spec, text)| (file.to_path_buf(), spec.into_owned(), text.to_string())).collect()
     } else {
         let (spec, text) = read_scene(&file, &changes)?;
         vec![(file.clone(), spec, text)]

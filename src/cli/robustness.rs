@@ -40,5 +40,6 @@ pub fn main(args: Args) -> CommandResult {
         None => Study::read_extent(&files::find(Path::new("hard-cases"), "study.toml")?, &changes, extent)?,
     };
     args.how.dir_of(&study.name, &study.file)?;
+    args.how.check(&study)?;
     execute(&study, &args.how, false, None)?.tell(&args.how, &study.file)
 }

@@ -16,6 +16,7 @@ use durometer::study::listing::{Listed, State, list};
 use durometer::study::report::{self, Summary};
 use durometer::study::run::growing;
 use durometer::study::run::only::{Only, Partition};
+use durometer::study::run::other_study;
 use durometer::study::run::runner::{Isolation, Options};
 use durometer::study::store::folder;
 use durometer::study::store::origin;
@@ -74,6 +75,7 @@ pub fn main(args: Args) -> CommandResult {
     let changes = super::arguments::changes(&args.set)?;
     let dir = args.how.dir_of(&Study::name_of(&file), &file)?;
     let study = Study::read_with_added(&file, &changes, &dir)?;
+    args.how.check(&study)?;
     if let Some(why) = study.record.without_verdict() {
         tell!("{why}");
     }
@@ -158,6 +160,19 @@ impl How {
                 other.display()
             )),
             None => Ok(dir),
+        }
+    }
+
+    /// Refuses a folder with results of another study, which the run would replace.
+    pub fn check(&self, study: &Study) -> Result<(), String> {
+        let dir = self.dir(&study.name);
+        match other_study::held(study, &dir) {
+            Some(other) => Err(format!(
+                "{}: it holds results of {other}, which those of {} would replace; choose another folder with --out, or remove this one",
+                dir.display(),
+                study.file.display()
+            )),
+            None => Ok(()),
         }
     }
 

@@ -81,7 +81,7 @@ struct ImportArgs {
     /// Largest size of the unpacked archive in GiB
     #[arg(long, value_name = "GIB", default_value = "64")]
     limit: u64,
-    /// Print an object with `added`, `kept`, `replaced` and `conflicts`
+    /// Print an object with `added`, `kept`, `replaced`, `conflicts`, and `removed` where there is something
     #[arg(long)]
     json: bool,
 }
@@ -150,6 +150,9 @@ fn imported(args: &ImportArgs) -> CommandResult {
         say!("{}", serde_json::to_string_pretty(&done)?);
     } else {
         say!("{} cases added, {} kept, {} replaced", done.added.len(), done.kept, done.replaced.len());
+    }
+    for name in &done.removed {
+        tell!("removed: {name}: the study of the archive has no cases that were added there");
     }
     for conflict in &done.conflicts {
         tell!("conflict: {}: {}; that of the folder is kept", conflict.what, conflict.fact);

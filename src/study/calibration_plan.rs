@@ -243,7 +243,7 @@ impl CalibrationPlan {
 
 /// Digests of the scenes of the curves.
 fn scenes_of(curves: &[CurvePlan]) -> Vec<String> {
-    curves.iter().map(|c| Identity::of(&c.scene_file, &c.text, "", String::new()).sha256).collect()
+    curves.iter().map(|c| Identity::of(&c.scene_file, &c.text, "", &[]).sha256).collect()
 }
 
 fn settings(spec: &CalibrationSpec) -> Result<Settings, InverseError> {

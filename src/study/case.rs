@@ -5,6 +5,7 @@ use crate::scene::{Body, ParameterKey, SceneError, SceneSpec, from_text, named_f
 use crate::study::calibration_plan::CalibrationPlan;
 use crate::study::store::identity::{Identity, mesh_sha256};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,6 +32,24 @@ pub struct Case {
     /// Keys that its columns are differentiated by
     pub derivatives: Vec<ParameterKey>,
 }
+
+/// The bodies of the scenes of a case.
+pub struct Bodies {
+    /// Of the scene that is run
+    pub own: Body,
+    /// Of the further curves of a calibration
+    pub curves: Vec<Body>,
+}
+
+impl Bodies {
+    /// SHA-256 of the meshes, in the order of the scenes.
+    pub fn sha256(&self) -> Vec<String> {
+        std::iter::once(&self.own).chain(&self.curves).map(mesh_sha256).collect()
+    }
+}
+
+/// Scene file, specification and text of a scene.
+pub type CaseScene<'a> = (&'a Path, Cow<'a, SceneSpec>, &'a str);
 
 /// A case that waits for the constants of a calibration.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,17 +90,38 @@ fn within<S: serde::Serializer>(plan: &Option<Arc<CalibrationPlan>>, serializer:
 }
 
 impl Case {
-    /// Identity of the result of this case on its body; without one that of a case that has none.
-    pub fn identity(&self, body: Option<&Body>) -> Identity {
-        self.identity_on(body.map_or_else(String::new, mesh_sha256))
+    /// The scene that is run, then those of the further curves of a calibration.
+    ///
+    /// # Errors
+    ///
+    /// A curve whose scene is refused.
+    pub fn scenes(&self) -> Result<Vec<CaseScene<'_>>, SceneError> {
+        let mut scenes: Vec<CaseScene> = vec![(&self.scene_file, Cow::Borrowed(&self.spec), &self.text)];
+        for curve in self.plan.iter().flat_map(|plan| &plan.more) {
+            let spec = from_text(&curve.scene_file, &curve.text, "")?;
+            scenes.push((&curve.scene_file, Cow::Owned(spec), &curve.text));
+        }
+        Ok(scenes)
     }
 
-    /// The same on a mesh of this digest.
-    pub fn identity_on(&self, mesh_sha256: String) -> Identity {
+    /// The bodies of its scenes. `progress` gets the lines of the mesher.
+    ///
+    /// # Errors
+    ///
+    /// A scene without a sound mesh.
+    pub fn bodies(&self, progress: &mut dyn FnMut(&str)) -> Result<Bodies, SceneError> {
+        let own = Body::load(&self.scene_file, &self.spec.mesh, progress)?;
+        let curves = self.scenes()?.into_iter().skip(1);
+        let curves = curves.map(|(file, spec, _)| Body::load(file, &spec.mesh, progress)).collect::<Result<_, _>>()?;
+        Ok(Bodies { own, curves })
+    }
+
+    /// Identity of the result of this case on meshes of these digests, in the order of its scenes; without them that of a case that has none.
+    pub fn identity(&self, meshes: &[String]) -> Identity {
         let of_plan = self.plan.as_ref().map_or("", |plan| plan.sha256.as_str());
         let keys = self.derivatives.iter().map(|key| format!(" {key}"));
         let asked = std::iter::once(of_plan.to_string()).chain(keys).collect::<String>();
-        Identity::of(&self.scene_file, &self.text, &asked, mesh_sha256)
+        Identity::of(&self.scene_file, &self.text, &asked, meshes)
     }
 
     /// The files that its scenes name, with the SHA-256 of what they hold now; without one where a file cannot be read.

@@ -1,7 +1,7 @@
 //! The cases of a study with what is stored of them and what they are expected to cost.
 
 use crate::mesh::generate::MeshStore;
-use crate::scene::{Body, SceneError};
+use crate::scene::{Body, MeshSpec, SceneError};
 use crate::study::case::Case;
 use crate::study::expand::Study;
 use crate::study::forecast::{Expected, Forecast, Size};
@@ -71,19 +71,21 @@ impl State {
 pub fn prepare(study: &Study, progress: &mut dyn FnMut(&str, &str)) -> Result<(), SceneError> {
     let mut made = HashSet::new();
     for case in &study.cases {
-        if !made.insert(key(case)) {
-            continue;
-        }
-        let body = Body::load(&case.scene_file, &case.spec.mesh, &mut |line| progress(&case.id, line));
-        if !study.rules.keep_refusals {
-            body?;
+        for (file, spec, _) in case.scenes()? {
+            if !made.insert(key(file, &spec.mesh)) {
+                continue;
+            }
+            let body = Body::load(file, &spec.mesh, &mut |line| progress(&case.id, line));
+            if !study.rules.keep_refusals {
+                body?;
+            }
         }
     }
     Ok(())
 }
 
-fn key(case: &Case) -> String {
-    format!("{:?}", (&case.scene_file, &case.spec.mesh))
+fn key(file: &Path, mesh: &MeshSpec) -> String {
+    format!("{:?}", (file, mesh))
 }
 
 /// Lists the cases. No mesh is made, and nothing is written.
@@ -94,10 +96,10 @@ pub fn list(study: &Study, dir: &Path) -> Vec<Listed> {
     let (mut forecast, mut found) = (Forecast::default(), vec![]);
     for case in &study.cases {
         let record = store.record(&case.id);
-        let mesh = meshes.of(case);
-        let size = Size::of(&case.spec, mesh.as_ref().map(|(_, nodes)| *nodes));
+        let nodes = meshes.of(&case.scene_file, &case.spec.mesh).map(|(_, nodes)| nodes);
+        let size = Size::of(&case.spec, nodes);
         record.iter().for_each(|r| forecast.learn(r, &size));
-        let identity = waiting::identity(study, case, &store, &mut |case| Some(meshes.of(case)?.0));
+        let identity = waiting::identity(study, case, &store, &mut |case| meshes.of_case(case));
         let state = match state(&store, case, record.as_ref(), identity.as_ref()) {
             State::Stored | State::OtherBuild if record.as_ref().is_some_and(|r| lacks(study, case, r)) => {
                 State::Partial
@@ -126,9 +128,9 @@ fn state(store: &Store, case: &Case, record: Option<&CaseRecord>, identity: Opti
         (None, _) if store.has(&case.id) => State::Damaged,
         (None, _) => State::Missing,
         (Some(r), None) if case.after.is_none() => {
-            // On the mesh of the result, everything else must be the same
+            // On the meshes of the result, everything else must be the same
             let stored = &r.provenance.identity;
-            let same = case.identity_on(stored.mesh_sha256.clone()) == *stored;
+            let same = case.identity(&stored.meshes()) == *stored;
             if same { State::Unmeshed } else { State::Outdated }
         }
         (Some(_), None) => State::Outdated,
@@ -151,11 +153,16 @@ struct Meshes {
 }
 
 impl Meshes {
-    fn of(&mut self, case: &Case) -> Option<(String, usize)> {
+    fn of(&mut self, file: &Path, mesh: &MeshSpec) -> Option<(String, usize)> {
         let read = || {
-            let body = Body::load_from(&case.scene_file, &case.spec.mesh, self.store.as_ref(), &mut |_| {}).ok()?;
+            let body = Body::load_from(file, mesh, self.store.as_ref(), &mut |_| {}).ok()?;
             Some((mesh_sha256(&body), body.mesh.points.len()))
         };
-        self.known.entry(key(case)).or_insert_with(read).clone()
+        self.known.entry(key(file, mesh)).or_insert_with(read).clone()
+    }
+
+    /// Digests of the meshes of a case; none where one of them is not stored.
+    fn of_case(&mut self, case: &Case) -> Option<Vec<String>> {
+        case.scenes().ok()?.iter().map(|(file, spec, _)| Some(self.of(file, &spec.mesh)?.0)).collect()
     }
 }

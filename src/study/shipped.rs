@@ -44,11 +44,12 @@ fn of_study(file: &Path, store: &MeshStore) -> Result<Shipped, SceneError> {
     let study = Study::read(file, &[])?;
     let (mut known, mut has_meshes) = (HashSet::new(), true);
     for case in &study.cases {
-        let (file, mesh) = (&case.scene_file, &case.spec.mesh);
-        if known.insert(format!("{:?}", (file, mesh))) {
-            // Of a study of robustness a bad mesh is a case
-            has_meshes &=
-                is_stored(file, mesh, store).or_else(|e| if study.rules.keep_refusals { Ok(true) } else { Err(e) })?;
+        for (file, spec, _) in case.scenes()? {
+            if known.insert(format!("{:?}", (file, &spec.mesh))) {
+                // Of a study of robustness a bad mesh is a case
+                let is_found = is_stored(file, &spec.mesh, store);
+                has_meshes &= is_found.or_else(|e| if study.rules.keep_refusals { Ok(true) } else { Err(e) })?;
+            }
         }
     }
     Ok(Shipped {

@@ -6,6 +6,7 @@ mod common;
 mod around;
 mod asked;
 mod bundle;
+mod calibrations;
 mod compare;
 mod cost;
 mod earlier;

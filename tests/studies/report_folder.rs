@@ -1,6 +1,6 @@
 //! A folder of results has the report of one study, that of its present inputs.
 
-use crate::common::stores::{call, write_study};
+use crate::common::stores::{call, contents, write_study};
 use durometer::study::expand::Study;
 use durometer::study::report;
 use durometer::study::run::growing::run;
@@ -115,4 +115,36 @@ fn studies_of_one_name_have_folders_of_their_own() {
     std::fs::write(at.join("reports/robustness-scene/origin.json"), origin).expect("room");
     let (_, errors) = call(at, &["robustness", "s2/scene.toml"], 2);
     assert!(errors.contains("s1/scene.toml, which has the same name"), "{errors}");
+}
+
+/// A run into a folder that was given replaces no results of another study. Those of a copy of the study, of the edited study, and of one that was moved are its own.
+#[test]
+fn results_of_another_study_are_not_replaced() {
+    let keep = tempfile::tempdir().expect("a temporary folder");
+    let at = keep.path();
+    for study in ["a/foo", "b/foo", "c"] {
+        write_study(&at.join(study), 2);
+    }
+    let kept = |study: &str| {
+        let (_, errors) = call(at, &["run", study, "--out", "x"], 0);
+        errors.lines().filter(|line| line.starts_with("kept ")).count()
+    };
+    let refused = |study: &str, other: &str| {
+        let before = contents(&at.join("x"));
+        let (_, errors) = call(at, &["run", study, "--out", "x"], 2);
+        assert!(errors.contains(&format!("{other}, which those of {study}")) && errors.contains("--out"), "{errors}");
+        assert_eq!(contents(&at.join("x")), before);
+    };
+    assert_eq!(kept("a/foo/study.toml"), 0);
+    refused("c/study.toml", "a/foo/study.toml");
+    assert_eq!(kept("b/foo/study.toml"), 2, "a copy");
+    edit(&at.join("b/foo/scene.toml"), "nu = 0.3", "nu = 0.4");
+    assert_eq!(kept("b/foo/study.toml"), 0, "the study itself was edited");
+    refused("a/foo/study.toml", "b/foo/study.toml");
+    std::fs::rename(at.join("b"), at.join("moved")).expect("own folder");
+    assert_eq!(kept("moved/foo/study.toml"), 2);
+    // Results that came in an archive say no file
+    std::fs::remove_file(at.join("x/origin.json")).expect("it was noted");
+    refused("c/study.toml", "the study foo");
+    assert_eq!(kept("moved/foo/study.toml"), 2);
 }

@@ -240,6 +240,23 @@ fn added_members_go_with_their_results() {
     let kept = run("moved");
     assert_eq!(kept.lines().filter(|l| l.starts_with("kept")).count(), 5, "{kept}");
     assert_same(&at.join("more"), &at.join("moved"));
+    // One that cannot be read is no file to be replaced
+    let own = at.join("moved/extension.toml");
+    std::fs::remove_file(&own).expect("it was moved");
+    std::fs::create_dir(&own).expect("room");
+    let errors = import(&[], 2);
+    assert!(errors.contains("extension.toml: it cannot be read"), "{errors}");
+    std::fs::remove_dir(&own).expect("it is empty");
+    // The study of an archive without additions has none in the folder either
+    write(&own, added);
+    call(&at, &["store", "export", "r", "r.tar.gz"], 0);
+    let (said, errors) = call(&at, &["store", "import", "r.tar.gz", "moved", "--replace", "--json"], 0);
+    assert!(errors.contains("removed: extension.toml") && !own.exists(), "{errors}");
+    let said: Value = serde_json::from_str(&said).expect("JSON");
+    assert_eq!((&said["kept"], &said["removed"]), (&json!(4), &json!(["extension.toml"])), "{said}");
+    let kept = run("moved");
+    assert_eq!(kept.lines().filter(|l| l.starts_with("kept")).count(), 4, "{kept}");
+    assert!(!kept.contains("E110kPa"), "{kept}");
 }
 
 #[test]

@@ -71,8 +71,8 @@ pub fn compute(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option
 fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRecord>, CaseError> {
     let case = &task.case;
     let reading = Reading::begin();
-    let body = Body::load(&case.scene_file, &case.spec.mesh, follow.meshing)?;
-    let identity = case.identity(Some(&body));
+    let bodies = case.bodies(follow.meshing)?;
+    let identity = case.identity(&bodies.sha256());
     check_files(task, &reading)?;
     let mut fields = match task.vtu {
         true => Some(Fields::new(store.begin_fields(&case.id)?, &case.id, &USUAL)),
@@ -99,7 +99,8 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
         stopped.set(stopped.get() | !progress(now));
         !stopped.get()
     };
-    let prepared = match refined((&case.scene_file, &case.spec, &case.text), Arc::new(body), *meshing, &mut go_on) {
+    let prepared = match refined((&case.scene_file, &case.spec, &case.text), Arc::new(bodies.own), *meshing, &mut go_on)
+    {
         Ok(prepared) => prepared,
         Err(_) if stopped.get() => return Ok(None),
         Err(why) => return Err(CaseError::Refine { case: case.id.clone(), why: why.into() }),
@@ -107,8 +108,8 @@ fn run(task: &Task, store: &Store, follow: &mut Follow) -> Result<Option<CaseRec
     let from = unfinished(store, &case.id, &identity);
     // A disk that is full costs what was kept, not the search
     let mut keep = |values: &[f64]| drop(store.keep_search(&case.id, &identity, values));
-    let searching = SearchFollow { from: from.as_deref(), keep: &mut keep, meshing: *meshing, go_on: &mut go_on };
-    let Some(searched) = find(case, &prepared.body, searching)? else { return Ok(None) };
+    let searching = SearchFollow { from: from.as_deref(), keep: &mut keep, go_on: &mut go_on };
+    let Some(searched) = find(case, (&prepared.body, bodies.curves), searching)? else { return Ok(None) };
     let hooks = Hooks { fields: fields.as_mut(), go_on: &mut go_on, sized: &mut sized, open: &mut open };
     let mut computed = solve(task, prepared, searched, hooks)?;
     check_files(task, &reading)?;

@@ -3,6 +3,7 @@
 //! | Step | File |
 //! |---|---|
 //! | Which cases run | [`only`], [`waiting`] |
+//! | Results of another study, which a run would replace | [`other_study`] |
 //! | Mistakes of scenes, before the first case runs | `mistakes` |
 //! | The whole run: the cases, and those that follow from their results | [`growing`] |
 //! | Side by side, and which stored result is reused | [`runner`] |
@@ -23,6 +24,7 @@ pub mod memory;
 mod mistakes;
 pub mod one_run;
 pub mod only;
+pub mod other_study;
 pub mod refinement;
 pub mod runner;
 mod search;

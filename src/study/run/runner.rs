@@ -3,9 +3,9 @@
 use crate::catalogue::Launch;
 use crate::live::Access;
 use crate::math::threads::{self, locked};
-use crate::scene::{Body, ParameterKey, Progress, SceneError};
+use crate::scene::{ParameterKey, Progress, SceneError};
 use crate::storage::sha256;
-use crate::study::case::Case;
+use crate::study::case::{Bodies, Case};
 use crate::study::expand::Study;
 use crate::study::run::compute::{CaseError, Follow, compute};
 use crate::study::run::cores::{Cores, Share};
@@ -16,7 +16,7 @@ use crate::study::run::task::Task;
 use crate::study::run::waiting;
 use crate::study::run::worker::{End, Order, Said, Wants, compute_apart};
 use crate::study::store::folder::{Store, StoreError, Stored};
-use crate::study::store::identity::{Identity, mesh_sha256};
+use crate::study::store::identity::Identity;
 use crate::study::store::lock::{LockError, Locks};
 use crate::study::store::origin;
 use crate::study::store::outcome::refused;
@@ -167,7 +167,7 @@ pub(in crate::study) fn run_cases(
         // Other runs make the results of the other cases: a case that waits takes them from the store, once they are all there
         let sources = |c: &Case| match is_part {
             true => waiting::sources(study, c, (&store, options.accept_build), &mut |c| {
-                Body::load(&c.scene_file, &c.spec.mesh, &mut |_| {}).ok().map(|body| mesh_sha256(&body))
+                c.bodies(&mut |_| {}).ok().map(|bodies| bodies.sha256())
             }),
             false => Some(records.clone()),
         };
@@ -191,15 +191,15 @@ fn compare_others(study: &Study, store: &Store, options: &Options, watch: &dyn W
     let is_part = options.only.as_ref().is_some_and(Only::is_part);
     let is_other = |c: &&Case| (c.after.is_some() || !options.wants(&c.id)) && store.has(&c.id);
     for case in study.cases.iter().filter(is_other) {
-        let mut mesh = |c: &Case| {
+        let mut meshes = |c: &Case| {
             if is_part {
-                return store.record(&c.id).map(|record| record.provenance.identity.mesh_sha256);
+                return store.record(&c.id).map(|record| record.provenance.identity.meshes());
             }
-            let body = Body::load(&c.scene_file, &c.spec.mesh, &mut |line| watch.meshing(&c.id, line));
+            let bodies = c.bodies(&mut |line| watch.meshing(&c.id, line));
             // The result of a case that was refused has no mesh
-            Some(body.map_or_else(|_| String::new(), |body| mesh_sha256(&body)))
+            Some(bodies.map_or_else(|_| vec![], |bodies| bodies.sha256()))
         };
-        let now = waiting::identity(study, case, store, &mut mesh);
+        let now = waiting::identity(study, case, store, &mut meshes);
         // A mesher that was stopped says nothing about the inputs
         if options.stop.load(Ordering::Relaxed) {
             return Ok(());
@@ -251,24 +251,25 @@ fn prepare(
         if options.stop.load(Ordering::Relaxed) {
             return Ok(VecDeque::new());
         }
-        let body = match Body::load(&case.scene_file, &case.spec.mesh, &mut |line| watch.meshing(&case.id, line)) {
+        let bodies = match case.bodies(&mut |line| watch.meshing(&case.id, line)) {
             // Ctrl-C reaches the mesher too: that is no fault of the study.
             Err(_) if options.stop.load(Ordering::Relaxed) => return Ok(VecDeque::new()),
             Err(_) if study.rules.keep_refusals => None,
-            body => Some(body?),
+            bodies => Some(bodies?),
         };
         // Results of other inputs do not count from here on, also where the run is stopped before there are new ones
-        store.compare_inputs(&case.id, Some(&case.identity(body.as_ref()).sha256))?;
-        let identity = body.as_ref().map(|body| case.identity(Some(body)));
-        let size = body.as_ref().map_or(0, |body| body.mesh.points.len());
+        let meshes = bodies.as_ref().map(Bodies::sha256);
+        store.compare_inputs(&case.id, Some(&case.identity(meshes.as_deref().unwrap_or_default()).sha256))?;
+        let identity = meshes.map(|meshes| case.identity(&meshes));
+        let size = bodies.as_ref().map_or(0, |bodies| bodies.own.mesh.points.len());
         let files = inputs.files.get(&case.id).cloned().unwrap_or_default();
         let task = Task { files, ..Task::new(study, case, constants, options.vtu) };
         let stored = store.record(&task.case.id);
         let counts = |record: &CaseRecord| {
             identity.as_ref().is_some_and(|identity| record.provenance.counts_for(identity, options.accept_build))
         };
-        if let Some(body) = body.filter(|_| options.redo || !stored.as_ref().is_some_and(counts)) {
-            smallest.add(all.len(), &task, &body);
+        if let Some(bodies) = bodies.filter(|_| options.redo || !stored.as_ref().is_some_and(counts)) {
+            smallest.add(all.len(), &task, &bodies.own);
         }
         let before = stored.map(|record| record.provenance.record_sha256);
         all.push(Ready { task, identity, size, before });
@@ -295,7 +296,7 @@ impl Inputs {
     fn of(study: &Study) -> Self {
         let known = study.cases.iter().filter(|c| c.after.is_none());
         Self {
-            sha256: known.map(|c| (c.id.clone(), c.identity(None).inputs_sha256)).collect(),
+            sha256: known.map(|c| (c.id.clone(), c.identity(&[]).inputs_sha256)).collect(),
             files: study.cases.iter().map(|c| (c.id.clone(), c.files())).collect(),
         }
     }

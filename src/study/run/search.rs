@@ -3,14 +3,13 @@
 use crate::calibrate::inverse::{
     Calibration, End, Failure, ObservedCurve, SceneModel, SearchWatch, Unknown, calibrate,
 };
-use crate::scene::{Body, OnProgress, Progress, SceneSpec, from_text};
+use crate::scene::{Body, OnProgress, Progress, SceneSpec};
 use crate::study::calibration_plan::{CalibrationPlan, MeasuredPlan};
-use crate::study::case::Case;
+use crate::study::case::{Case, CaseScene};
 use crate::study::run::error::CaseError;
 use crate::study::store::folder::Store;
 use crate::study::store::identity::Identity;
 use crate::study::store::record::{NOT_DETERMINED, NOT_SETTLED, OUT_OF_TIME};
-use std::path::Path;
 use std::sync::Arc;
 
 /// The best values so far of a search of the same inputs that was stopped, or had no time left.
@@ -28,7 +27,6 @@ pub(super) struct SearchFollow<'a, 'b> {
     pub from: Option<&'a [f64]>,
     /// Gets the values of every better point
     pub keep: &'a mut dyn FnMut(&[f64]),
-    pub meshing: &'a mut dyn FnMut(&str),
     pub go_on: &'a mut OnProgress<'b>,
 }
 
@@ -42,12 +40,17 @@ pub(super) struct Searched {
     pub spec: SceneSpec,
 }
 
-/// Finds the constants of a case, where it is one of a calibration. `None`: stopped.
-pub(super) fn find(case: &Case, body: &Arc<Body>, follow: SearchFollow) -> Result<Option<Searched>, CaseError> {
-    let SearchFollow { from, keep, meshing, go_on } = follow;
+/// Finds the constants of a case on its body and those of its further curves, where it is one of a calibration. `None`: stopped.
+pub(super) fn find(
+    case: &Case,
+    (body, of_curves): (&Arc<Body>, Vec<Body>),
+    follow: SearchFollow,
+) -> Result<Option<Searched>, CaseError> {
+    let SearchFollow { from, keep, go_on } = follow;
     let without = |unsearched| Ok(Some(Searched { found: None, unsearched, spec: case.spec.clone() }));
     let Some(plan) = &case.plan else { return without(None) };
-    let curves = curves(case, plan, body, meshing)?;
+    let bodies = std::iter::once(body.clone()).chain(of_curves.into_iter().map(Arc::new));
+    let curves = curves(case, plan, bodies)?;
     let mut followed = Followed { progress: SearchProgress::new(curves.len()), go_on, keep };
     match calibrate(curves, &plan.settings, from, &mut followed) {
         Ok((calibration, scene)) => Ok(Some(Searched { found: Some(calibration), unsearched: None, spec: scene.spec })),
@@ -92,24 +95,18 @@ fn doubt_of_constants(found: &Calibration) -> Option<(&'static str, String)> {
 fn curves(
     case: &Case,
     plan: &CalibrationPlan,
-    body: &Arc<Body>,
-    meshing: &mut dyn FnMut(&str),
+    bodies: impl Iterator<Item = Arc<Body>>,
 ) -> Result<Vec<ObservedCurve>, CaseError> {
-    let own = |curve: &MeasuredPlan, file: &Path, spec: SceneSpec, text: &str, body: Arc<Body>| {
+    let own = |((file, spec, text), body, curve): (CaseScene, Arc<Body>, &MeasuredPlan)| {
         let unknown = Unknown::all((file, &spec, text), &plan.constants, &plan.bounds)?;
-        let (x, y) = (curve.x.clone(), curve.y.clone());
+        let (spec, x, y) = (spec.into_owned(), curve.x.clone(), curve.y.clone());
         let model = SceneModel { file: file.into(), spec, text: text.into(), body, unknown, x, y };
         let MeasuredPlan { name, measured, specimen, offsets, .. } = curve.clone();
-        Ok::<_, CaseError>(ObservedCurve { name, model, measured, specimen, offsets })
+        Ok(ObservedCurve { name, model, measured, specimen, offsets })
     };
-    let mut all = vec![own(&plan.curve, &case.scene_file, case.spec.clone(), &case.text, body.clone())?];
-    for more in &plan.more {
-        let text = &more.text;
-        let spec: SceneSpec = from_text(&more.scene_file, text, "")?;
-        let body = Arc::new(Body::load(&more.scene_file, &spec.mesh, meshing)?);
-        all.push(own(&more.curve, &more.scene_file, spec, text, body)?);
-    }
-    Ok(all)
+    let measured = std::iter::once(&plan.curve).chain(plan.more.iter().map(|more| &more.curve));
+    let scenes = case.scenes()?.into_iter().zip(bodies).zip(measured);
+    scenes.map(|((scene, body), curve)| own((scene, body, curve))).collect()
 }
 
 /// Passes the progress of a search and its better points on.

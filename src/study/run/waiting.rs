@@ -16,34 +16,34 @@ pub fn ready(study: &Study, case: &Case, records: &[CaseRecord], store: &Store) 
     case.with_constants(source, &store.calibration(&finest.id)?)
 }
 
-/// Finds the digest of the mesh of a case; none where there is no mesh.
-pub type FindMesh<'a> = dyn FnMut(&Case) -> Option<String> + 'a;
+/// Finds the digests of the meshes of a case, in the order of its scenes; none where one of them is not there.
+pub type FindMeshes<'a> = dyn FnMut(&Case) -> Option<Vec<String>> + 'a;
 
 /// The stored records that a waiting case takes its constants from; `None` where one of them is missing or no longer counts.
 pub fn sources(
     study: &Study,
     case: &Case,
     (store, accept_build): (&Store, bool),
-    mesh: &mut FindMesh,
+    meshes: &mut FindMeshes,
 ) -> Option<Vec<CaseRecord>> {
     let after = case.after.as_ref()?;
     let own = sizes_of(study, after);
     own.map(|c| {
-        let identity = c.identity_on(mesh(c)?);
+        let identity = c.identity(&meshes(c)?);
         store.record(&c.id).filter(|r| r.provenance.counts_for(&identity, accept_build))
     })
     .collect()
 }
 
 /// The identity that the result of a case must have, whichever build computes it; none where it is not known.
-pub fn identity(study: &Study, case: &Case, store: &Store, mesh: &mut FindMesh) -> Option<Identity> {
-    let of_case = mesh(case)?;
+pub fn identity(study: &Study, case: &Case, store: &Store, meshes: &mut FindMeshes) -> Option<Identity> {
+    let of_case = meshes(case)?;
     match case.after {
-        None => Some(case.identity_on(of_case)),
+        None => Some(case.identity(&of_case)),
         Some(_) => {
-            let sources = sources(study, case, (store, true), mesh)?;
+            let sources = sources(study, case, (store, true), meshes)?;
             let (case, _) = ready(study, case, &sources, store)?;
-            Some(case.identity_on(of_case))
+            Some(case.identity(&of_case))
         }
     }
 }

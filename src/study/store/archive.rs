@@ -11,9 +11,11 @@ use crate::study::extension;
 use crate::study::rounds;
 use crate::study::store::case_files::{CaseFiles, ENDS, FolderError, Unsound, check, check_in, ids, study};
 use crate::study::store::field_folder;
+use crate::study::store::folder::{Store, StoreError};
 use crate::study::store::outdated::{forget_note, is_outdated};
 use crate::study::store::placing;
 use crate::study::store::record::{CaseRecord, StudyRecord};
+use crate::study::store::superseded;
 use flate2::read::MultiGzDecoder;
 use flate2::{Compression, GzBuilder};
 use serde::{Deserialize, Serialize};
@@ -42,6 +44,8 @@ const OTHER_INPUTS: &str = "the archive has a result of other inputs";
 pub enum ArchiveError {
     #[error(transparent)]
     Folder(#[from] FolderError),
+    #[error(transparent)]
+    Store(#[from] StoreError),
     #[error("{}: it cannot be written: {reason}; choose another place, or make room", path.display())]
     Unwritable { path: PathBuf, reason: String },
     #[error("{}: it changed while it was read; export again when no run writes into the folder", path.display())]
@@ -204,6 +208,9 @@ pub struct Imported {
     pub replaced: Vec<String>,
     /// Cases that differ, and were left as they are in the folder
     pub conflicts: Vec<Conflict>,
+    /// Files with cases that were added to the study of the folder, and are none of the archive
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub removed: Vec<String>,
 }
 
 /// A case that differs between an archive and a folder.
@@ -230,6 +237,7 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
     }
     let mut out = Imported::default();
     let is_of_archive = options.replace || !dir.join(STUDY).exists();
+    let before = study(dir).ok();
     let record = of_study.remove(STUDY).unwrap_or_default();
     let (own, other) = place(path, dir, &record, (options, &mut out))?;
     if out.conflicts.is_empty() {
@@ -239,6 +247,7 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
     let (inputs, others) = (&own.inputs_sha256, &other.inputs_sha256);
     let has_others = inputs != others && !inputs.is_empty() && !others.is_empty();
     let folder = Folder { dir, study: &own, has_others, is_of_archive };
+    let mut brought = BTreeSet::new();
     walk(path, options.limit, &mut |id, files| {
         if !known.contains(id) {
             let fact = "the study of the folder has no such case".into();
@@ -246,9 +255,24 @@ pub fn import(path: &Path, dir: &Path, options: ImportOptions) -> Result<Importe
             return Ok(());
         }
         let record = of_case(id, files).map_err(|files| ArchiveError::Damaged { path: path.into(), files })?;
+        brought.insert(id.to_string());
         folder.merge(&record, files, options.replace, &mut out)
     })?;
+    let has_other_inputs = before.is_some_and(|before| before.inputs_sha256 != own.inputs_sha256);
+    if has_other_inputs || out.replaced.iter().any(|id| own.inputs_sha256.contains_key(id)) {
+        note_waiting(dir, &own, &brought)?;
+    }
+    superseded::mark(dir, &own)?;
     Ok(out)
+}
+
+/// Notes that the results of cases which wait for others do not count where these have other results now, those that the archive has `brought` with them
+/// apart. The next run finds whether they are of the present ones.
+fn note_waiting(dir: &Path, study: &StudyRecord, brought: &BTreeSet<String>) -> Result<(), StoreError> {
+    // A study of an earlier version does not say which cases wait
+    let says = !study.inputs_sha256.is_empty();
+    let waits = |id: &&str| says && !study.inputs_sha256.contains_key(*id) && !brought.contains(*id);
+    ids(study).into_iter().filter(waits).try_for_each(|id| Store::at(dir).compare_inputs(id, None))
 }
 
 /// The studies of the folder and of the archive. That of the archive takes the place of the other one where the folder has none, and where its results are
@@ -290,18 +314,26 @@ fn place(
 }
 
 /// Writes the files with the cases that were added to the study of the archive, which is that of the folder. One that differs stays as it is in the folder, unless
-/// that of the archive is to take its place.
+/// those of the archive are to take the place of its own: then one that the archive does not have is removed.
 fn place_added(dir: &Path, added: &Files, (options, out): (ImportOptions, &mut Imported)) -> Result<(), ArchiveError> {
-    for (name, bytes) in added {
+    for name in ADDED {
         let target = dir.join(name);
-        match storage::read(&target, DATA_LIMIT) {
-            Ok(own) if own == *bytes => {}
-            Ok(_) if !options.replace => {
+        let unwritable = |e: std::io::Error| ArchiveError::Unwritable { path: target.clone(), reason: e.to_string() };
+        let own = storage::read(&target, DATA_LIMIT);
+        let is_absent = own.as_ref().is_err_and(storage::is_absent);
+        match (added.get(name), own) {
+            (Some(bytes), Ok(own)) if own == *bytes => {}
+            (Some(bytes), _) if is_absent || options.replace => storage::write(&target, bytes).map_err(unwritable)?,
+            (Some(_), Ok(_)) => {
                 let fact = "the archive has other cases that were added to the study".into();
-                out.conflicts.push(Conflict { what: name.clone(), fact });
+                out.conflicts.push(Conflict { what: name.into(), fact });
             }
-            _ => storage::write(&target, bytes)
-                .map_err(|e| ArchiveError::Unwritable { path: target.clone(), reason: e.to_string() })?,
+            (Some(_), Err(e)) => return Err(FolderError::Unreadable { path: target, reason: e.to_string() }.into()),
+            (None, _) if options.replace && !is_absent => {
+                std::fs::remove_file(&target).map_err(unwritable)?;
+                out.removed.push(name.into());
+            }
+            (None, _) => {}
         }
     }
     Ok(())

@@ -65,6 +65,9 @@ pub struct Identity {
     pub files: Vec<FileDigest>,
     /// SHA-256 of the mesh with the cable paths of its body; empty before the mesh exists
     pub mesh_sha256: String,
+    /// The same of the meshes of further curves of a calibration
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub curves_mesh_sha256: Vec<String>,
 }
 
 impl PartialEq for Identity {
@@ -76,13 +79,25 @@ impl PartialEq for Identity {
 impl Eq for Identity {}
 
 impl Identity {
-    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh, by [`mesh_sha256`].
-    pub fn of(scene_file: &Path, text: &str, asked: &str, mesh_sha256: String) -> Self {
+    /// Identity of a resolved scene, of what is `asked` in addition, as a digest, and of its mesh and those of further curves, by [`mesh_sha256`]; of none before they exist.
+    pub fn of(scene_file: &Path, text: &str, asked: &str, meshes: &[String]) -> Self {
         let files = text.parse().map_or_else(|_| vec![], |scene| named_files(scene_file, &scene));
         let named: String = files.iter().map(|f| format!("{:?}", (&f.file, &f.sha256))).collect();
         let with = |mesh: &str| sha256(format!("{:?}{named}", (text, asked, mesh)));
-        let (all, inputs_sha256) = (with(&mesh_sha256), with(""));
-        Self { sha256: all, inputs_sha256, files, mesh_sha256 }
+        let (all, inputs_sha256) = (with(&meshes.join(" ")), with(""));
+        let mesh_sha256 = meshes.first().cloned().unwrap_or_default();
+        Self {
+            sha256: all,
+            inputs_sha256,
+            files,
+            mesh_sha256,
+            curves_mesh_sha256: meshes.iter().skip(1).cloned().collect(),
+        }
+    }
+
+    /// The digests of its mesh and of those of further curves.
+    pub fn meshes(&self) -> Vec<String> {
+        std::iter::once(&self.mesh_sha256).chain(&self.curves_mesh_sha256).cloned().collect()
     }
 }
 

@@ -170,7 +170,7 @@ pub fn refused(case: &Case, status: &str, why: String) -> CaseRecord {
         provenance: Provenance {
             schema: SCHEMA,
             scene: case.text.clone(),
-            identity: case.identity(None),
+            identity: case.identity(&[]),
             build: Build::this(),
             ..Provenance::default()
         },
