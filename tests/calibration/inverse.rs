@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// A bar between bonded ends; `to` and `steps` of the pull.
-fn bar(law: &Table, to: &str, steps: usize) -> Scene {
+pub fn bar(law: &Table, to: &str, steps: usize) -> Scene {
     let text = format!(
         r#"
 [mesh]
@@ -65,10 +65,10 @@ tolerance = 1e-11
     common::scene(block(4, 1, 1, 0.03, 0.01, 0.01, Order::Linear), &text)
 }
 
-const X: &str = "middle_x_displacement_m";
-const Y: &str = "middle_reaction_x_N";
+pub const X: &str = "middle_x_displacement_m";
+pub const Y: &str = "middle_reaction_x_N";
 
-fn model(scene: &Scene, keys: &[&str], x: &str, y: &str) -> SceneModel {
+pub fn model(scene: &Scene, keys: &[&str], x: &str, y: &str) -> SceneModel {
     let constants: Vec<ParameterKey> =
         keys.iter().map(|k| format!("laws.rubber.{k}").parse().expect("a name")).collect();
     let unknown = Unknown::all((Path::new("scene.toml"), &scene.spec, &scene.text), &constants, &Bounds::new())
@@ -85,7 +85,7 @@ fn model(scene: &Scene, keys: &[&str], x: &str, y: &str) -> SceneModel {
 }
 
 /// What the model says at its own constants, as if it were measured at these x.
-fn made(model: &SceneModel, x: Vec<f64>) -> Measured {
+pub fn made(model: &SceneModel, x: Vec<f64>) -> Measured {
     let empty = |n: usize| vec![0.0; n];
     let blank = Measured {
         file: "made".into(),
@@ -104,7 +104,7 @@ fn made(model: &SceneModel, x: Vec<f64>) -> Measured {
     Measured { y: answer.y, ..blank }
 }
 
-fn curve(model: &SceneModel, measured: &Measured) -> ObservedCurve {
+pub fn curve(model: &SceneModel, measured: &Measured) -> ObservedCurve {
     ObservedCurve {
         name: "made".into(),
         model: model.clone(),
@@ -123,7 +123,7 @@ fn found(model: &SceneModel, measured: &Measured) -> Calibration {
     found_with(vec![curve(model, measured)], &exact())
 }
 
-fn found_with(curves: Vec<ObservedCurve>, settings: &Settings) -> Calibration {
+pub fn found_with(curves: Vec<ObservedCurve>, settings: &Settings) -> Calibration {
     match calibrate(curves, settings, None, &mut |_: Progress| true) {
         Ok((calibration, _)) => calibration,
         Err(Failure::Input(e)) => panic!("{e}"),

@@ -1,6 +1,6 @@
 //! Inverse analysis: constants of laws and other numbers of a scene from curves measured on whole specimens or robots, by simulating them.
 //!
-//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
+//! min ½Σ wᵢ²(ŷ(xᵢ; θ) − yᵢ)² with ŷ from a scene and weights that follow the answer, ∂ŷ/∂θ exact ([`crate::scene::Scene::run_with`]). A specimen is then what it is: its wide ends
 //! stretch too, and the travel of the crosshead needs no gauge length. Several curves, each of a scene of its own, share the constants.
 //!
 //! Intervals: the linearised problem with the model of the errors that the residuals show, as in a direct fit. Curves of one test on several specimens
@@ -19,6 +19,7 @@ mod rounds;
 mod scatter;
 mod search;
 mod unknown;
+mod weights;
 
 pub use answer::{Calibration, FittedCurve, Found, Gauge, Stable};
 pub use error::InverseError;
@@ -47,7 +48,7 @@ use std::time::{Duration, Instant};
 
 /// Differences below this one are errors of the forward solve: Newton's method stops at 1e-8 \[–\]
 const ROUNDING: f64 = 1e-7;
-/// Searches with the weights of a robust loss, and the change of a weight that ends them
+/// Searches with the weights of the answer before, and the change of a weight that ends them
 const REWEIGHTED: usize = 12;
 const SAME: f64 = 1e-3;
 /// Part of a change of an unknown alone that was never searched, times their number, from which on it was left at its start: of one direction that
@@ -203,26 +204,32 @@ fn find(
     };
     objective.check_signs(&point).map_err(Failure::Input)?;
     let accuracy = settings.accuracy.max(ROUNDING);
-    let point = with_offsets(objective, point)?;
+    let mut point = with_offsets(objective, point)?;
+    if kept.is_some() {
+        (point, _) = reweighed(objective, Loss::Squares, point);
+    }
     let mut shares = vec![0.0; start.len()];
     let mut found = search_again(objective, unknown, accuracy, (point, &first), until, &mut shares)?;
-    if settings.loss == Loss::Huber {
-        let base = objective.weights.clone();
-        for _ in 0..REWEIGHTED {
-            if objective.reweigh(&base, &found.point) < SAME || found.end == End::OutOfTime {
-                break;
-            }
-            let Point { values, answers, .. } = found.point;
-            let point = objective.point(values, answers);
-            found = rounds(objective, unknown, accuracy, point, until, &mut shares)?;
+    for _ in 0..REWEIGHTED {
+        let change;
+        (found.point, change) = reweighed(objective, settings.loss, found.point);
+        if change < SAME || found.end == End::OutOfTime {
+            break;
         }
+        found = rounds(objective, unknown, accuracy, found.point, until, &mut shares)?;
     }
     let (laws, curves) = (&objective.curves[0].model.spec.laws, objective.rows());
     let which = Searched::Told { accuracy, curves: &curves };
-    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size, which);
+    let coordinates = Coordinates::new(unknown, laws, &found.point, objective.size(), which);
     let open = coordinates.words(unknown, laws, &found.point.values, accuracy);
     let left = shares.iter().map(|share| (1.0 - share) * shares.len() as f64 > LEFT).collect();
     Ok(Answered { found, coordinates, start: first, gauge, open, left })
+}
+
+/// The same answer with the weights that follow from it, and their largest change.
+fn reweighed(objective: &mut Objective, loss: Loss, point: Point) -> (Point, f64) {
+    let change = objective.reweigh(loss, &point);
+    (objective.point(point.values, point.answers), change)
 }
 
 /// The start with the offsets that describe its curves best, each up to a factor of its own; the curve of one forward solve serves all of them.
@@ -244,7 +251,7 @@ fn judge(
     let free: Vec<usize> = (0..bound.len()).filter(|k| bound[*k] == 0).collect();
     let places = (0..bound.len()).map(|k| free.iter().position(|f| *f == k)).collect();
     let jacobian = point.jacobian.select_columns(&free);
-    let size = objective.size;
+    let size = objective.size();
     let (origin, rounding) = (objective.origin(), point.residual.norm() <= ROUNDING * size);
     let errors = match origin.repeats().repeated.is_empty() {
         true => errors::of_curves(&jacobian, &point.residual, &origin.curves, rounding),
